@@ -1,0 +1,1 @@
+"""Command line, report and plots; no physics in here."""

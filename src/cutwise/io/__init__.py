@@ -1,0 +1,1 @@
+"""Scenario files, library look-up, tables, CAD, programs and measurements."""

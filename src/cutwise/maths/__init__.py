@@ -1,0 +1,1 @@
+"""Frames, chains, curves, stepping and contact: knows nothing of machining."""

@@ -1,0 +1,1 @@
+"""Tool paths: chamfer, deburr, pocket, drill cycle."""

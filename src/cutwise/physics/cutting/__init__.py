@@ -1,0 +1,1 @@
+"""Which force the material puts on the tool."""

@@ -1,0 +1,1 @@
+"""Which part of the tool is in the material."""

@@ -1,0 +1,1 @@
+"""How spindle, machine and robot yield to that force."""

@@ -1,0 +1,1 @@
+"""The coupled loops and the recipes that tie the stages together."""

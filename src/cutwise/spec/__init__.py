@@ -1,0 +1,1 @@
+"""What the engineer says: frozen pydantic models, unknown keys refused, units required."""

@@ -1,0 +1,1 @@
+"""Sweeps, uncertainty, optimisation and calibration over whole runs."""
