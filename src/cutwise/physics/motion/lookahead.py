@@ -1,0 +1,284 @@
+"""Look-ahead: how fast each block of a path may be run, and the jerk-limited profile over all of them."""
+
+import math
+from typing import Literal, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from cutwise.maths.compiled import compiled
+from cutwise.maths.linearc import LineArc, turn_angles
+from cutwise.physics.motion.profile import Limits, Profile, chain, ramp_distance, reachable_speed, stretch
+
+FloatArray = npt.NDArray[np.float64]
+
+TANGENT = 1e-4  # [rad] joints that turn less are run through without a stop
+CROSS_JERK_SHARE = 0.5  # of the jerk limit, left to the turning of the acceleration while the speed changes on an arc
+NEAR_SPEED = 0.8  # short blocks whose speed limits differ by less than this ratio are run as one stretch
+
+
+class AxisLimits(NamedTuple):
+    """Limits of each machine axis x, y, z."""
+
+    speed: FloatArray  # [m/s], shape (3,)
+    acceleration: FloatArray  # [m/s^2], shape (3,)
+    jerk: FloatArray  # [m/s^3], shape (3,)
+
+
+class Stretch(NamedTuple):
+    """Tangent blocks run as one: zero tangential acceleration at its ends only."""
+
+    length: float  # [m]
+    limits: Limits  # along the path, without the share of the curvature
+    radius: float  # smallest radius of curvature [m], infinite on lines
+
+
+class Plan(NamedTuple):
+    """The motion along a path and what bounded it."""
+
+    profile: Profile
+    joint_speed: FloatArray  # [m/s] at the block boundaries, shape (blocks + 1,)
+    block_time: FloatArray  # [s] when each block starts, and the end, shape (blocks + 1,)
+    stops: int  # full stops between the first and the last point
+    curvature_steps: FloatArray  # [m/s^2] jump of the normal acceleration at each inner joint, shape (blocks - 1,)
+
+
+@compiled
+def arc_speed(feed: float, radius: float, acceleration: float, jerk: float) -> float:
+    r"""Highest constant speed on an arc, :math:`\min(F, \sqrt{a r}, (j r^2)^{1/3})` [m/s].
+
+    Parameters
+    ----------
+    feed, acceleration, jerk : float
+        Limits along the path [m/s], [m/s^2], [m/s^3].
+    radius : float
+        Radius of curvature [m], infinite on a line.
+    """
+    if math.isinf(radius):
+        return feed
+    return min(feed, math.sqrt(acceleration * radius), (jerk * radius * radius) ** (1.0 / 3.0))
+
+
+@compiled
+def tangential_limits(speed: float, radius: float, acceleration: float, jerk: float) -> tuple[float, float]:
+    r"""Tangential acceleration and jerk left on an arc that is run at no more than ``speed``.
+
+    .. math::
+        a_t \le \sqrt{a^2 - (v^2/r)^2}, \qquad
+        j_t \le \sqrt{j^2 - (3 v a_t / r)^2} - v^3/r^2
+
+    where :math:`3 v a_t / r` and :math:`v^3 / r^2` are the normal and tangential jerk that the turning of the frame
+    adds; :math:`a_t` is held so low that the normal jerk takes half of the limit at most.
+
+    Returns
+    -------
+    tuple
+        :math:`a_t` [m/s^2] and :math:`j_t` [m/s^3], zero where the arc leaves nothing.
+    """
+    if math.isinf(radius):
+        return acceleration, jerk
+    normal = speed * speed / radius
+    left = math.sqrt(max(acceleration * acceleration - normal * normal, 0.0))
+    if speed > 0.0:
+        left = min(left, CROSS_JERK_SHARE * jerk * radius / (3.0 * speed))
+    cross = 3.0 * speed * left / radius
+    return left, max(math.sqrt(jerk * jerk - cross * cross) - speed * normal / radius, 0.0)
+
+
+@compiled
+def _speed_change_length(v0: float, v1: float, radius: float, acceleration: float, jerk: float) -> float:
+    """Length [m] that the change of speed takes on an arc or line; infinite if the curvature leaves nothing for it."""
+    if v0 == v1:
+        return 0.0
+    a, j = tangential_limits(max(v0, v1), radius, acceleration, jerk)
+    if a <= 0.0 or j <= 0.0:
+        return math.inf
+    return ramp_distance(v0, v1, a, j)
+
+
+@compiled
+def _next_speed(v0: float, length: float, ceiling: float, radius: float, acceleration: float, jerk: float) -> float:
+    """Highest speed [m/s], at most ``ceiling``, at the far end of a stretch that is entered at ``v0``."""
+    if math.isinf(radius):
+        return reachable_speed(v0, length, ceiling, acceleration, jerk)
+    if ceiling <= v0 or _speed_change_length(v0, ceiling, radius, acceleration, jerk) <= length:
+        return ceiling
+    low, high = v0, ceiling
+    for _ in range(100):
+        middle = 0.5 * (low + high)
+        if _speed_change_length(v0, middle, radius, acceleration, jerk) <= length:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+def _arc_peak(part: Stretch, v0: float, v1: float) -> float:
+    """Peak speed [m/s] on an arc that makes its time shortest (a higher peak leaves less acceleration to reach it)."""
+    a, j = part.limits.acceleration, part.limits.jerk
+
+    def time(peak: float) -> float:
+        run = _speed_change_length(v0, peak, part.radius, a, j) + _speed_change_length(peak, v1, part.radius, a, j)
+        if not run <= part.length:
+            return math.inf
+        total = (part.length - run) / peak
+        at, jt = tangential_limits(peak, part.radius, a, j)
+        for v in (v0, v1):
+            if v != peak:
+                total += 2.0 * ramp_distance(v, peak, at, jt) / (v + peak)
+        return float(total)
+
+    low = max(v0, v1, 1e-6 * part.limits.speed)
+    peaks = np.linspace(low, max(part.limits.speed, low), 65)
+    times = [time(float(peak)) for peak in peaks]
+    best = int(np.argmin(times))
+    inner = np.linspace(peaks[max(best - 1, 0)], peaks[min(best + 1, 64)], 65)
+    return float(min((*inner, peaks[best]), key=lambda peak: time(float(peak))))
+
+
+def block_limits(curve: LineArc, feed: FloatArray, axes: AxisLimits) -> list[Limits]:
+    r"""Limits along each block: on a line :math:`\min_i(\mathrm{lim}_i/|d_i|)`, on an arc the weakest axis it moves.
+
+    ``feed`` is the programmed speed of each block [m/s], shape (blocks,); infinite for a rapid move.
+    """
+    out = []
+    for i in range(curve.count):
+        if math.isinf(curve.radius[i]):
+            use = np.abs(curve.along[i])
+        else:
+            use = (np.hypot(curve.along[i], curve.inward[i]) > 1e-12).astype(float) + np.abs(curve.climb[i])
+            use = np.minimum(use, 1.0)
+        use = np.maximum(use, 1e-300)
+        speed = min(float(feed[i]), float(np.min(axes.speed / use)))
+        acceleration, jerk = float(np.min(axes.acceleration / use)), float(np.min(axes.jerk / use))
+        out.append(Limits(arc_speed(speed, 1.0 / curve.curvature[i] if curve.curvature[i] else math.inf,
+                                    acceleration, jerk), acceleration, jerk))  # fmt: skip
+    return out
+
+
+def _merged(curve: LineArc, limits: list[Limits], tangent: npt.NDArray[np.bool_]) -> tuple[list[Stretch], list[int]]:
+    """Stretches, and the number of the first block of each."""
+    parts: list[Stretch] = []
+    first: list[int] = []
+    for i, own in enumerate(limits):
+        radius = 1.0 / curve.curvature[i] if curve.curvature[i] else math.inf
+        new = Stretch(float(curve.length[i]), own, radius)
+        if parts and tangent[i - 1] and _run_as_one(parts[-1], new):
+            old = parts[-1]
+            low = Limits(*(min(a, b) for a, b in zip(old.limits, own, strict=True)))
+            parts[-1] = Stretch(old.length + new.length, low, min(old.radius, radius))
+        else:
+            parts.append(new)
+            first.append(i)
+    return parts, first
+
+
+def _run_as_one(a: Stretch, b: Stretch) -> bool:
+    same = np.allclose(a.limits, b.limits, rtol=1e-9, atol=0.0)
+    if same and abs(1.0 / a.radius - 1.0 / b.radius) <= 1e-9 / b.radius:
+        return True
+    near = min(a.limits.speed, b.limits.speed) >= NEAR_SPEED * max(a.limits.speed, b.limits.speed)
+    return near and _is_short(a) and _is_short(b)
+
+
+def _is_short(part: Stretch) -> bool:
+    """Too short to reach its speed from rest and stop again within it."""
+    limits = part.limits
+    return part.length < 2.0 * ramp_distance(0.0, limits.speed, limits.acceleration, limits.jerk)
+
+
+def plan(
+    curve: LineArc, feed: FloatArray, axes: AxisLimits, mode: Literal["exact_path", "exact_stop"] = "exact_path"
+) -> Plan:
+    """Quickest motion, from rest to rest, that keeps the limits of every block.
+
+    Tangent blocks of equal limits are merged, so that cutting a line into short blocks changes nothing; a backward and
+    a forward pass then bound the speed at the joints. At corners, and at every block end with ``exact_stop``, the
+    motion stops. The normal acceleration jumps at joints of unequal curvature; these steps are reported.
+
+    Parameters
+    ----------
+    curve : LineArc
+        The path [m].
+    feed : ndarray
+        Programmed speed of each block [m/s], shape (blocks,).
+    axes : AxisLimits
+        Limits of the machine axes.
+    mode : str
+        ``exact_path`` (G61) or ``exact_stop`` (G61.1); a blended path (G64 P) has its blends in the curve already.
+
+    Raises
+    ------
+    ValueError
+        A limit or a feed is not positive.
+    """
+    worst = min(float(np.min(values)) for values in axes)
+    if worst <= 0.0 or float(np.min(feed)) <= 0.0:
+        raise ValueError("feed and the limits of speed, acceleration and jerk must be positive")
+    tangent = turn_angles(curve) < TANGENT if mode == "exact_path" else np.zeros(curve.count - 1, dtype=bool)
+    parts, first = _merged(curve, block_limits(curve, feed, axes), tangent)
+    joint = _joint_speeds(parts, [bool(tangent[i - 1]) for i in first[1:]])
+    phases: list[tuple[float, float]] = []
+    anchors: list[tuple[int, float, float]] = []
+    place = 0.0
+    for part, v0, v1 in zip(parts, joint[:-1], joint[1:], strict=True):
+        phases += stretch(part.length, v0, v1, _stretch_limits(part, v0, v1))
+        place += part.length
+        anchors.append((len(phases), place, v1))
+    profile = chain(phases, 0.0, anchors)
+    times = time_at(profile, curve.knots)
+    speeds = _speed_at(profile, times)
+    jumps = np.abs(np.diff(curve.curvature[:, None] * curve.inward, axis=0)) if curve.count > 1 else np.zeros((0, 3))
+    steps = np.linalg.norm(jumps, axis=1) * speeds[1:-1] ** 2
+    stops = int(np.sum(speeds[1:-1] <= 1e-9))
+    return Plan(profile, speeds, times, stops, steps)
+
+
+def _stretch_limits(part: Stretch, v0: float, v1: float) -> Limits:
+    if math.isinf(part.radius):
+        return part.limits
+    peak = _arc_peak(part, v0, v1)
+    a, j = tangential_limits(peak, part.radius, part.limits.acceleration, part.limits.jerk)
+    if v0 == v1 == peak:
+        a, j = part.limits.acceleration, part.limits.jerk  # unused: the speed stays
+    return Limits(peak, a, j)
+
+
+def _joint_speeds(parts: list[Stretch], tangent: list[bool]) -> list[float]:
+    """Highest speeds at the ends of the stretches that can be kept: a backward pass, then a forward pass."""
+    n = len(parts)
+    v = [0.0] * (n + 1)
+    for i in range(1, n):
+        v[i] = min(parts[i - 1].limits.speed, parts[i].limits.speed) if tangent[i - 1] else 0.0
+    for i in range(n - 1, -1, -1):
+        part = parts[i]
+        v[i] = min(v[i], _next_speed(v[i + 1], part.length, v[i], part.radius, *part.limits[1:]))
+    for i in range(n):
+        part = parts[i]
+        v[i + 1] = min(v[i + 1], _next_speed(v[i], part.length, v[i + 1], part.radius, *part.limits[1:]))
+    return v
+
+
+def time_at(profile: Profile, positions: FloatArray) -> FloatArray:
+    """Times [s] at which ascending positions [m] are passed (first passage), by bisection within the phase."""
+    i = np.clip(np.searchsorted(profile.position, positions, side="left") - 1, 0, profile.jerk.shape[0] - 1)
+    low, high = np.zeros(positions.shape), profile.time[i + 1] - profile.time[i]
+    p, v, a, j = profile.position[i], profile.speed[i], profile.acceleration[i], profile.jerk[i]
+    for _ in range(80):
+        t = 0.5 * (low + high)
+        ahead = p + t * (v + t * (a / 2.0 + t * j / 6.0)) < positions
+        low, high = np.where(ahead, t, low), np.where(ahead, high, t)
+    return profile.time[i] + high
+
+
+def _speed_at(profile: Profile, times: FloatArray) -> FloatArray:
+    i = np.clip(np.searchsorted(profile.time, times, side="left") - 1, 0, profile.jerk.shape[0] - 1)
+    dt = times - profile.time[i]
+    speeds = profile.speed[i] + dt * (profile.acceleration[i] + dt * profile.jerk[i] / 2.0)
+    speeds[0], speeds[-1] = 0.0, 0.0
+    return np.where(np.abs(speeds) < 1e-9, 0.0, speeds)
+
+
+def time_without_limits(curve: LineArc, feed: FloatArray) -> float:
+    """Time [s] if every block ran at its programmed speed from end to end."""
+    return float(np.sum(curve.length / feed))
