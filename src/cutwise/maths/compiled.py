@@ -45,9 +45,21 @@ def cache_folder() -> Path:
 
 def compiled(function: Function) -> Function:
     """Compile a scalar kernel with numba; ``kernel.py_func`` stays the plain Python version for the tests."""
+    return _compiled(function, False)
+
+
+def compiled_sums(function: Function) -> Function:
+    """As :func:`compiled`, but sums may be taken in any order, so that loops over short arrays run in vector lanes.
+
+    Results differ in the last digits from one processor to another; not for loops that test for NaN or infinity.
+    """
+    return _compiled(function, {"reassoc", "nsz", "contract"})
+
+
+def _compiled(function: Function, fastmath: bool | set[str]) -> Function:
     before = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = str(cache_folder())
     try:
-        return cast(Function, numba.njit(cache=True, error_model="numpy")(function))
+        return cast(Function, numba.njit(cache=True, error_model="numpy", fastmath=fastmath)(function))
     finally:
         numba.config.CACHE_DIR = before
