@@ -29,7 +29,7 @@ AVERAGED = 0
 TOOTH_RESOLVED = 1
 
 _CHUNK = 100_000  # steps between two looks at progress and Ctrl-C
-_ROWS = 200_000  # longest history
+_ROWS = 40_000  # longest history
 
 
 class Strips(NamedTuple):
@@ -239,3 +239,22 @@ def run_compliant_edge(
         if progress is not None:
             progress((first + count) / steps)
     return edge_history(rows)
+
+
+@compiled
+def tooth_resolved_forces(cell: EdgeCell, time: FloatArray, tilt: FloatArray) -> FloatArray:
+    """Forces tooth by tooth for given tilts and rates (n, 4) at given times [s]: burr x, y, z, work x, y, z; (n, 6).
+
+    The tilt of an averaged run serves: tooth passing moves the tip by nanometres only.
+    """
+    path, layers, cutter, _, reach = cell
+    burr_height, burr_width, strips = layers
+    cutter = Cutter(cutter.mill, cutter.coefficients, cutter.spindle_speed, cutter.up_milling, TOOTH_RESOLVED)
+    forces = np.zeros((time.size, 6))
+    out = np.zeros(9)
+    for k in range(time.size):
+        tool = programmed_motion(path, time[k])
+        width = polyline_value(burr_width, tool.position)
+        cutting_forces(cutter, burr_height, width, strips, reach, path.feed, tool, tilt[k], time[k], out)
+        forces[k] = out[:6]
+    return forces
