@@ -83,8 +83,8 @@ def friction_limit(piston: Piston, speed: float) -> float:
 
     .. math:: F = F_d + (F_s - F_d) e^{-(v/v_s)^2}
 
-    With :math:`v_s = 0` the fall is at once: static while stuck, dynamic when sliding. The limit is frozen over a
-    step, so that the step stays a convex program.
+    With :math:`v_s = 0` the fall is at once, decided by the last step: static while stuck, dynamic when sliding. The
+    step then is a convex program. With a Stribeck speed the limit follows the speed of the step itself, sweep by sweep.
     """
     if piston.law == NO_FRICTION:
         return 0.0
@@ -208,6 +208,7 @@ def step(
         limits[i] = friction_limit(piston, speed[i])
         new_x -= lever * direction[i, 0] * forces[i]
         new_y -= lever * direction[i, 1] * forces[i]
+    falling = piston.law == PRESLIDING and piston.stribeck_speed > 0.0
     sweeps = 0
     change = 2.0 * ring.tolerance
     while change > ring.tolerance and sweeps < _SWEEPS:
@@ -216,7 +217,10 @@ def step(
         for i in range(n):
             nx = direction[i, 0]
             ny = direction[i, 1]
-            free = ring.arm * (nx * new_x + ny * new_y) + yielding * forces[i]
+            face = ring.arm * (nx * new_x + ny * new_y)
+            free = face + yielding * forces[i]
+            if falling:
+                limits[i] = friction_limit(piston, (face - travel[i]) / dt)
             force = contact_force(piston, limits[i], free, yielding, travel[i], seal[i], dt)
             difference = force - forces[i]
             if difference != 0.0:
