@@ -8,12 +8,14 @@ import numpy as np
 import numpy.typing as npt
 
 from cutwise.maths.compiled import compiled
-from cutwise.physics.cutting.discs import Coefficients, Discs, disc_forces, mean_forces
+from cutwise.physics.cutting.discs import Discs
+from cutwise.physics.cutting.flute import EdgeCoefficients, Mill
+from cutwise.physics.cutting.wall import AVERAGED, wall_force
 from cutwise.physics.motion.drives import Controller, Plant, advance, control, played, response_integrals
 
 FloatArray = npt.NDArray[np.float64]
 
-NO_FORCE, TOOTH_FORCE, MEAN_FORCE = 0, 1, 2
+NO_FORCE = 0  # the laws that cut are those of cutting/wall.py
 STANDSTILL = 0.05e-3  # [m/s] slower feed cuts nothing
 CHUNK = 200_000  # servo steps between two looks at the keyboard
 _STATE = 7  # per axis: motor side x, w, integral, last error, held voltage, load side x, force in the last substep
@@ -31,9 +33,10 @@ class DrivePair(NamedTuple):
 class Cut(NamedTuple):
     """What cuts while the drives move."""
 
-    kind: int  # NO_FORCE, TOOTH_FORCE or MEAN_FORCE
-    mill: Discs
-    coefficients: Coefficients
+    law: int  # NO_FORCE, or AVERAGED, FLUTES or DISCS
+    mill: Mill
+    discs: Discs
+    coefficients: EdgeCoefficients
     depth: float  # axial [m]
     spindle: float  # [rad/s]
 
@@ -70,7 +73,7 @@ def _run(
     gain_x, gain_y = plant_x.current_gain * plant_x.torque_constant, plant_y.current_gain * plant_y.torque_constant
     px1, px2 = response_integrals(plant_x.viscous / plant_x.inertia, step)
     py1, py2 = response_integrals(plant_y.viscous / plant_y.inertia, step)
-    pitch_time = 2.0 * math.pi / (cut.spindle * cut.mill.teeth) if cut.kind != NO_FORCE else 0.0
+    pitch_time = 2.0 * math.pi / (cut.spindle * cut.mill.flutes) if cut.law != NO_FORCE else 0.0
     x, wx, ix, ex, ux = state[0, 0], state[0, 1], state[0, 2], state[0, 3], state[0, 4]
     y, wy, iy, ey, uy = state[1, 0], state[1, 1], state[1, 2], state[1, 3], state[1, 4]
     load_x, load_y = state[0, 5], state[1, 5]
@@ -87,8 +90,9 @@ def _run(
         applied_y = uy if law_y.delay > 0.5 else new_y
         ux, uy = new_x, new_y
         voltage[k, 0], voltage[k, 1] = applied_x, applied_y
-        wall, arc = commands.heading[k] - 0.5 * math.pi, commands.immersion[k]
-        cutting = cut.kind != NO_FORCE and arc > 0.0
+        heading, arc = commands.heading[k], commands.immersion[k]
+        head_x, head_y = math.cos(heading), math.sin(heading)
+        cutting = cut.law != NO_FORCE and arc > 0.0
         fx, fy, fz = 0.0, 0.0, 0.0
         sum_x, sum_y, sum_z = 0.0, 0.0, 0.0
         top_x, top_y, top_z, top = 0.0, 0.0, 0.0, 0.0
@@ -98,17 +102,14 @@ def _run(
                 rate = math.hypot(vx, vy)
                 if rate < STANDSTILL:
                     fx, fy, fz = 0.0, 0.0, 0.0
-                elif cut.kind == TOOTH_FORCE:
-                    angle = -cut.spindle * (k * law_x.sample_time + (m + 0.5) * step)
-                    fx, fy, fz = disc_forces(
-                        angle, wall, arc, vx * pitch_time, vy * pitch_time, cut.mill, cut.coefficients
-                    )
                 else:
-                    chip = rate * pitch_time
-                    fx, fy, fz = mean_forces(
-                        wall, arc, -chip * math.sin(wall), chip * math.cos(wall),
-                        cut.depth, cut.mill.teeth, cut.coefficients,
-                    )  # fmt: skip
+                    feed_x, feed_y = vx * pitch_time, vy * pitch_time
+                    if cut.law == AVERAGED:  # at the speed |v|, along the commanded direction
+                        feed_x, feed_y = rate * pitch_time * head_x, rate * pitch_time * head_y
+                    angle = -cut.spindle * (k * law_x.sample_time + (m + 0.5) * step)
+                    fx, fy, fz = wall_force(
+                        cut.law, angle, heading, arc, feed_x, feed_y, cut.depth, cut.mill, cut.discs, cut.coefficients
+                    )
                 sum_x, sum_y, sum_z = sum_x + fx, sum_y + fy, sum_z + fz
                 top_x, top_y, top_z = max(top_x, abs(fx)), max(top_y, abs(fy)), max(top_z, abs(fz))
                 top = max(top, fx * fx + fy * fy)

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cutwise.maths.compiled import compiled_sums
-from cutwise.physics.cutting.discs import Coefficients
+from cutwise.physics.cutting.flute import EdgeCoefficients
 from cutwise.physics.cutting.regenerative import ToothGrid, cut_station, fed_surface, tooth_grid
 from cutwise.physics.structure.modes import Modes, transition
 
@@ -30,7 +30,7 @@ class SteadyCut(NamedTuple):
     depth: float  # axial [m]
     lag_per_depth: float  # helix lag, tan(beta) / R [rad/m]
     discs: int
-    coefficients: Coefficients
+    coefficients: EdgeCoefficients
 
 
 class Chatter(NamedTuple):
@@ -122,7 +122,7 @@ def growth_per_tooth(cut: SteadyCut, modes: Modes, periods: int, steps: int) -> 
     The slope of the logarithm of the deviation's r.m.s. over each period, the first third left out.
     """
     k = cut.coefficients
-    smooth = cut._replace(feed_per_tooth=0.0, coefficients=k._replace(tangential_edge=0.0, radial_edge=0.0))
+    smooth = cut._replace(feed_per_tooth=0.0, coefficients=k._replace(K_te=0.0, K_re=0.0))
     deviation, _ = _simulate(smooth, modes, periods, steps, kick=KICK, least_chip=-LARGE)
     size = np.sqrt(np.mean(np.sum(deviation.reshape(periods, steps, 2) ** 2, axis=2), axis=1))
     usable = np.nonzero((size > 1e-250) & (size < 1e-3 * LARGE))[0]
@@ -139,7 +139,7 @@ def _simulate(
     grid = tooth_grid(cut.teeth, steps, lag, cut.entry, cut.exit)
     surface = fed_surface(grid, cut.feed_per_tooth)
     k = cut.coefficients
-    forces = thickness * np.array([k.tangential, k.radial, k.tangential_edge, k.radial_edge])
+    forces = thickness * np.array([k.K_tc, k.K_rc, k.K_te, k.K_re])
     dt = 2.0 * math.pi / (cut.spindle * cut.teeth * steps)
     exact = np.array([transition(float(w), float(z), float(m), dt) for w, z, m, _ in zip(*modes, strict=True)])
     state, memory = np.zeros((modes.frequency.size, 2)), np.zeros(2)

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cutwise.maths.compiled import compiled
+from cutwise.physics.cutting.flute import EdgeCoefficients
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -24,17 +25,6 @@ class Discs(NamedTuple):
     thickness: float  # of a disc [m]
     step: float  # lag between neighbouring discs [rad]
     sums: FloatArray  # partial sums, shape (count + 1, 4)
-
-
-class Coefficients(NamedTuple):
-    """Linear-edge force coefficients."""
-
-    tangential: float  # K_tc [N/m^2]
-    radial: float  # K_rc
-    axial: float  # K_ac
-    tangential_edge: float  # K_te [N/m]
-    radial_edge: float  # K_re
-    axial_edge: float  # K_ae
 
 
 def discs(mill_radius: float, helix: float, axial_depth: float, teeth: int, count: int) -> Discs:
@@ -56,7 +46,7 @@ def _first_disc(angle: float, step: float, count: int) -> int:
 
 @compiled
 def disc_forces(
-    angle: float, wall: float, arc: float, feed_x: float, feed_y: float, mill: Discs, k: Coefficients
+    angle: float, wall: float, arc: float, feed_x: float, feed_y: float, mill: Discs, k: EdgeCoefficients
 ) -> tuple[float, float, float]:
     r"""Force on a climb-milling tool that turns clockwise, seen against the spindle axis.
 
@@ -77,7 +67,7 @@ def disc_forces(
         Displacement of the tool centre per tooth :math:`f` [m].
     mill : Discs
         The mill.
-    k : Coefficients
+    k : EdgeCoefficients
         Force coefficients.
 
     Returns
@@ -115,7 +105,7 @@ def disc_forces(
 
 @compiled
 def _flute(
-    base: float, start: float, span: float, feed_x: float, feed_y: float, mill: Discs, k: Coefficients
+    base: float, start: float, span: float, feed_x: float, feed_y: float, mill: Discs, k: EdgeCoefficients
 ) -> tuple[float, float, float]:
     """Force of the discs of one flute whose lag is in [start, start + span) [rad]."""
     if start + span <= 0.0:
@@ -135,15 +125,15 @@ def _flute(
     cc, ss, cs = 0.5 * (n + c2), 0.5 * (n - c2), 0.5 * s2
     # sums of h cos, h sin, h
     hc, hs, h = feed_x * cc + feed_y * cs, feed_x * cs + feed_y * ss, feed_x * c + feed_y * s
-    fx = -(k.tangential * hs + k.tangential_edge * s) - (k.radial * hc + k.radial_edge * c)
-    fy = (k.tangential * hc + k.tangential_edge * c) - (k.radial * hs + k.radial_edge * s)
-    fz = -(k.axial * h + k.axial_edge * n)
+    fx = -(k.K_tc * hs + k.K_te * s) - (k.K_rc * hc + k.K_re * c)
+    fy = (k.K_tc * hc + k.K_te * c) - (k.K_rc * hs + k.K_re * s)
+    fz = -(k.K_ac * h + k.K_ae * n)
     return fx * mill.thickness, fy * mill.thickness, fz * mill.thickness
 
 
 @compiled
 def disc_forces_plain(
-    angle: float, wall: float, arc: float, feed_x: float, feed_y: float, mill: Discs, k: Coefficients
+    angle: float, wall: float, arc: float, feed_x: float, feed_y: float, mill: Discs, k: EdgeCoefficients
 ) -> tuple[float, float, float]:
     """:func:`disc_forces` disc by disc, as the equations read; the reference of the summed version."""
     fx, fy, fz = 0.0, 0.0, 0.0
@@ -153,51 +143,9 @@ def disc_forces_plain(
             h = feed_x * math.cos(theta) + feed_y * math.sin(theta)
             if (theta - wall) % (2.0 * math.pi) >= arc or h <= 0.0:
                 continue
-            ft = (k.tangential * h + k.tangential_edge) * mill.thickness
-            fr = (k.radial * h + k.radial_edge) * mill.thickness
+            ft = (k.K_tc * h + k.K_te) * mill.thickness
+            fr = (k.K_rc * h + k.K_re) * mill.thickness
             fx -= ft * math.sin(theta) + fr * math.cos(theta)
             fy -= fr * math.sin(theta) - ft * math.cos(theta)
-            fz -= (k.axial * h + k.axial_edge) * mill.thickness
+            fz -= (k.K_ac * h + k.K_ae) * mill.thickness
     return fx, fy, fz
-
-
-@compiled
-def mean_forces(
-    wall: float, arc: float, feed_x: float, feed_y: float, depth: float, teeth: int, k: Coefficients
-) -> tuple[float, float, float]:
-    r"""Mean over a revolution of the force on the tool; the helix and the number of discs drop out.
-
-    .. math:: \bar F = \frac{N a_p}{2\pi} \int_0^{\alpha} dF(\vartheta_w + \psi)\,d\psi, \qquad \text{for } h > 0
-
-    Arguments and result as :func:`disc_forces`, with the axial depth [m] and number of teeth; chips are positive over
-    the whole arc if the feed is within the immersed half, which is assumed: ``wall`` is 90° from the feed.
-    """
-    end = min(arc, math.pi)
-    a, b = wall, wall + end
-    c, s = math.sin(b) - math.sin(a), math.cos(a) - math.cos(b)
-    c2, s2 = 0.5 * (math.sin(2.0 * b) - math.sin(2.0 * a)), 0.5 * (math.cos(2.0 * a) - math.cos(2.0 * b))
-    cc, ss, cs = 0.5 * (end + c2), 0.5 * (end - c2), 0.5 * s2
-    hc, hs, h = feed_x * cc + feed_y * cs, feed_x * cs + feed_y * ss, feed_x * c + feed_y * s
-    scale = teeth * depth / (2.0 * math.pi)
-    fx = -(k.tangential * hs + k.tangential_edge * s) - (k.radial * hc + k.radial_edge * c)
-    fy = (k.tangential * hc + k.tangential_edge * c) - (k.radial * hs + k.radial_edge * s)
-    return fx * scale, fy * scale, -(k.axial * h + k.axial_edge * end) * scale
-
-
-def peak_forces(
-    wall: float, arc: float, feed_x: float, feed_y: float, mill: Discs, k: Coefficients, positions: int = 3600
-) -> tuple[FloatArray, float]:
-    """Largest magnitude of x, y, z [N], and of the xy vector [N], over a tooth period in ``positions`` steps."""
-    forces = _period(wall, arc, feed_x, feed_y, mill, k, positions)
-    return np.max(np.abs(forces), axis=0), float(np.max(np.hypot(forces[:, 0], forces[:, 1])))
-
-
-@compiled
-def _period(
-    wall: float, arc: float, feed_x: float, feed_y: float, mill: Discs, k: Coefficients, positions: int
-) -> FloatArray:
-    out = np.empty((positions, 3))
-    for i in range(positions):
-        angle = -2.0 * math.pi * i / (positions * mill.teeth)
-        out[i, 0], out[i, 1], out[i, 2] = disc_forces(angle, wall, arc, feed_x, feed_y, mill, k)
-    return out

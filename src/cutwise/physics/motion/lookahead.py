@@ -1,7 +1,7 @@
 """Look-ahead: how fast each block of a path may be run, and the jerk-limited profile over all of them."""
 
 import math
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -188,13 +188,13 @@ def _is_short(part: Stretch) -> bool:
 
 
 def plan(
-    curve: LineArc, feed: FloatArray, axes: AxisLimits, mode: Literal["exact_path", "exact_stop"] = "exact_path"
-) -> Plan:
+    curve: LineArc, feed: FloatArray, axes: AxisLimits, stop_at: npt.NDArray[np.bool_] | None = None,
+    pause: FloatArray | None = None,
+) -> Plan:  # fmt: skip
     """Quickest motion, from rest to rest, that keeps the limits of every block.
 
     Tangent blocks of equal limits are merged, so that cutting a line into short blocks changes nothing; a backward and
-    a forward pass then bound the speed at the joints. At corners, and at every block end with ``exact_stop``, the
-    motion stops. The normal acceleration jumps at joints of unequal curvature; these steps are reported.
+    a forward pass then bound the speed at the joints. The motion stops at corners. The normal acceleration jumps at joints of unequal curvature; these steps are reported.
 
     Parameters
     ----------
@@ -204,8 +204,11 @@ def plan(
         Programmed speed of each block [m/s], shape (blocks,).
     axes : AxisLimits
         Limits of the machine axes.
-    mode : str
-        ``exact_path`` (G61) or ``exact_stop`` (G61.1); a blended path (G64 P) has its blends in the curve already.
+    stop_at : ndarray, optional
+        Inner joints at which the motion stops in any case (G61.1), shape (blocks - 1,); left out: at corners only
+        (G61). A blended path (G64 P) has its blends in the curve already.
+    pause : ndarray, optional
+        Time at rest at the end of each block (G4) [s], shape (blocks,); a pause makes the motion stop there.
 
     Raises
     ------
@@ -215,16 +218,24 @@ def plan(
     worst = min(float(np.min(values)) for values in axes)
     if worst <= 0.0 or float(np.min(feed)) <= 0.0:
         raise ValueError("feed and the limits of speed, acceleration and jerk must be positive")
-    tangent = turn_angles(curve) < TANGENT if mode == "exact_path" else np.zeros(curve.count - 1, dtype=bool)
+    tangent = turn_angles(curve) < TANGENT
+    if stop_at is not None:
+        tangent &= ~stop_at
+    rest = np.zeros(curve.count) if pause is None else pause
+    tangent &= rest[:-1] <= 0.0
     parts, first = _merged(curve, block_limits(curve, feed, axes), tangent)
     joint = _joint_speeds(parts, [bool(tangent[i - 1]) for i in first[1:]])
     phases: list[tuple[float, float]] = []
     anchors: list[tuple[int, float, float]] = []
     place = 0.0
-    for part, v0, v1 in zip(parts, joint[:-1], joint[1:], strict=True):
+    last_blocks = [*(i - 1 for i in first[1:]), curve.count - 1]
+    for part, last, v0, v1 in zip(parts, last_blocks, joint[:-1], joint[1:], strict=True):
         phases += stretch(part.length, v0, v1, _stretch_limits(part, v0, v1))
         place += part.length
         anchors.append((len(phases), place, v1))
+        if rest[last] > 0.0:
+            phases.append((float(rest[last]), 0.0))
+            anchors.append((len(phases), place, 0.0))
     profile = chain(phases, 0.0, anchors)
     times = time_at(profile, curve.knots)
     speeds = _speed_at(profile, times)
