@@ -240,6 +240,12 @@ def _without_displaced(node: Node, model: type[Spec]) -> Node:
     return replace(node, value=value)
 
 
+def _fitting(sections: Sequence[type[Spec]], node: Node) -> type[Spec]:
+    """The alternative of a key that knows most of what is written there; the first among equals."""
+    written = set(node.value) if isinstance(node.value, dict) else set()
+    return max(sections, key=lambda section: len(written & set(section.model_fields)))
+
+
 class _Assembly:
     """Completes a tree from outside of it: library entries and CSV tables."""
 
@@ -266,7 +272,7 @@ class _Assembly:
                 value[name] = replace(value[name], value={})  # "part:" with nothing below it
                 value[name] = self.complete(value[name], sections[0], here)
             elif sections:
-                value[name] = self.complete(value[name], sections[0], here)
+                value[name] = self.complete(value[name], _fitting(sections, value[name]), here)
             elif value[name].value is None:
                 message = "has no value; write one or leave the line out"
                 self.faults.append(value[name].fault(here, message))
