@@ -102,8 +102,9 @@ class _Sheet:
                 self._fault(message, self.title_line, self.header[self.titles.index(title)][1])
             else:
                 self._fault(message, *self.places[title][row])
-        if not self.faults and (message := length_fault(self.columns)) is not None:
-            self._fault(message, self.title_line, 1)
+        rows = length_fault(self.columns) if not self.faults else None
+        if rows is not None:
+            self._fault(rows, self.title_line, 1)
         return sorted(self.faults, key=lambda fault: (fault.line or 0, fault.column or 0))
 
 
