@@ -1,0 +1,312 @@
+r"""The compliance device: a rigid motor on a spherical joint, held by a ring of pneumatic pistons with seal friction.
+
+The state is the tilt :math:`q = (q_x, q_y)` of the motor; a point at distance L from the joint moves :math:`L q`, and
+the motor face moves :math:`s_i = l_p \, n_i \cdot q` towards piston i. Axial and radial pistons give the same
+first-order model: only the moment arm :math:`l_p` counts.
+
+Pistons have no mass. A piston that the motor pushes (s > x) follows it; one that the motor leaves comes out as far as
+pressure and friction let it, or stays back. Its position x is a state of its own. In one time step the whole law is
+the slope of a convex function of s,
+
+.. math:: \varphi(s) = \min_{x \ge s,\; 0 \le x \le s_{max}} F_p x + W_f(x - x_{old}),
+
+with the friction work :math:`W_f` of the law in use, and the step is the minimiser of
+:math:`\tfrac12 I |q - q_f|^2 / \Delta t^2 + \sum_i \varphi_i(l_p n_i \cdot q)`.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from cutwise.maths.compiled import compiled
+from cutwise.maths.curves import FloatArray
+
+NO_FRICTION = 0
+SET_VALUED = 1
+PRESLIDING = 2
+REGULARISED = 3
+
+_TOUCH = 1e-12  # [m] a face closer than this touches its piston
+STUCK_SPEED = 1e-6  # [m/s] a piston slower than this counts as stuck
+SWEEPS = 2000  # a step that takes them all has not found its forces
+_HARMLESS = 1e-3  # [N] what is left over after them that moves nothing
+_PATIENCE = 20  # sweeps after which the step is asked whether nothing moves at all
+
+
+class Piston(NamedTuple):
+    """One piston and its seal, at one pressure."""
+
+    stroke: float  # [m] travel from the extended dead point to the other
+    pressure_force: float  # [N]
+    friction_static: float  # [N]
+    friction_dynamic: float  # [N]
+    law: int  # NO_FRICTION, SET_VALUED, PRESLIDING or REGULARISED
+    breakaway_travel: float  # [m] elastic travel of the seal before it slips (presliding)
+    stribeck_speed: float  # [m/s] of the fall from static to dynamic friction, or of the regularised law; 0: at once
+    damping: float  # [N s/m] viscous, of the rubber
+
+
+class PistonRing(NamedTuple):
+    """Motor and pistons at one pressure."""
+
+    direction: FloatArray  # unit vectors n_i from the axis to the pistons, shape (n, 2)
+    piston: Piston
+    arm: float  # [m] moment arm l_p of the pistons about the joint
+    inertia: float  # [kg m^2] of motor, tool and spindle about the joint
+    moment_x: float  # [N m] of gravity, as force times arm along x
+    moment_y: float  # [N m]
+    tolerance: float  # [N] of the contact forces
+
+
+class RingState(NamedTuple):
+    """State of the pistons, changed in place by a step."""
+
+    travel: FloatArray  # [m] piston positions x_i, 0 at the extended dead point, shape (n,)
+    seal: FloatArray  # [m] where the seal of each piston is anchored (presliding), shape (n,)
+    speed: FloatArray  # [m/s] of the pistons in the last step; of their seals' slip (presliding), shape (n,)
+    limit: FloatArray  # [N] friction limits of this step, shape (n,)
+    force: FloatArray  # [N] contact forces on the motor, for the warm start; only their sum is unique, shape (n,)
+
+
+def piston_directions(count: int, first_azimuth: float) -> FloatArray:
+    """Unit vectors to equally spaced pistons, the first at an azimuth from +x [rad]; shape (count, 2)."""
+    azimuth = first_azimuth + 2.0 * np.pi * np.arange(count) / count
+    return np.column_stack([np.cos(azimuth), np.sin(azimuth)])
+
+
+def at_rest(ring: PistonRing) -> RingState:
+    """All pistons at the extended dead point, seals relaxed, motor centred."""
+    n = len(ring.direction)
+    return RingState(*(np.zeros(n) for _ in range(5)))
+
+
+@compiled
+def friction_limit(piston: Piston, speed: float) -> float:
+    r"""Friction limit of a seal that moved with a speed in the last step [N].
+
+    .. math:: F = F_d + (F_s - F_d) e^{-(v/v_s)^2}
+
+    With :math:`v_s = 0` the fall is at once, decided by the last step: static while stuck, dynamic when sliding. The
+    step then is a convex program. With a Stribeck speed the limit follows the speed of the step itself, sweep by sweep.
+    The regularised law is :math:`F_s \tanh(v / v_s)` and has no stick to fall from.
+    """
+    if piston.law == NO_FRICTION:
+        return 0.0
+    if piston.law == REGULARISED:
+        return piston.friction_static
+    if piston.stribeck_speed > 0.0:
+        ratio = speed / piston.stribeck_speed
+        return piston.friction_dynamic + (piston.friction_static - piston.friction_dynamic) * math.exp(-ratio * ratio)
+    return piston.friction_static if abs(speed) < STUCK_SPEED else piston.friction_dynamic
+
+
+@compiled
+def pushed_position(
+    piston: Piston, limit: float, free: float, yielding: float, old: float, anchor: float, dt: float
+) -> float:
+    r"""Where the motor face comes to rest against one piston that it pushes, all other pistons held.
+
+    Solves :math:`(s - s_f) / d + N(s) = 0` for a piston in contact (x = s), with :math:`N = F_p + F_f(s)`,
+    :math:`d` the yielding of the face [m/N] and :math:`s_f` where it would go freely. N rises with s, so the root is
+    unique; for the set-valued law and the seal spring it is in closed form.
+    """
+    pressed = free - yielding * piston.pressure_force
+    if piston.law == PRESLIDING:
+        stiffness = piston.friction_static / piston.breakaway_travel
+        s = (pressed + yielding * stiffness * anchor) / (1.0 + yielding * stiffness)
+        if stiffness * (s - anchor) > limit:
+            s = pressed - yielding * limit
+        elif stiffness * (s - anchor) < -limit:
+            s = pressed + yielding * limit
+        return s
+    if piston.law == REGULARISED:
+        low = pressed - yielding * limit
+        high = pressed + yielding * limit
+        for _ in range(60):
+            s = 0.5 * (low + high)
+            if s - pressed + yielding * limit * math.tanh((s - old) / (dt * piston.stribeck_speed)) > 0.0:
+                high = s
+            else:
+                low = s
+        return 0.5 * (low + high)
+    if pressed - yielding * limit > old:
+        return pressed - yielding * limit
+    if pressed + yielding * limit < old:
+        return pressed + yielding * limit
+    return old
+
+
+@compiled
+def free_return(piston: Piston, limit: float, old: float, anchor: float, dt: float) -> float:
+    """Where a piston comes to rest that nothing touches: back at the dead point, or where friction holds it [m]."""
+    if piston.law == PRESLIDING:
+        stiffness = piston.friction_static / piston.breakaway_travel
+        if piston.pressure_force <= limit:
+            return max(0.0, min(old, anchor - piston.pressure_force / stiffness))
+    elif piston.law == REGULARISED and piston.pressure_force < limit:
+        return max(0.0, old - dt * piston.stribeck_speed * math.atanh(piston.pressure_force / limit))
+    if piston.pressure_force <= limit:
+        return old
+    if piston.damping == 0.0:
+        return 0.0
+    return max(0.0, old - dt * (piston.pressure_force - limit) / piston.damping)
+
+
+@compiled
+def contact_force(
+    piston: Piston, limit: float, free: float, yielding: float, old: float, anchor: float, dt: float
+) -> float:
+    """Contact force of one piston on the motor, all others held: the prox of its convex potential [N].
+
+    The face either stays clear of the piston (no force), rests on it at its own free position, pushes it, or drives
+    it into the inner dead point.
+    """
+    rest = free_return(piston, limit, old, anchor, dt)
+    if free <= rest:
+        return 0.0
+    hold = 1.0 + yielding * piston.damping / dt  # viscous force (s - old) / dt folded into the free position
+    damped = (free + (hold - 1.0) * old) / hold
+    s = pushed_position(piston, limit, damped, yielding / hold, old, anchor, dt)
+    s = min(max(s, rest), piston.stroke)
+    return (free - s) / yielding
+
+
+@compiled
+def step(
+    ring: PistonRing, state: RingState, qx: float, qy: float, vx: float, vy: float, mx: float, my: float, dt: float
+) -> tuple[float, float, float, float, int]:
+    r"""One time step of motor and pistons: backward Euler in displacement increments (Moreau).
+
+    .. math:: q_f = q + \Delta t\, \dot q + \Delta t^2 M / I, \qquad
+              q^+ = q_f - \frac{\Delta t^2 l_p}{I} \sum_i n_i N_i, \qquad \dot q^+ = (q^+ - q) / \Delta t
+
+    solved by Gauss-Seidel over the pistons from the forces of the last step. Stops are inelastic.
+
+    Parameters
+    ----------
+    ring, state : PistonRing, RingState
+        The device, and its state, which is changed in place.
+    qx, qy : float
+        Tilt [rad].
+    vx, vy : float
+        Rate of tilt [rad/s].
+    mx, my : float
+        Moment of the cutting forces as force times distance from the joint, along x and y [N m].
+    dt : float
+        Time step [s].
+
+    Returns
+    -------
+    qx, qy, vx, vy : float
+        Tilt and its rate after the step.
+    sweeps : int
+        Gauss-Seidel sweeps used; ``SWEEPS`` means that the forces were not found to 1 mN.
+    """
+    piston = ring.piston
+    direction = ring.direction
+    travel, seal, speed, limits, forces = state
+    n = travel.size
+    gain = dt * dt / ring.inertia
+    new_x = qx + dt * vx + gain * (mx + ring.moment_x)
+    new_y = qy + dt * vy + gain * (my + ring.moment_y)
+    lever = gain * ring.arm
+    yielding = lever * ring.arm
+    for i in range(n):
+        limits[i] = friction_limit(piston, speed[i])
+        new_x -= lever * direction[i, 0] * forces[i]
+        new_y -= lever * direction[i, 1] * forces[i]
+    falling = piston.stribeck_speed > 0.0 and (piston.law == SET_VALUED or piston.law == PRESLIDING)
+    sweeps = 0
+    change = 2.0 * ring.tolerance
+    while change > ring.tolerance and sweeps < SWEEPS:
+        if sweeps == _PATIENCE and piston.law != PRESLIDING and piston.law != REGULARISED:
+            rx = dt * vx + gain * (mx + ring.moment_x)
+            ry = dt * vy + gain * (my + ring.moment_y)
+            if stays(ring, state, qx, qy, rx / lever, ry / lever):
+                new_x, new_y = qx, qy
+                break
+        sweeps += 1
+        change = 0.0
+        for i in range(n):
+            nx = direction[i, 0]
+            ny = direction[i, 1]
+            face = ring.arm * (nx * new_x + ny * new_y)
+            free = face + yielding * forces[i]
+            if falling:
+                limits[i] = friction_limit(piston, (face - travel[i]) / dt)
+            force = contact_force(piston, limits[i], free, yielding, travel[i], seal[i], dt)
+            difference = force - forces[i]
+            if difference != 0.0:
+                forces[i] = force
+                new_x -= lever * nx * difference
+                new_y -= lever * ny * difference
+                change = max(change, abs(difference))
+    if sweeps == SWEEPS and change < _HARMLESS:
+        sweeps -= 1
+    for i in range(n):
+        face = ring.arm * (direction[i, 0] * new_x + direction[i, 1] * new_y)
+        old = travel[i]
+        travel[i] = min(piston.stroke, max(free_return(piston, limits[i], old, seal[i], dt), face))
+        anchor = seal[i]
+        seal[i] = dragged_anchor(piston, limits[i], travel[i], anchor)
+        speed[i] = ((seal[i] - anchor) if piston.law == PRESLIDING else (travel[i] - old)) / dt
+    return new_x, new_y, (new_x - qx) / dt, (new_y - qy) / dt, sweeps
+
+
+@compiled
+def stays(ring: PistonRing, state: RingState, qx: float, qy: float, rx: float, ry: float) -> bool:
+    r"""Whether the pistons can hold the motor where it is.
+
+    All kinks of the convex program meet in the present tilt, where Gauss-Seidel may shift forces between the pistons
+    for hundreds of sweeps. The forces needed, :math:`r = \sum_i n_i N_i`, are tested against the zonotope of
+    :math:`N_i \in [N_{lo}, N_{hi}]` instead: its edges are parallel to the :math:`n_i`.
+
+    Parameters
+    ----------
+    ring, state : PistonRing, RingState
+        The device and its state, limits of the step included.
+    qx, qy : float
+        Present tilt [rad].
+    rx, ry : float
+        Resultant that the pistons have to give [N].
+    """
+    n = state.travel.size
+    piston = ring.piston
+    for k in range(n):
+        for side in range(2):
+            sign = 1.0 - 2.0 * side
+            ux, uy = -sign * ring.direction[k, 1], sign * ring.direction[k, 0]
+            reach = 0.0
+            for i in range(n):
+                nx, ny = ring.direction[i, 0], ring.direction[i, 1]
+                face = ring.arm * (nx * qx + ny * qy)
+                at = state.travel[i]
+                if face < at - _TOUCH:
+                    continue
+                high = piston.pressure_force + state.limit[i]
+                low = 0.0 if at <= 0.0 else max(0.0, piston.pressure_force - state.limit[i])
+                along = nx * ux + ny * uy
+                if at >= piston.stroke and along > 0.0:
+                    return False
+                reach += along * (high if along > 0.0 else low)
+            if rx * ux + ry * uy > reach:
+                return False
+    return True
+
+
+@compiled
+def dragged_anchor(piston: Piston, limit: float, x: float, anchor: float) -> float:
+    """Where a seal is anchored after its piston came to x: it follows once the spring is at its limit [m]."""
+    if piston.law != PRESLIDING:
+        return x
+    reach = limit * piston.breakaway_travel / piston.friction_static
+    return min(max(anchor, x - reach), x + reach)
+
+
+def friction_at(force_at_reference: float, pressure: float, reference: float, preload_fraction: float) -> float:
+    r"""Seal friction at a pressure: :math:`F(p) = F(p_0) [f + (1 - f) p / p_0]`.
+
+    The preload share f stays at zero pressure: the paper's :math:`\mu (A p + P)` with one unknown (sec. 3.3).
+    """
+    return force_at_reference * (preload_fraction + (1.0 - preload_fraction) * pressure / reference)

@@ -1,0 +1,130 @@
+"""What a run has to say beyond its numbers: situations that do not settle, with the remedy; where it ended, and why."""
+
+import math
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from cutwise import units
+from cutwise.physics.structure.pistons import SWEEPS
+from cutwise.process.deburring import EdgeRun, memory_needed, run_for
+from cutwise.process.swept import run_swept_edge
+from cutwise.spec.deburring import DeburringScenario
+from cutwise.spec.notices import notices
+
+_LATCHED = 0.05  # share of the band above the loading plateau
+_MOVED = 1e-6  # [m] change with the halved step that is worth a warning
+
+LIMITS = (
+    "The motor is rigid and tilts by small angles about its joint; the mill and the part do not bend.",
+    "Chip thickness is feed per tooth times the sine of the immersion angle (no trochoid: below 0.5 % in force).",
+    "Coefficients are constant along the edge; no wear, no temperature, no burr that bends away instead of being cut.",
+    "The spindle keeps its speed: the droop of an air motor under load is not modelled.",
+    "The moment of the axial force about the joint is left out (about 1 µm).",
+)
+
+
+def warnings(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, float]) -> tuple[str, ...]:
+    """Everything that the engineer should know before he trusts the numbers."""
+    return tuple([*notices(scenario), *_structure(run), *_process(scenario, run, found), *_numerics(run)])
+
+
+def _structure(run: EdgeRun) -> Iterator[str]:
+    ring, travel = run.cell.ring, run.history.response.travel
+    piston = ring.piston
+    if travel.max() >= piston.stroke * (1.0 - 1e-9):
+        yield (
+            "the tool is dragged to the stop of the spindle: a piston used its whole stroke of "
+            f"{units.show(piston.stroke, 'length')}; lower the preset, raise the pressure, or mill down instead of up"
+        )
+    weight = math.hypot(ring.moment_x, ring.moment_y) / run.cell.reach
+    if weight > run.statics.unloading.breakaway:
+        yield (
+            f"the motor droops: its weight is {units.show(weight, 'force')} at the tip, more than the "
+            f"{units.show(run.statics.unloading.breakaway, 'force')} with which the pistons re-centre it; "
+            "raise the pressure or mount the spindle upright"
+        )
+
+
+def _process(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, float]) -> Iterator[str]:
+    steady = run.steady
+    rating, power = scenario.spindle.power_rating, found["cutting_power_mean"]
+    if rating is not None and power > rating:
+        yield (
+            f"cutting takes {units.show(power, 'power')}, more than the motor's {units.show(rating, 'power')}: it will "
+            "slow down or stall; reduce feed or burr height"
+        )
+    depth = run.history.engagement.burr_depth[steady] + run.history.engagement.work_depth[steady]
+    if depth.max() <= 0.0:
+        yield "the mill does not touch the edge in the steady part; increase the preset"
+    elif np.abs(run.history.response.tilt[steady]).max() * run.cell.reach < 1e-6:
+        yield (
+            "the spindle does not break away: the mill cuts like a rigid tool, to the preset; lower the pressure if "
+            "compliance is wanted"
+        )
+    share = band_share(run, found)
+    if share is not None and share > _LATCHED:
+        yield (
+            f"friction holds the tool {share:.0%} of the way from the loading to the unloading plateau: an overshoot "
+            "of the lead-in (or of the path error) has latched; lengthen the lead-in, or lower the start"
+        )
+    index = found["path_memory_index"]
+    if memory_needed(run.cell) and not swept(scenario, run):
+        yield (
+            f"the mill meets its own older surface (path-memory index {index:.3g}, run-out "
+            f"{units.show(run.cell.cutter.edges.runout, 'small_length')}), which the arcs leave out: trust the mean error, "
+            "not the wave; numerics.engagement swept (with averaged force) keeps the surface"
+        )
+
+
+def _numerics(run: EdgeRun) -> Iterator[str]:
+    if run.history.response.sweeps.max() >= SWEEPS:
+        yield "the piston forces were not found to 1 mN in some steps; use a smaller time step"
+
+
+def swept(scenario: DeburringScenario, run: EdgeRun) -> bool:
+    """Whether the pass ran over a surface with memory."""
+    return run_for(scenario, run.cell) is run_swept_edge
+
+
+def halved_step(change: Mapping[str, float]) -> Iterator[str]:
+    """A result that still moves when the step is halved."""
+    moved = {k: v for k, v in change.items() if k.startswith("surface_error_") and abs(v) > _MOVED}
+    for name, value in moved.items():
+        yield f"{name} moves by {units.show(value, 'small_length', 3)} when the time step is halved; use a smaller one"
+
+
+def band_share(run: EdgeRun, found: Mapping[str, float]) -> float | None:
+    """Where the run ended between the loading (0) and the unloading plateau (1)."""
+    low, high = found.get("surface_error_loaded"), found.get("surface_error_unloaded")
+    if low is None or high is None or high - low < 1e-9:
+        return None
+    return (found["surface_error_mean"] - low) / (high - low)
+
+
+def notes(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, float]) -> dict[str, str]:
+    """Where in the band the run ended, and where the edge came out worst."""
+    told = {
+        "engagement": "The engagement was taken from a swept surface with memory, cut down by every position of the mill."
+        if swept(scenario, run)
+        else "The engagement was taken from immersion arcs of the present position of the mill (no surface memory)."
+    }
+    share = band_share(run, found)
+    show = units.show
+    if share is not None:
+        told["band"] = (
+            f"The equilibrium under friction is not a point but a band: from {show(found['surface_error_loaded'], 'small_length', 4)} "
+            f"(loading plateau) to {show(found['surface_error_unloaded'], 'small_length', 4)} (unloading plateau). This run "
+            f"ended at {show(found['surface_error_mean'], 'small_length', 4)}, {share:.1%} of the way; the history decides where."
+        )
+    w, error = run.surface.position, run.surface.error
+    after = w >= run.centre[int(np.searchsorted(run.history.motion.time, run.cell.path.lead_in)), 0]
+    before = w <= run.centre[run.steady.stop - 1, 0]
+    if (after & before).any():
+        w, error = w[after & before], error[after & before]
+        deep, high = int(error.argmin()), int(error.argmax())
+        told["worst"] = (
+            f"After the lead-in the deepest place is {show(error[deep], 'small_length', 4)} at w = {show(w[deep], 'length')}, "
+            f"the highest {show(error[high], 'small_length', 4)} at w = {show(w[high], 'length')}."
+        )
+    return told
