@@ -165,8 +165,8 @@ def exudyn_row(time_step: float, repeats: int) -> Row:
     settings.timeIntegration.numberOfSteps = steps
     settings.timeIntegration.endTime = DURATION
     settings.timeIntegration.verboseMode = 0
-    settings.solutionSettings.writeSolutionToFile = False
-    settings.solutionSettings.sensorsWritePeriod = DURATION
+    settings.solution.file.write = False
+    settings.solution.sensors.writePeriod = DURATION
     start = mbs.systemData.GetSystemState()
 
     def run() -> float:
