@@ -17,11 +17,11 @@ from typing import Any, NamedTuple
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tests"))
 
 import numpy as np
-from peers.cells import MM, r0
 
 from cutwise.physics.structure import pistons
 from cutwise.process.loops import TOOTH_RESOLVED, EdgeCell, run_compliant_edge
 from cutwise.process.swept import run_swept_edge
+from peers.cells import MM, r0
 
 FORCE = (5.7, 9.4)  # [N] mean burr force of the reference case
 DEFLECTION = (1.587 * MM, 1.990 * MM)  # [m] of the mill there
@@ -108,7 +108,7 @@ def mujoco_row(time_step: float, repeats: int) -> Row:
 def exudyn_row(time_step: float, repeats: int) -> Row:
     """Exudyn: penalty contact, friction with a sticking spring, explicit integration."""
     import exudyn as exu
-    import exudyn.itemInterface as items
+    import exudyn.itemInterface as items  # noqa: N813
 
     ring = r0().ring
     piston = ring.piston
@@ -214,7 +214,10 @@ def main() -> None:
     repeats = options.parse_args().repeats
     ours, peers = own_rows(repeats), peer_rows(repeats)
     base = ours[0].cost
-    print(f"{'':44}{'step':>8} {'CPU per step':>14} {'of the first':>13} {'simulated s per CPU s':>23} {'mill off work':>14}")
+    titles = (
+        f"{'step':>8} {'CPU per step':>14} {'of the first':>13} {'simulated s per CPU s':>23} {'mill off work':>14}"
+    )
+    print(f"{'':44}{titles}")
     for row in (*ours, *peers):
         print(
             f"{row.name:44}{row.time_step * 1e6:>5.3g} us {row.cost * 1e6:>11.3f} us {row.cost / base:>12.2f}x "

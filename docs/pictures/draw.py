@@ -64,9 +64,10 @@ def path_error() -> Figure:
     whole.axhline(2 * AMPLITUDE, color="k", ls=":", lw=0.9)
     middle.axhline(0.0, color="k", ls=":", lw=0.9)
     wave.set(title="2 Hz", xlabel="time [s]", ylabel="edge error e [mm]")
-    whole.set(title="peak to peak", xlabel="frequency of the path error [Hz]", ylabel="e peak to peak [mm]", ylim=(0, 0.44))
-    middle.set(title="mean", xlabel="frequency of the path error [Hz]", ylabel="mean e [mm]")
+    whole.set(title="peak to peak", ylabel="e peak to peak [mm]", ylim=(0, 0.44))
+    middle.set(title="mean", ylabel="mean e [mm]")
     for axes in (whole, middle):
+        axes.set_xlabel("frequency of the path error [Hz]")
         axes.set_xticks(FREQUENCIES, [f"{f:g}" for f in FREQUENCIES])
         axes.minorticks_off()
     figure.legend(loc="outside lower center", ncols=4, frameon=False)
