@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from cutwise import units
-from cutwise.physics.structure.pistons import REGULARISED
+from cutwise.physics.structure.pistons import REGULARISED, SWEEPS
 from cutwise.process.deburring import EdgeRun, memory_needed, run_for
 from cutwise.process.loops import TOOTH_RESOLVED
 from cutwise.process.swept import run_swept_edge
@@ -15,7 +15,6 @@ from cutwise.spec.deburring import DeburringScenario
 _LARGEST_AVERAGED_STEP = 400e-6  # [s] beyond this the explicit cutting force is no longer damped
 _STEPS_PER_TOOTH = 20
 _STEPS_PER_TURN = 200
-_SWEEP_LIMIT = 2000
 _LATCHED = 0.05  # share of the band above the loading plateau
 _MOVED = 1e-6  # [m] change with the halved step that is worth a warning
 
@@ -118,8 +117,8 @@ def _numerics(scenario: DeburringScenario, run: EdgeRun) -> Iterator[str]:
         yield (
             f"the time step aliases the run-out: {turn / step:.3g} steps per turn, {_STEPS_PER_TURN} are needed; use 5 us"
         )
-    if run.history.response.sweeps.max() >= _SWEEP_LIMIT:
-        yield "the contact solver stopped short of its tolerance in some steps; use a smaller time step"
+    if run.history.response.sweeps.max() >= SWEEPS:
+        yield "the piston forces were not found to 1 mN in some steps; use a smaller time step"
 
 
 def swept(scenario: DeburringScenario, run: EdgeRun) -> bool:
