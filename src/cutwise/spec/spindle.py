@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import BeforeValidator, Field, PlainSerializer
+from pydantic import BeforeValidator, Field, PlainSerializer, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
 from cutwise.spec.base import (
@@ -61,7 +61,18 @@ def _axis_name(value: Any) -> Any:
     return list(value) if isinstance(value, tuple) else value
 
 
-Gravity = Annotated[Literal["off"] | Vector, BeforeValidator(_direction), PlainSerializer(_axis_name, when_used="json")]
+_SCHEMA = {
+    "anyOf": [
+        {"enum": ["off", *_AXES]},
+        {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3},
+    ]
+}
+Gravity = Annotated[
+    Literal["off"] | Vector,
+    BeforeValidator(_direction),
+    PlainSerializer(_axis_name, when_used="json"),
+    WithJsonSchema(_SCHEMA),
+]
 Friction = Literal["set_valued", "presliding", "none", "regularised"]
 
 
