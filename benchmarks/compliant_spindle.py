@@ -214,9 +214,7 @@ def main() -> None:
     repeats = options.parse_args().repeats
     ours, peers = own_rows(repeats), peer_rows(repeats)
     base = ours[0].cost
-    titles = (
-        f"{'step':>8} {'CPU per step':>14} {'of the first':>13} {'simulated s / CPU s':>20} {'mill off work':>14}"
-    )
+    titles = f"{'step':>8} {'CPU per step':>14} {'of the first':>13} {'simulated s / CPU s':>20} {'mill off work':>14}"
     print(f"{'':44}{titles}")
     for row in (*ours, *peers):
         print(

@@ -5,6 +5,7 @@ A page says where a table goes with a pair of comments, ``<!-- table: NAME -->``
 
 import re
 from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Literal, get_args, get_origin
 
@@ -29,11 +30,14 @@ def measures(process: str) -> str:
     """Every measure of a process with its unit and meaning."""
     known = KINDS[process].measures
     lines = (
-        (f"`{name}`", units.DIMENSIONS[m.dimension].si or "1", units.pretty(units.DIMENSIONS[m.dimension].display) or "1",
-         m.description)
+        (f"`{name}`", _unit(m.dimension, "si"), _unit(m.dimension, "display"), m.description)
         for name, m in known.items()
-    )  # fmt: skip
+    )
     return _rows(("measure", "unit in `--json`", "unit shown", "meaning"), lines)
+
+
+def _unit(dimension: str, which: str) -> str:
+    return units.pretty(getattr(units.DIMENSIONS[dimension], which)) or "1"
 
 
 def keys(process: str) -> str:
@@ -82,10 +86,10 @@ def entry(name: str) -> str:
 
 
 TABLES: Mapping[str, Callable[[], str]] = {
-    "measures.deburr": lambda: measures("deburr"),
-    "keys.deburr": lambda: keys("deburr"),
-    "errata.berselli2016": lambda: errata("berselli2016"),
-    "entry.spindles.berselli2016": lambda: entry("spindles.berselli2016"),
+    **{f"measures.{kind}": partial(measures, kind) for kind in KINDS},
+    **{f"keys.{kind}": partial(keys, kind) for kind in KINDS},
+    "errata.berselli2016": partial(errata, "berselli2016"),
+    "entry.spindles.berselli2016": partial(entry, "spindles.berselli2016"),
 }
 
 
