@@ -82,7 +82,10 @@ def main() -> None:
                 ours.append(time.process_time() - start)
                 if binary:
                     text = subprocess.run(
-                        [binary, binary.with_suffix(".in"), str(periods * steps)], check=True, capture_output=True, text=True
+                        [binary, binary.with_suffix(".in"), str(periods * steps)],
+                        check=True,
+                        capture_output=True,
+                        text=True,
                     ).stdout.split()
                     twin.append(float(text[0]))
                     assert np.allclose(path[-1], [float(text[1]), float(text[2])], rtol=1e-6, atol=1e-15)

@@ -32,6 +32,19 @@ STARTS: Mapping[str, Mapping[str, str]] = {
         "spindle.library": "default",
         "requirements": "{surface_error_max: {max: 0.1 mm}, surface_error_min: {min: -0.1 mm}}",
     },
+    "mill": {
+        "path.corner": "2 mm",
+        "path.compare": "[sharp, 2 mm, 5 mm]",
+        "operation.feed": "40 mm/s",
+        "operation.spindle_speed": "8000 rpm",
+        "operation.axial_depth": "5 mm",
+        "operation.radial_depth": "4 mm",
+        "tool.library": "endmill_20_3",
+        "material.library": "al7075t6",
+        "machine.library": "fadal2216",
+        "machine.reading": "kp_ki_swapped",
+        "requirements": "{contour_error_max: {max: 50 um}, force_xy_peak: {max: 800 N}}",
+    },
 }
 _LEFT_OUT = ("library", "name", "process")
 
@@ -69,6 +82,13 @@ def _body(section: type[Spec], path: Path, starts: Mapping[str, str]) -> Iterato
         here = (*path, name)
         inner = fields.sections(info)
         if len(inner) == 1 and len(list(fields.of_field(info))) == 1:
+            if (
+                not info.is_required()
+                and info.default is None
+                and not any(key.startswith(dotted(here)) for key in starts)
+            ):
+                yield from _comment(f"{name}: {info.description}", indent)
+                continue
             yield "" if not path else f"{indent}# {info.description}"
             if not path:
                 yield f"# {info.description}"
@@ -115,7 +135,7 @@ def _from_library(section: type[LibrarySpec], path: Path, starts: Mapping[str, s
     yield f"{indent}library: {name}"
     values = there[name].values.value if name in there else {}
     for key, info in section.model_fields.items():
-        if key in values:
+        if key in values and not isinstance(values[key].value, dict):
             brief = re.split(r"[:;(]", info.description or "")[0].strip()
             yield f"{indent}# {f'{key}: {values[key].text}':<32} # {brief}"
 

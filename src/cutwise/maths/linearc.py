@@ -67,7 +67,11 @@ def line(start: Sequence[float], end: Sequence[float]) -> Block:
 
 
 def arc(
-    start: Sequence[float], centre: Sequence[float], sweep: float, axis: Sequence[float] = (0.0, 0.0, 1.0), rise: float = 0.0
+    start: Sequence[float],
+    centre: Sequence[float],
+    sweep: float,
+    axis: Sequence[float] = (0.0, 0.0, 1.0),
+    rise: float = 0.0,
 ) -> Block:
     """Arc about ``axis`` (right-handed sweep [rad], may exceed a turn), or a helix with ``rise`` [m] along the axis.
 

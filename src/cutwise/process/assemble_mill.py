@@ -142,9 +142,7 @@ def drive_pair(machine: CncMachine) -> DrivePair:
     if machine.reading == "matched":
         gains = {"x": gains["y"], "y": gains["x"]}
     c = machine.control
-    laws = {
-        axis: Controller(*g, c.sample_time, c.saturation, c.encoder, float(c.delay)) for axis, g in gains.items()
-    }
+    laws = {axis: Controller(*g, c.sample_time, c.saturation, c.encoder, float(c.delay)) for axis, g in gains.items()}
     pair = DrivePair(_plant(machine.x), laws["x"], _plant(machine.y), laws["y"])
     faults = []
     for axis, figures in zip("xy", loops(pair), strict=True):
@@ -187,7 +185,9 @@ def _plant(drive: FeedDrive) -> Plant:
 def cut(scenario: MillingScenario, spindle: float) -> Cut:
     """The cutting force that acts on the drives."""
     tool, numerics = scenario.tool, scenario.numerics
-    law = {"none": NO_FORCE, "averaged": AVERAGED, "tooth_resolved": DISCS if numerics.discs else FLUTES}[numerics.force]
+    law = {"none": NO_FORCE, "averaged": AVERAGED, "tooth_resolved": DISCS if numerics.discs else FLUTES}[
+        numerics.force
+    ]
     radius, depth = 0.5 * tool.diameter, scenario.operation.axial_depth
     return Cut(
         law,

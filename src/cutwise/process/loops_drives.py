@@ -157,7 +157,12 @@ def run_drives(
     state = np.zeros((2, _STATE))
     state[:, 0] = state[:, 5] = commands.point[0]
     history = DriveHistory(
-        np.empty((n, 2)), np.empty((n, 2)), np.empty((n, 2)), np.zeros((n, 2), dtype=bool), np.empty((n, 3)), np.empty((n, 4))
+        np.empty((n, 2)),
+        np.empty((n, 2)),
+        np.empty((n, 2)),
+        np.zeros((n, 2), dtype=bool),
+        np.empty((n, 3)),
+        np.empty((n, 4)),
     )
     for first in range(0, n, CHUNK):
         last = min(first + CHUNK, n)

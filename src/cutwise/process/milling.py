@@ -75,7 +75,9 @@ def run(scenario: MillingScenario, substeps: int, progress: Progress | None = No
     chip = float(feeds.max()) * 2.0 * math.pi / (spindle * scenario.tool.flutes) if feeds.size else 0.0
     largest = _largest_immersion(scenario, program, immersion)
     tip = _vibration(scenario, cutting, chip, largest)
-    return MillRun(path, motion, reference, immersion, drives, loops(drives), cutting, history, error, chip, largest, tip)
+    return MillRun(
+        path, motion, reference, immersion, drives, loops(drives), cutting, history, error, chip, largest, tip
+    )
 
 
 def _immersion(scenario: MillingScenario, path: ProgramPath, reference: Reference) -> FloatArray:
@@ -143,7 +145,9 @@ def measures(scenario: MillingScenario, done: MillRun) -> dict[str, float]:
     found |= _forces(scenario, done)
     if done.path.cuts.any():
         found["engagement_angle_max"] = done.largest_immersion
-        found["engagement_angle_straight"] = straight_immersion(scenario.operation.radial_depth, 0.5 * scenario.tool.diameter)
+        found["engagement_angle_straight"] = straight_immersion(
+            scenario.operation.radial_depth, 0.5 * scenario.tool.diameter
+        )
     for i, (axis, figures) in enumerate(zip("xy", done.loops, strict=True)):
         plant = done.drives.plant_x if i == 0 else done.drives.plant_y
         torque = plant.current_gain * plant.torque_constant * np.abs(history.voltage[:, i]).max()
@@ -272,12 +276,18 @@ def _frequency_response(done: MillRun) -> xr.Dataset:
     held = np.column_stack([sampled_response(w, *pair) for pair in pairs])
     return labelled(("frequency", hertz, "Hz", "frequency"), {
         "open_loop_gain": (np.abs(opened), "1", "magnitude of the continuous loop gain"),
-        "open_loop_phase": (np.unwrap(np.angle(opened), axis=0), "rad", "phase of the continuous loop gain"),
+        "open_loop_phase": (_phase(opened), "rad", "phase of the continuous loop gain"),
         "closed_loop_gain": (np.abs(opened / (1 + opened)), "1", "magnitude of the continuous closed loop"),
         "sampled_closed_loop_gain": (np.abs(held / (1 + held)), "1", "magnitude of the sampled closed loop"),
         "sampled_open_loop_gain": (np.abs(held), "1", "magnitude of the sampled loop gain"),
-        "sampled_open_loop_phase": (np.unwrap(np.angle(held), axis=0), "rad", "phase of the sampled loop gain"),
+        "sampled_open_loop_phase": (_phase(held), "rad", "phase of the sampled loop gain"),
     }, axis=["x", "y"])  # fmt: skip
+
+
+def _phase(response: np.ndarray) -> FloatArray:
+    """Continuous phase of responses over their first axis, starting between -360° and 0 [rad]."""
+    phase = np.unwrap(np.angle(response), axis=0)
+    return np.asarray(phase - 2.0 * math.pi * np.ceil(phase[0] / (2.0 * math.pi)))
 
 
 COMPARED = (
@@ -298,7 +308,9 @@ def compare(scenario: MillingScenario) -> dict[str, Mapping[str, float]]:
     return rows
 
 
-def comparison_table(rows: Mapping[str, Mapping[str, float]], known: Mapping[str, tuple[str, str]]) -> xr.Dataset | None:
+def comparison_table(
+    rows: Mapping[str, Mapping[str, float]], known: Mapping[str, tuple[str, str]]
+) -> xr.Dataset | None:
     """The compared measures over the strategies."""
     if not rows:
         return None

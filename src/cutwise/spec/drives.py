@@ -69,7 +69,7 @@ class FeedDrive(Spec):
     K_2: DerivativeGain = Field(description="feedforward of the speed", examples=["0 V s/mm"])
     friction: Friction = Field(description="friction at the motor")
     backlash: Annotated[SmallLength, Usual("0 um", "50 um")] = Field(
-        default=0.0, description="whole play of the transmission", examples=["3 um"], ge=0
+        description="whole play of the transmission", examples=["3 um"], ge=0
     )
 
 
@@ -100,7 +100,7 @@ class Control(Spec):
         description="largest output of the controller", examples=["10 V"], gt=0
     )
     encoder: Annotated[SmallLength, Usual("0 um", "5 um")] = Field(
-        default=0.0, description="quantum of the measured position; 0 for none", examples=["1 um"], ge=0
+        description="quantum of the measured position; 0 for none", examples=["1 um"], ge=0
     )
 
 

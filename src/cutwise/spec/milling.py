@@ -203,6 +203,14 @@ class MillingScenario(Scenario):
                     ("operation", "feed"),
                     f"is {units.show(chip, 'small_length', 3)} per tooth; usual is 5 to 400 µm",
                 )
+            low, high = self.material.chip_thickness_min, self.material.chip_thickness_max
+            if (low is not None and chip < low) or (high is not None and chip > high):
+                ends = " to ".join(units.show(end, "small_length", 3) for end in (low, high) if end is not None)
+                yield Remark(
+                    ("material",),
+                    f"the coefficients hold for chips of {ends}, this feed per tooth is "
+                    f"{units.show(chip, 'small_length', 3)}",
+                )
             step = self.machine.control.sample_time / self.numerics.substeps
             tooth = 2.0 * math.pi / (speed * self.tool.flutes)
             if self.numerics.force == "tooth_resolved" and step > tooth / 10:

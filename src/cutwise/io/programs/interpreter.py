@@ -336,7 +336,9 @@ def _centre_from_radius(
     du, dv = end[u] - state.at[u], end[v] - state.at[v]
     chord = math.hypot(du, dv)
     if chord <= 0.0 or radius == 0.0:
-        run.fault("an arc by R needs a radius and an end apart from its start; write a full circle with its centre", word)
+        run.fault(
+            "an arc by R needs a radius and an end apart from its start; write a full circle with its centre", word
+        )
         return None
     left = radius * radius - 0.25 * chord * chord
     if left < -1e-3 * radius * radius:

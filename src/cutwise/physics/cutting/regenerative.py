@@ -25,9 +25,7 @@ class ToothGrid(NamedTuple):
     tooth: int  # steps per tooth period
 
 
-def tooth_grid(
-    teeth: int, steps: int, lag: FloatArray, entry: float, exit_angle: float
-) -> ToothGrid:
+def tooth_grid(teeth: int, steps: int, lag: FloatArray, entry: float, exit_angle: float) -> ToothGrid:
     """Stations of a mill: teeth, steps per tooth period, lag of each disc [rad], entry and exit angle [rad]."""
     angle = 2.0 * math.pi * np.arange(teeth * steps)[:, None] / (teeth * steps) - np.asarray(lag)[None, :]
     past = np.mod(angle - entry, 2.0 * math.pi)

@@ -97,7 +97,9 @@ def _matrix_within(angle: float, inside: float, case: Milling) -> FloatArray:
     return out
 
 
-def multipliers(depths: FloatArray, spindle: float, case: Milling, tip: Tip, free: FreeMotion, nodes: int = 0) -> FloatArray:
+def multipliers(
+    depths: FloatArray, spindle: float, case: Milling, tip: Tip, free: FreeMotion, nodes: int = 0
+) -> FloatArray:
     r"""Largest characteristic multiplier per tooth period; the cut is stable below one.
 
     .. math:: \ddot q + \ldots = -a_p M^{-1} P^T W(t) P\,[q(t) - q(t-\tau)]
@@ -196,9 +198,7 @@ def _nodes(time: float, tip: Tip) -> int:
     return 16 + math.ceil(0.8 * float(np.max(tip.frequency)) * time)
 
 
-def limit_depth(
-    spindle: float, case: Milling, tip: Tip, free: FreeMotion, deepest: float, grid: int = 80
-) -> float:
+def limit_depth(spindle: float, case: Milling, tip: Tip, free: FreeMotion, deepest: float, grid: int = 80) -> float:
     """Least axial depth [m] that is unstable, met from below on a grid of ``deepest/grid`` and then bisected.
 
     Infinite if nothing up to ``deepest`` is unstable; islands of instability thinner than the grid are missed.
@@ -218,8 +218,6 @@ def limit_depth(
     return 0.5 * (low + high)
 
 
-def lobes(
-    spindles: FloatArray, depths: FloatArray, case: Milling, tip: Tip, free: FreeMotion
-) -> FloatArray:
+def lobes(spindles: FloatArray, depths: FloatArray, case: Milling, tip: Tip, free: FreeMotion) -> FloatArray:
     """:func:`multipliers` over a grid of spindle speeds [rad/s] and depths [m]; shape (speeds, depths)."""
     return np.array([multipliers(depths, float(spindle), case, tip, free) for spindle in spindles])

@@ -68,9 +68,7 @@ def arc_immersion(radial_depth: float, path_radius: float, mill_radius: float) -
     if math.isinf(path_radius):
         return straight_immersion(radial_depth, mill_radius)
     bound = path_radius + mill_radius - radial_depth
-    cosine = (bound * bound - path_radius * path_radius - mill_radius * mill_radius) / (
-        2.0 * path_radius * mill_radius
-    )
+    cosine = (bound * bound - path_radius * path_radius - mill_radius * mill_radius) / (2.0 * path_radius * mill_radius)
     return math.acos(min(max(cosine, -1.0), 1.0))
 
 

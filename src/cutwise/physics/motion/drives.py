@@ -144,7 +144,13 @@ def advance(
 
 @compiled
 def control(
-    reference: float, velocity: float, acceleration: float, x: float, integral: float, last_error: float, law: Controller
+    reference: float,
+    velocity: float,
+    acceleration: float,
+    x: float,
+    integral: float,
+    last_error: float,
+    law: Controller,
 ) -> tuple[float, float, float, bool]:
     r"""Output of the position controller, with conditional anti-windup.
 

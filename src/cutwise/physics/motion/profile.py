@@ -138,7 +138,9 @@ def ramp(v0: float, v1: float, limits: Limits) -> list[tuple[float, float]]:
     return [(rise, jerk), (hold, 0.0), (rise, -jerk)]
 
 
-def chain(phases: Sequence[tuple[float, float]], speed: float = 0.0, anchors: Sequence[tuple[int, float, float]] = ()) -> Profile:
+def chain(
+    phases: Sequence[tuple[float, float]], speed: float = 0.0, anchors: Sequence[tuple[int, float, float]] = ()
+) -> Profile:
     """The phases run one after the other from position zero.
 
     ``anchors`` pins the state at the start of phases: (phase number, position [m], speed [m/s], zero acceleration),
