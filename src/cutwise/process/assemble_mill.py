@@ -33,6 +33,8 @@ class ProgramPath(NamedTuple):
     stop_at: npt.NDArray[np.bool_]  # inner joints with a stop (G61.1), shape (n - 1,)
     dwell_after: FloatArray  # [s] at the end of each block, shape (n,)
     source: npt.NDArray[np.int64]  # line of the program, 0 for a corner, shape (n,)
+    programmed: LineArc  # the path before its corners were blended: what the contour error is measured from
+    origin: npt.NDArray[np.int64]  # block of the programmed path that each block came from, shape (n,)
 
 
 def program_path(scenario: MillingScenario, program: Interpreted | None) -> ProgramPath:
@@ -48,6 +50,10 @@ def program_path(scenario: MillingScenario, program: Interpreted | None) -> Prog
             ["exact_path"] * n, [0.0] * n, scenario,
         )  # fmt: skip
     moves = [move for move in program.moves if move.kind != "dwell"]
+    left = next((move for move in moves if move.spindle < 0.0), None)
+    if left is not None:
+        message = f"line {left.line}: the spindle turns to the left (M4); milling is covered for M3 only"
+        raise ScenarioFault([Fault(("program",), message)])
     dwell = np.zeros(len(moves))
     at = -1
     for move in program.moves:
@@ -58,7 +64,7 @@ def program_path(scenario: MillingScenario, program: Interpreted | None) -> Prog
     return _with_mode(
         [_block(move) for move in moves],
         np.array([move.feed if math.isinf(move.feed) or own is None else own for move in moves]),
-        np.array([_cuts(move) for move in moves]),
+        np.array([_cuts(move, scenario.operation.spindle_speed is not None) for move in moves]),
         dwell,
         np.array([move.line for move in moves]),
         [move.mode for move in moves],
@@ -88,7 +94,7 @@ def _with_mode(
     stop = np.array([modes_[i] == "exact_stop" for i in origin[:-1]], dtype=bool) & last_of_origin[:-1]
     pause = np.where(last_of_origin, dwell[index], 0.0)
     stop |= pause[:-1] > 0.0
-    return ProgramPath(join(path), feed[index], cuts[index], stop, pause, source[index])
+    return ProgramPath(join(path), feed[index], cuts[index], stop, pause, source[index], join(blocks), index)
 
 
 def _block(move: Move) -> Block:
@@ -98,10 +104,10 @@ def _block(move: Move) -> Block:
     return line(move.start, move.end)
 
 
-def _cuts(move: Move) -> bool:
-    """A feed move within the stock: below z = 0, and not a plunge."""
+def _cuts(move: Move, turning: bool) -> bool:
+    """A feed move within the stock: below z = 0, not a plunge, the spindle running (or taken to run)."""
     flat = move.kind == "arc" or math.hypot(move.end[0] - move.start[0], move.end[1] - move.start[1]) > 1e-9
-    return move.kind != "rapid" and flat and min(move.start[2], move.end[2]) < 0.0 and move.spindle > 0.0
+    return move.kind != "rapid" and flat and min(move.start[2], move.end[2]) < 0.0 and (turning or move.spindle > 0.0)
 
 
 def read_program(scenario: MillingScenario) -> Interpreted | None:

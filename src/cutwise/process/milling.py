@@ -69,7 +69,7 @@ def run(scenario: MillingScenario, substeps: int, progress: Progress | None = No
     immersion = _immersion(scenario, path, reference)
     drives = drive_pair(scenario.machine)
     history = run_drives(_commands(reference, immersion, sample_time), drives, cutting, substeps, progress)
-    error = contour_errors(path.curve, reference.block, history.position, _WINDOW, True)
+    error = contour_errors(path.programmed, path.origin[reference.block], history.position, _WINDOW, True)
     error[np.isinf(path.feed[reference.block])] = np.nan
     feeds = path.feed[path.cuts]
     chip = float(feeds.max()) * 2.0 * math.pi / (spindle * scenario.tool.flutes) if feeds.size else 0.0
@@ -223,7 +223,7 @@ def static_force(done: MillRun, arc: float) -> tuple[float, float, float]:
     return wall_force(AVERAGED, 0.0, 0.0, arc, done.chip, 0.0, c.depth, c.mill, c.discs, c.coefficients)
 
 
-def stages(scenario: MillingScenario, done: MillRun, compared: xr.Dataset | None) -> xr.DataTree:
+def stages(done: MillRun, compared: xr.Dataset | None) -> xr.DataTree:
     """The histories of all stages as labelled arrays, with units."""
     r, h = done.reference, done.history
     time = ("time", r.time, "s", "time")

@@ -63,7 +63,7 @@ def mill(scenario: MillingScenario, progress: Progress | None = None) -> Result:
     return collect(
         scenario,
         found,
-        stages=milling.stages(scenario, done, milling.comparison_table(rows, scenario.measures)),
+        stages=milling.stages(done, milling.comparison_table(rows, scenario.measures)),
         warnings=(*remarks_mill.warnings(scenario, done, found), *remarks_mill.changed(change)),
         limits=remarks_mill.LIMITS,
         convergence=change,

@@ -72,9 +72,8 @@ def changed(change: Mapping[str, float]) -> Iterator[str]:
     """A result that still moves with more substeps."""
     moved = change.get("contour_error_max", 0.0)
     if abs(moved) > _MOVED:
-        yield (
-            f"contour_error_max moves by {units.show(moved, 'small_length', 3)} with twice the substeps; use more of them"
-        )
+        shown = units.show(moved, "small_length", 3)
+        yield f"contour_error_max moves by {shown} with twice the substeps; use more of them"
 
 
 def notes(
@@ -85,9 +84,10 @@ def notes(
     told = {"reading": f"machine.reading {machine.reading}: {READINGS[machine.reading]}."}
     told["loops"] = " ".join(
         f"{axis}: phase margin {math.degrees(f.phase_margin):.1f}° continuous, "
-        f"{math.degrees(f.sampled_phase_margin):.1f}° sampled; gain margin {20 * math.log10(f.sampled_gain_margin):.1f} dB; "
-        f"bandwidth {f.bandwidth:.1f} Hz continuous, {f.sampled_bandwidth:.1f} Hz sampled; resonance {f.resonance:.2f}; "
-        f"damping {f.damping:.3f}; largest pole |z| {f.largest_pole:.5f}."
+        f"{math.degrees(f.sampled_phase_margin):.1f}° sampled; "
+        f"gain margin {20 * math.log10(f.sampled_gain_margin):.1f} dB; "
+        f"bandwidth {f.bandwidth:.1f} Hz continuous, {f.sampled_bandwidth:.1f} Hz sampled; "
+        f"resonance {f.resonance:.2f}; damping {f.damping:.3f}; largest pole |z| {f.largest_pole:.5f}."
         for axis, f in zip("xy", done.loops, strict=True)
     )
     if np.isfinite(done.contour_error).any():

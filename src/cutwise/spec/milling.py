@@ -63,7 +63,7 @@ class CornerPath(Spec):
     def contradictions(self) -> Iterator[Remark]:
         """A fillet that does not fit between the ends."""
         for shape in (self.corner, *self.compare):
-            if not isinstance(shape, str) and shape * math.tan(0.5 * self.turn) >= self.lead:
+            if not isinstance(shape, str) and shape * math.tan(0.5 * self.turn) >= self.lead * (1 - 1e-9):
                 yield Remark(
                     ("corner",), f"a fillet of {_mm(shape)} takes the whole lead of {_mm(self.lead)}; make it smaller"
                 )
@@ -182,8 +182,8 @@ class MillingScenario(Scenario):
         if self.operation.radial_depth >= radius:
             yield Remark(
                 ("operation", "radial_depth"),
-                f"{_mm(self.operation.radial_depth)} is not below the radius of the mill ({_mm(radius)}): the engagement "
-                "in a corner holds for less; split the pass, or take a larger mill",
+                f"{_mm(self.operation.radial_depth)} is not below the radius of the mill ({_mm(radius)}): the "
+                "engagement in a corner holds for less; split the pass, or take a larger mill",
             )
         if self.tool.flute_length is not None and self.operation.axial_depth > self.tool.flute_length * (1 + 1e-9):
             yield Remark(

@@ -206,7 +206,8 @@ _ERROR = "surface/contour_error"
 PLOTS: list[Plot] = [
     Plot("Where the path is left most", "Commanded and actual path of the tool centre; the error is magnified.",
          worst_place, (_ERROR, "motion/actual", "measures/contour_error_max")),
-    Plot("Corner strategies", "The same corner as exact stop and with fillets.", comparison, ("comparison/cycle_time",)),
+    Plot("Corner strategies", "The same corner as exact stop and with fillets.", comparison,
+         ("comparison/cycle_time",)),
     Plot("Contour error", "Positive to the right of the path, into the wall.", contour_error, (_ERROR,)),
     Plot("Speed and immersion", "What the look-ahead planned, what the drives did, and how far the mill is immersed.",
          speed, ("motion/speed_actual", "engagement/immersion")),

@@ -109,9 +109,9 @@ def interpret(text: str, name: str = "program") -> Interpreted:
     run = _Run(name)
     state = _State()
     for block in blocks(text, name, run.faults):
+        state = _block(block, state, run)
         if state.ended:
             break
-        state = _block(block, state, run)
     if run.faults:
         raise ScenarioFault(sorted(run.faults, key=lambda fault: (fault.line or 0, fault.column or 0)))
     if not any(move.kind in ("feed", "arc") for move in run.moves):
@@ -245,8 +245,8 @@ def _target(values: dict[str, Word], state: _State) -> Point:
 
 
 def _move(
-    state: _State, kind: Literal["rapid", "feed", "arc", "dwell"], end: Point, line: int, *, centre: Point = (0.0, 0.0, 0.0),
-    axis: Point = (0.0, 0.0, 1.0), sweep: float = 0.0, dwell: float = 0.0,
+    state: _State, kind: Literal["rapid", "feed", "arc", "dwell"], end: Point, line: int, *,
+    centre: Point = (0.0, 0.0, 0.0), axis: Point = (0.0, 0.0, 1.0), sweep: float = 0.0, dwell: float = 0.0,
 ) -> Move:  # fmt: skip
     feed = math.inf if kind == "rapid" else state.feed
     spindle = state.turning * state.speed
@@ -255,6 +255,9 @@ def _move(
 
 def _straight(values: dict[str, Word], first: Word, state: _State, run: _Run) -> _State:
     end = _target(values, state)
+    for letter in "IJKRQLD":
+        if letter in values:
+            run.fault(f"{letter} has no meaning with G{state.motion:g}", values[letter])
     if state.motion == 1 and state.feed <= 0.0:
         run.fault("feed move without a feed; write F before it or in its block", first)
     if end != state.at:

@@ -1,4 +1,4 @@
-"""Chatter stability of milling: Chebyshev collocation of the delay equation while a tooth cuts, exact free motion between.
+"""Chatter stability of milling: Chebyshev collocation of the delay equation in the cut, exact free motion between.
 
 The modes of the tool tip come in as bare matrices, so that this stage knows nothing of how they were found.
 """
@@ -24,7 +24,7 @@ class Milling(NamedTuple):
 
 
 class Tip(NamedTuple):
-    r"""Tool-tip dynamics :math:`\ddot q = -\omega^2 q - 2\zeta\omega\dot q + M^{-1} P^T F`, tip displacement :math:`P q`."""
+    r"""Tool-tip dynamics :math:`\ddot q = -\omega^2 q - 2\zeta\omega\dot q + M^{-1} P^T F`, tip at :math:`P q`."""
 
     frequency: FloatArray  # [rad/s], shape (m,)
     damping: FloatArray  # [-], shape (m,)
@@ -76,7 +76,7 @@ def chebyshev(n: int) -> tuple[FloatArray, FloatArray]:
 
 
 def _elements(case: Milling) -> list[tuple[float, float, float]]:
-    """Parts of a tooth period in which the set of teeth in cut stays: (angle from entry, its end, angle inside)."""
+    """Parts of a tooth period with one set of teeth in cut: (angle from entry, its end, angle inside)."""
     pitch, arc = 2.0 * math.pi / case.teeth, case.exit - case.entry
     if arc < pitch * (1.0 - 1e-9):
         return [(0.0, arc, 0.5 * arc)]
@@ -87,7 +87,7 @@ def _elements(case: Milling) -> list[tuple[float, float, float]]:
 
 
 def _matrix_within(angle: float, inside: float, case: Milling) -> FloatArray:
-    """:func:`directional_matrix` with the teeth that cut at ``inside``, so that the ends of an element count as inside."""
+    """:func:`directional_matrix` with the teeth that cut at ``inside``: the ends of an element count as inside."""
     pitch, arc = 2.0 * math.pi / case.teeth, case.exit - case.entry
     out = np.zeros((2, 2))
     lag = 0.0

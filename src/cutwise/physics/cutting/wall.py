@@ -16,7 +16,7 @@ AVERAGED, FLUTES, DISCS = 1, 2, 3
 
 @compiled
 def _to_machine(force: FluteForce, heading: float) -> tuple[float, float, float]:
-    """A force of the flute kernel (x along the heading, y off the wall) in machine axes; a right-hand helix pulls down."""
+    """A force of the flute kernel (x along the heading) in machine axes; a right-hand helix pulls down."""
     c, s = math.cos(heading), math.sin(heading)
     return force.x * c - force.y * s, force.x * s + force.y * c, -force.z
 

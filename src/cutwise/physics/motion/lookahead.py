@@ -188,13 +188,17 @@ def _is_short(part: Stretch) -> bool:
 
 
 def plan(
-    curve: LineArc, feed: FloatArray, axes: AxisLimits, stop_at: npt.NDArray[np.bool_] | None = None,
+    curve: LineArc,
+    feed: FloatArray,
+    axes: AxisLimits,
+    stop_at: npt.NDArray[np.bool_] | None = None,
     pause: FloatArray | None = None,
-) -> Plan:  # fmt: skip
+) -> Plan:
     """Quickest motion, from rest to rest, that keeps the limits of every block.
 
     Tangent blocks of equal limits are merged, so that cutting a line into short blocks changes nothing; a backward and
-    a forward pass then bound the speed at the joints. The motion stops at corners. The normal acceleration jumps at joints of unequal curvature; these steps are reported.
+    a forward pass then bound the speed at the joints. The motion stops at corners. The normal acceleration jumps at
+    joints of unequal curvature; these steps are reported.
 
     Parameters
     ----------

@@ -1,6 +1,7 @@
 """Linear analysis of a position loop without friction: frequency response, margins, bandwidth, poles."""
 
 import math
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -169,7 +170,7 @@ def _gain_margin(plant: Plant, law: Controller) -> float:
 
     stable_now = excess(1.0) < 0.0
     factors = np.geomspace(1.0, 1e4, 400) if stable_now else np.geomspace(1.0, 1e-4, 400)
-    for a, b in zip(factors[:-1], factors[1:], strict=True):
+    for a, b in pairwise(factors):
         if (excess(b) < 0.0) != stable_now:
             return float(brentq(excess, a, b))
     return math.inf if stable_now else 0.0

@@ -88,7 +88,7 @@ def reachable_speed(v0: float, length: float, ceiling: float, acceleration: floa
 
 @compiled
 def peak_speed(length: float, v0: float, v1: float, ceiling: float, acceleration: float, jerk: float) -> float:
-    """Highest speed [m/s] of a stretch entered at ``v0`` and left at ``v1``; NaN if the stretch is too short for that."""
+    """Highest speed [m/s] of a stretch entered at ``v0`` and left at ``v1``; NaN if it is too short for that."""
     low = max(v0, v1)
     if ramp_distance(v0, v1, acceleration, jerk) > length * (1.0 + 1e-12) + 1e-15:
         return math.nan
@@ -108,7 +108,7 @@ def peak_speed(length: float, v0: float, v1: float, ceiling: float, acceleration
 
 
 def stretch(length: float, v0: float, v1: float, limits: Limits) -> list[tuple[float, float]]:
-    """Phases (duration [s], jerk [m/s^3]) of the quickest motion over ``length`` [m], entered at ``v0``, left at ``v1``.
+    """Phases (duration [s], jerk [m/s^3]) of the quickest motion over ``length`` [m], from ``v0`` to ``v1``.
 
     Raises
     ------
