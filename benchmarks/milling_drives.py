@@ -1,7 +1,6 @@
 """Ten minutes of machining: two drives with friction and tooth-resolved forces, CPU seconds, and a lobe diagram.
 
-The forces are summed over 20 discs a flute; beside them the same loop with the discs summed one by one, which is how
-the equations read. Run: python benchmarks/milling_drives.py
+Run: python benchmarks/milling_drives.py
 """
 
 import math
@@ -9,7 +8,7 @@ import time
 
 import numpy as np
 
-from cutwise.physics.cutting.discs import disc_forces, disc_forces_plain, discs
+from cutwise.physics.cutting.discs import discs
 from cutwise.physics.cutting.flute import EdgeCoefficients, Mill
 from cutwise.physics.cutting.stability import Milling, Tip, arc_of, lobes
 from cutwise.physics.cutting.wall import AVERAGED, DISCS, FLUTES
@@ -55,19 +54,7 @@ def main() -> None:
         start = time.process_time()
         run_drives(commands, pair, cut, 10)
         print(f"  {name:15s} {time.process_time() - start:6.2f}")
-    print(f"force of 3 flutes, 20 discs: summed {_rate(disc_forces, sliced) / _rate(disc_forces_plain, sliced):.1f} times "
-          "as fast as disc by disc")  # fmt: skip
     _lobe_diagram()
-
-
-def _rate(function, sliced) -> float:  # type: ignore[no-untyped-def]
-    """Evaluations per CPU second from Python, both with the same overhead."""
-    angles = np.linspace(0.0, 200.0, 100_000)
-    function(0.0, -1.57, 0.927, 1e-4, 0.0, sliced, METAL)
-    start = time.process_time()
-    for angle in angles:
-        function(angle, -1.57, 0.927, 1e-4, 0.0, sliced, METAL)
-    return angles.size / (time.process_time() - start)
 
 
 def _lobe_diagram() -> None:

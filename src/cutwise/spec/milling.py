@@ -73,7 +73,7 @@ class Program(Spec):
     """A G-code program."""
 
     file: str = Field(description="the G-code file", examples=["pocket.nc"])
-    text: str = Field(default="", description="the text of the program (read from the file)", examples=[""])
+    text: str = Field(default="", description="the text of the program (read from the file)", examples=["G21 G90 G1 X10 F600"])
 
 
 class Blend(Spec):
