@@ -4,6 +4,7 @@ import threading
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from itertools import product
 from typing import TYPE_CHECKING
 
 import rich.console
@@ -16,6 +17,8 @@ from cutwise import units
 from cutwise.app.wording import against, requirement, verdict_line
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from cutwise.app.installation import Finding
     from cutwise.io.library import Entry
     from cutwise.process.selfchecks import Outcome
@@ -87,12 +90,25 @@ class Console:
             self.line(f"infeasible: {reason}", "red")
         for warning in result.warnings:
             self.line(f"warning: {warning}", "yellow")
+        for text in result.advice:
+            self.line(f"advice: {text}")
         if result.assumed:
             count, total = len(result.assumed), len(result.scenario.origins)
             self.line(f"{count} of {total} input values are assumed: nobody has measured or published them (see the report)")
         for kind, place in files.items():
             self.line(f"{kind}: {place}")
         self.line(verdict_line(result), _COLOURS[result.verdict])
+
+    def sweep(self, scenario: "Scenario", table: "xr.Dataset", names: "Sequence[str]") -> None:
+        """Measures over all combinations of values."""
+        keys = list(table.dims)
+        known = scenario.measures
+        rows = []
+        for point in product(*(table[key].values for key in keys)):
+            here = table.sel(dict(zip(keys, point, strict=True)))
+            shown = (units.show(float(here[n]), known[n].dimension) if n in here and here[n] == here[n] else "-" for n in names)
+            rows.append((*map(str, point), *shown))
+        self.table(f"{scenario.name} ({scenario.process})", (*map(str, keys), *names), rows)
 
     def shelf(self, kind: str, entries: "Iterable[Entry]") -> None:
         """The entries of a library shelf."""

@@ -53,6 +53,7 @@ def render(result: "Result", *, written: datetime | None = None) -> str:
         headlines=list(_headlines(result)),
         measures=list(_measured(result.measures)),
         convergence=list(_converged(result)),
+        sensitivity=list(_weighed(result)),
         sections=[(name, list(group)) for name, group in groupby(rows, key=lambda row: row.section)],
         statuses={status: sum(row.status == status for row in rows) for status in dict.fromkeys(r.status for r in rows)},
         total=len(rows),
@@ -158,6 +159,14 @@ def _converged(result: "Result") -> Iterator[dict[str, str]]:
             "change": "0" if change == 0.0 else units.show(change, measure.dimension, 2),
             "share": "" if share == float("inf") else "0" if share == 0.0 else f"{100.0 * share:.2g} %",
         }
+
+
+def _weighed(result: "Result") -> Iterator[tuple[str, str]]:
+    """Assumed values that move the result at all, and by how much."""
+    focus = result.measures.get(result.scenario.focus)
+    for key, change in result.sensitivity.items():
+        if focus is not None and change != 0.0:
+            yield key, units.show(change, focus.dimension, 3)
 
 
 def _drawn(plots: Iterable[Plot], result: "Result") -> Iterator[dict[str, str]]:
