@@ -27,13 +27,15 @@ class DeburringScenario(Scenario):
 
     measures: ClassVar[Mapping[str, MeasureSpec]] = DEBURRING
     starts: ClassVar[Mapping[str, str]] = {
-        "operation.feed": "40 mm/s",
+        "operation.feed": "50 mm/s",
         "operation.spindle_speed": "30000 rpm",
-        "operation.length": "60 mm",
+        "operation.length": "80 mm",
+        "operation.lead_in_time": "0.5 s",
+        "operation.clearance": "0.2 mm",
         "operation.path_error": "{amplitude: 0.1 mm, frequency: 1 Hz}",
         "part.burr.height": "0.3 mm",
         "part.burr.width": "0.3 mm",
-        "part.contact_length": "5 mm",
+        "part.contact_length": "10 mm",
         "tool.library": "berselli2016",
         "material.library": "deburr_aluminium",
         "spindle.library": "default",
