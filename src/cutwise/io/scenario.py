@@ -238,6 +238,12 @@ def _without_displaced(node: Node, model: type[Spec]) -> Node:
     return replace(node, value=value)
 
 
+def _fitting(sections: Sequence[type[Spec]], node: Node) -> type[Spec]:
+    """The alternative of a key that knows most of what is written there; the first among equals."""
+    written = set(node.value) if isinstance(node.value, dict) else set()
+    return max(sections, key=lambda section: len(written & set(section.model_fields)))
+
+
 class _Assembly:
     """Completes a tree from outside of it: library entries and CSV tables."""
 
@@ -269,7 +275,7 @@ class _Assembly:
                 value[name] = replace(value[name], value={})  # "part:" with nothing below it
                 value[name] = self.complete(value[name], sections[0], here)
             elif sections:
-                value[name] = self.complete(value[name], sections[0], here)
+                value[name] = self.complete(value[name], _fitting(sections, value[name]), here)
             elif value[name].value is None:
                 message = "has no value; write one or leave the line out"
                 self.faults.append(value[name].fault(here, message, at_key=True))
@@ -350,12 +356,13 @@ def _table_file(node: Node) -> Node | None:
     return None
 
 
+def shelf_sections(shelf: str) -> list[type[LibrarySpec]]:
+    """Every section, of any process and at any depth, that takes values from a shelf."""
+    infos = (info for model in KINDS.values() for _, info in fields.keys(model))
+    found = (section for info in infos for section in fields.sections(info))
+    return list(dict.fromkeys(s for s in found if issubclass(s, LibrarySpec) and s.library_shelf == shelf))
+
+
 def shelf_keys(shelf: str) -> set[str]:
     """Every key that some process takes from a shelf."""
-    found: set[str] = set()
-    for model in KINDS.values():
-        for info in model.model_fields.values():
-            for section in fields.sections(info):
-                if issubclass(section, LibrarySpec) and section.library_shelf == shelf:
-                    found |= set(section.model_fields)
-    return found
+    return {key for section in shelf_sections(shelf) for key in section.model_fields}
