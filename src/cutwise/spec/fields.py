@@ -97,10 +97,11 @@ def _below(kind: Any, path: Path, info: FieldInfo) -> FieldInfo | None:
 
 
 def keys(model: type[Spec], before: Path = ()) -> Iterator[tuple[Path, FieldInfo]]:
-    """Every key of a specification with its field, sections before what is in them (lists without their numbers)."""
+    """Every key of a specification with its field, sections before what is in them; lists without their numbers."""
     for name, info in model.model_fields.items():
         yield (*before, name), info
-        for section in inner(info):
+        listed = [] if get_origin(info.annotation) is dict else inner(info)
+        for section in listed:
             yield from keys(section, (*before, name))
 
 
