@@ -1,7 +1,6 @@
 """What the command line shows: tables, verdicts and progress; plain text when it is not a terminal that reads."""
 
 import threading
-from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
@@ -13,6 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from cutwise import units
+from cutwise.app.inputs import inputs
 from cutwise.app.wording import against, requirement, verdict_line
 
 if TYPE_CHECKING:
@@ -63,9 +63,8 @@ class Console:
 
     def checked(self, file: str, scenario: "Scenario", unusual: Sequence[str]) -> None:
         """What ``check`` says about a scenario without fault."""
-        statuses = Counter(origin.status for origin in scenario.origins.values())
         self.line(f"{file}: no fault ({scenario.process}, {scenario.name})")
-        self.line(f"{sum(statuses.values())} values, {statuses['assumed']} of them assumed")
+        self.line(_assumed(scenario))
         for notice in unusual:
             self.line(f"unusual: {notice}", "yellow")
 
@@ -87,9 +86,7 @@ class Console:
             self.line(f"infeasible: {reason}", "red")
         for warning in result.warnings:
             self.line(f"warning: {warning}", "yellow")
-        if result.assumed:
-            count, total = len(result.assumed), len(result.scenario.origins)
-            self.line(f"{count} of {total} input values are assumed: nobody has measured or published them (see the report)")
+        self.line(_assumed(result.scenario))
         for kind, place in files.items():
             self.line(f"{kind}: {place}")
         self.line(verdict_line(result), _COLOURS[result.verdict])
@@ -149,6 +146,14 @@ class Console:
             late.cancel()
             late.join()
             bar.stop()
+
+
+def _assumed(scenario: "Scenario") -> str:
+    statuses = [row.status for row in inputs(scenario)]
+    count = statuses.count("assumed")
+    if not count:
+        return f"{len(statuses)} input values, none of them assumed"
+    return f"{count} of {len(statuses)} input values are assumed: neither measured nor published (the report lists them)"
 
 
 def _mark(good: bool) -> str:

@@ -64,11 +64,12 @@ def error_along_edge(result: "Result") -> Figure:
     axes = drawn.subplots()
     axes.axvspan(factor * w[0], factor * start, color=SHADE, linewidth=0)
     _tolerance(axes, result)
-    curve(axes, factor * w, factor * burr, color=SOFT, linestyle=":", linewidth=1.2, label="burr before the pass")
     curve(axes, factor * w, factor * error, color=INK, label="edge error after the pass")
     settled = error[w >= start] if (w >= start).any() else error
     low, high = min(settled.min(), -1.3 * tolerance), max(settled.max(), 1.3 * tolerance)
     room = 0.15 * (high - low)
+    if burr.min() < high + room:
+        curve(axes, factor * w, factor * burr, color=SOFT, linestyle=":", linewidth=1.2, label="burr before the pass")
     axes.set(xlabel=f"way along the edge w [{unit}]", ylabel=f"edge error e [{unit}]")
     axes.set_xlim(factor * w[0], factor * w[-1])
     axes.set_ylim(factor * (low - room), factor * (high + room))
@@ -83,7 +84,7 @@ def band(result: "Result") -> Figure:
     """Where between the plateaus the run ended."""
     factor, unit = scale("length")
     value = {name: factor * result.measures[f"surface_error_{name}"].value for name in ("loaded", "unloaded", "mean")}
-    drawn = figure(1.35)
+    drawn = figure(1.5)
     axes = drawn.subplots()
     tolerance = factor * result.scenario.operation.tolerance  # type: ignore[attr-defined]
     axes.axvspan(-tolerance, tolerance, color=ZONE, linewidth=0)
@@ -98,7 +99,7 @@ def band(result: "Result") -> Figure:
         axes.annotate(f"frictionless {factor * frictionless.value:.3g} {unit}", (factor * frictionless.value, 0),
                       xytext=(0, -9), textcoords="offset points", ha="center", va="top", fontsize=8, color=SOFT)  # fmt: skip
     axes.plot(value["mean"], 0, "o", color=INK, markersize=8)
-    axes.annotate(f"this run {value['mean']:.3g} {unit}", (value["mean"], 0), xytext=(0, 9),
+    axes.annotate(f"this run {value['mean']:.3g} {unit}", (value["mean"], 0), xytext=(0, 15),
                   textcoords="offset points", ha="center", va="bottom", fontsize=8.5, weight="bold")  # fmt: skip
     axes.set(xlabel=f"edge error e [{unit}]; shaded: within the tolerance", yticks=[], ylim=(-1, 1))
     axes.margins(x=0.22)
@@ -114,6 +115,8 @@ def spindle_motion(result: "Result") -> Figure:
     factor, unit = scale("length")
     drawn = figure(6.0)
     top, middle, bottom = drawn.subplots(3, 1, sharex=True, height_ratios=(1.0, 1.0, 0.8))
+    for axes in (top, middle):
+        _lead_in(axes, result)
     for axis, colour in zip("xy", SERIES, strict=False):
         curve(top, time, factor * structure["tip_deflection"].sel(axis2=axis).values, color=colour, label=_AXES[axis])
     top.set(ylabel=f"tip deflection [{unit}]")
@@ -127,7 +130,7 @@ def spindle_motion(result: "Result") -> Figure:
     legend_above(middle, travel.shape[1])
     _piston_states(bottom, time, travel, stroke)
     bottom.set(xlabel="time [s]", ylabel="piston", yticks=range(travel.shape[1]))
-    bottom.margins(x=0)
+    bottom.set_xlim(time[0], time[-1])
     bottom.grid(visible=False)
     legend_above(bottom, len(_STATES))
     return drawn
@@ -146,7 +149,8 @@ def static_characteristic(result: "Result") -> Figure:
     _run_on_characteristic(axes, result)
     at = length * structure["displacement"].values
     loading, unloading = (force * structure[f"characteristic_{branch}"].values for branch in ("loading", "unloading"))
-    axes.plot([*at, stop], [*loading, ceiling], color=SERIES[1], linewidth=2, label="loading branch")
+    axes.plot([0, 0, *at[1:], stop], [0, levels["breakaway"], *loading[1:], ceiling], color=SERIES[1], linewidth=2,
+              label="loading branch")  # fmt: skip
     axes.plot([stop, *at[::-1]], [loading[-1], *unloading[::-1]], color=SERIES[3], linewidth=2, label="unloading branch")
     if "characteristic_frictionless" in structure:
         axes.plot(at[1:], force * structure["characteristic_frictionless"].values[1:], color=SOFT, linestyle="--",
