@@ -13,7 +13,7 @@ from rich.text import Text
 
 from cutwise import units
 from cutwise.app.inputs import inputs
-from cutwise.app.wording import against, requirement, verdict_line
+from cutwise.app.wording import against, requirement, sensitivity_line, verdict_line
 
 if TYPE_CHECKING:
     from cutwise.app.installation import Finding
@@ -33,7 +33,9 @@ class Console:
         self.out = rich.console.Console(highlight=False, soft_wrap=True)
         self.err = rich.console.Console(highlight=False, soft_wrap=True, stderr=True)
 
-    def table(self, title: str, columns: Sequence[str], rows: Iterable[Sequence[str]], right: Sequence[str] = ()) -> None:
+    def table(
+        self, title: str, columns: Sequence[str], rows: Iterable[Sequence[str]], right: Sequence[str] = ()
+    ) -> None:
         """A table; when piped aligned columns of plain text, never cut off."""
         rows = list(rows)
         used = [i for i in range(len(columns)) if any(row[i] for row in rows)]
@@ -87,9 +89,17 @@ class Console:
         for warning in result.warnings:
             self.line(f"warning: {warning}", "yellow")
         self.line(_assumed(result.scenario))
+        self.advice(result.scenario, result.advice, result.sensitivity)
         for kind, place in files.items():
             self.line(f"{kind}: {place}")
         self.line(verdict_line(result), _COLOURS[result.verdict])
+
+    def advice(self, scenario: "Scenario", advice: Sequence[str], sensitivity: Mapping[str, float]) -> None:
+        """What to change, or how much room there is, and which assumed values matter."""
+        for sentence in advice:
+            self.line(f"advice: {sentence}")
+        if sensitivity:
+            self.line(sensitivity_line(scenario, sensitivity))
 
     def shelf(self, kind: str, entries: "Iterable[Entry]") -> None:
         """The entries of a library shelf."""
@@ -153,7 +163,9 @@ def _assumed(scenario: "Scenario") -> str:
     count = statuses.count("assumed")
     if not count:
         return f"{len(statuses)} input values, none of them assumed"
-    return f"{count} of {len(statuses)} input values are assumed: neither measured nor published (the report lists them)"
+    return (
+        f"{count} of {len(statuses)} input values are assumed: neither measured nor published (the report lists them)"
+    )
 
 
 def _mark(good: bool) -> str:
@@ -164,4 +176,3 @@ def _judged(check: "Check | None") -> tuple[str, str]:
     if check is None:
         return "", ""
     return requirement(check), _mark(check.passed) + against(check)
-

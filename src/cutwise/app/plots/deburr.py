@@ -39,6 +39,7 @@ def error_over_time(result: "Result") -> Figure:
     """Edge error at the tool over time, with the plateaus between which friction can hold it (Fig. 16)."""
     error = result["surface"]["error_at_tool"]
     factor, unit = scale("length")
+    tolerance = factor * result.scenario.operation.tolerance  # type: ignore[attr-defined]
     drawn = figure(3.3)
     axes = drawn.subplots()
     _lead_in(axes, result)
@@ -47,8 +48,9 @@ def error_over_time(result: "Result") -> Figure:
     for name, colour in _PLATEAUS:
         measure = result.measures.get(f"surface_error_{name}")
         if measure is not None:
-            line_note(axes, factor * measure.value, f"{name} {factor * measure.value:.3g} {unit}", colour,
-                      above=name != "loaded")  # fmt: skip
+            value, below = factor * measure.value, name == "loaded"
+            clear = min(value, -tolerance) if below else value
+            line_note(axes, value, f"{name} {value:.3g} {unit}", colour, above=not below, text_at=clear)
     axes.set(xlabel="time [s]", ylabel=f"edge error e [{unit}]")
     axes.margins(x=0, y=0.12)
     return drawn
@@ -88,7 +90,9 @@ def band(result: "Result") -> Figure:
     axes = drawn.subplots()
     tolerance = factor * result.scenario.operation.tolerance  # type: ignore[attr-defined]
     axes.axvspan(-tolerance, tolerance, color=ZONE, linewidth=0)
-    axes.plot([value["loaded"], value["unloaded"]], [0, 0], color=SERIES[0], linewidth=7, solid_capstyle="butt", alpha=0.35)
+    axes.plot(
+        [value["loaded"], value["unloaded"]], [0, 0], color=SERIES[0], linewidth=7, solid_capstyle="butt", alpha=0.35
+    )
     for name, text, side in (("loaded", "loading plateau", "right"), ("unloaded", "unloading plateau", "left")):
         axes.plot(value[name], 0, "|", color=SERIES[0], markersize=16, markeredgewidth=2)
         axes.annotate(f"{text}\n{value[name]:.3g} {unit}", (value[name], 0), xytext=(-8 if side == "right" else 8, 0),
@@ -115,8 +119,8 @@ def spindle_motion(result: "Result") -> Figure:
     factor, unit = scale("length")
     drawn = figure(6.0)
     top, middle, bottom = drawn.subplots(3, 1, sharex=True, height_ratios=(1.0, 1.0, 0.8))
-    for axes in (top, middle):
-        _lead_in(axes, result)
+    _lead_in(top, result)
+    _lead_in(middle, result, name="")
     for axis, colour in zip("xy", SERIES, strict=False):
         curve(top, time, factor * structure["tip_deflection"].sel(axis2=axis).values, color=colour, label=_AXES[axis])
     top.set(ylabel=f"tip deflection [{unit}]")
@@ -141,7 +145,9 @@ def static_characteristic(result: "Result") -> Figure:
     structure = result["structure"].dataset
     length, length_unit = scale("length")
     force, force_unit = scale("force")
-    levels = {name: force * structure.attrs[f"{name}_force"] for name in ("breakaway", "loading", "unloading", "return")}
+    levels = {
+        name: force * structure.attrs[f"{name}_force"] for name in ("breakaway", "loading", "unloading", "return")
+    }
     stop = length * structure.attrs["stop"]
     ceiling = 1.3 * max(levels.values())
     drawn = figure(3.6)
@@ -151,7 +157,9 @@ def static_characteristic(result: "Result") -> Figure:
     loading, unloading = (force * structure[f"characteristic_{branch}"].values for branch in ("loading", "unloading"))
     axes.plot([0, 0, *at[1:], stop], [0, levels["breakaway"], *loading[1:], ceiling], color=SERIES[1], linewidth=2,
               label="loading branch")  # fmt: skip
-    axes.plot([stop, *at[::-1]], [loading[-1], *unloading[::-1]], color=SERIES[3], linewidth=2, label="unloading branch")
+    axes.plot(
+        [stop, *at[::-1]], [loading[-1], *unloading[::-1]], color=SERIES[3], linewidth=2, label="unloading branch"
+    )
     if "characteristic_frictionless" in structure:
         axes.plot(at[1:], force * structure["characteristic_frictionless"].values[1:], color=SOFT, linestyle="--",
                   linewidth=1.2, label="frictionless")  # fmt: skip
@@ -162,7 +170,9 @@ def static_characteristic(result: "Result") -> Figure:
     for name, colour in (("loading", SERIES[1]), ("unloading", SERIES[3])):
         axes.annotate(f"{levels[name]:.3g} {force_unit}", (0.93 * stop, levels[name]), xytext=(0, 4), ha="right",
                       textcoords="offset points", color=colour, fontsize=8.5)  # fmt: skip
-    axes.annotate("stop", (stop, ceiling), xytext=(-4, -2), textcoords="offset points", ha="right", va="top", color=SOFT)
+    axes.annotate(
+        "stop", (stop, ceiling), xytext=(-4, -2), textcoords="offset points", ha="right", va="top", color=SOFT
+    )
     axes.set(xlabel=f"displacement of the tip [{length_unit}]", ylabel=f"lateral force at the tip [{force_unit}]")
     axes.set_xlim(-0.02 * stop, 1.03 * stop)
     axes.set_ylim(0, ceiling)
@@ -187,11 +197,11 @@ def tooth_forces(result: "Result") -> Figure:
     return drawn
 
 
-def _lead_in(axes: Axes, result: "Result") -> None:
+def _lead_in(axes: Axes, result: "Result", name: str = "lead-in") -> None:
     end = result.scenario.operation.lead_in_time  # type: ignore[attr-defined]
     if end > 0.0:
         axes.axvspan(0.0, end, color=SHADE, linewidth=0)
-        axes.annotate("lead-in", (0.0, 1), xycoords=("data", "axes fraction"), xytext=(4, -4),
+        axes.annotate(name, (0.0, 1), xycoords=("data", "axes fraction"), xytext=(4, -4),
                       textcoords="offset points", va="top", color=SOFT, fontsize=8)  # fmt: skip
 
 
@@ -238,7 +248,7 @@ def _piston_states(axes: Axes, time: np.ndarray, travel: np.ndarray, stroke: flo
     extended = np.maximum(travel[first], travel[last]) <= largest
     stopped = (travel[last] >= stroke - largest) if stroke is not None else np.zeros_like(extended)
     conditions = {"at rest, extended": extended, "at the stop": stopped & ~moving, "sliding": moving & ~extended}
-    state = np.select([c for c in conditions.values()], range(3), 3)
+    state = np.select(list(conditions.values()), range(3), 3)
     for code, name in enumerate((*conditions, "stuck")):
         label: str | None = name
         for piston in range(travel.shape[1]):
