@@ -176,8 +176,10 @@ def stages(run: EdgeRun) -> xr.DataTree:
     h = run.history
     time = ("time", h.motion.time, "s", "time")
     pistons = np.arange(h.response.travel.shape[1])
-    tooth_time, tooth = tooth_history(run, np.array([run.steady.stop - 1]), 64, 4)
     cutter = run.cell.cutter
+    shown = 4 * 2.0 * math.pi / (cutter.mill.flutes * cutter.spindle_speed)
+    row = int(np.searchsorted(h.motion.time, h.motion.time[run.steady.stop - 1] - shown))
+    tooth_time, tooth = tooth_history(run, np.array([min(row, run.steady.stop - 1)]), 64, 4)
     groups = {
         "motion": labelled(time, {
             "feed_position": (h.motion.position, "m", "programmed position along the edge"),
