@@ -143,8 +143,8 @@ def _measured(measures: Mapping[str, "Measure"]) -> Iterator[dict[str, str]]:
             continue
         values = (units.displayed(measures[f"{stem}_{axis}"].value, measure.dimension)[0] for axis in axes)
         meaning = re.sub(r",? [xyz] direction$", "", measure.description)
-        yield {"name": f"{stem}_{'|'.join(axes)}", "value": " | ".join(f"{value:.4g}" for value in values), "unit": unit,
-               "meaning": meaning}  # fmt: skip
+        shown = " | ".join(f"{value:.4g}" for value in values)
+        yield {"name": f"{stem}_{'|'.join(axes)}", "value": shown, "unit": unit, "meaning": meaning}
 
 
 def _converged(result: "Result") -> Iterator[dict[str, str]]:
