@@ -123,21 +123,6 @@ def run(
 
 
 @app.command()
-def advise(file: ScenarioFile, overrides: Overrides = None) -> None:
-    """Find by many runs which settings meet the requirements, and which assumed values matter most."""
-    from cutwise.app.console import Console
-    from cutwise.io.scenario import load
-    from cutwise.study.advice import advise as advice_for
-    from cutwise.study.sensitivity import assumed_sensitivity
-
-    scenario = load(file, overrides or ())
-    console = Console()
-    with console.progress(scenario.name):
-        advice, sensitivity = advice_for(scenario), assumed_sensitivity(scenario)
-    console.advice(scenario, advice, sensitivity)
-
-
-@app.command()
 def report(
     run_file: Annotated[Path, typer.Argument(metavar="RUN", help="run file, or the folder that holds run.nc")],
     output: Annotated[
@@ -161,6 +146,66 @@ def report(
         _refuse(f"{source}: is not a run file of cutwise; name the run.nc of a finished run")
     write_text(target, render(result))
     print(target)
+
+
+@app.command()
+def advise(
+    file: ScenarioFile,
+    overrides: Overrides = None,
+    limits: Annotated[
+        list[str] | None,
+        typer.Option("--limit", metavar="KEY=LOW..HIGH",
+                     help="a setting that may be turned and how far, for example operation.feed='40 mm/s..90 mm/s'; "
+                     "repeatable; default: the usual ones of the process"),
+    ] = None,
+) -> None:  # fmt: skip
+    """Say which settings bring a scenario within its requirements, or how much room there is, by running it again."""
+    from cutwise.app.console import Console
+    from cutwise.io.scenario import load
+    from cutwise.study.advice import advise as advice
+    from cutwise.study.advice import read_limits
+
+    scenario = load(file, overrides or ())
+    if not scenario.requirements:
+        _refuse(f"{file}: has no requirements to advise on; add some, for example surface_error_max: {{max: 0.05 mm}}")
+    console = Console()
+    for text in advice(scenario, read_limits(scenario, limits or ())):
+        console.line(text)
+
+
+@app.command()
+def sweep(
+    file: ScenarioFile,
+    over: Annotated[
+        list[str],
+        typer.Option("--over", metavar="KEY=VALUE,VALUE,...",
+                     help="values of a key, for example spindle.pressure='3 bar,4 bar,5 bar'; repeat for a grid"),
+    ],
+    overrides: Overrides = None,
+    measure: Annotated[
+        list[str] | None, typer.Option("--measure", metavar="NAME", help="measures to show; default those required")
+    ] = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="FILE", help="write all measures (SI) to a .csv or .nc file")
+    ] = None,
+) -> None:  # fmt: skip
+    """Run a scenario over values of its keys and print a table."""
+    from cutwise.app.console import Console
+    from cutwise.io.scenario import load
+    from cutwise.study.sweep import parse_values, save, shown_measures
+    from cutwise.study.sweep import sweep as swept
+
+    scenario = load(file, overrides or ())
+    values = parse_values(over)
+    names = shown_measures(scenario, measure or ())
+    if output is not None and output.suffix not in (".csv", ".nc"):
+        _refuse(f"{output}: write a .csv or a .nc file")
+    console = Console()
+    with console.progress(f"sweep of {scenario.name}") as progress:
+        table = swept(scenario, values, progress)
+    console.sweep(scenario, table, names)
+    if output is not None:
+        print(save(table, output))
 
 
 @app.command()

@@ -3,6 +3,7 @@
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from itertools import product
 from typing import TYPE_CHECKING
 
 import rich.console
@@ -16,6 +17,8 @@ from cutwise.app.inputs import inputs
 from cutwise.app.wording import against, requirement, sensitivity_line, verdict_line
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from cutwise.app.installation import Finding
     from cutwise.io.library import Entry
     from cutwise.process.selfchecks import Outcome
@@ -100,6 +103,20 @@ class Console:
             self.line(f"advice: {sentence}")
         if sensitivity:
             self.line(sensitivity_line(scenario, sensitivity))
+
+    def sweep(self, scenario: "Scenario", table: "xr.Dataset", names: "Sequence[str]") -> None:
+        """Measures over all combinations of values."""
+        keys = list(table.dims)
+        known = scenario.measures
+        rows = []
+        for point in product(*(table[key].values for key in keys)):
+            here = table.sel(dict(zip(keys, point, strict=True)))
+            shown = (
+                units.show(float(here[n]), known[n].dimension) if n in here and here[n] == here[n] else "-"
+                for n in names
+            )
+            rows.append((*map(str, point), *shown))
+        self.table(f"{scenario.name} ({scenario.process})", (*map(str, keys), *names), rows)
 
     def shelf(self, kind: str, entries: "Iterable[Entry]") -> None:
         """The entries of a library shelf."""
