@@ -19,7 +19,6 @@ from cutwise.app.wording import against, margin, requirement, verdict_line
 
 if TYPE_CHECKING:
     from cutwise.results import Check, Measure, Result
-    from cutwise.spec.scenario import Scenario
 
 _DOI = re.compile(r"\bdoi[ :]+(10\.\d{4,}/\S+?)(?=[,;.]?(?:\s|$))")
 _HEADINGS = {
@@ -176,9 +175,11 @@ def _drawn(plots: Iterable[Plot], result: "Result") -> Iterator[dict[str, str]]:
             yield {"title": plot.title, "caption": plot.caption, "svg": svg(plot.draw, result, f"plot{number}", title)}
 
 
-def _focus(scenario: "Scenario") -> str:
-    """Dimension of the measure that matters most."""
-    return scenario.measures[scenario.focus].dimension
+def _weighed(result: "Result") -> Iterator[tuple[str, str]]:
+    """Assumed values that move the measure that matters most at all, and by how much."""
+    for key, change in result.sensitivity.items():
+        if change != 0.0:
+            yield key, units.show(change, result.scenario.measures[result.scenario.focus].dimension, 2)
 
 
 def _worst_first(notes: Mapping[str, Any]) -> list[tuple[str, Any]]:
