@@ -52,11 +52,7 @@ def render(result: "Result", *, written: datetime | None = None) -> str:
         checks=[_checked(check, result) for check in result.checks],
         headlines=list(_headlines(result)),
         measures=list(_measured(result.measures)),
-        sensitivity=[
-            (key, units.show(change, _focus(scenario), 2))
-            for key, change in result.sensitivity.items()
-            if change != 0.0
-        ],
+        sensitivity=list(_weighed(result)),
         moved=list(_converged(result)),
         unmoved=[name for name, change in result.convergence.items() if change == 0.0],
         sections=[(name, list(group)) for name, group in groupby(rows, key=lambda row: row.section)],
