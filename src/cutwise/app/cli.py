@@ -189,7 +189,7 @@ def sweep(
         list[str] | None, typer.Option("--measure", metavar="NAME", help="measures to show; default those required")
     ] = None,
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="FILE", help="write all measures (SI) to a .csv or .nc file")
+        Path | None, typer.Option("-o", "--output", metavar="FILE", help="write all measures (SI) as .csv or .nc")
     ] = None,
 ) -> None:  # fmt: skip
     """Run a scenario over values of its keys and print a table."""
