@@ -3,6 +3,7 @@
 import io
 import re
 from collections.abc import Callable
+from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
 import matplotlib as mpl
@@ -81,7 +82,7 @@ def decimate(x: np.ndarray, y: np.ndarray, bins: int = 500) -> tuple[np.ndarray,
         return x, y
     edges = np.linspace(0, x.size, bins + 1).astype(int)
     kept: list[int] = []
-    for start, stop in zip(edges[:-1], edges[1:], strict=True):
+    for start, stop in pairwise(edges):
         part = y[start:stop]
         finite = np.where(np.isnan(part), 0.0, part)
         kept += sorted({start, start + int(finite.argmin()), start + int(finite.argmax()), stop - 1})

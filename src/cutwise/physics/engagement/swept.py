@@ -41,6 +41,6 @@ def columns_in_reach(
     if depth <= 0.0:
         return 0, 0
     reach = radius if depth >= radius else math.sqrt(depth * (2.0 * radius - depth))
-    first = max(0, int(math.ceil((x - reach - start) / pitch)))
-    last = min(count, int(math.floor((x + reach - start) / pitch)) + 1)
+    first = max(0, math.ceil((x - reach - start) / pitch))
+    last = min(count, math.floor((x + reach - start) / pitch) + 1)
     return first, last
