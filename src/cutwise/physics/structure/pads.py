@@ -181,12 +181,13 @@ def contact_equilibrium(pads: ContactPads, wrench: ArrayLike) -> tuple[FloatArra
     for _ in range(_STEPS):
         if np.abs(balance / scale).max() <= 1e-12 * size:
             break
-        potential = work - load @ twist
+        potential, missed = work - load @ twist, float(np.abs(balance / scale).max())
         step = np.linalg.lstsq(tangent, -balance, rcond=None)[0]
         shorter = 1.0
-        while shorter > 1e-6:  # the potential is convex: damp until it falls
+        while True:  # the potential is convex: damp until it falls; near its floor the residual shows it better
             trial = residual(twist + shorter * step)
-            if trial[3] - load @ (twist + shorter * step) <= potential + 1e-15 * abs(potential):
+            falls = trial[3] - load @ (twist + shorter * step) < potential
+            if falls or float(np.abs(trial[0] / scale).max()) < missed or shorter < 1e-6:
                 break
             shorter *= 0.5
         twist = twist + shorter * step
