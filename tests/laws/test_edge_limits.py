@@ -103,3 +103,15 @@ def test_scaling_of_units(scale):
     a = run_compliant_edge(cell, 50e-6).response.tilt
     b = run_compliant_edge(scaled, 50e-6 * time).response.tilt
     assert b[-1] == pytest.approx(a[-1], rel=1e-4)  # the speed that counts as stuck is a fixed one
+
+
+def test_seal_damping_changes_no_equilibrium():
+    """Viscous seals slow the way to the equilibrium; where Coulomb friction leaves a band, they end elsewhere in it."""
+    plain, damped = (end_error(law=NO_FRICTION, damping=c, duration=1.5) for c in (0.0, 100.0))
+    assert damped == pytest.approx(plain, abs=1e-4)
+    assert end_error(law=PRESLIDING, damping=1e-6) == pytest.approx(end_error(law=PRESLIDING), abs=1e-6)
+
+
+def test_damped_seals_do_not_move_with_the_step():
+    coarse, fine = (end_error(law=PRESLIDING, damping=100.0, arm=0.1, time_step=dt) for dt in (40e-6, 5e-6))
+    assert coarse == pytest.approx(fine, abs=2e-4)

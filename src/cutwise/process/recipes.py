@@ -32,19 +32,20 @@ def deburr(scenario: DeburringScenario, progress: Progress | None = None) -> Res
 
 
 def _deburring_pass(
-    scenario: DeburringScenario, time_step: float, progress: Progress | None = None
+    scenario: DeburringScenario, time_step: float, progress: Progress | None = None, *, tooth: bool = True
 ) -> tuple[deburring.EdgeRun, Mapping[str, float]]:
     cell = assemble.deburring_cell(scenario)
     history = deburring.run_for(scenario, cell)(cell, time_step, progress)
     edge = deburring.evaluate(scenario, cell, history)
-    return edge, deburring.measures(scenario, edge)
+    return edge, deburring.measures(scenario, edge, tooth=tooth)
 
 
 def deburring_measures(scenario: DeburringScenario) -> Mapping[str, float]:
     """The measures alone, for studies: at least 50 µs of step with averaged forces over arcs, as given otherwise."""
     step = scenario.numerics.time_step
     coarse = scenario.numerics.force == "averaged" and scenario.tool.runout == 0.0
-    return _deburring_pass(scenario, max(step, _STUDY_STEP) if coarse else step)[1]
+    tooth = any(name.startswith("tooth_") for name in scenario.requirements)
+    return _deburring_pass(scenario, max(step, _STUDY_STEP) if coarse else step, tooth=tooth)[1]
 
 
 def machine_errors(scenario: MachineScenario, progress: Progress | None = None) -> Result:

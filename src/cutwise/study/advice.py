@@ -16,7 +16,7 @@ from cutwise.study.sensitivity import changed
 
 _SCAN = 13
 _PAIR_SCAN = 7
-_HALVINGS = 7
+_HALVINGS = 6
 
 
 class Lever(NamedTuple):
@@ -41,7 +41,9 @@ class Proposal(NamedTuple):
     text: str
 
 
-def advise(scenario: Scenario, limits: Mapping[str, tuple[str, str]] | None = None) -> tuple[str, ...]:
+def advise(
+    scenario: Scenario, limits: Mapping[str, tuple[str, str]] | None = None, *, pairs: bool = True
+) -> tuple[str, ...]:
     """What to change, or how much room there is.
 
     Parameters
@@ -50,6 +52,8 @@ def advise(scenario: Scenario, limits: Mapping[str, tuple[str, str]] | None = No
         The scenario, with requirements.
     limits : mapping, optional
         Dotted key: lowest and highest value that may be set, as text; the levers of the process by default.
+    pairs : bool
+        Look for two levers together where none helps alone: hundreds of runs.
 
     Returns
     -------
@@ -63,18 +67,23 @@ def advise(scenario: Scenario, limits: Mapping[str, tuple[str, str]] | None = No
     margin = _margins(scenario, levers)
     if margin(()) >= 0.0:
         return tuple(_room(lever, margin) for lever in levers)
-    proposals = propose(scenario, limits)
+    proposals = propose(scenario, limits, pairs=pairs)
     if not proposals:
-        return ("no single lever and no pair of levers meets the requirements within its limits",)
+        tried = ", ".join(f"{lever.key} {lever.shown(lever.low)} to {lever.shown(lever.high)}" for lever in levers)
+        beyond = "and no pair of them " if pairs else ""
+        hint = "" if pairs else "; cutwise advise looks for two together"
+        return (f"no single lever {beyond}meets the requirements within its limits ({tried}){hint}",)
     return tuple(p.text for p in proposals)
 
 
-def propose(scenario: Scenario, limits: Mapping[str, tuple[str, str]] | None = None) -> list[Proposal]:
+def propose(
+    scenario: Scenario, limits: Mapping[str, tuple[str, str]] | None = None, *, pairs: bool = True
+) -> list[Proposal]:
     """Settings that bring a failing scenario within its requirements: one lever, or two where one is not enough."""
     levers = list(_levers(scenario, limits or scenario.levers))
     margin = _margins(scenario, levers)
     found = [settings for lever in levers if (settings := _nearest(lever, margin)) is not None]
-    if not found:
+    if not found and pairs:
         found = [s for pair in combinations(levers, 2) if (s := _nearest_pair(pair, margin)) is not None]
     return [_proposal(scenario, levers, settings) for settings in found]
 
@@ -204,7 +213,7 @@ def _room(lever: Lever, margin: Callable[[Settings], float]) -> str:
     """How far a lever may be turned each way before a requirement is missed."""
     ends = []
     for limit in (lever.low, lever.high):
-        steps = np.linspace(lever.now, limit, 5)[1:]
+        steps = np.linspace(lever.now, limit, 4)[1:]
         good = lever.now
         for value in steps:
             if margin(((lever.key, float(value)),)) < 0.0:

@@ -9,7 +9,7 @@ from cutwise.study.advice import advise
 from cutwise.study.sensitivity import assumed_sensitivity
 
 _PATIENCE = 3.0  # [CPU s] of further runs that nobody has asked for
-_RUNS = 150
+_RUNS = 80
 
 
 def reviewed(result: Result, *, patience: float = _PATIENCE) -> Result:
@@ -30,4 +30,4 @@ def reviewed(result: Result, *, patience: float = _PATIENCE) -> Result:
     if (time.process_time() - start) * _RUNS > patience:
         note = "advice and sensitivities need many further runs of this slow scenario; ask for them with: cutwise advise"
         return replace(result, notes={**result.notes, "advice": note})
-    return replace(result, advice=advise(result.scenario), sensitivity=assumed_sensitivity(result.scenario))
+    return replace(result, advice=advise(result.scenario, pairs=False), sensitivity=assumed_sensitivity(result.scenario))

@@ -44,6 +44,7 @@ class Piston(NamedTuple):
     law: int  # NO_FRICTION, SET_VALUED, PRESLIDING or REGULARISED
     breakaway_travel: float  # [m] elastic travel of the seal before it slips (presliding)
     stribeck_speed: float  # [m/s] of the fall from static to dynamic friction, or of the regularised law; 0: at once
+    damping: float  # [N s/m] viscous, of the rubber
 
 
 class PistonRing(NamedTuple):
@@ -141,14 +142,15 @@ def free_return(piston: Piston, limit: float, old: float, anchor: float, dt: flo
     """Where a piston comes to rest that nothing touches: back at the dead point, or where friction holds it [m]."""
     if piston.law == PRESLIDING:
         stiffness = piston.friction_static / piston.breakaway_travel
-        if piston.pressure_force > limit:
-            return 0.0
-        return max(0.0, min(old, anchor - piston.pressure_force / stiffness))
-    if piston.law == REGULARISED:
-        if piston.pressure_force >= limit:
-            return 0.0
+        if piston.pressure_force <= limit:
+            return max(0.0, min(old, anchor - piston.pressure_force / stiffness))
+    elif piston.law == REGULARISED and piston.pressure_force < limit:
         return max(0.0, old - dt * piston.stribeck_speed * math.atanh(piston.pressure_force / limit))
-    return 0.0 if piston.pressure_force > limit else old
+    if piston.pressure_force <= limit:
+        return old
+    if piston.damping == 0.0:
+        return 0.0
+    return max(0.0, old - dt * (piston.pressure_force - limit) / piston.damping)
 
 
 @compiled
@@ -163,7 +165,9 @@ def contact_force(
     rest = free_return(piston, limit, old, anchor, dt)
     if free <= rest:
         return 0.0
-    s = pushed_position(piston, limit, free, yielding, old, anchor, dt)
+    hold = 1.0 + yielding * piston.damping / dt  # viscous force (s - old) / dt folded into the free position
+    damped = (free + (hold - 1.0) * old) / hold
+    s = pushed_position(piston, limit, damped, yielding / hold, old, anchor, dt)
     s = min(max(s, rest), piston.stroke)
     return (free - s) / yielding
 
