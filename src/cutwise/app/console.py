@@ -10,6 +10,7 @@ import rich.console
 from rich import box
 from rich.markup import escape
 from rich.table import Table
+from rich.text import Text
 
 from cutwise import units
 from cutwise.app.wording import against, requirement, verdict_line
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
     from cutwise.spec.scenario import Scenario
 
 _PATIENCE = 2.0  # [s] a progress bar appears only after this
-_PIPED_WIDTH = 160
 _COLOURS = {"pass": "bold green", "fail": "bold red", "none": "bold"}
 
 
@@ -34,18 +34,28 @@ class Console:
         self.err = rich.console.Console(highlight=False, soft_wrap=True, stderr=True)
 
     def table(self, title: str, columns: Sequence[str], rows: Iterable[Sequence[str]], right: Sequence[str] = ()) -> None:
-        """A table; without lines, colours or wrapping when piped."""
-        reading = self.out.is_terminal
-        table = Table(
-            title=title or None, title_justify="left", title_style="bold", header_style="bold",
-            box=box.SIMPLE_HEAD if reading else None, pad_edge=False,
-        )  # fmt: skip
-        for column in columns:
-            table.add_column(column, justify="right" if column in right else "left", no_wrap=not reading)
+        """A table; when piped aligned columns of plain text, never cut off."""
+        rows = list(rows)
+        used = [i for i in range(len(columns)) if any(row[i] for row in rows)]
+        names, rows = [columns[i] for i in used], [[row[i] for i in used] for row in rows]
+        if title:
+            self.line(title, "bold")
+        if not self.out.is_terminal:
+            self._plain(names, rows, right)
+            return
+        table = Table(header_style="bold", box=box.SIMPLE_HEAD, pad_edge=False)
+        for name in names:
+            table.add_column(name, justify="right" if name in right else "left")
         for row in rows:
             table.add_row(*row)
-        width = None if reading else max(_PIPED_WIDTH, table.__rich_measure__(self.out, _unlimited(self.out)).maximum)
-        self.out.print(table, width=width, soft_wrap=False)
+        self.out.print(table, soft_wrap=False)
+
+    def _plain(self, names: Sequence[str], rows: Sequence[Sequence[str]], right: Sequence[str]) -> None:
+        cells = [[Text.from_markup(cell).plain for cell in row] for row in (names, *rows)]
+        widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+        for row in cells:
+            aligned = (c.rjust(w) if n in right else c.ljust(w) for n, c, w in zip(names, row, widths, strict=True))
+            self.line("  ".join(aligned).rstrip())
 
     def line(self, text: str = "", style: str | None = None) -> None:
         """One line of plain text."""
@@ -139,10 +149,6 @@ class Console:
             late.cancel()
             late.join()
             bar.stop()
-
-
-def _unlimited(console: rich.console.Console) -> rich.console.ConsoleOptions:
-    return console.options.update(max_width=10_000)
 
 
 def _mark(good: bool) -> str:

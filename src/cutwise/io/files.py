@@ -19,7 +19,7 @@ def read_bytes(path: Path, shown: str) -> bytes:
     except FileNotFoundError:
         message = "no such file"
         if path.parent.is_dir():
-            near = get_close_matches(path.name, [entry.name for entry in path.parent.iterdir()], n=1)
+            near = get_close_matches(path.name, [entry.name for entry in path.parent.iterdir()], n=1, cutoff=0.75)
             message += f"; did you mean {near[0]}?" if near else ""
     except IsADirectoryError:
         message = "is a folder; name a file in it"
