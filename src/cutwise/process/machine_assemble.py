@@ -63,7 +63,7 @@ def machine_axes(scenario: MachineScenario) -> Axes:
         rotations=rotations,
         sides=side,
     )
-    of_table = np.array([joint.positive == "table" for joint in joints])
+    of_table = np.array([joint.positive != "tool" for joint in joints])
     limits = np.array([joint.limits or (0.0, 0.0) for joint in joints])
     given = scenario.errors()
     errors = tuple(

@@ -40,7 +40,7 @@ class PadGroup(Spec):
     """Carriages or pads as springs; any three off one line hold a body."""
 
     points: tuple[Place, ...] = Field(
-        description="pads relative to the element's place", examples=["[[90 mm, 100 mm, 0 mm], ...]"], min_length=1
+        description="pads relative to the element's place", examples=["[[90 mm, 100 mm, 0 mm], [90 mm, -100 mm, 0 mm], [-90 mm, 0 mm, 0 mm]]"], min_length=1
     )
     stiffness: Stiffnesses = Field(
         description="springs of one pad along x, y, z", examples=["[0 N/um, 200 N/um, 300 N/um]"]
@@ -54,7 +54,7 @@ class ContactGroup(Spec):
     """Sliding pads with the contact law δ = c p^m (Levina and Reshetov), preloaded."""
 
     points: tuple[Place, ...] = Field(
-        description="pads relative to the element's place", examples=["[[90 mm, 100 mm, 0 mm], ...]"], min_length=1
+        description="pads relative to the element's place", examples=["[[90 mm, 100 mm, 0 mm], [90 mm, -100 mm, 0 mm], [-90 mm, 0 mm, 0 mm]]"], min_length=1
     )
     normal: Literal["+x", "-x", "+y", "-y", "+z", "-z"] = Field(
         description="from the body that supports to the one that moves", examples=["+z"]
@@ -73,7 +73,7 @@ class ContactGroup(Spec):
     preload: Annotated[Pressure, Usual("0.2 bar", "50 bar")] = Field(
         description="pressure without load", examples=["4 bar"], gt=0
     )
-    closed_guide: bool = Field(default=False, description="an equal pad behind each one (gib)", examples=[True])
+    closed_guide: bool = Field(description="an equal pad behind each one (gib)", examples=[True])
 
 
 class Springs(Spec):
@@ -99,7 +99,7 @@ class Beam(Spec):
         description="Poisson's ratio", examples=[0.26], gt=-1, lt=0.5
     )
     shear_factor: Number = Field(description="share of the section that carries shear", examples=[0.5], gt=0, le=1)
-    hangs: bool = Field(default=False, description="goes along -z instead of +z", examples=[False])
+    hangs: bool = Field(description="goes along -z instead of +z", examples=[False])
 
     def contradictions(self) -> Iterator[Remark]:
         """The sizes that the section needs, and a wall that fits."""
@@ -127,7 +127,7 @@ class ElasticElement(Spec):
     springs: Springs | None = Field(default=None, description="springs without coupling")
     beam: Beam | None = Field(default=None, description="a cantilever")
     compliance: tuple[tuple[Number, ...], ...] | None = Field(
-        default=None, description="6 x 6 compliance in m, rad over N, N m", examples=["[[5e-9, 0, 0, 0, 0, 0], ...]"]
+        default=None, description="6 x 6 compliance in m, rad over N, N m", examples=["[[5e-9, 0, 0, 0, 0, 0]]"]
     )
 
 
@@ -153,8 +153,8 @@ class Joint(Spec):
     command: Literal["X", "Y", "Z", "A", "B", "C"] | None = Field(
         default=None, description="ISO 841 letter of the axis", examples=["X"]
     )
-    positive: Literal["table", "tool"] = Field(
-        default="table",
+    positive: Literal["table", "tool"] | None = Field(
+        default=None,
         description="part side: commands and errors are those of the table, or those of the tool against it",
         examples=["table"],
     )
@@ -191,9 +191,9 @@ class Machine(LibrarySpec):
 
     library_shelf: ClassVar[str] = "machines"
 
-    chain: tuple[Body, ...] = Field(description="bodies from the part to the tool", examples=["[{name: part}, ...]"])
+    chain: tuple[Body, ...] = Field(description="bodies from the part to the tool", examples=["[{name: part}]"])
     gravity: tuple[Number, Number, Number] = Field(
-        default=(0.0, 0.0, -1.0), description="direction of weights in the frame of the bed", examples=["[0, 0, -1]"]
+        description="direction of weights in the frame of the bed", examples=["[0, 0, -1]"]
     )
     geometry_errors: GeometryErrors | None = Field(
         default=None, description="geometric errors of its axes by ISO 230-1 names"

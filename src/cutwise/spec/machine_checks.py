@@ -119,8 +119,10 @@ def _joint_faults(joint: Joint, path: Path) -> Iterator[Remark]:
         yield Remark((*path, needed), "missing")
     if joint.limits is not None and joint.limits[0] >= joint.limits[1]:
         yield Remark((*path, str(needed)), "ends before it begins")
-    if joint.side == "tool" and joint.positive == "tool":
+    if joint.side == "tool" and joint.positive is not None:
         yield Remark((*path, "positive"), "is for the part side only: on the tool side the body itself moves")
+    if joint.side == "part" and moving and joint.positive is None:
+        yield Remark((*path, "positive"), "missing")
 
 
 def _element_faults(element: ElasticElement, body: Body, path: Path) -> Iterator[Remark]:

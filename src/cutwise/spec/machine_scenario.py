@@ -60,7 +60,7 @@ class MachineTool(LibrarySpec):
         default=None, description="number of flutes N, for a force from the cutting model", examples=[4], ge=1, le=200
     )
     tip: Place = Field(description="tool point in the frame of the last body", examples=["[0 mm, 0 mm, -45 mm]"])
-    flexible: bool = Field(default=False, description="bends as a cantilever", examples=[True])
+    flexible: bool = Field(description="bends as a cantilever", examples=[True])
     overhang: Length | None = Field(default=None, description="length that bends", examples=["20 mm"], gt=0)
     filling: Number | None = Field(
         default=None, description="share of the round section that the flutes leave", examples=[0.8], gt=0, le=1
@@ -133,7 +133,7 @@ class MachineLoad(Spec):
     either: ClassVar[tuple[tuple[str, ...], ...]] = (("force",), ("cutting",))
 
     force: tuple[Force, Force, Force] | None = Field(
-        default=None, description="cutting force on the tool, in the part's frame", examples=["[4 kN, 4 kN, 2 kN]"]
+        default=None, description="cutting force on the tool, in the part's frame", examples=["[4000 N, 4000 N, 2000 N]"]
     )
     cutting: FromCutting | None = Field(default=None, description="cutting force from the material and a full slot")
     weights: bool = Field(default=True, description="weights of part and bodies count", examples=[True])
@@ -158,7 +158,7 @@ class Scatter(Spec):
     displacement: SmallLength = Field(description="standard deviation along x, y and z", examples=["3 um"], ge=0)
     rotation: SmallAngle = Field(description="standard deviation about x, y and z", examples=["15 urad"], ge=0)
     distribution: Literal["normal", "uniform", "triangular"] = Field(
-        default="normal", description="law of these components", examples=["normal"]
+        description="law of these components", examples=["normal"]
     )
 
 
@@ -167,7 +167,7 @@ class Uncertainty(Spec):
 
     bodies: tuple[Scatter, ...] = Field(
         description="standard deviations per body",
-        examples=["[{bodies: [table], displacement: 3 um, rotation: 15 urad}]"], min_length=1,
+        examples=["[{bodies: [table], displacement: 3 um, rotation: 15 urad, distribution: normal}]"], min_length=1,
     )  # fmt: skip
     samples: Annotated[Count, Usual(20000, 2000000)] = Field(
         default=100_000, description="samples of the Monte Carlo", examples=[100000], ge=100, le=5_000_000
