@@ -15,8 +15,8 @@ NAMES = [".".join((kind, *path)) for kind, path, _ in KEYS]
 # How the run is done, or what counts as ideal; everything else comes from the engineer or a library.
 WITHOUT_PHYSICS = {
     "name", "process", "requirements", "library", "milling", "lead_out_time", "path_error", "tolerance", "axial_start",
-    "slices", "seed", "force", "time_step", "runout_angle", "numerics",
-    "samples", "points", "diagonal_points", "orders", "convention", "weights", "feed_moment",
+    "slices", "seed", "force", "time_step", "runout_angle", "numerics", "engagement",
+    "samples", "points", "diagonal_points", "orders", "convention", "weights", "feed_moment", "load", "at",
 }  # fmt: skip
 
 

@@ -4,20 +4,11 @@ import pytest
 
 from cutwise import units
 from cutwise.io import library
-from cutwise.io.scenario import shelf_keys
-from cutwise.spec import fields
-from cutwise.spec.base import LibrarySpec
-from cutwise.spec.kinds import KINDS
+from cutwise.io.scenario import shelf_keys, shelf_sections
 from cutwise.spec.material import Material
 
 ENTRIES = [(kind, name) for kind in library.SHELVES for name in library.names(kind)]
 MATERIALS = [name for kind, name in ENTRIES if kind == "materials"]
-
-
-def sections(kind):
-    for model in KINDS.values():
-        for info in model.model_fields.values():
-            yield from (s for s in fields.sections(info) if issubclass(s, LibrarySpec) and s.library_shelf == kind)
 
 
 @pytest.mark.parametrize(("kind", "name"), ENTRIES)
@@ -36,7 +27,7 @@ def test_every_key_is_known_and_every_value_can_be_read(kind, name):
     known = shelf_keys(kind)
     values = library.entry(kind, name).values.plain()
     assert set(values) <= known
-    read = [section for section in sections(kind) if set(values) <= set(section.model_fields)]
+    read = [section for section in shelf_sections(kind) if set(values) <= set(section.model_fields)]
     assert read
     for section in read:
         section.model_validate({**values, "library": name})

@@ -356,12 +356,13 @@ def _table_file(node: Node) -> Node | None:
     return None
 
 
+def shelf_sections(shelf: str) -> list[type[LibrarySpec]]:
+    """Every section, of any process and at any depth, that takes values from a shelf."""
+    infos = (info for model in KINDS.values() for _, info in fields.keys(model))
+    found = (section for info in infos for section in fields.sections(info))
+    return list(dict.fromkeys(s for s in found if issubclass(s, LibrarySpec) and s.library_shelf == shelf))
+
+
 def shelf_keys(shelf: str) -> set[str]:
     """Every key that some process takes from a shelf."""
-    found: set[str] = set()
-    for model in KINDS.values():
-        for info in model.model_fields.values():
-            for section in fields.sections(info):
-                if issubclass(section, LibrarySpec) and section.library_shelf == shelf:
-                    found |= set(section.model_fields)
-    return found
+    return {key for section in shelf_sections(shelf) for key in section.model_fields}

@@ -32,6 +32,16 @@ STARTS: Mapping[str, Mapping[str, str]] = {
         "spindle.library": "default",
         "requirements": "{surface_error_max: {max: 0.1 mm}, surface_error_min: {min: -0.1 mm}}",
     },
+    "machine": {
+        "machine.library": "demec_mill",
+        "tool.library": "demec",
+        "part.shear_factor": "0.8333333",
+        "surface.normal": "[0, 1, 0]",
+        "uncertainty.samples": "100000",
+        "path.points": "[{X: 0 mm}, {X: 260 mm}]",
+        "load.force": "[4000 N, 4000 N, 2000 N]",
+        "requirements": "{deviation_norm_max: {max: 0.5 mm}}",
+    },
 }
 _LEFT_OUT = ("library", "name", "process")
 
@@ -69,6 +79,10 @@ def _body(section: type[Spec], path: Path, starts: Mapping[str, str]) -> Iterato
         here = (*path, name)
         inner = fields.sections(info)
         if len(inner) == 1 and len(list(fields.of_field(info))) == 1:
+            if _left_out(info, here, starts):
+                yield from ("",) if not path else ()
+                yield from _comment(f"{name}: {{{', '.join(inner[0].model_fields)}}} ({info.description})", indent)
+                continue
             yield "" if not path else f"{indent}# {info.description}"
             if not path:
                 yield f"# {info.description}"
@@ -79,6 +93,13 @@ def _body(section: type[Spec], path: Path, starts: Mapping[str, str]) -> Iterato
                 yield from _body(inner[0], here, starts)
             continue
         yield from _value(info, here, starts)
+
+
+def _left_out(info: FieldInfo, path: Path, starts: Mapping[str, str]) -> bool:
+    """Whether a section may be missing and the start says nothing about it."""
+    key = dotted(path)
+    optional = not info.is_required() and info.default is None and info.default_factory is None
+    return optional and not any(start == key or start.startswith(f"{key}.") for start in starts)
 
 
 def _value(info: FieldInfo, path: Path, starts: Mapping[str, str]) -> Iterator[str]:

@@ -21,7 +21,7 @@ from cutwise.process.machine_pass import ElasticElement, FlexiblePart, MachineCe
 from cutwise.spec.geometry_errors import COMPONENTS, LINEAR_AXES, SQUARENESS
 from cutwise.spec.machine import Beam, ContactGroup, Drive, Machine
 from cutwise.spec.machine import ElasticElement as ElementSpec
-from cutwise.spec.machine_scenario import MachineScenario, MachineTool
+from cutwise.spec.machine_scenario import FromCutting, MachineScenario, MachineTool
 from cutwise.spec.tables import Table
 
 _KINDS = {"fixed": FIXED, "prismatic": PRISMATIC, "revolute": REVOLUTE}
@@ -115,14 +115,14 @@ def _path(scenario: MachineScenario, samples: int | None) -> tuple[FloatArray, F
 
 def cutting_force(scenario: MachineScenario, axes: Axes, tip: FloatArray, commands: FloatArray) -> FloatArray:
     """Cutting force on the tool in the part's frame [N], shape (m, 3): prescribed, or the mean of a full slot."""
-    load = scenario.load
-    if load.cutting is None:
-        return np.tile(np.array(load.force or (0.0, 0.0, 0.0)), (len(commands), 1))
+    slot = scenario.load.force
+    if not isinstance(slot, FromCutting):
+        return np.tile(np.array(slot or (0.0, 0.0, 0.0)), (len(commands), 1))
     at = chains.frames(axes.chain, commands * axes.sense)
     flutes = scenario.tool.flutes
-    chip = feed_per_tooth(scenario.path.feed if scenario.path else 0.0, 0.0, load.cutting.spindle_speed, flutes)
+    chip = feed_per_tooth(scenario.path.feed if scenario.path else 0.0, 0.0, slot.spindle_speed, flutes)
     force = mean_force(
-        0.0, math.pi, chip, 0.0, load.cutting.depth, flutes, linear_coefficients(scenario.material)
+        0.0, math.pi, chip, 0.0, slot.depth, flutes, linear_coefficients(scenario.material)
     )  # x feed, y off the work; z as printed, while a right-hand helix pulls the tool down
     along = np.gradient(chains.tool_point(at, tip), axis=0) if len(commands) > 1 else np.array([[1.0, 0.0, 0.0]])
     upward = at.rotations[:, -1, :, 2]

@@ -93,7 +93,8 @@ def keys(model: type[Spec], before: Path = ()) -> Iterator[tuple[Path, FieldInfo
     for name, info in model.model_fields.items():
         yield (*before, name), info
         for section in sections(info):
-            yield from keys(section, (*before, name))
+            if section.listed:
+                yield from keys(section, (*before, name))
 
 
 def leaves(spec: Spec, before: Path = ()) -> Iterator[tuple[Path, FieldInfo, Any]]:

@@ -200,9 +200,13 @@ def _constant_fields() -> Iterator[tuple[str, Any]]:
             yield f"{component}O{axis}", (kind | None, field)
 
 
+class _Named(Spec):
+    listed: ClassVar[bool] = False
+
+
 GeometryErrors: Any = create_model(
     "GeometryErrors",
-    __base__=Spec,
+    __base__=_Named,
     __doc__="""Geometric errors by name: functions of ISO 230-1, squareness, location errors of ISO 230-7.""",
     **dict(_motion_fields()),
     **dict(_constant_fields()),

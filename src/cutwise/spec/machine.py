@@ -40,7 +40,9 @@ class PadGroup(Spec):
     """Carriages or pads as springs; any three off one line hold a body."""
 
     points: tuple[Place, ...] = Field(
-        description="pads relative to the element's place", examples=["[[90 mm, 100 mm, 0 mm], [90 mm, -100 mm, 0 mm], [-90 mm, 0 mm, 0 mm]]"], min_length=1
+        description="pads relative to the element's place",
+        examples=["[[90 mm, 100 mm, 0 mm], [90 mm, -100 mm, 0 mm], [-90 mm, 0 mm, 0 mm]]"],
+        min_length=1,
     )
     stiffness: Stiffnesses = Field(
         description="springs of one pad along x, y, z", examples=["[0 N/um, 200 N/um, 300 N/um]"]
@@ -54,7 +56,9 @@ class ContactGroup(Spec):
     """Sliding pads with the contact law δ = c p^m (Levina and Reshetov), preloaded."""
 
     points: tuple[Place, ...] = Field(
-        description="pads relative to the element's place", examples=["[[90 mm, 100 mm, 0 mm], [90 mm, -100 mm, 0 mm], [-90 mm, 0 mm, 0 mm]]"], min_length=1
+        description="pads relative to the element's place",
+        examples=["[[90 mm, 100 mm, 0 mm], [90 mm, -100 mm, 0 mm], [-90 mm, 0 mm, 0 mm]]"],
+        min_length=1,
     )
     normal: Literal["+x", "-x", "+y", "-y", "+z", "-z"] = Field(
         description="from the body that supports to the one that moves", examples=["+z"]

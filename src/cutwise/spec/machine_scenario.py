@@ -2,9 +2,9 @@
 
 from collections.abc import Iterator, Mapping
 from itertools import pairwise
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field
+from pydantic import Discriminator, Field
 
 from cutwise import units
 from cutwise.spec.base import (
@@ -24,6 +24,7 @@ from cutwise.spec.base import (
     Usual,
 )
 from cutwise.spec.faults import Path
+from cutwise.spec.fields import tag
 from cutwise.spec.geometry_errors import COMPONENTS, LINEAR_AXES, SQUARENESS, GeometryErrors
 from cutwise.spec.machine import Joint, Machine, Place, merged_errors
 from cutwise.spec.machine_checks import chain_faults
@@ -127,15 +128,25 @@ class FromCutting(Spec):
     )
 
 
+def _force_kind(value: Any) -> str:
+    return "<slot>" if isinstance(value, dict | FromCutting) else "<vector>"
+
+
+CuttingForce = Annotated[
+    Annotated[tuple[Force, Force, Force], tag("vector")] | Annotated[FromCutting, tag("slot")],
+    Discriminator(_force_kind),
+]
+
+
 class MachineLoad(Spec):
     """What acts on the machine."""
 
-    either: ClassVar[tuple[tuple[str, ...], ...]] = (("force",), ("cutting",))
-
-    force: tuple[Force, Force, Force] | None = Field(
-        default=None, description="cutting force on the tool, in the part's frame", examples=["[4000 N, 4000 N, 2000 N]"]
+    force: CuttingForce | None = Field(
+        default=None,
+        description="cutting force on the tool in the part's frame, or {depth, spindle_speed}: the mean force of a full "
+        "slot by the material's coefficients",
+        examples=["[4000 N, 4000 N, 2000 N]"],
     )
-    cutting: FromCutting | None = Field(default=None, description="cutting force from the material and a full slot")
     weights: bool = Field(default=True, description="weights of part and bodies count", examples=[True])
     feed_moment: bool = Field(
         default=True, description="false leaves out the moment of the x forces on tables; not physical", examples=[True]
@@ -245,9 +256,7 @@ class MachineScenario(Scenario):
             yield Remark(("surface", "normal"), "has zero length")
 
     def _load_faults(self) -> Iterator[Remark]:
-        if self.load.force is not None and self.load.cutting is not None:
-            yield Remark(("load",), "give one of force and cutting")
-        if self.load.cutting is not None:
+        if isinstance(self.load.force, FromCutting):
             if self.material is None:
                 yield Remark(("material",), "missing")
             elif self.material.law != "linear":
@@ -277,7 +286,7 @@ class MachineScenario(Scenario):
             yield Remark(("convention",), "paper_literal is a demo of the printed Eq. (2), not a prediction")
         if not self.load.feed_moment:
             yield Remark(("load", "feed_moment"), "false leaves out a moment that acts; a demo, not a prediction")
-        if self.path is not None and self.load.force is None and self.load.cutting is None:
+        if self.path is not None and self.load.force is None:
             yield Remark(("load",), "no cutting force: the pass shows weights and geometric errors only")
 
     def errors(self) -> dict[str, object]:
