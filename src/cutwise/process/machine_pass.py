@@ -12,7 +12,8 @@ from cutwise.physics.motion.volumetric import Axes
 from cutwise.physics.structure import bodies
 from cutwise.physics.structure.beams import Section, cantilever
 from cutwise.physics.structure.bodies import Elements, Loads, PartBlock
-from cutwise.physics.structure.pads import ContactPads, contact_equilibrium
+from cutwise.physics.structure.pads import ContactPads, NoEquilibriumError, PadLostError, contact_equilibrium
+from cutwise.results import SolverFailure
 
 
 class ElasticElement(NamedTuple):
@@ -184,6 +185,9 @@ def _contact_twists(element: ElasticElement, at: Frames, wrenches: FloatArray) -
     for k, wrench in enumerate(wrenches):
         rotation = at.rotations[k, element.frame]
         local = np.concatenate([rotation.T @ wrench[:3], rotation.T @ wrench[3:]])
-        twist = contact_equilibrium(element.contact, local)[0]
+        try:
+            twist = contact_equilibrium(element.contact, local)[0]
+        except (PadLostError, NoEquilibriumError) as error:
+            raise SolverFailure(f"{element.name}: {error}") from None
         turned[k] = np.concatenate([rotation @ twist[:3], rotation @ twist[3:]])
     return turned

@@ -119,6 +119,8 @@ class Beam(Spec):
 class ElasticElement(Spec):
     """What yields at a joint, at a place that travels with one of its two bodies."""
 
+    either: ClassVar[tuple[tuple[str, ...], ...]] = (("pads",), ("contact",), ("springs",), ("beam",), ("compliance",))
+
     name: str = Field(description="name in the budget", examples=["x guide"])
     at: Place = Field(
         description="where it acts, in the frame of the body it travels with", examples=["[0 mm, 0 mm, 0 mm]"]
