@@ -204,6 +204,17 @@ class MachineScenario(Scenario):
     """Error budget of a machine tool along a pass, and its volumetric error (Demeč and Madáč; ISO 230)."""
 
     measures: ClassVar[Mapping[str, MeasureSpec]] = MACHINE
+    starts: ClassVar[Mapping[str, str]] = {
+        "machine.library": "demec_mill",
+        "tool.library": "demec",
+        "part.shear_factor": "0.8333333",
+        "path.points": "[{X: 0 mm}, {X: 260 mm}]",
+        "load.force": "[4000 N, 4000 N, 2000 N]",
+        "surface.normal": "[0, 1, 0]",
+        "uncertainty.samples": "100000",
+        "requirements": "{deviation_norm_max: {max: 0.5 mm}}",
+    }
+    focus: ClassVar[str] = "deviation_norm_max"
 
     process: Literal["machine"] = Field(description="which operation is simulated", examples=["machine"])
     machine: Machine = Field(description="the machine tool")
