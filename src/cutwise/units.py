@@ -35,6 +35,7 @@ _ALL = (
     Dimension("feed_per_revolution", "m", "mm", "0.1 mm/rev", "a plain length is taken per turn"),
     Dimension("angular_speed", "rad/s", "rpm", "40000 rpm", "write rpm, 1/min or rad/s; Hz is for frequencies"),
     Dimension("angle", "rad", "deg", "20 deg"),
+    Dimension("small_angle", "rad", "µrad", "15 urad"),
     Dimension("frequency", "Hz", "Hz", "2 Hz"),
     Dimension("spatial_frequency", "1/m", "1/m", "16 1/m"),
     Dimension("time", "s", "s", "0.2 s"),
@@ -61,6 +62,7 @@ _ALL = (
     Dimension("derivative_gain", "V*s/m", "V*s/mm", "0.3 V s/mm"),
     Dimension("acceleration_gain", "V*s**2/m", "V*s**2/mm", "0.0016 V s^2/mm"),
     Dimension("compliance", "m/N", "µm/N", "0.7 um/N"),
+    Dimension("elasticity", "Pa", "kN/mm**2", "210 kN/mm^2"),
     Dimension("energy", "J", "J", "2.5 J"),
     Dimension("dimensionless", "", "", "0.3"),
 )
@@ -176,10 +178,15 @@ def parse(text: object, dimension: str) -> float:
     number, unit = match.groups()
     if not unit:
         raise UnitFault(f'{text} has no unit; write it as text with a unit, for example "{_with_unit(number, wanted)}"')
-    scale = factor(unit, dimension)
-    value = float(number.replace("_", ""))
+    value = converted(float(number.replace("_", "")), unit, dimension)
     if math.isinf(value):
         raise UnitFault(f"{text} is too large to be a number")
+    return value
+
+
+def converted(value: float, unit: str, dimension: str) -> float:
+    """SI value of a number in a unit; raises UnitFault as :func:`factor` does."""
+    scale = factor(unit, dimension)
     return value * scale if scale >= 1.0 else value / (1.0 / scale)  # 50 µm is 5e-05 then, not 4.9999999999999996e-05
 
 

@@ -17,35 +17,6 @@ from cutwise.spec.scenario import Scenario
 
 _WIDTH = 110
 
-# What a new scenario says, and in which words, where the example of the field is not what to begin with.
-STARTS: Mapping[str, Mapping[str, str]] = {
-    "deburr": {
-        "operation.feed": "40 mm/s",
-        "operation.spindle_speed": "30000 rpm",
-        "operation.length": "60 mm",
-        "operation.path_error": "{amplitude: 0.1 mm, frequency: 1 Hz}",
-        "part.burr.height": "0.3 mm",
-        "part.burr.width": "0.3 mm",
-        "part.contact_length": "5 mm",
-        "tool.library": "berselli2016",
-        "material.library": "deburr_aluminium",
-        "spindle.library": "default",
-        "requirements": "{surface_error_max: {max: 0.1 mm}, surface_error_min: {min: -0.1 mm}}",
-    },
-    "mill": {
-        "path.corner": "2 mm",
-        "path.compare": "[sharp, 2 mm, 5 mm]",
-        "operation.feed": "40 mm/s",
-        "operation.spindle_speed": "8000 rpm",
-        "operation.axial_depth": "5 mm",
-        "operation.radial_depth": "4 mm",
-        "tool.library": "endmill_20_3",
-        "material.library": "al7075t6",
-        "machine.library": "fadal2216",
-        "machine.reading": "kp_ki_swapped",
-        "requirements": "{contour_error_max: {max: 50 um}, force_xy_peak: {max: 800 N}}",
-    },
-}
 _LEFT_OUT = ("library", "name", "process")
 
 
@@ -68,8 +39,8 @@ def template(kind: str) -> str:
         "# Every quantity has its unit. A value may also be written {value: 80 mm/s, status: measured, source: ...}.",
         f"name: new_{kind}",
         f"process: {kind}",
-        *_body(model, (), STARTS.get(kind, {})),
-        *_requirements(model, STARTS.get(kind, {}).get("requirements", "")),
+        *_body(model, (), model.starts),
+        *_requirements(model, model.starts.get("requirements", "")),
     ]
     return "\n".join(lines) + "\n"
 
@@ -82,12 +53,9 @@ def _body(section: type[Spec], path: Path, starts: Mapping[str, str]) -> Iterato
         here = (*path, name)
         inner = fields.sections(info)
         if len(inner) == 1 and len(list(fields.of_field(info))) == 1:
-            if (
-                not info.is_required()
-                and info.default is None
-                and not any(key.startswith(dotted(here)) for key in starts)
-            ):
-                yield from _comment(f"{name}: {info.description}", indent)
+            if _left_out(info, here, starts):
+                yield from ("",) if not path else ()
+                yield from _comment(f"{name}: {{{', '.join(inner[0].model_fields)}}} ({info.description})", indent)
                 continue
             yield "" if not path else f"{indent}# {info.description}"
             if not path:
@@ -99,6 +67,13 @@ def _body(section: type[Spec], path: Path, starts: Mapping[str, str]) -> Iterato
                 yield from _body(inner[0], here, starts)
             continue
         yield from _value(info, here, starts)
+
+
+def _left_out(info: FieldInfo, path: Path, starts: Mapping[str, str]) -> bool:
+    """Whether a section may be missing and the start says nothing about it."""
+    key = dotted(path)
+    optional = not info.is_required() and info.default is None and info.default_factory is None
+    return optional and not any(start == key or start.startswith(f"{key}.") for start in starts)
 
 
 def _value(info: FieldInfo, path: Path, starts: Mapping[str, str]) -> Iterator[str]:

@@ -54,7 +54,9 @@ def deburring_cell(scenario: DeburringScenario) -> EdgeCell:
         _FORCE[scenario.numerics.force],
     )
     top = float(layers.burr_height.value.max())
-    return EdgeCell(edge_pass(operation, top), layers, cutter, piston_ring(scenario.spindle), scenario.spindle.tool_reach)
+    return EdgeCell(
+        edge_pass(operation, top), layers, cutter, piston_ring(scenario.spindle), scenario.spindle.tool_reach
+    )
 
 
 def edge_profile(size: float | Table | RandomField, length: float) -> Polyline:
@@ -101,14 +103,14 @@ def path_error_curve(operation: DeburringOperation) -> Cubic:
     return no_cubic()
 
 
-def edge_coefficients(material: Material) -> EdgeCoefficients:
-    """Linear-edge coefficients; an unknown axial pair counts as zero, and no axial force is reported then."""
+def linear_coefficients(material: Material) -> EdgeCoefficients:
+    """The straight-line law; an unknown axial pair counts as zero, and no axial force is reported then."""
     return EdgeCoefficients(*(getattr(material, key) or 0.0 for key in LINEAR_KEYS))
 
 
 def edges(material: Material, tool: HelicalMill) -> Edges:
     """How the edges cut; an unknown axial pair counts as zero, and no axial force is reported then."""
-    linear = edge_coefficients(material)
+    linear = linear_coefficients(material)
     kienzle = Kienzle(*(getattr(material, key) or 0.0 for key in KIENZLE_KEYS))
     return Edges(_FORCE_LAW[material.law], linear, kienzle, tool.runout, tool.runout_angle)
 

@@ -17,7 +17,7 @@ from cutwise.physics.motion.drives import Controller, Plant
 from cutwise.physics.motion.lookahead import AxisLimits
 from cutwise.physics.motion.loop import LoopFigures, loop_figures
 from cutwise.physics.structure.modes import Modes, modes
-from cutwise.process.assemble import edge_coefficients
+from cutwise.process.assemble import linear_coefficients
 from cutwise.process.loops_drives import NO_FORCE, Cut, DrivePair
 from cutwise.spec.drives import CncMachine, FeedDrive
 from cutwise.spec.faults import Fault, ScenarioFault
@@ -199,7 +199,7 @@ def cut(scenario: MillingScenario, spindle: float) -> Cut:
         law,
         Mill(radius, tool.flutes, tool.helix),
         discs(radius, tool.helix, depth, tool.flutes, numerics.discs or 1),
-        edge_coefficients(scenario.material),
+        linear_coefficients(scenario.material),
         depth,
         spindle,
     )

@@ -2,10 +2,11 @@
 
 from collections.abc import Callable, Mapping
 
-from cutwise.process import assemble, assemble_mill, deburring, milling, remarks, remarks_mill
+from cutwise.process import assemble, assemble_mill, deburring, machine, machine_stages, milling, remarks, remarks_mill
 from cutwise.process.convergence import change_on_halved_step
 from cutwise.results import Measure, Result, judge
 from cutwise.spec.deburring import DeburringScenario
+from cutwise.spec.machine_scenario import MachineScenario
 from cutwise.spec.milling import MillingScenario
 from cutwise.spec.scenario import Scenario
 
@@ -36,19 +37,36 @@ def _deburring_pass(
 ) -> tuple[deburring.EdgeRun, Mapping[str, float]]:
     cell = assemble.deburring_cell(scenario)
     history = deburring.run_for(scenario, cell)(cell, time_step, progress)
-    edge = deburring.evaluate(scenario, cell, history)
+    edge = deburring.evaluate(cell, history)
     return edge, deburring.measures(scenario, edge, tooth=tooth)
 
 
 def deburring_measures(scenario: DeburringScenario) -> Mapping[str, float]:
-    """The measures alone, for studies: at least 50 µs of step with averaged forces over arcs, as given otherwise."""
+    """The measures alone, for studies: at least 100 µs of step with averaged forces over arcs, as given otherwise."""
     step = scenario.numerics.time_step
     coarse = scenario.numerics.force == "averaged" and scenario.tool.runout == 0.0
     tooth = any(name.startswith("tooth_") for name in scenario.requirements)
     return _deburring_pass(scenario, max(step, _STUDY_STEP) if coarse else step, tooth=tooth)[1]
 
 
-_STUDY_STEP = 50e-6  # [s] moves the edge error by 0.03 µm
+def machine_errors(scenario: MachineScenario, progress: Progress | None = None) -> Result:
+    """Error budget of a machine: ideal pass, loaded pass (Demeč and Madáč, Eqs. 1-9), map of the working space."""
+    one_pass = machine.evaluate_pass(scenario) if scenario.path is not None else None
+    volume = machine.evaluate_volume(scenario)
+    found = machine_measures(scenario, one_pass, volume)
+    finer = machine.halved_spacing(scenario, one_pass) if one_pass is not None else {}
+    if progress is not None:
+        progress(1.0)
+    return collect(
+        scenario,
+        found,
+        stages=machine_stages.stages(one_pass, volume),
+        warnings=machine_stages.warnings(scenario, one_pass),
+        limits=machine_stages.LIMITS,
+        convergence={name: value - found[name] for name, value in finer.items()},
+        notes=machine_stages.notes(one_pass, volume),
+        references=("demec",),
+    )
 
 
 def mill(scenario: MillingScenario, progress: Progress | None = None) -> Result:
@@ -77,8 +95,28 @@ def milling_measures(scenario: MillingScenario) -> Mapping[str, float]:
     return milling.measures(scenario, milling.run(scenario, scenario.numerics.substeps))
 
 
-MEASURES: Mapping[str, Callable[..., Mapping[str, float]]] = {"deburr": deburring_measures, "mill": milling_measures}
-RECIPES: Mapping[str, Callable[..., Result]] = {"deburr": deburr, "mill": mill}
+def machine_measures(
+    scenario: MachineScenario,
+    one_pass: machine.MachinePass | None = None,
+    volume: machine.VolumeMap | None = None,
+) -> Mapping[str, float]:
+    """The measures alone; for studies they need nothing but the scenario."""
+    if one_pass is None and scenario.path is not None:
+        one_pass = machine.evaluate_pass(scenario)
+    if volume is None:
+        volume = machine.evaluate_volume(scenario)
+    of_pass = machine.pass_measures(one_pass) if one_pass is not None else {}
+    return {**of_pass, **(machine.volume_measures(volume) if volume is not None else {})}
+
+
+_STUDY_STEP = 100e-6  # [s] moves the edge error of the reference case by 0.07 µm
+
+MEASURES: Mapping[str, Callable[..., Mapping[str, float]]] = {
+    "deburr": deburring_measures,
+    "machine": machine_measures,
+    "mill": milling_measures,
+}
+RECIPES: Mapping[str, Callable[..., Result]] = {"deburr": deburr, "machine": machine_errors, "mill": mill}
 
 
 def simulate(scenario: Scenario, progress: Progress | None = None) -> Result:

@@ -73,7 +73,9 @@ class Program(Spec):
     """A G-code program."""
 
     file: str = Field(description="the G-code file", examples=["pocket.nc"])
-    text: str = Field(default="", description="the text of the program (read from the file)", examples=["G21 G90 G1 X10 F600"])
+    text: str = Field(
+        default="", description="the text of the program (read from the file)", examples=["G21 G90 G1 X10 F600"]
+    )
 
 
 class Blend(Spec):
@@ -155,6 +157,19 @@ class MillingScenario(Scenario):
 
     measures: ClassVar[Mapping[str, MeasureSpec]] = MILLING
     either: ClassVar[tuple[tuple[str, ...], ...]] = (("path",), ("program",))
+    starts: ClassVar[Mapping[str, str]] = {
+        "path.corner": "2 mm",
+        "path.compare": "[sharp, 2 mm, 5 mm]",
+        "operation.feed": "40 mm/s",
+        "operation.spindle_speed": "8000 rpm",
+        "operation.axial_depth": "5 mm",
+        "operation.radial_depth": "4 mm",
+        "tool.library": "endmill_20_3",
+        "material.library": "al7075t6",
+        "machine.library": "fadal2216",
+        "machine.reading": "kp_ki_swapped",
+        "requirements": "{contour_error_max: {max: 50 um}, force_xy_peak: {max: 800 N}}",
+    }
 
     process: Literal["mill"] = Field(description="which operation is simulated", examples=["mill"])
     path: CornerPath | None = Field(default=None, description="a pocket corner (or give program)")
