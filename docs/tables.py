@@ -90,6 +90,9 @@ TABLES: Mapping[str, Callable[[], str]] = {
     **{f"keys.{kind}": partial(keys, kind) for kind in KINDS},
     "errata.berselli2016": partial(errata, "berselli2016"),
     "entry.spindles.berselli2016": partial(entry, "spindles.berselli2016"),
+    "errata.ozcan2017": partial(errata, "ozcan2017"),
+    "entry.machines.fadal2216": partial(entry, "machines.fadal2216"),
+    "entry.machines.cjme2023": partial(entry, "machines.cjme2023"),
 }
 
 
