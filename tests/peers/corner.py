@@ -12,7 +12,8 @@ from cutwise.physics.cutting.wall import AVERAGED, DISCS
 from cutwise.physics.engagement.corner import Corner, corner_immersions
 from cutwise.physics.motion.contour import contour_errors
 from cutwise.physics.motion.drives import Controller, Plant
-from cutwise.physics.motion.lookahead import AxisLimits, plan
+from cutwise.physics.motion.lookahead import plan
+from cutwise.physics.motion.profile import Limits
 from cutwise.physics.motion.reference import central_difference, sampled
 from cutwise.process.loops_drives import NO_FORCE, Commands, Cut, DrivePair, run_drives
 
@@ -21,7 +22,7 @@ NO_FRICTION = (0.0, 0.0, 0.0, 0.0, 3.88, -3.51, 4.20, -3.52)
 X = Plant(6.4898, 0.4769, 0.0077736, 0.019811, 1.5915e-3, *FRICTION, 0.0)
 Y = Plant(7.5768, 0.4769, 0.0098109, 0.28438, 1.5915e-3, *FRICTION, 0.0)
 AL7075 = EdgeCoefficients(767.01e6, 168.8e6, 222e6, 27.7e3, 26.6e3, 0.7e3)
-LIMITS = AxisLimits(np.full(3, 0.169), np.full(3, 2.0), np.full(3, 50.0))
+LIMITS = Limits(0.169, 2.0, 50.0)
 PRINTED_X = (500.0, 70.0, 0.3, 0.0, -2.37e-6)
 PRINTED_Y = (462.539, 64.75, 0.278, 0.0, 5.55e-4)
 OMEGA = 8000 * math.pi / 30

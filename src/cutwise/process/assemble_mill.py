@@ -16,6 +16,7 @@ from cutwise.physics.cutting.wall import AVERAGED, DISCS, FLUTES
 from cutwise.physics.motion.drives import Controller, Plant
 from cutwise.physics.motion.lookahead import AxisLimits
 from cutwise.physics.motion.loop import LoopFigures, loop_figures
+from cutwise.physics.motion.profile import Limits
 from cutwise.physics.structure.modes import Modes, modes
 from cutwise.process.assemble import linear_coefficients
 from cutwise.process.loops_drives import NO_FORCE, Cut, DrivePair
@@ -128,10 +129,13 @@ def spindle_speed(scenario: MillingScenario, program: Interpreted | None) -> flo
     return speeds.pop()
 
 
-def axis_limits(machine: CncMachine) -> AxisLimits:
-    """Limits of the three axes; z is given those of x and y."""
-    limits = machine.limits
-    return AxisLimits(*(np.full(3, value) for value in (limits.velocity, limits.acceleration, limits.jerk)))
+def motion_limits(machine: CncMachine) -> tuple[Limits, AxisLimits | None]:
+    """Limits along the path, or of each axis; z is given those of x and y."""
+    given = machine.limits
+    values = (given.velocity, given.acceleration, given.jerk)
+    if given.act_on == "path":
+        return Limits(*values), None
+    return Limits(math.inf, math.inf, math.inf), AxisLimits(*(np.full(3, value) for value in values))
 
 
 def drive_pair(machine: CncMachine) -> DrivePair:

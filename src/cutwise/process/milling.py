@@ -18,10 +18,10 @@ from cutwise.physics.motion.loop import LoopFigures, open_loop, sampled_response
 from cutwise.physics.motion.reference import Reference, central_difference, sampled
 from cutwise.process.assemble_mill import (
     ProgramPath,
-    axis_limits,
     cut,
     drive_pair,
     loops,
+    motion_limits,
     program_path,
     read_program,
     spindle_speed,
@@ -62,7 +62,8 @@ def run(scenario: MillingScenario, substeps: int, progress: Progress | None = No
     program = read_program(scenario)
     path = program_path(scenario, program)
     spindle = spindle_speed(scenario, program)
-    motion = plan(path.curve, path.feed, axis_limits(scenario.machine), path.stop_at, path.dwell_after)
+    limits, axes = motion_limits(scenario.machine)
+    motion = plan(path.curve, path.feed, limits, path.stop_at, path.dwell_after, axes=axes)
     sample_time = scenario.machine.control.sample_time
     reference = sampled(path.curve, [motion.profile], sample_time, scenario.numerics.settling_time)
     cutting = cut(scenario, spindle)

@@ -74,16 +74,21 @@ class FeedDrive(Spec):
 
 
 class MotionLimits(Spec):
-    """What the axes may do; the path keeps to all of them."""
+    """What the motion may do."""
 
+    act_on: Literal["path", "axes"] = Field(
+        default="path",
+        description="path: limits of the motion along the path; axes: of each axis, so that a diagonal may be quicker",
+        examples=["path"],
+    )
     velocity: Annotated[Speed, Usual("50 mm/s", "2000 mm/s")] = Field(
-        description="highest speed of an axis", examples=["169 mm/s"], gt=0
+        description="highest speed", examples=["169 mm/s"], gt=0
     )
     acceleration: Annotated[Acceleration, Usual("200 mm/s^2", "30000 mm/s^2")] = Field(
-        description="highest acceleration of an axis", examples=["2000 mm/s^2"], gt=0
+        description="highest acceleration", examples=["2000 mm/s^2"], gt=0
     )
     jerk: Annotated[Jerk, Usual("2000 mm/s^3", "2000000 mm/s^3")] = Field(
-        description="highest jerk of an axis", examples=["50000 mm/s^3"], gt=0
+        description="highest jerk", examples=["50000 mm/s^3"], gt=0
     )
 
 

@@ -13,7 +13,6 @@ from cutwise.physics.motion.profile import Limits, Profile, chain, ramp_distance
 FloatArray = npt.NDArray[np.float64]
 
 TANGENT = 1e-4  # [rad] joints that turn less are run through without a stop
-CROSS_JERK_SHARE = 0.5  # of the jerk limit, left to the turning of the acceleration while the speed changes on an arc
 NEAR_SPEED = 0.8  # short blocks whose speed limits differ by less than this ratio are run as one stretch
 
 
@@ -60,29 +59,18 @@ def arc_speed(feed: float, radius: float, acceleration: float, jerk: float) -> f
 
 
 @compiled
-def tangential_limits(speed: float, radius: float, acceleration: float, jerk: float) -> tuple[float, float]:
-    r"""Tangential acceleration and jerk left on an arc that is run at no more than ``speed``.
+def tangential_acceleration(speed: float, radius: float, acceleration: float) -> float:
+    r"""Tangential acceleration left on an arc that is run at no more than ``speed``.
 
-    .. math::
-        a_t \le \sqrt{a^2 - (v^2/r)^2}, \qquad
-        j_t \le \sqrt{j^2 - (3 v a_t / r)^2} - v^3/r^2
+    .. math:: a_t \le \sqrt{a^2 - (v^2/r)^2}
 
-    where :math:`3 v a_t / r` and :math:`v^3 / r^2` are the normal and tangential jerk that the turning of the frame
-    adds; :math:`a_t` is held so low that the normal jerk takes half of the limit at most.
-
-    Returns
-    -------
-    tuple
-        :math:`a_t` [m/s^2] and :math:`j_t` [m/s^3], zero where the arc leaves nothing.
+    ``speed`` [m/s], ``radius`` of curvature [m] (infinite on a line), ``acceleration`` [m/s^2]; zero where the arc
+    leaves nothing.
     """
     if math.isinf(radius):
-        return acceleration, jerk
+        return acceleration
     normal = speed * speed / radius
-    left = math.sqrt(max(acceleration * acceleration - normal * normal, 0.0))
-    if speed > 0.0:
-        left = min(left, CROSS_JERK_SHARE * jerk * radius / (3.0 * speed))
-    cross = 3.0 * speed * left / radius
-    return left, max(math.sqrt(jerk * jerk - cross * cross) - speed * normal / radius, 0.0)
+    return math.sqrt(max(acceleration * acceleration - normal * normal, 0.0))
 
 
 @compiled
@@ -90,10 +78,8 @@ def _speed_change_length(v0: float, v1: float, radius: float, acceleration: floa
     """Length [m] that the change of speed takes on an arc or line; infinite if the curvature leaves nothing for it."""
     if v0 == v1:
         return 0.0
-    a, j = tangential_limits(max(v0, v1), radius, acceleration, jerk)
-    if a <= 0.0 or j <= 0.0:
-        return math.inf
-    return ramp_distance(v0, v1, a, j)
+    left = tangential_acceleration(max(v0, v1), radius, acceleration)
+    return ramp_distance(v0, v1, left, jerk) if left > 0.0 else math.inf
 
 
 @compiled
@@ -122,46 +108,65 @@ def _arc_peak(part: Stretch, v0: float, v1: float) -> float:
         if not run <= part.length:
             return math.inf
         total = (part.length - run) / peak
-        at, jt = tangential_limits(peak, part.radius, a, j)
+        left = tangential_acceleration(peak, part.radius, a)
         for v in (v0, v1):
             if v != peak:
-                total += 2.0 * ramp_distance(v, peak, at, jt) / (v + peak)
+                total += 2.0 * ramp_distance(v, peak, left, j) / (v + peak)
         return float(total)
 
     low = max(v0, v1, 1e-6 * part.limits.speed)
-    peaks = np.linspace(low, max(part.limits.speed, low), 65)
-    times = [time(float(peak)) for peak in peaks]
-    best = int(np.argmin(times))
+    highest = max(part.limits.speed, low)
+    if not math.isfinite(time(highest)):
+        under, over = low, highest
+        for _ in range(100):
+            middle = 0.5 * (under + over)
+            under, over = (middle, over) if math.isfinite(time(middle)) else (under, middle)
+        highest = under
+    peaks = np.linspace(low, highest, 65)
+    best = int(np.argmin([time(float(peak)) for peak in peaks]))
     inner = np.linspace(peaks[max(best - 1, 0)], peaks[min(best + 1, 64)], 65)
     return float(min((*inner, peaks[best]), key=lambda peak: time(float(peak))))
 
 
-def block_limits(curve: LineArc, feed: FloatArray, axes: AxisLimits) -> list[Limits]:
-    r"""Limits along each block: on a line :math:`\min_i(\mathrm{lim}_i/|d_i|)`, on an arc the weakest axis it moves.
+def block_limits(curve: LineArc, feed: FloatArray, limits: Limits, axes: AxisLimits | None = None) -> list[Limits]:
+    r"""Limits along each block: those of the path, and of the axes :math:`\min_i(\mathrm{lim}_i/|d_i|)` on a line.
 
-    ``feed`` is the programmed speed of each block [m/s], shape (blocks,); infinite for a rapid move.
+    On an arc the weakest of the axes that it moves counts. ``feed`` is the programmed speed of each block [m/s], shape
+    (blocks,); infinite for a rapid move.
     """
     out = []
     for i in range(curve.count):
-        if math.isinf(curve.radius[i]):
-            use = np.abs(curve.along[i])
-        else:
-            use = (np.hypot(curve.along[i], curve.inward[i]) > 1e-12).astype(float) + np.abs(curve.climb[i])
-            use = np.minimum(use, 1.0)
-        use = np.maximum(use, 1e-300)
-        speed = min(float(feed[i]), float(np.min(axes.speed / use)))
-        acceleration, jerk = float(np.min(axes.acceleration / use)), float(np.min(axes.jerk / use))
-        out.append(Limits(arc_speed(speed, 1.0 / curve.curvature[i] if curve.curvature[i] else math.inf,
-                                    acceleration, jerk), acceleration, jerk))  # fmt: skip
+        speed, acceleration, jerk = min(float(feed[i]), limits.speed), limits.acceleration, limits.jerk
+        if axes is not None:
+            use = np.maximum(_axis_use(curve, i), 1e-300)
+            speed = min(speed, float(np.min(axes.speed / use)))
+            acceleration = min(acceleration, float(np.min(axes.acceleration / use)))
+            jerk = min(jerk, float(np.min(axes.jerk / use)))
+        out.append(Limits(arc_speed(speed, _bend(curve, i), acceleration, jerk), acceleration, jerk))
     return out
 
 
-def _merged(curve: LineArc, limits: list[Limits], tangent: npt.NDArray[np.bool_]) -> tuple[list[Stretch], list[int]]:
+def _axis_use(curve: LineArc, i: int) -> FloatArray:
+    """Largest share of the path's motion that each axis has on a block."""
+    if math.isinf(curve.radius[i]):
+        return np.abs(curve.along[i])
+    swings = np.hypot(curve.along[i], curve.inward[i]) > 1e-12
+    return np.minimum(swings + np.abs(curve.climb[i]), 1.0)
+
+
+def _bend(curve: LineArc, i: int) -> float:
+    """Radius of curvature of a block [m]."""
+    return 1.0 / float(curve.curvature[i]) if curve.curvature[i] else math.inf
+
+
+def _merged(
+    curve: LineArc, limits: list[Limits], tangent: npt.NDArray[np.bool_], count_normal: bool
+) -> tuple[list[Stretch], list[int]]:
     """Stretches, and the number of the first block of each."""
     parts: list[Stretch] = []
     first: list[int] = []
     for i, own in enumerate(limits):
-        radius = 1.0 / curve.curvature[i] if curve.curvature[i] else math.inf
+        radius = _bend(curve, i) if count_normal else math.inf
         new = Stretch(float(curve.length[i]), own, radius)
         if parts and tangent[i - 1] and _run_as_one(parts[-1], new):
             old = parts[-1]
@@ -190,9 +195,12 @@ def _is_short(part: Stretch) -> bool:
 def plan(
     curve: LineArc,
     feed: FloatArray,
-    axes: AxisLimits,
+    limits: Limits,
     stop_at: npt.NDArray[np.bool_] | None = None,
     pause: FloatArray | None = None,
+    *,
+    axes: AxisLimits | None = None,
+    count_normal: bool = True,
 ) -> Plan:
     """Quickest motion, from rest to rest, that keeps the limits of every block.
 
@@ -206,20 +214,25 @@ def plan(
         The path [m].
     feed : ndarray
         Programmed speed of each block [m/s], shape (blocks,).
-    axes : AxisLimits
-        Limits of the machine axes.
+    limits : Limits
+        Along the path; infinite ones do not bind.
     stop_at : ndarray, optional
         Inner joints at which the motion stops in any case (G61.1), shape (blocks - 1,); left out: at corners only
         (G61). A blended path (G64 P) has its blends in the curve already.
     pause : ndarray, optional
         Time at rest at the end of each block (G4) [s], shape (blocks,); a pause makes the motion stop there.
+    axes : AxisLimits, optional
+        Limits of each machine axis, on top of those of the path.
+    count_normal : bool
+        Whether the normal acceleration on an arc takes its share of the limit. Without it the limit is exceeded
+        wherever the speed changes on an arc; kept for comparison with programs that leave it out.
 
     Raises
     ------
     ValueError
         A limit or a feed is not positive.
     """
-    worst = min(float(np.min(values)) for values in axes)
+    worst = min(*limits, *(float(np.min(values)) for values in axes or ()))
     if worst <= 0.0 or float(np.min(feed)) <= 0.0:
         raise ValueError("feed and the limits of speed, acceleration and jerk must be positive")
     tangent = turn_angles(curve) < TANGENT
@@ -227,7 +240,7 @@ def plan(
         tangent &= ~stop_at
     rest = np.zeros(curve.count) if pause is None else pause
     tangent &= rest[:-1] <= 0.0
-    parts, first = _merged(curve, block_limits(curve, feed, axes), tangent)
+    parts, first = _merged(curve, block_limits(curve, feed, limits, axes), tangent, count_normal)
     joint = _joint_speeds(parts, [bool(tangent[i - 1]) for i in first[1:]])
     phases: list[tuple[float, float]] = []
     anchors: list[tuple[int, float, float]] = []
@@ -253,10 +266,10 @@ def _stretch_limits(part: Stretch, v0: float, v1: float) -> Limits:
     if math.isinf(part.radius):
         return part.limits
     peak = _arc_peak(part, v0, v1)
-    a, j = tangential_limits(peak, part.radius, part.limits.acceleration, part.limits.jerk)
+    left = tangential_acceleration(peak, part.radius, part.limits.acceleration)
     if v0 == v1 == peak:
-        a, j = part.limits.acceleration, part.limits.jerk  # unused: the speed stays
-    return Limits(peak, a, j)
+        left = part.limits.acceleration  # unused: the speed stays
+    return Limits(peak, left, part.limits.jerk)
 
 
 def _joint_speeds(parts: list[Stretch], tangent: list[bool]) -> list[float]:
