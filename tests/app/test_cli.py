@@ -184,16 +184,18 @@ def test_interrupted_run_leaves_nothing(cutwise, quick, example):
 @pytest.mark.skipif(sys.platform == "win32", reason="no SIGINT between processes")
 @pytest.mark.parametrize("after", [0.3, 1.0, 2.0])
 def test_ctrl_c_leaves_no_broken_file(example, tmp_path, after):
-    """A run of a minute of simulated time, so that it is certainly stopped on its way."""
+    """A run of a minute of simulated time, so that it is certainly stopped on its way.
+
+    Python ends itself by the signal where the interrupt met it inside an ``exec``: a shell shows 130 both ways.
+    """
     words = [sys.executable, "-m", "cutwise", "run", str(example), "--set", "operation.duration=60 s", "-o", "out"]
     process = subprocess.Popen(words, cwd=tmp_path, env=ENVIRONMENT, stderr=subprocess.PIPE, text=True)
     time.sleep(after)
     process.send_signal(signal.SIGINT)
     _, errors = process.communicate(timeout=120)
-    assert process.returncode == 130 or (after < 1.0 and process.returncode == -signal.SIGINT)
+    assert process.returncode in (130, -signal.SIGINT)
+    assert errors == "interrupted\n"
     assert not list(tmp_path.rglob("*"))
-    if process.returncode == 130:
-        assert "Traceback" not in errors
 
 
 @pytest.mark.slow
