@@ -165,18 +165,21 @@ def advise(
                      "repeatable; default: the usual ones of the process"),
     ] = None,
 ) -> None:  # fmt: skip
-    """Say which settings bring a scenario within its requirements, or how much room there is, by running it again."""
+    """Find by many runs which settings meet the requirements, or how much room there is, and which assumptions matter."""
     from cutwise.app.console import Console
     from cutwise.io.scenario import load
     from cutwise.study.advice import advise as advice
     from cutwise.study.advice import read_limits
+    from cutwise.study.sensitivity import assumed_sensitivity
 
     scenario = load(file, overrides or ())
     if not scenario.requirements:
         _refuse(f"{file}: has no requirements to advise on; add some, for example surface_error_max: {{max: 0.05 mm}}")
+    levers = read_limits(scenario, limits or ())
     console = Console()
-    for text in advice(scenario, read_limits(scenario, limits or ())):
-        console.line(text)
+    with console.progress(scenario.name):
+        found, weights = advice(scenario, levers), assumed_sensitivity(scenario)
+    console.advice(scenario, found, weights)
 
 
 @app.command()

@@ -98,13 +98,6 @@ class Console:
             self.line(f"{kind}: {place}")
         self.line(verdict_line(result), _COLOURS[result.verdict])
 
-    def advice(self, scenario: "Scenario", advice: Sequence[str], sensitivity: Mapping[str, float]) -> None:
-        """What to change, or how much room there is, and which assumed values matter."""
-        for sentence in advice:
-            self.line(f"advice: {sentence}")
-        if sensitivity:
-            self.line(sensitivity_line(scenario, sensitivity))
-
     def sweep(self, scenario: "Scenario", table: "xr.Dataset", names: "Sequence[str]") -> None:
         """Measures over all combinations of values."""
         keys = list(table.dims)
@@ -116,6 +109,13 @@ class Console:
             shown = ("-" if isnan(found.get(n, nan)) else units.show(found[n], known[n].dimension) for n in names)
             rows.append((*map(str, point), *shown))
         self.table(f"{scenario.name} ({scenario.process})", (*map(str, keys), *names), rows)
+
+    def advice(self, scenario: "Scenario", advice: Sequence[str], sensitivity: Mapping[str, float]) -> None:
+        """What to change, or how much room there is, and which assumed values matter."""
+        for sentence in advice:
+            self.line(f"advice: {sentence}")
+        if sensitivity:
+            self.line(sensitivity_line(scenario, sensitivity))
 
     def shelf(self, kind: str, entries: "Iterable[Entry]") -> None:
         """The entries of a library shelf."""

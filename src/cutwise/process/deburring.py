@@ -55,7 +55,7 @@ def run_for(scenario: DeburringScenario, cell: EdgeCell) -> Callable[..., EdgeHi
     return run_swept_edge if memory_needed(cell) and columns_carry(cell) else run_compliant_edge
 
 
-def evaluate(scenario: DeburringScenario, cell: EdgeCell, history: EdgeHistory) -> EdgeRun:
+def evaluate(cell: EdgeCell, history: EdgeHistory) -> EdgeRun:
     """Surface, band and static characteristic of a pass."""
     strips, radius = cell.layers.strips, cell.cutter.mill.radius
     width = np.interp(history.motion.position, cell.layers.burr_width.at, cell.layers.burr_width.value)

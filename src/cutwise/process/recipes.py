@@ -35,7 +35,7 @@ def _deburring_pass(
 ) -> tuple[deburring.EdgeRun, Mapping[str, float]]:
     cell = assemble.deburring_cell(scenario)
     history = deburring.run_for(scenario, cell)(cell, time_step, progress)
-    edge = deburring.evaluate(scenario, cell, history)
+    edge = deburring.evaluate(cell, history)
     return edge, deburring.measures(scenario, edge, tooth=tooth)
 
 
