@@ -35,6 +35,7 @@ _ALL = (
     Dimension("feed_per_revolution", "m", "mm", "0.1 mm/rev", "a plain length is taken per turn"),
     Dimension("angular_speed", "rad/s", "rpm", "40000 rpm", "write rpm, 1/min or rad/s; Hz is for frequencies"),
     Dimension("angle", "rad", "deg", "20 deg"),
+    Dimension("small_angle", "rad", "µrad", "15 urad"),
     Dimension("frequency", "Hz", "Hz", "2 Hz"),
     Dimension("spatial_frequency", "1/m", "1/m", "16 1/m"),
     Dimension("time", "s", "s", "0.2 s"),
@@ -54,6 +55,7 @@ _ALL = (
     Dimension("voltage", "V", "V", "10 V"),
     Dimension("current", "A", "A", "3 A"),
     Dimension("compliance", "m/N", "µm/N", "0.7 um/N"),
+    Dimension("elasticity", "Pa", "kN/mm**2", "210 kN/mm^2"),
     Dimension("energy", "J", "J", "2.5 J"),
     Dimension("dimensionless", "", "", "0.3"),
 )

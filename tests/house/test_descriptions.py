@@ -16,6 +16,7 @@ NAMES = [".".join((kind, *path)) for kind, path, _ in KEYS]
 WITHOUT_PHYSICS = {
     "name", "process", "requirements", "library", "milling", "lead_out_time", "path_error", "tolerance", "axial_start",
     "slices", "seed", "force", "time_step", "runout_angle", "numerics", "engagement",
+    "samples", "points", "diagonal_points", "orders", "convention", "weights", "feed_moment", "load", "at",
 }  # fmt: skip
 
 

@@ -155,6 +155,29 @@ def report(
 
 
 @app.command()
+def export(
+    run_file: Annotated[Path, typer.Argument(metavar="RUN", help="run file, or the folder that holds run.nc")],
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="DIR", help="where to write; default: export beside it")
+    ] = None,
+) -> None:
+    """Write the arrays of a finished run as CSV tables, and maps of the working space as VTK."""
+    import xarray as xr
+
+    from cutwise.io.export import export as write
+
+    source = run_file / "run.nc" if run_file.is_dir() else run_file
+    target = output or source.with_name("export")
+    _writable(target)
+    try:
+        stages = xr.open_datatree(source, engine="h5netcdf").load()
+    except (OSError, KeyError, ValueError):
+        _refuse(f"{source}: is not a run file of cutwise; name the run.nc of a finished run")
+    for path in write(stages, target):
+        print(path)
+
+
+@app.command()
 def advise(
     file: ScenarioFile,
     overrides: Overrides = None,

@@ -53,6 +53,10 @@ def _body(section: type[Spec], path: Path, starts: Mapping[str, str]) -> Iterato
         here = (*path, name)
         inner = fields.sections(info)
         if len(inner) == 1 and len(list(fields.of_field(info))) == 1:
+            if _left_out(info, here, starts):
+                yield from ("",) if not path else ()
+                yield from _comment(f"{name}: {{{', '.join(inner[0].model_fields)}}} ({info.description})", indent)
+                continue
             yield "" if not path else f"{indent}# {info.description}"
             if not path:
                 yield f"# {info.description}"
@@ -63,6 +67,13 @@ def _body(section: type[Spec], path: Path, starts: Mapping[str, str]) -> Iterato
                 yield from _body(inner[0], here, starts)
             continue
         yield from _value(info, here, starts)
+
+
+def _left_out(info: FieldInfo, path: Path, starts: Mapping[str, str]) -> bool:
+    """Whether a section may be missing and the start says nothing about it."""
+    key = dotted(path)
+    optional = not info.is_required() and info.default is None and info.default_factory is None
+    return optional and not any(start == key or start.startswith(f"{key}.") for start in starts)
 
 
 def _value(info: FieldInfo, path: Path, starts: Mapping[str, str]) -> Iterator[str]:

@@ -31,11 +31,11 @@ def test_every_key_that_is_commented_out_may_be_written(kind):
         changed[number] = line
         parse("\n".join(changed))
         tried += 1
-    assert tried > 20
+    assert tried > 10
 
 
 def _is_value(line):
-    return not line.split(":")[0].strip().startswith(("berselli", "default", "deburr"))
+    return not line.split(":")[0].strip().startswith(("berselli", "default", "deburr", "demec", "three_axis"))
 
 
 def test_unknown_kinds():
