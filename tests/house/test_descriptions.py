@@ -15,7 +15,7 @@ NAMES = [".".join((kind, *path)) for kind, path, _ in KEYS]
 # How the run is done, or what counts as ideal; everything else comes from the engineer or a library.
 WITHOUT_PHYSICS = {
     "name", "process", "requirements", "library", "milling", "lead_out_time", "path_error", "tolerance", "axial_start",
-    "slices", "seed", "force", "time_step", "runout_angle", "numerics", "engagement",
+    "slices", "seed", "force", "time_step", "runout", "runout_angle", "gravity", "numerics", "engagement",
     "samples", "points", "diagonal_points", "orders", "convention", "weights", "feed_moment", "load", "at", "elements",
 }  # fmt: skip
 
