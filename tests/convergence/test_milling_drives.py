@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from peers import corner as peer
 from peers.corner import NO_FORCE
 

@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-from peers.corner import AL7075, LIMITS, X, Y, laws
 
 from cutwise.maths.linearc import join
 from cutwise.paths.pocket import corner
@@ -15,8 +14,8 @@ from cutwise.physics.engagement.corner import Corner, corner_immersions
 from cutwise.physics.motion.lookahead import plan
 from cutwise.physics.motion.profile import Limits
 from cutwise.physics.motion.reference import central_difference, sampled
-from cutwise.process import loops_drives
-from cutwise.process.loops_drives import Commands, Cut, DrivePair, run_drives
+from cutwise.process.loops_drives import STANDSTILL, Commands, Cut, DrivePair, run_drives
+from peers.corner import AL7075, LIMITS, X, Y, laws
 
 
 def scaled_run(length, mass, time):
@@ -56,18 +55,23 @@ def scaled_run(length, mass, time):
     stress = force / length**2
     metal = EdgeCoefficients(*(k * stress for k in AL7075[:3]), *(k * stress * length for k in AL7075[3:]))
     mill = Mill(0.01 * length, 3, math.radians(30))
-    cut = Cut(FLUTES, mill, discs(mill.radius, mill.helix, 0.005 * length, 3, 1), metal, 0.005 * length, 837.758 / time)
+    cut = Cut(
+        FLUTES,
+        mill,
+        discs(mill.radius, mill.helix, 0.005 * length, 3, 1),
+        metal,
+        0.005 * length,
+        837.758 / time,
+        STANDSTILL * speed,
+    )
     history = run_drives(commands, DrivePair(plant(X), x, plant(Y), y), cut, 10)
     return history.position / length, history.force / force, history.voltage
 
 
 @pytest.mark.parametrize("units", [(4.0, 1.0, 1.0), (1.0, 8.0, 1.0), (2.0, 0.25, 0.5)])
 def test_outputs_follow_the_units(units):
-    """Powers of two keep every rounding but that of powers and the fixed threshold of standstill."""
-    assert loops_drives.STANDSTILL == 0.05e-3  # not scaled: it acts below 0.1 % of the feed only
     position, force, voltage = scaled_run(*units)
     plain = scaled_run(1.0, 1.0, 1.0)
-    moving = slice(5, 1500)
-    assert position[moving] == pytest.approx(plain[0][moving], abs=2e-8)
-    assert voltage[moving] == pytest.approx(plain[2][moving], abs=2e-3)
-    assert np.abs(force[moving] - plain[1][moving]).max() < 1.0
+    assert position == pytest.approx(plain[0], abs=1e-12)
+    assert voltage == pytest.approx(plain[2], abs=1e-6)
+    assert force == pytest.approx(plain[1], abs=1e-3)

@@ -16,7 +16,7 @@ from cutwise.physics.motion.drives import Controller, Plant, advance, control, p
 FloatArray = npt.NDArray[np.float64]
 
 NO_FORCE = 0  # the laws that cut are those of cutting/wall.py
-STANDSTILL = 0.05e-3  # [m/s] slower feed cuts nothing
+STANDSTILL = 0.05e-3  # [m/s]
 CHUNK = 200_000  # servo steps between two looks at the keyboard
 _STATE = 7  # per axis: motor side x, w, integral, last error, held voltage, load side x, force in the last substep
 
@@ -39,6 +39,7 @@ class Cut(NamedTuple):
     coefficients: EdgeCoefficients
     depth: float  # axial [m]
     spindle: float  # [rad/s]
+    standstill: float = STANDSTILL  # [m/s] slower feed cuts nothing
 
 
 class Commands(NamedTuple):
@@ -100,7 +101,7 @@ def _run(
             if cutting:
                 vx, vy = wx * plant_x.transmission, wy * plant_y.transmission
                 rate = math.hypot(vx, vy)
-                if rate < STANDSTILL:
+                if rate < cut.standstill:
                     fx, fy, fz = 0.0, 0.0, 0.0
                 else:
                     feed_x, feed_y = vx * pitch_time, vy * pitch_time

@@ -73,6 +73,7 @@ MILLING: Mapping[str, MeasureSpec] = {
     "stops": MeasureSpec("dimensionless", "full stops between the first and the last point"),
 }
 
+
 class _BodyMeasures(dict[str, MeasureSpec]):
     """Measures of a machine: the fixed names, and ``share_BODY`` for whatever its bodies are called."""
 

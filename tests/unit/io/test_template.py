@@ -35,7 +35,11 @@ def test_every_key_that_is_commented_out_may_be_written(kind):
 
 
 def _is_value(line):
-    return not line.split(":")[0].strip().startswith(("berselli", "default", "deburr", "demec", "three_axis", "endmill", "fadal", "al7075"))
+    return (
+        not line.split(":")[0]
+        .strip()
+        .startswith(("berselli", "default", "deburr", "demec", "three_axis", "endmill", "fadal", "al7075"))
+    )
 
 
 def test_unknown_kinds():
