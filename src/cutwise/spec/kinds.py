@@ -1,8 +1,8 @@
 """The processes that a scenario can ask for; a new one is a line here."""
 
 from cutwise.spec.deburring import DeburringScenario
-from cutwise.spec.milling import MillingScenario
 from cutwise.spec.machine_scenario import MachineScenario
+from cutwise.spec.milling import MillingScenario
 from cutwise.spec.scenario import Scenario
 
 KINDS: dict[str, type[Scenario]] = {
