@@ -159,11 +159,14 @@ def sample(curve: LineArc, knots: FloatArray, s: FloatArray) -> tuple[FloatArray
     return points, tangents, blocks
 
 
+@compiled
 def turn_angles(curve: LineArc) -> FloatArray:
     """Angle between the tangents on either side of each inner joint [rad], shape (n-1,)."""
-    turns = np.empty(curve.count - 1)
-    for i in range(curve.count - 1):
-        before = np.asarray(block_tangent(curve, i, curve.length[i]))
-        after = np.asarray(block_tangent(curve, i + 1, 0.0))
-        turns[i] = math.atan2(float(np.linalg.norm(np.cross(before, after))), float(before @ after))
+    n = curve.length.shape[0]
+    turns = np.empty(n - 1)
+    for i in range(n - 1):
+        ax, ay, az = block_tangent(curve, i, curve.length[i])
+        bx, by, bz = block_tangent(curve, i + 1, 0.0)
+        cx, cy, cz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+        turns[i] = math.atan2(math.sqrt(cx * cx + cy * cy + cz * cz), ax * bx + ay * by + az * bz)
     return turns

@@ -42,7 +42,7 @@ def path_immersion(
     cuts : ndarray
         Whether a block cuts, shape (blocks,).
     block : ndarray
-        Block of each sample, shape (n,).
+        Block of each sample, ascending, shape (n,).
     point, direction : ndarray
         Centre [m] and unit tangent of each sample, shape (n, 3).
     mill_radius, radial_depth : float
@@ -57,7 +57,7 @@ def path_immersion(
     out = np.zeros(block.shape[0])
     straight = straight_immersion(radial_depth, mill_radius)
     for i in np.unique(block):
-        here = np.nonzero(block == i)[0]
+        here = np.arange(np.searchsorted(block, i), np.searchsorted(block, i, side="right"))
         zone = zones.get(int(i))
         if not cuts[i]:
             continue

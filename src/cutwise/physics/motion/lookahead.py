@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from cutwise.maths.compiled import compiled
 from cutwise.maths.linearc import LineArc, turn_angles
-from cutwise.physics.motion.profile import Limits, Profile, chain, ramp_distance, reachable_speed, stretch
+from cutwise.physics.motion.profile import Limits, Profile, chain, ramp_distance, ramp_time, reachable_speed, stretch
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -99,33 +99,52 @@ def _next_speed(v0: float, length: float, ceiling: float, radius: float, acceler
     return low
 
 
-def _arc_peak(part: Stretch, v0: float, v1: float) -> float:
+@compiled
+def _time_with_peak(peak: float, length: float, v0: float, v1: float, radius: float, a: float, j: float) -> float:
+    """Time [s] over an arc at a given peak speed; infinite if the arc is too short for it."""
+    run = _speed_change_length(v0, peak, radius, a, j) + _speed_change_length(peak, v1, radius, a, j)
+    if not run <= length:
+        return math.inf
+    total = (length - run) / peak
+    left = tangential_acceleration(peak, radius, a)
+    if v0 != peak:
+        total += ramp_time(peak - v0, left, j)
+    if v1 != peak:
+        total += ramp_time(peak - v1, left, j)
+    return total
+
+
+@compiled
+def _best_peak(
+    low: float, high: float, length: float, v0: float, v1: float, radius: float, a: float, j: float
+) -> float:
+    """The best of 65 peak speeds between two [m/s]."""
+    best, shortest = low, math.inf
+    for i in range(65):
+        peak = low + (high - low) * i / 64.0 if i < 64 else high
+        time = _time_with_peak(peak, length, v0, v1, radius, a, j)
+        if time < shortest:
+            best, shortest = peak, time
+    return best
+
+
+@compiled
+def _arc_peak(length: float, v0: float, v1: float, ceiling: float, radius: float, a: float, j: float) -> float:
     """Peak speed [m/s] on an arc that makes its time shortest (a higher peak leaves less acceleration to reach it)."""
-    a, j = part.limits.acceleration, part.limits.jerk
-
-    def time(peak: float) -> float:
-        run = _speed_change_length(v0, peak, part.radius, a, j) + _speed_change_length(peak, v1, part.radius, a, j)
-        if not run <= part.length:
-            return math.inf
-        total = (part.length - run) / peak
-        left = tangential_acceleration(peak, part.radius, a)
-        for v in (v0, v1):
-            if v != peak:
-                total += 2.0 * ramp_distance(v, peak, left, j) / (v + peak)
-        return float(total)
-
-    low = max(v0, v1, 1e-6 * part.limits.speed)
-    highest = max(part.limits.speed, low)
-    if not math.isfinite(time(highest)):
+    low = max(v0, v1, 1e-6 * ceiling)
+    highest = max(ceiling, low)
+    if math.isinf(_time_with_peak(highest, length, v0, v1, radius, a, j)):
         under, over = low, highest
         for _ in range(100):
             middle = 0.5 * (under + over)
-            under, over = (middle, over) if math.isfinite(time(middle)) else (under, middle)
+            if math.isinf(_time_with_peak(middle, length, v0, v1, radius, a, j)):
+                over = middle
+            else:
+                under = middle
         highest = under
-    peaks = np.linspace(low, highest, 65)
-    best = int(np.argmin([time(float(peak)) for peak in peaks]))
-    inner = np.linspace(peaks[max(best - 1, 0)], peaks[min(best + 1, 64)], 65)
-    return float(min((*inner, peaks[best]), key=lambda peak: time(float(peak))))
+    best = _best_peak(low, highest, length, v0, v1, radius, a, j)
+    width = (highest - low) / 64.0
+    return _best_peak(max(best - width, low), min(best + width, highest), length, v0, v1, radius, a, j)
 
 
 def block_limits(curve: LineArc, feed: FloatArray, limits: Limits, axes: AxisLimits | None = None) -> list[Limits]:
@@ -135,6 +154,7 @@ def block_limits(curve: LineArc, feed: FloatArray, limits: Limits, axes: AxisLim
     (blocks,); infinite for a rapid move.
     """
     out = []
+    bends = _bends(curve)
     for i in range(curve.count):
         speed, acceleration, jerk = min(float(feed[i]), limits.speed), limits.acceleration, limits.jerk
         if axes is not None:
@@ -142,7 +162,7 @@ def block_limits(curve: LineArc, feed: FloatArray, limits: Limits, axes: AxisLim
             speed = min(speed, float(np.min(axes.speed / use)))
             acceleration = min(acceleration, float(np.min(axes.acceleration / use)))
             jerk = min(jerk, float(np.min(axes.jerk / use)))
-        out.append(Limits(arc_speed(speed, _bend(curve, i), acceleration, jerk), acceleration, jerk))
+        out.append(Limits(arc_speed(speed, bends[i], acceleration, jerk), acceleration, jerk))
     return out
 
 
@@ -154,19 +174,20 @@ def _axis_use(curve: LineArc, i: int) -> FloatArray:
     return np.minimum(swings + np.abs(curve.climb[i]), 1.0)
 
 
-def _bend(curve: LineArc, i: int) -> float:
-    """Radius of curvature of a block [m]."""
-    return 1.0 / float(curve.curvature[i]) if curve.curvature[i] else math.inf
+def _bends(curve: LineArc) -> list[float]:
+    """Radius of curvature of each block [m]."""
+    return [1.0 / bent if bent else math.inf for bent in curve.curvature.tolist()]
 
 
 def _merged(
     curve: LineArc, limits: list[Limits], tangent: npt.NDArray[np.bool_], count_normal: bool
 ) -> tuple[list[Stretch], list[int]]:
     """Stretches, and the number of the first block of each."""
+    bends = _bends(curve) if count_normal else [math.inf] * curve.count
     parts: list[Stretch] = []
     first: list[int] = []
     for i, own in enumerate(limits):
-        radius = _bend(curve, i) if count_normal else math.inf
+        radius = bends[i]
         new = Stretch(float(curve.length[i]), own, radius)
         if parts and tangent[i - 1] and _run_as_one(parts[-1], new):
             old = parts[-1]
@@ -179,7 +200,7 @@ def _merged(
 
 
 def _run_as_one(a: Stretch, b: Stretch) -> bool:
-    same = np.allclose(a.limits, b.limits, rtol=1e-9, atol=0.0)
+    same = all(math.isclose(x, y, rel_tol=1e-9) for x, y in zip(a.limits, b.limits, strict=True))
     if same and abs(1.0 / a.radius - 1.0 / b.radius) <= 1e-9 / b.radius:
         return True
     near = min(a.limits.speed, b.limits.speed) >= NEAR_SPEED * max(a.limits.speed, b.limits.speed)
@@ -265,7 +286,8 @@ def plan(
 def _stretch_limits(part: Stretch, v0: float, v1: float) -> Limits:
     if math.isinf(part.radius):
         return part.limits
-    peak = _arc_peak(part, v0, v1)
+    own = part.limits
+    peak = _arc_peak(part.length, v0, v1, own.speed, part.radius, own.acceleration, own.jerk)
     left = tangential_acceleration(peak, part.radius, part.limits.acceleration)
     if v0 == v1 == peak:
         left = part.limits.acceleration  # unused: the speed stays
