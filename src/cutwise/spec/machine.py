@@ -185,7 +185,7 @@ class Body(Spec):
         default=None, description="previous body of the chain, towards the part", examples=["part"]
     )
     joint: Joint | None = Field(default=None, description="how it sits on the previous body")
-    elements: tuple[ElasticElement, ...] = Field(default=(), description="what yields at this joint")
+    elements: tuple[ElasticElement, ...] = Field(default=(), description="what yields at this joint", examples=["[]"])
     weight: Force | None = Field(default=None, description="weight", examples=["220 N"], ge=0)
     weight_at: Place | None = Field(
         default=None, description="centre of mass in the body's frame", examples=["[0 mm, 0 mm, -50 mm]"]
