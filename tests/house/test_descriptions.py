@@ -46,7 +46,10 @@ def _owners(model, path):
     sections = [model]
     for step in path[:-1]:
         sections = [
-            below for section in sections if step in section.model_fields for below in fields.inner(section.model_fields[step])
+            below
+            for section in sections
+            if step in section.model_fields
+            for below in fields.inner(section.model_fields[step])
         ]
     return (section for section in sections if path[-1] in section.model_fields)
 
