@@ -174,7 +174,9 @@ class CompliantSpindle(LibrarySpec):
     def remarks(self) -> Iterator[Remark]:
         """Geometry, friction and law that are possible but unusual."""
         if "gravity" not in self.model_fields_set:
-            yield Remark(("gravity",), "is not given, so the weight of the motor is left out; write a direction, or off")
+            yield Remark(
+                ("gravity",), "is not given, so the weight of the motor is left out; write a direction, or off"
+            )
         if self.piston_arm >= self.tool_reach:
             yield Remark(("piston_arm",), "is not shorter than tool_reach; usual is between 0.5 and 0.8 of it")
         ratio = self.pressure / self.reference_pressure
