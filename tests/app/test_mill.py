@@ -45,7 +45,7 @@ def test_a_program_runs_again_from_its_run_file(cutwise, examples, tmp_path):
     [
         ("machine.limits.acceleration=0 mm/s^2", "must be above 0"),
         ("operation.radial_depth=11 mm", "not below the radius of the mill (10 mm)"),
-        ("machine.y.K_d=0 V s/mm", "position loop of y is unstable"),
+        ("machine.x.K_d=0 V s/mm", "position loop of x is unstable"),
         ("path.corner=40 mm", "takes the whole lead"),
         ("machine.reading=printed", "as_printed"),
         ("operation.feed=40", "has no unit"),
@@ -58,7 +58,7 @@ def test_bad_input_is_named(cutwise, corner, change, words):
     assert "Traceback" not in found.err
 
 
-def test_a_new_scenario_runs(cutwise, tmp_path):
+def test_a_new_scenario_runs(cutwise):
     assert cutwise("new", "mill").code == 0
     found = cutwise("run", "mill.yaml", "--json")
     assert json.loads(found.out)["verdict"] == "pass"

@@ -20,6 +20,7 @@ LIMITS = (
     "The previous pass is taken to have the same shape, offset by the radial depth; entry, plunges and the first, full "
     "slot are not modelled, and a cut is taken wherever a feed move runs below z = 0.",
     "Tool and part are rigid unless tool.modes are given; then vibration is computed for steady cuts only.",
+    "No in-position wait at stops: the next block starts at once, so that a machine that waits takes longer.",
     "Drives: rigid transmission, ideal current loop; the z axis follows exactly.",
     "Linear-edge coefficients of one source; those of aluminium 7075 differ by ±40 % between sources.",
 )
