@@ -6,7 +6,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from cutwise.io.programs.interpreter import Interpreted, Move, interpret
+from cutwise.io.programs.interpreter import Interpreted, interpret
+from cutwise.io.programs.state import Move
 from cutwise.maths.curves import FloatArray
 from cutwise.maths.linearc import Block, LineArc, arc, join, line
 from cutwise.paths.pocket import blended, corner

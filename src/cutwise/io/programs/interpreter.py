@@ -1,14 +1,14 @@
 """Modal interpreter for G-code of the RS274/NGC dialect: blocks of words into moves in SI."""
 
 import math
-from dataclasses import dataclass, field, replace
-from typing import Literal, NamedTuple
+from dataclasses import replace
+from typing import NamedTuple
 
 from cutwise import units
 from cutwise.io.programs.blocks import Line, Word, blocks
+from cutwise.io.programs.cycles import drill
+from cutwise.io.programs.state import Move, Point, Run, State, new_move, target
 from cutwise.spec.faults import Fault, ScenarioFault
-
-Point = tuple[float, float, float]
 
 # modal groups: one word of each in a block
 _MOTION = {0, 1, 2, 3, 73, 80, 81, 82, 83}
@@ -29,26 +29,8 @@ _GROUPS: dict[str, set[float]] = {
 _M_CODES = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 30}
 _KNOWN_M_REASON = "unknown or unsupported M code; known are M0-M9 and M30"
 _AXES = {"G17": (0, 1, 2), "G18": (2, 0, 1), "G19": (1, 2, 0)}
-_OFFSETS = {"I": 0, "J": 1, "K": 2}
 _LETTERS = set("ABCDFGHIJKLMNPQRSTXYZ")
 _RADIUS_SLACK = (2.828e-3, 0.02828e-3, 1e-3)  # [m], [m], share: RS274/NGC limits between start and end radius
-
-
-class Move(NamedTuple):
-    """One straight line, arc or helix of the tool, or a dwell."""
-
-    kind: Literal["rapid", "feed", "arc", "dwell"]
-    start: Point  # [m]
-    end: Point  # [m]
-    centre: Point  # [m] of an arc
-    axis: Point  # of an arc, unit vector
-    sweep: float  # of an arc about its axis [rad], right-handed
-    feed: float  # [m/s]; infinite for a rapid move
-    spindle: float  # [rad/s], signed: positive clockwise (M3), 0 stopped
-    mode: str  # exact_path, exact_stop or blend
-    tolerance: float  # of a blend [m]
-    dwell: float  # [s]
-    line: int  # of the program
 
 
 class Interpreted(NamedTuple):
@@ -57,41 +39,6 @@ class Interpreted(NamedTuple):
     moves: tuple[Move, ...]
     tools: tuple[int, ...]
     notices: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class _State:
-    """Modal state before a block."""
-
-    at: Point = (0.0, 0.0, 0.0)
-    motion: float = 1.0
-    plane: str = "G17"
-    unit: str = "mm"
-    absolute: bool = True
-    arc_absolute: bool = False
-    feed: float = 0.0
-    speed: float = 0.0
-    turning: int = 0
-    mode: str = "exact_path"
-    tolerance: float = 0.0
-    retract_to_start: bool = True
-    cycle_z: float | None = None
-    cycle_r: float | None = None
-    cycle_q: float = 0.0
-    cycle_p: float = 0.0
-    ended: bool = False
-
-
-@dataclass
-class _Run:
-    name: str
-    faults: list[Fault] = field(default_factory=list)
-    moves: list[Move] = field(default_factory=list)
-    tools: list[int] = field(default_factory=list)
-    notices: list[str] = field(default_factory=list)
-
-    def fault(self, message: str, word: Word) -> None:
-        self.faults.append(Fault((), message, word.line, word.column, self.name))
 
 
 def interpret(text: str, name: str = "program") -> Interpreted:
@@ -106,8 +53,8 @@ def interpret(text: str, name: str = "program") -> Interpreted:
     ScenarioFault
         With everything in the program that cannot be run.
     """
-    run = _Run(name)
-    state = _State()
+    run = Run(name)
+    state = State()
     for block in blocks(text, name, run.faults):
         state = _block(block, state, run)
         if state.ended:
@@ -119,7 +66,7 @@ def interpret(text: str, name: str = "program") -> Interpreted:
     return Interpreted(tuple(run.moves), tuple(run.tools), tuple(run.notices))
 
 
-def _block(block: Line, state: _State, run: _Run) -> _State:
+def _block(block: Line, state: State, run: Run) -> State:
     g, values = _sorted_words(block, run)
     if g is None:
         return state
@@ -143,20 +90,20 @@ def _block(block: Line, state: _State, run: _Run) -> _State:
         return _after(values, _straight(values, first, state, run))
     if state.motion in (2, 3):
         return _after(values, _arc(values, first, state, run))
-    return _after(values, _drill(values, first, state, run))
+    return _after(values, drill(values, first, state, run))
 
 
-def _no_motion(word: Word, state: _State, run: _Run) -> _State:
+def _no_motion(word: Word, state: State, run: Run) -> State:
     run.fault("axis words while motion is cancelled (G80); write G0 or G1", word)
     return state
 
 
-def _after(values: dict[str, Word], state: _State) -> _State:
+def _after(values: dict[str, Word], state: State) -> State:
     """M2 and M30 take effect after the motion of their block."""
     return replace(state, ended=True) if "end" in values else state
 
 
-def _sorted_words(block: Line, run: _Run) -> tuple[dict[str, Word] | None, dict[str, Word]]:
+def _sorted_words(block: Line, run: Run) -> tuple[dict[str, Word] | None, dict[str, Word]]:
     """G words by modal group, all others by letter (M words are acted on as they come)."""
     g: dict[str, Word] = {}
     values: dict[str, Word] = {}
@@ -192,7 +139,7 @@ def _sorted_words(block: Line, run: _Run) -> tuple[dict[str, Word] | None, dict[
     return (g if good else None), values
 
 
-def _modes(g: dict[str, Word], values: dict[str, Word], state: _State, run: _Run) -> _State:
+def _modes(g: dict[str, Word], values: dict[str, Word], state: State, run: Run) -> State:
     """Everything but motion, in the order of execution of RS274/NGC."""
     if "units" in g:
         state = replace(state, unit="inch" if g["units"].value == 20 else "mm")
@@ -229,44 +176,25 @@ def _modes(g: dict[str, Word], values: dict[str, Word], state: _State, run: _Run
         if "P" not in values:
             run.fault("G4 needs a time P in seconds", g["once"])
         else:
-            run.moves.append(_move(state, "dwell", state.at, g["once"].line, dwell=values["P"].value))
+            run.moves.append(new_move(state, "dwell", state.at, g["once"].line, dwell=values["P"].value))
         values["dwell"] = g["once"]
     return state
 
 
-def _target(values: dict[str, Word], state: _State) -> Point:
-    scale = units.factor(state.unit, "length")
-    to = list(state.at)
-    for i, letter in enumerate("XYZ"):
-        if letter in values:
-            given = values[letter].value * scale
-            to[i] = given if state.absolute else to[i] + given
-    return to[0], to[1], to[2]
-
-
-def _move(
-    state: _State, kind: Literal["rapid", "feed", "arc", "dwell"], end: Point, line: int, *,
-    centre: Point = (0.0, 0.0, 0.0), axis: Point = (0.0, 0.0, 1.0), sweep: float = 0.0, dwell: float = 0.0,
-) -> Move:  # fmt: skip
-    feed = math.inf if kind == "rapid" else state.feed
-    spindle = state.turning * state.speed
-    return Move(kind, state.at, end, centre, axis, sweep, feed, spindle, state.mode, state.tolerance, dwell, line)
-
-
-def _straight(values: dict[str, Word], first: Word, state: _State, run: _Run) -> _State:
-    end = _target(values, state)
+def _straight(values: dict[str, Word], first: Word, state: State, run: Run) -> State:
+    end = target(values, state)
     for letter in "IJKRQLD":
         if letter in values:
             run.fault(f"{letter} has no meaning with G{state.motion:g}", values[letter])
     if state.motion == 1 and state.feed <= 0.0:
         run.fault("feed move without a feed; write F before it or in its block", first)
     if end != state.at:
-        run.moves.append(_move(state, "rapid" if state.motion == 0 else "feed", end, first.line))
+        run.moves.append(new_move(state, "rapid" if state.motion == 0 else "feed", end, first.line))
     return replace(state, at=end)
 
 
-def _arc(values: dict[str, Word], first: Word, state: _State, run: _Run) -> _State:
-    end = _target(values, state)
+def _arc(values: dict[str, Word], first: Word, state: State, run: Run) -> State:
+    end = target(values, state)
     if state.feed <= 0.0:
         run.fault("feed move without a feed; write F before it or in its block", first)
     u, v, w = _AXES[state.plane]
@@ -287,14 +215,14 @@ def _arc(values: dict[str, Word], first: Word, state: _State, run: _Run) -> _Sta
     axis = [0.0, 0.0, 0.0]
     axis[w] = 1.0
     run.moves.append(
-        _move(state, "arc", end, first.line, centre=(centre[0], centre[1], centre[2]), axis=(axis[0], axis[1], axis[2]),
+        new_move(state, "arc", end, first.line, centre=(centre[0], centre[1], centre[2]), axis=(axis[0], axis[1], axis[2]),
               sweep=sweep)
     )  # fmt: skip
     return replace(state, at=end)
 
 
 def _centre(
-    values: dict[str, Word], first: Word, end: Point, state: _State, run: _Run
+    values: dict[str, Word], first: Word, end: Point, state: State, run: Run
 ) -> tuple[float, float, int] | None:
     """Centre in the plane [m] and number of turns; None after a fault."""
     scale = units.factor(state.unit, "length")
@@ -331,9 +259,7 @@ def _centre(
     return cu, cv, turns
 
 
-def _centre_from_radius(
-    word: Word, end: Point, state: _State, run: _Run, turns: int
-) -> tuple[float, float, int] | None:
+def _centre_from_radius(word: Word, end: Point, state: State, run: Run, turns: int) -> tuple[float, float, int] | None:
     u, v, _ = _AXES[state.plane]
     radius = word.value * units.factor(state.unit, "length")
     du, dv = end[u] - state.at[u], end[v] - state.at[v]
@@ -356,55 +282,3 @@ def _centre_from_radius(
     cu = state.at[u] + 0.5 * du - side * height * dv / chord
     cv = state.at[v] + 0.5 * dv + side * height * du / chord
     return cu, cv, turns
-
-
-def _drill(values: dict[str, Word], first: Word, state: _State, run: _Run) -> _State:
-    """Canned drilling cycles G73, G81-G83 in the xy plane, resolved into moves."""
-    scale = units.factor(state.unit, "length")
-    if state.plane != "G17":
-        run.fault("drilling cycles are supported in the plane G17 only", first)
-        return state
-    base = 0.0 if state.absolute else state.at[2]
-    if "R" in values:
-        state = replace(state, cycle_r=base + values["R"].value * scale)
-    if "Z" in values:
-        reference = 0.0 if state.absolute else (state.cycle_r if state.cycle_r is not None else 0.0)
-        state = replace(state, cycle_z=reference + values["Z"].value * scale)
-    if "Q" in values:
-        state = replace(state, cycle_q=values["Q"].value * scale)
-    if "P" in values:
-        state = replace(state, cycle_p=values["P"].value)
-    if state.cycle_z is None or state.cycle_r is None:
-        run.fault(f"G{state.motion:g} needs Z and R", first)
-        return state
-    if state.motion in (73, 83) and state.cycle_q <= 0.0:
-        run.fault(f"G{state.motion:g} needs a positive peck Q", first)
-        return state
-    if state.feed <= 0.0:
-        run.fault("drilling without a feed; write F before it or in its block", first)
-    x, y, _ = _target({k: w for k, w in values.items() if k in "XY"}, state)
-    top, bottom, before = state.cycle_r, state.cycle_z, state.at[2]
-    stops: list[tuple[Literal["rapid", "feed"], float]] = [("rapid", top)]
-    depth = top
-    clear = min(0.25e-3, state.cycle_q)
-    while state.motion in (73, 83) and depth - state.cycle_q > bottom:
-        depth -= state.cycle_q
-        back = top if state.motion == 83 else depth + clear
-        stops += [("feed", depth), ("rapid", back)]
-        if state.motion == 83:
-            stops.append(("rapid", depth + clear))
-    stops.append(("feed", bottom))
-    if before < top:
-        state = _to(state, "rapid", (state.at[0], state.at[1], top), first.line, run)
-    state = _to(state, "rapid", (x, y, state.at[2]), first.line, run)
-    for kind, z in stops:
-        state = _to(state, kind, (x, y, z), first.line, run)
-    if state.motion == 82:
-        run.moves.append(_move(state, "dwell", state.at, first.line, dwell=state.cycle_p))
-    return _to(state, "rapid", (x, y, max(before, top) if state.retract_to_start else top), first.line, run)
-
-
-def _to(state: _State, kind: Literal["rapid", "feed"], end: Point, line: int, run: _Run) -> _State:
-    if end != state.at:
-        run.moves.append(_move(state, kind, end, line))
-    return replace(state, at=end)
