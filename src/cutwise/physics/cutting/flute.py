@@ -1,0 +1,224 @@
+r"""The one helical-flute kernel: linear-edge cutting forces of an end mill over any immersion arcs.
+
+Frame and signs: x feed, y normal from the work to the tool, z along the spindle. A tooth sits at
+:math:`(R \sin\phi, R \cos\phi)`, the immersion angle :math:`\phi` running clockwise from +y, so the lowest point of
+the mill is at :math:`\phi = \pi`. Forces are on the tool. The sign of :math:`F_z` is the paper's: positive for positive
+axial coefficients, although a right-hand helix pulls the tool towards the work.
+
+Burr, part, slot and corner differ in their arcs only; the force integrals are these.
+"""
+
+import math
+from typing import NamedTuple
+
+from cutwise.maths.compiled import compiled
+
+
+class EdgeCoefficients(NamedTuple):
+    """Linear-edge coefficients of a material and tool pair."""
+
+    K_tc: float  # [Pa] tangential, shearing
+    K_rc: float  # [Pa] radial, shearing
+    K_ac: float  # [Pa] axial, shearing
+    K_te: float  # [N/m] tangential, edge
+    K_re: float  # [N/m] radial, edge
+    K_ae: float  # [N/m] axial, edge
+
+
+class Mill(NamedTuple):
+    """Cylindrical end mill."""
+
+    radius: float  # [m]
+    flutes: int
+    helix: float  # [rad]
+
+
+class FluteForce(NamedTuple):
+    """Force of a flute, or of all flutes, on the tool."""
+
+    x: float  # [N] along the feed
+    y: float  # [N] off the work
+    z: float  # [N] along the spindle, sign as in the paper
+    tangential: float  # [N] tangential force, summed over the edges in cut
+
+
+NO_FORCE = FluteForce(0.0, 0.0, 0.0, 0.0)
+
+
+@compiled
+def sinc(x: float) -> float:
+    r"""Unnormalised :math:`\sin x / x`, by its series near zero so that :math:`\beta = 0` is nothing special."""
+    if abs(x) < 1e-4:
+        return 1.0 - x * x / 6.0
+    return math.sin(x) / x
+
+
+@compiled
+def feed_per_tooth(speed_x: float, speed_y: float, spindle_speed: float, flutes: int) -> float:
+    r"""Feed per tooth :math:`c = 2\pi |V| / (N \Omega)` [m].
+
+    ``speed_x``, ``speed_y``: velocity of the tool relative to the work [m/s]; ``spindle_speed`` [rad/s].
+    Berselli et al. 2016, Eq. (8), whose ``n`` must be in revolutions per second.
+    """
+    return 2.0 * math.pi * math.hypot(speed_x, speed_y) / (flutes * spindle_speed)
+
+
+@compiled
+def feed_direction(speed_x: float, speed_y: float) -> float:
+    r"""Feed direction :math:`\vartheta = \operatorname{atan2}(-V_y, V_x)` [rad], positive when the tool plunges.
+
+    V is the velocity of the tool relative to the work. Berselli et al. 2016 before Eq. (8), with the sign under which
+    Eqs. (9)-(11) hold and the quadrant that the printed arctangent loses.
+    """
+    return math.atan2(-speed_y, speed_x)
+
+
+@compiled
+def arc_force(
+    chip: float, theta: float, middle: float, span: float, length: float, coefficients: EdgeCoefficients
+) -> FluteForce:
+    r"""Force of edge elements spread evenly over an arc.
+
+    .. math::
+        F_x &= -K_{tc} c I_{sc} - K_{rc} c I_{ss} - K_{te} I_c - K_{re} I_s \\
+        F_y &= \phantom{-}K_{tc} c I_{ss} - K_{rc} c I_{sc} + K_{te} I_s - K_{re} I_c \\
+        F_z &= \phantom{-}K_{ac} c I_h + K_{ae} L
+
+    with the means over the arc, times the edge length L,
+    :math:`I_{sc} = \tfrac{L}{2} [\sin(2\phi_m - \vartheta) S - \sin\vartheta]`,
+    :math:`I_{ss} = \tfrac{L}{2} [\cos\vartheta - \cos(2\phi_m - \vartheta) S]`,
+    :math:`I_h = L \sin(\phi_m - \vartheta) S_1`, :math:`I_c = L \cos\phi_m S_1`, :math:`I_s = L \sin\phi_m S_1`,
+    :math:`S = \operatorname{sinc}\Delta`, :math:`S_1 = \operatorname{sinc}(\Delta/2)`.
+
+    A flute of a helical mill between z1 and z2 spans :math:`\Delta = k_\beta (z_2 - z_1)` with
+    :math:`L = z_2 - z_1`; the mean over a tooth period spans the whole arc with
+    :math:`L = N b \Delta / 2\pi`. The form has no singularity at zero helix.
+
+    Parameters
+    ----------
+    chip : float
+        Feed per tooth c [m].
+    theta : float
+        Feed direction [rad].
+    middle, span : float
+        Middle and width of the arc [rad].
+    length : float
+        Edge length in the arc [m].
+    coefficients : EdgeCoefficients
+        Cutting coefficients.
+
+    References
+    ----------
+    Berselli et al. 2016, Eqs. (6) and (10), corrected: the printed F_y is wrong in both.
+    """
+    full = sinc(span)
+    half = sinc(0.5 * span)
+    double = 2.0 * middle - theta
+    i_sc = 0.5 * length * (math.sin(double) * full - math.sin(theta))
+    i_ss = 0.5 * length * (math.cos(theta) - math.cos(double) * full)
+    i_h = length * math.sin(middle - theta) * half
+    i_c = length * math.cos(middle) * half
+    i_s = length * math.sin(middle) * half
+    k = coefficients
+    return FluteForce(
+        -k.K_tc * chip * i_sc - k.K_rc * chip * i_ss - k.K_te * i_c - k.K_re * i_s,
+        k.K_tc * chip * i_ss - k.K_rc * chip * i_sc + k.K_te * i_s - k.K_re * i_c,
+        k.K_ac * chip * i_h + k.K_ae * length,
+        k.K_tc * chip * i_h + k.K_te * length,
+    )
+
+
+@compiled
+def mean_force(
+    lo: float, hi: float, chip: float, theta: float, width: float, flutes: int, coefficients: EdgeCoefficients
+) -> FluteForce:
+    r"""Force averaged over a tooth period, from the arc [lo, hi] and the axial width of the layer.
+
+    The helix drops out: :math:`\bar F = \frac{N b}{2\pi} \int_{lo}^{hi} dF(\phi)`.
+
+    Parameters
+    ----------
+    lo, hi : float
+        Entry and exit angle [rad]; nothing cuts if ``hi <= lo``.
+    chip, theta : float
+        Feed per tooth [m] and feed direction [rad].
+    width : float
+        Axial width b of the layer [m].
+    flutes : int
+        Number of flutes N.
+    """
+    if hi <= lo or width <= 0.0:
+        return FluteForce(0.0, 0.0, 0.0, 0.0)
+    span = hi - lo
+    return arc_force(chip, theta, 0.5 * (lo + hi), span, flutes * width * span / (2.0 * math.pi), coefficients)
+
+
+@compiled
+def tooth_force(
+    rotation: float,
+    lo: float,
+    hi: float,
+    chip: float,
+    theta: float,
+    z_lo: float,
+    z_hi: float,
+    mill: Mill,
+    coefficients: EdgeCoefficients,
+) -> FluteForce:
+    r"""Instantaneous force of all flutes on a layer, every wrap of the angles included.
+
+    Flute j stands at :math:`\phi_j(z) = \phi + j \phi_p - k_\beta z`, :math:`k_\beta = \tan\beta / R`, and cuts where
+    :math:`lo \le \phi_j(z) \le hi` and :math:`z_{lo} \le z \le z_{hi}`. All integers j with a non-empty set count,
+    which replaces the paper's list of cases.
+
+    Parameters
+    ----------
+    rotation : float
+        Rotation :math:`\phi` of the mill [rad], flute 0 at the tip.
+    lo, hi : float
+        Immersion arc [rad].
+    chip, theta : float
+        Feed per tooth [m] and feed direction [rad].
+    z_lo, z_hi : float
+        Axial limits of the layer above the tip [m].
+
+    References
+    ----------
+    Berselli et al. 2016, Eqs. (2)-(7) and (10), corrected; Altintas 2012, sec. 2.6.
+    """
+    x = y = z = tangential = 0.0
+    if hi <= lo or z_hi <= z_lo:
+        return FluteForce(x, y, z, tangential)
+    pitch = 2.0 * math.pi / mill.flutes
+    lag = math.tan(mill.helix) / mill.radius
+    lag_low = min(lag * z_lo, lag * z_hi)
+    lag_high = max(lag * z_lo, lag * z_hi)
+    first = math.ceil((lo + lag_low - rotation) / pitch)
+    last = math.floor((hi + lag_high - rotation) / pitch)
+    for flute in range(first, last + 1):
+        start = rotation + flute * pitch
+        if lag == 0.0:
+            z1, z2 = z_lo, z_hi
+        else:
+            end_a = (start - hi) / lag
+            end_b = (start - lo) / lag
+            z1 = max(z_lo, min(end_a, end_b))
+            z2 = min(z_hi, max(end_a, end_b))
+        if z2 <= z1:
+            continue
+        middle = start - lag * 0.5 * (z1 + z2)
+        f = arc_force(chip, theta, middle, lag * (z2 - z1), z2 - z1, coefficients)
+        x += f.x
+        y += f.y
+        z += f.z
+        tangential += f.tangential
+    return FluteForce(x, y, z, tangential)
+
+
+@compiled
+def mirrored(force: FluteForce) -> FluteForce:
+    r"""Up milling from the mirror image of down milling: :math:`F_y \to -F_y`.
+
+    The arcs go in mirrored too, :math:`\phi \to \pi - \phi` and :math:`\vartheta \to -\vartheta`.
+    """
+    return FluteForce(force.x, -force.y, force.z, force.tangential)
