@@ -115,9 +115,7 @@ def _fill_profile(
     rows: FloatArray,
 ) -> None:
     for k in range(len(rows)):
-        mean = turn_mean(
-            point, stress, elements, margin_stress, feed, k * spacing, thickness, inclination, azimuths
-        )
+        mean = turn_mean(point, stress, elements, margin_stress, feed, k * spacing, thickness, inclination, azimuths)
         rows[k, 0], rows[k, 1], rows[k, 2], rows[k, 3] = mean.thrust, mean.torque, mean.lateral_x, mean.lateral_y
 
 
@@ -159,7 +157,7 @@ def depth_profile(
 
 @compiled
 def profile_at(profile: DepthProfile, depth: float) -> tuple[float, float, float, float]:
-    """Thrust, torque and the two lateral forces at a depth [m]; zero above the surface, the last value beyond the end."""
+    """Thrust, torque and the two lateral forces at a depth [m]; zero above the surface, held beyond the end."""
     if depth <= 0.0:
         return 0.0, 0.0, 0.0, 0.0
     place = depth / profile.spacing

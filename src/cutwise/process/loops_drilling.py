@@ -190,8 +190,8 @@ def _run(
             u[i] += step * rate[i]
     count = max(rows, 1.0)
     return HoleOutcome(
-        marks[0], marks[1], marks[2], thrust_sum / count, axial_sum / count, lateral_sum / count, thrust_max, torque_max,
-        wall_max, axial_max, lateral_max, feed_min, feed_max, u[2], steps * step,
+        marks[0], marks[1], marks[2], thrust_sum / count, axial_sum / count, lateral_sum / count,
+        thrust_max, torque_max, wall_max, axial_max, lateral_max, feed_min, feed_max, u[2], steps * step,
     )  # fmt: skip
 
 
@@ -237,6 +237,17 @@ def drill_hole(
     return _run(cycle, arm, profile, turn, step, steps, every, history), history
 
 
+def step_limit(cycle: DrillCycle, arm: ArmDynamics, thrust: float) -> float:
+    r"""Largest time step [s] at which the stepping is trusted: :math:`\Delta t\,\omega < 0.2`, :math:`\Delta t\,c/m < 0.5`.
+
+    :math:`\omega = \sqrt{(k_w + \lambda_\max)/m}`; thrust that grows with the feed damps the axial motion with
+    :math:`c = (1 - m_c)\,T/(f n)`, which is stiff at low speeds.
+    """
+    omega = math.sqrt((cycle.wall_stiffness + float(np.linalg.eigvalsh(arm.stiffness)[-1])) / arm.mass)
+    rate = (1.0 - cycle.exponent) * thrust / (cycle.feed * cycle.turns * arm.mass)
+    return min(0.2 / omega, 0.5 / rate if rate > 0.0 else math.inf)
+
+
 def hole_error(outcome: HoleOutcome) -> float:
     """The larger of the position errors at entry and exit [m]: what the posture `best` makes small."""
     return float(max(np.hypot(*outcome.entry), np.hypot(*outcome.exit)))
@@ -250,14 +261,43 @@ def quasi_static_hole(
     slope_angle: float = 0.0,
     advance: float = 1e-6,
 ) -> tuple[FloatArray, FloatArray]:
-    """The same hole without inertia and damping, at constant feed: cross-check of the time stepping.
+    """The same hole without inertia and damping: cross-check of the time stepping.
 
-    Every advance [m] of the tip solves the balance of arm, wall and friction for the displacement. Returns the hole
-    positions at entry and exit [m], shape (2,) each.
+    Every advance [m] of the tip solves the balance of arm, wall and friction for the displacement; the actual feed is
+    less than the commanded one while the arm gives way, and more while it springs back. Returns the hole positions at
+    entry and exit [m], shape (2,) each.
     """
     turn = (math.cos(slope_angle), math.sin(slope_angle))
     marks = _run_quasi_static(cycle, arm, profile, np.linalg.inv(arm.stiffness), turn, advance)
     return marks[0], marks[1]
+
+
+@compiled
+def _feed_share(advance: float, axial: float, thrust: float, exponent: float, before: float, bias: float) -> float:
+    r"""Actual over commanded feed while the tip advances by ``advance``.
+
+    Root of :math:`r\,(\Delta z - u(r) + u_0) = \Delta z`, :math:`u(r) = b - C_{zz} T r^{1-m_c}`; the left side rises.
+    """
+    low, high = 0.0, 50.0
+    for _ in range(50):
+        r = 0.5 * (low + high)
+        yielded = bias - axial * thrust * r ** (1.0 - exponent)
+        if r * (advance - yielded + before) < advance:
+            low = r
+        else:
+            high = r
+    return 0.5 * (low + high)
+
+
+@compiled
+def _held_by(compliance: FloatArray, stiffness: float, gap_x: float, gap_y: float, force: FloatArray) -> float:
+    r"""Force of a spring across the gap of a yielding arm, :math:`(I + k C_l) F = -k\,g`; its size is returned [N]."""
+    xx, yy = 1.0 + stiffness * compliance[0, 0], 1.0 + stiffness * compliance[1, 1]
+    xy = stiffness * compliance[0, 1]
+    determinant = xx * yy - xy * xy
+    force[0] = -stiffness * (yy * gap_x - xy * gap_y) / determinant
+    force[1] = -stiffness * (xx * gap_y - xy * gap_x) / determinant
+    return math.hypot(force[0], force[1])
 
 
 @compiled
@@ -269,37 +309,43 @@ def _run_quasi_static(
     turn_slope: tuple[float, float],
     advance: float,
 ) -> FloatArray:
-    hole, marks = np.zeros(2), np.zeros((2, 2))
-    free, u = np.zeros(2), np.zeros(2)
+    hole, wall, marks = np.zeros(2), np.zeros(2), np.zeros((2, 2))
+    force, u = np.zeros(3), np.zeros(3)
     cos_slope, sin_slope = turn_slope
-    through = cycle.thickness + cycle.cone
-    steps = int(math.ceil(through / advance))
-    for k in range(1, steps + 1):
+    entered = False
+    for k in range(1, math.ceil((cycle.thickness + cycle.cone) / advance) + 1):
         depth = k * advance
         thrust, torque, side_x, side_y = profile_at(profile, depth)
-        fx = cos_slope * side_x - sin_slope * side_y - torque * arm.torque_push[0]
-        fy = sin_slope * side_x + cos_slope * side_y - torque * arm.torque_push[1]
-        fz = -thrust - torque * arm.torque_push[2]
-        for i in range(2):
-            free[i] = compliance[i, 0] * fx + compliance[i, 1] * fy + compliance[i, 2] * fz
-        wall = cycle.wall_stiffness * min(1.0, depth / cycle.cone)
-        # (I + k C_l) F = -k (u_free - a)
-        xx, xy, yy = 1.0 + wall * compliance[0, 0], wall * compliance[0, 1], 1.0 + wall * compliance[1, 1]
-        bx, by = -wall * (free[0] - hole[0]), -wall * (free[1] - hole[1])
-        determinant = xx * yy - xy * xy
-        wx, wy = (yy * bx - xy * by) / determinant, (xx * by - xy * bx) / determinant
-        size, held = math.hypot(wx, wy), cycle.friction * thrust
+        bias = compliance[2, 0] * wall[0] + compliance[2, 1] * wall[1]
+        ratio = _feed_share(advance, compliance[2, 2], thrust, cycle.exponent, u[2], bias)
+        share = ratio ** (1.0 - cycle.exponent)
+        thrust, torque, side_x, side_y = thrust * share, torque * share, side_x * share, side_y * share
+        force[0] = cos_slope * side_x - sin_slope * side_y - torque * arm.torque_push[0]
+        force[1] = sin_slope * side_x + cos_slope * side_y - torque * arm.torque_push[1]
+        force[2] = -thrust - torque * arm.torque_push[2]
+        u[:] = compliance @ force
+        stiffness = cycle.wall_stiffness * min(1.0, depth / cycle.cone)
+        gap_x, gap_y = u[0] - hole[0], u[1] - hole[1]
+        size = _held_by(compliance, stiffness, gap_x, gap_y, wall)
+        held = cycle.friction * thrust
         slipping = depth < cycle.cone and size > held
+        if slipping:  # the force that friction can hold, against the remaining gap: a softer spring has it
+            low, high = 0.0, stiffness
+            for _ in range(60):
+                softer = 0.5 * (low + high)
+                if _held_by(compliance, softer, gap_x, gap_y, wall) > held:
+                    high = softer
+                else:
+                    low = softer
+        for i in range(3):
+            u[i] += compliance[i, 0] * wall[0] + compliance[i, 1] * wall[1]
         if slipping:
-            wx, wy = wx * held / size, wy * held / size
-        for i in range(2):
-            u[i] = free[i] + compliance[i, 0] * wx + compliance[i, 1] * wy
-        if slipping and wall > 0.0:
-            hole[0], hole[1] = u[0] + wx / wall, u[1] + wy / wall
+            hole[0], hole[1] = u[0] + wall[0] / stiffness, u[1] + wall[1] / stiffness
         follow = min(1.0, advance / cycle.wander)
         hole[0] += (u[0] - hole[0]) * follow
         hole[1] += (u[1] - hole[1]) * follow
-        if depth < cycle.cone + advance and depth >= cycle.cone:
+        if depth >= cycle.cone and not entered:
+            entered = True
             marks[0, 0], marks[0, 1] = hole[0], hole[1]
     marks[1, 0], marks[1, 1] = hole[0], hole[1]
     return marks

@@ -1,22 +1,28 @@
-"""Which posture an arm should drill in: candidates over redundancy angle and branches, and the search among them.
+"""Postures in which an arm can drill: every solution of every pose, with its axial compliance and skating ratio.
 
 The drill may be turned about its axis (redundancy angle), and every pose has up to eight solutions. A candidate is one
 of these solutions within the limits, with its axial compliance and skating ratio.
 """
 
 import math
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
-from cutwise.maths.chains import Chain, fill_frames, fill_jacobian, jacobian
+from cutwise.maths.chains import Chain, fill_frames, fill_jacobian, frames, jacobian
 from cutwise.maths.compiled import compiled
 from cutwise.maths.frames import FloatArray
 from cutwise.physics.motion.inverse import numeric_posture
-from cutwise.physics.motion.wrist import BRANCHES, REACHED, WristArm, fill_branches, wrapped
-from cutwise.physics.structure.joint_compliance import axial_and_skating, cartesian_compliance
+from cutwise.physics.motion.wrist import (
+    BRANCHES,
+    REACHED,
+    WristArm,
+    fill_branches,
+    reach_margin,
+    wrapped,
+    wrist_sine,
+)
+from cutwise.physics.structure.joint_compliance import axial_and_skating, cartesian_compliance, skating_ratio
 
 
 class Arm(NamedTuple):
@@ -68,9 +74,7 @@ def tool_axes(axis: FloatArray, angles: FloatArray | float) -> FloatArray:
 
 
 @compiled
-def _translation_measures(
-    jac: FloatArray, axes: FloatArray, stiffness: FloatArray, result: FloatArray
-) -> None:
+def _translation_measures(jac: FloatArray, axes: FloatArray, stiffness: FloatArray, result: FloatArray) -> None:
     """Axial compliance and skating ratio of one posture: the translation block of C alone, in tool axes."""
     xx, xy, yy, xz, yz, zz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(len(stiffness)):
@@ -162,3 +166,83 @@ def candidates(arm: Arm, positions: FloatArray, poses: FloatArray) -> Candidates
         np.ascontiguousarray(positions, dtype=float), np.ascontiguousarray(poses, dtype=float), q, within, measures,
     )  # fmt: skip
     return Candidates(q, within, measures[..., 0], measures[..., 1], measures[..., 2])
+
+
+class Posture(NamedTuple):
+    """One way to stand at a hole."""
+
+    angle: float  # redundancy angle [rad]
+    q: FloatArray  # [rad], shape (6,)
+    compliance: FloatArray  # in tool axes, shape (6, 6)
+    skating: float  # skating ratio
+    wrist_sine: float  # |sin| of the wrist angle; 0 is singular
+
+
+def posture_at(arm: Arm, angle: float, q: FloatArray) -> Posture:
+    """The posture of known joint angles, with its whole compliance at the drill tip in tool axes."""
+    rotation = frames(arm.chain, q).rotations[-1] @ arm.tool_rotation
+    compliance = cartesian_compliance(jacobian(arm.chain, q, arm.tool_tip), arm.stiffness, rotation)
+    return Posture(float(angle), np.asarray(q), compliance, skating_ratio(compliance), _singularity(arm, q))
+
+
+def _singularity(arm: Arm, q: FloatArray) -> float:
+    """|sin| of the wrist angle; for other arms the smallest singular value of the Jacobian over its largest."""
+    if arm.wrist is not None:
+        return float(wrist_sine(arm.wrist, q[4]))
+    values = np.linalg.svd(jacobian(arm.chain, q, arm.tool_tip), compute_uv=False)
+    return float(values[-1] / values[0])
+
+
+def flange_pose(arm: Arm, position: FloatArray, pose: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Pose of the last frame, in frame 0, that puts the drill tip at a position with given tool axes."""
+    rotation = pose @ arm.tool_rotation.T
+    return rotation, position - rotation @ arm.tool_tip
+
+
+def _numeric_candidates(arm: Arm, positions: FloatArray, poses: FloatArray) -> Candidates:
+    """Candidates of an arm without closed form: each pose starts from its neighbour's solutions and from fixed seeds."""
+    count = len(positions)
+    q = np.full((count, BRANCHES, 6), math.nan)
+    within = np.zeros((count, BRANCHES), dtype=np.bool_)
+    measures = np.full((count, BRANCHES, 3), math.nan)
+    low, high = np.maximum(arm.limits[:, 0], -math.pi), np.minimum(arm.limits[:, 1], math.pi)
+    seeds = low + (high - low) * np.random.default_rng(6).random((2 * BRANCHES, 6))
+    for m in range(count):
+        rotation, place = flange_pose(arm, positions[m], poses[m])
+        known = [row for row in q[m - 1] if m and not np.isnan(row[0])]
+        found: list[FloatArray] = []
+        for start in [*known, *(seeds if m % 16 == 0 or not known else ())]:
+            angles, error = numeric_posture(arm.chain, rotation, place, start[None, :], iterations=60)
+            angles = np.array([wrapped(a, *limit) for a, limit in zip(angles, arm.limits, strict=True)])
+            if error < 1e-10 and all(np.abs(angles - other).max() > 1e-6 for other in found):
+                found.append(angles)
+        for branch, angles in enumerate(found[:BRANCHES]):
+            q[m, branch] = angles
+            within[m, branch] = np.all((arm.limits[:, 0] <= angles) & (angles <= arm.limits[:, 1]))
+            if within[m, branch]:
+                at = posture_at(arm, 0.0, angles)
+                measures[m, branch] = at.compliance[2, 2], at.skating, at.wrist_sine
+    return Candidates(q, within, measures[..., 0], measures[..., 1], measures[..., 2])
+
+
+class Reach(NamedTuple):
+    """How a pose can be reached, or by how much it cannot; the best branch."""
+
+    reached: bool
+    joint: int  # the joint with the least room, 0 to 5; -1: the wrist centre is out of reach
+    margin: float  # room to its limit [rad], or to the reach of the arm [m]; negative is what is missing
+
+
+def reach(arm: Arm, position: FloatArray, pose: FloatArray) -> Reach:
+    """Margin of the branch with the most room."""
+    rotation, place = flange_pose(arm, position, pose)
+    found = candidates(arm, position[None, :], pose[None, :])
+    exists = ~np.isnan(found.q[0, :, 0])
+    if not np.any(exists):
+        margin = min(reach_margin(arm.wrist, rotation, place)) if arm.wrist is not None else math.nan
+        return Reach(False, -1, margin)
+    q = found.q[0, exists]
+    room = np.minimum(q - arm.limits[:, 0], arm.limits[:, 1] - q)
+    branch = int(np.argmax(room.min(axis=1)))
+    joint = int(np.argmin(room[branch]))
+    return Reach(bool(room[branch, joint] >= 0.0), joint, float(room[branch, joint]))

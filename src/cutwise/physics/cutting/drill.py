@@ -2,7 +2,7 @@ r"""Twist drill: lips, chisel edge and margin in closed form.
 
 Frame: :math:`z` is the feed direction, into the work; :math:`r` runs outward. Two lips, 180 degrees apart, so the
 chisel edge counts as two half edges. The uncut chip thickness is the same everywhere on the drill point,
-:math:`h_c = f_z \sin\kappa`, and the swept section of an element is :math:`f_z\,\mathrm{d}r` whatever the web offset is.
+:math:`h_c = f_z \sin\kappa`, and the swept section of an element is :math:`f_z\,\mathrm{d}r` whatever the web offset.
 """
 
 import math
@@ -134,9 +134,7 @@ def lip_force(point: DrillPoint, stress: ZoneStress, feed: float, inner: float, 
     split = min(max(point.chisel_radius, inner), outer)
     lip_per_width = 0.5 * feed
     normal = lip_per_width * (stress.normal_chisel * (split - inner) + stress.normal_lip * (outer - split))
-    tangential = lip_per_width * (
-        stress.tangential_chisel * (split - inner) + stress.tangential_lip * (outer - split)
-    )
+    tangential = lip_per_width * (stress.tangential_chisel * (split - inner) + stress.tangential_lip * (outer - split))
     torque = (
         0.5
         * lip_per_width

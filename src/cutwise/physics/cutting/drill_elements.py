@@ -100,7 +100,8 @@ def oblique_elements(
         x = \sqrt{r^2 - w^2}
 
         \mathbf a = \cos\gamma\,\mathbf c - \sin\gamma\,\mathbf v_n,\quad
-        \mathbf n = -\cos\gamma\,\mathbf v_n - \sin\gamma\,\mathbf c,\quad
+        \mathbf n = -\cos\gamma\,\mathbf v_n - \sin\gamma\,\mathbf c
+
         \boldsymbol\ell = \cos\lambda\,\mathbf a + \sin\lambda\,\mathbf e,\quad \lambda = \arcsin(\mathbf e\cdot\mathbf v)
 
         \mathrm d\mathbf F = (K_n\mathbf n + K_f\boldsymbol\ell) f_z\,\mathrm dr
@@ -115,7 +116,7 @@ def oblique_elements(
 
     Notes
     -----
-    :math:`K_n, K_f` are those of the rake :math:`\gamma_0` of the law, not of the local one, so that a conventional rake
+    :math:`K_n, K_f` are those of the rake :math:`\gamma_0` of the law, not of the local one, so a conventional rake
     gives far less thrust than the simple element (94.6 against 163.9 N in the reference case): coefficients have to be
     calibrated for this element. Elements inside the web offset do not cut.
     """

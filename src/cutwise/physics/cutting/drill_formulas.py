@@ -43,7 +43,7 @@ def shaw_oxford(brinell: float, diameter: float, feed: float) -> ThrustTorque:
     .. math::
         T = 0.195\,c H f^{0.8} D^{0.8} + 0.0022\,H D^2, \qquad M = 0.087\,c H f^{0.8} D^{1.8}, \qquad c = 25.4^{0.4}
 
-    with :math:`f, D` in mm, :math:`H = 9.81` HB in N/mm², :math:`T` in N and :math:`M` in N mm; :math:`c` belongs to the
+    with :math:`f, D` in mm, :math:`H = 9.81` HB in N/mm², :math:`T` in N, :math:`M` in N mm; :math:`c` belongs to the
     constants, which were fitted in inches: leaving it out is a factor 3.6.
 
     Parameters

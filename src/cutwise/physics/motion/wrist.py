@@ -1,8 +1,9 @@
 r"""Closed-form inverse kinematics of six-axis arms whose last three axes meet in one point.
 
 The arm is reduced to a canonical one: z along axis 1, y along axis 2 (either way, so that the shoulder lies at positive
-x), origin on axis 1 level with axis 2; wrist frame x along axis 4, y along axis 5. Signs and zero positions of the joints then vanish into a handful of constants, and any arm
-of this family (KUKA, ABB, Fanuc, Stäubli; upper arm lying or standing at zero) is the same arm.
+x), origin on axis 1 level with axis 2; wrist frame x along axis 4, y along axis 5. Signs and zero positions of the
+joints then vanish into a handful of constants, and any arm of this family (KUKA, ABB, Fanuc, Stäubli; upper arm lying
+or standing at zero) is the same arm.
 """
 
 import math
@@ -33,7 +34,7 @@ class WristArm(NamedTuple):
     centre: FloatArray  # [m] wrist centre in the last frame, shape (3,)
 
 
-class GeometryFault(ValueError):
+class NotSphericalError(ValueError):
     """The chain has no spherical wrist, or its first axes do not form the usual arm; the message says which."""
 
 
@@ -65,17 +66,17 @@ def spherical_wrist(chain: Chain) -> WristArm:
 
     Raises
     ------
-    GeometryFault
+    NotSphericalError
         Not six turning joints, axes 2 and 3 not parallel or not square to axis 1, or no common wrist centre.
     """
     if len(chain.kinds) != 6 or not np.all(chain.kinds == REVOLUTE):
-        raise GeometryFault("the closed form needs six turning joints")
+        raise NotSphericalError("the closed form needs six turning joints")
     at = frames(chain, np.zeros(6))
     axes = np.einsum("kij,kj->ki", at.rotations[1:], chain.axes)
     points = at.origins[1:]
     reason = _unsuitable(axes, points)
     if reason:
-        raise GeometryFault(reason)
+        raise NotSphericalError(reason)
     z = axes[0]
     foot = points[0] + ((points[1] - points[0]) @ z) * z
     offset = np.cross(axes[1], z) @ (points[1] - foot)
@@ -104,7 +105,7 @@ def spherical_wrist(chain: Chain) -> WristArm:
 
 @compiled
 def wrapped(angle: float, low: float, high: float) -> float:
-    """The angle [rad] brought to half a turn either side of zero, or a turn further if only that is within the limits."""
+    """The angle [rad] within half a turn of zero, or a turn further if only that is within the limits."""
     turn = 2.0 * math.pi
     value = angle - turn * math.floor((angle + math.pi) / turn)
     if value > high and value - turn >= low:
@@ -129,7 +130,9 @@ def _fill_wrist_angles(n: FloatArray, bend: float, flip: float, q: FloatArray) -
 
 
 @compiled
-def _fill_wrist_matrix(arm: WristArm, rotation: FloatArray, q1: float, q23: float, n: FloatArray, work: FloatArray) -> None:
+def _fill_wrist_matrix(
+    arm: WristArm, rotation: FloatArray, q1: float, q23: float, n: FloatArray, work: FloatArray
+) -> None:
     r""":math:`N = W^T (R_z R_y)^T B^T R_{06} W_\mathrm{out}`: what is left for the wrist to turn."""
     c1, s1, c, s = math.cos(q1), math.sin(q1), math.cos(q23), math.sin(q23)
     for column in range(3):
@@ -163,8 +166,8 @@ def fill_branches(
 ) -> int:
     r"""All joint angles that bring the last frame to a pose; limits are not looked at.
 
-    Branch :math:`4 b + 2 e + f`: base turned front (0) or back (1), elbow, wrist flip. Angles are not wrapped. Rows that
-    no posture fits are NaN.
+    Branch :math:`4 b + 2 e + f`: base turned front (0) or back (1), elbow, wrist flip. Angles are not wrapped. Rows
+    that no posture fits are NaN.
 
     Parameters
     ----------
