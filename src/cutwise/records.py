@@ -49,7 +49,7 @@ class Response(NamedTuple):
 
 
 class EdgeHistory(NamedTuple):
-    """A pass along an edge, all stages; filled in place by the loop."""
+    """A pass along an edge, all stages."""
 
     motion: Motion
     engagement: Engagement
@@ -68,20 +68,25 @@ class Surface(NamedTuple):
     burr_height: FloatArray  # [m] before the pass, shape (m,)
 
 
-def empty_history(rows: int, pistons: int) -> EdgeHistory:
-    """Room for a pass of a number of rows."""
+_EDGE_COLUMNS = 33
 
-    def column() -> FloatArray:
-        return np.zeros(rows)
 
-    def wrench() -> Wrench:
-        return Wrench(np.zeros((rows, 3)), np.zeros((rows, 3)), np.zeros((rows, 3)))
+def empty_rows(rows: int, pistons: int) -> FloatArray:
+    """Room for a pass of a number of rows: one table, because a kernel hands one array on for next to nothing."""
+    return np.zeros((rows, _EDGE_COLUMNS + pistons))
+
+
+def edge_history(rows: FloatArray) -> EdgeHistory:
+    """The table that the loop filled, by name."""
+
+    def wrench(column: int) -> Wrench:
+        return Wrench(*(rows[:, c : c + 3] for c in (column, column + 6, column + 12)))
 
     return EdgeHistory(
-        Motion(column(), column(), column()),
-        Engagement(column(), column(), column(), column(), column(), column()),
-        wrench(),
-        wrench(),
-        column(),
-        Response(np.zeros((rows, 2)), np.zeros((rows, 2)), np.zeros((rows, pistons)), column()),
+        Motion(*rows[:, 0:3].T),
+        Engagement(*rows[:, 3:9].T),
+        wrench(13),
+        wrench(16),
+        rows[:, 31],
+        Response(rows[:, 9:11], rows[:, 11:13], rows[:, _EDGE_COLUMNS:], rows[:, 32]),
     )

@@ -23,38 +23,53 @@ from cutwise.physics.engagement.burr import entry_position
 from cutwise.physics.motion.edge import EdgePass, ToolMotion, programmed_motion
 from cutwise.physics.structure.pistons import PistonRing, RingState, at_rest
 from cutwise.physics.structure.pistons import step as piston_step
-from cutwise.records import EdgeHistory, empty_history
+from cutwise.records import EdgeHistory, edge_history, empty_rows
 
 AVERAGED = 0
 TOOTH_RESOLVED = 1
 
 _CHUNK = 100_000  # steps between two looks at progress and Ctrl-C
-_ROWS = 200_000  # longest history
+_ROWS = 40_000  # longest history
 
 
-class Layers(NamedTuple):
-    """What stands along the edge: the work, and a burr on its rim; both as strips over the height of the mill."""
+class Strips(NamedTuple):
+    """How burr and work stand along the spindle axis."""
 
-    burr_height: Polyline  # [m] above the nominal edge, over the position along it [m]
-    burr_width: Polyline  # [m] along the spindle axis
     burr_start: float  # [m] of the burr above the tool tip
     work_start: float  # [m] of the work above the tool tip
     work_width: float  # [m] contact length a
     slices: int
 
 
-class EdgeCell(NamedTuple):
-    """Everything that takes part in a pass along an edge."""
+class Layers(NamedTuple):
+    """What stands along the edge: the work, and a burr on its rim."""
 
-    path: EdgePass
-    layers: Layers
+    burr_height: Polyline  # [m] above the nominal edge, over the position along it [m]
+    burr_width: Polyline  # [m] along the spindle axis
+    strips: Strips
+
+
+class Cutter(NamedTuple):
+    """A turning mill in a material, and how its force is taken."""
+
     mill: Mill
     coefficients: EdgeCoefficients
     spindle_speed: float  # [rad/s]
     up_milling: bool
+    force_law: int  # AVERAGED or TOOTH_RESOLVED
+
+
+class EdgeCell(NamedTuple):
+    """Everything that takes part in a pass along an edge.
+
+    Tuples with arrays stay out of the innermost calls: numba counts references of every array that it passes.
+    """
+
+    path: EdgePass
+    layers: Layers
+    cutter: Cutter
     ring: PistonRing
     reach: float  # [m] from the joint to the tool tip
-    force_law: int  # AVERAGED or TOOTH_RESOLVED
 
 
 class Immersion(NamedTuple):
@@ -68,46 +83,43 @@ class Immersion(NamedTuple):
 
 
 @compiled
-def immersion_at(cell: EdgeCell, tool: ToolMotion, tilt: FloatArray, arm: float) -> Immersion:
-    """Immersion of the mill at a distance from the joint: motion plus deflection, then engagement."""
-    height = tool.height + arm * tilt[1]
-    radius = cell.mill.radius
-    entry = entry_position(tool.position + arm * tilt[0], height, radius, cell.layers.burr_height)
-    speed_x = cell.path.feed + arm * tilt[2]
-    speed_y = tool.climb + arm * tilt[3]
+def immersion_at(
+    cutter: Cutter, burr_height: Polyline, x: float, height: float, speed_x: float, speed_y: float
+) -> Immersion:
+    """Immersion of the mill from position and velocity of its axis: entry into the burr, arcs, chip load."""
+    radius = cutter.mill.radius
+    entry = entry_position(x, height, radius, burr_height)
     theta = feed_direction(speed_x, speed_y)
-    depth = polyline_value(cell.layers.burr_height, entry) - height
+    depth = polyline_value(burr_height, entry) - height
     work_depth = max(0.0, -height)
     arcs = layer_arcs(max(depth, work_depth), work_depth, theta, radius)
-    chip = feed_per_tooth(speed_x, speed_y, cell.spindle_speed, cell.mill.flutes)
-    return Immersion(depth, work_depth, theta, chip, arcs)
+    return Immersion(
+        depth, work_depth, theta, feed_per_tooth(speed_x, speed_y, cutter.spindle_speed, cutter.mill.flutes), arcs
+    )
 
 
 @compiled
 def arc_force_at(
-    cell: EdgeCell, state: Immersion, lo: float, hi: float, z_lo: float, z_hi: float, time: float
+    cutter: Cutter, chip: float, theta: float, lo: float, hi: float, z_lo: float, z_hi: float, time: float
 ) -> FluteForce:
-    """Force of one arc over one strip of the mill, by the force law of the cell; up milling is the mirror image."""
-    theta = state.theta
-    if cell.up_milling:
+    """Force of one arc over one strip of the mill, by the force law in use; up milling is the mirror image."""
+    if hi <= lo:
+        return FluteForce(0.0, 0.0, 0.0, 0.0)
+    if cutter.up_milling:
         lo, hi, theta = math.pi - hi, math.pi - lo, -theta
-    if cell.force_law == TOOTH_RESOLVED:
-        rotation = (cell.spindle_speed * time) % (2.0 * math.pi)
-        force = tooth_force(rotation, lo, hi, state.chip, theta, z_lo, z_hi, cell.mill, cell.coefficients)
+    if cutter.force_law == TOOTH_RESOLVED:
+        rotation = (cutter.spindle_speed * time) % (2.0 * math.pi)
+        force = tooth_force(rotation, lo, hi, chip, theta, z_lo, z_hi, cutter.mill, cutter.coefficients)
     else:
-        force = mean_force(lo, hi, state.chip, theta, z_hi - z_lo, cell.mill.flutes, cell.coefficients)
-    return mirrored(force) if cell.up_milling else force
+        force = mean_force(lo, hi, chip, theta, z_hi - z_lo, cutter.mill.flutes, cutter.coefficients)
+    return mirrored(force) if cutter.up_milling else force
 
 
 @compiled
-def burr_strip(cell: EdgeCell, position: float) -> tuple[float, float]:
-    """Axial limits of the burr above the tool tip where the tool stands [m]."""
-    start = cell.layers.burr_start
-    return start, start + polyline_value(cell.layers.burr_width, position)
-
-
-@compiled
-def cutting_forces(cell: EdgeCell, tool: ToolMotion, tilt: FloatArray, time: float, out: FloatArray) -> Immersion:
+def cutting_forces(
+    cutter: Cutter, burr_height: Polyline, burr_width: float, strips: Strips, reach: float, feed: float,
+    tool: ToolMotion, tilt: FloatArray, time: float, out: FloatArray,
+) -> Immersion:  # fmt: skip
     """Forces of burr and work, and their moment about the joint, for a position and velocity of the tool.
 
     ``out``: burr force x, y, z, work force x, y, z [N], tangential force [N], moment as force times arm along x and
@@ -115,83 +127,99 @@ def cutting_forces(cell: EdgeCell, tool: ToolMotion, tilt: FloatArray, time: flo
     the whole mill is immersed as at A; with several each strip as at its own height, tilted with the motor.
     """
     out[:] = 0.0
-    burr_lo, burr_hi = burr_strip(cell, tool.position)
-    arm_a = cell.reach - 0.5 * (burr_lo + burr_hi)
-    at_a = immersion_at(cell, tool, tilt, arm_a)
-    n = cell.layers.slices
+    burr_lo = strips.burr_start
+    arm = reach - burr_lo - 0.5 * burr_width
+    at_a = immersion_at(
+        cutter, burr_height, tool.position + arm * tilt[0], tool.height + arm * tilt[1],
+        feed + arm * tilt[2], tool.climb + arm * tilt[3],
+    )  # fmt: skip
+    n = strips.slices
     for part in range(2):
-        start = burr_lo if part == 0 else cell.layers.work_start
-        width = (burr_hi - burr_lo if part == 0 else cell.layers.work_width) / n
+        start = burr_lo if part == 0 else strips.work_start
+        width = (burr_width if part == 0 else strips.work_width) / n
         for k in range(n):
             z_lo = start + k * width
-            arm = cell.reach - z_lo - 0.5 * width
-            here = at_a if n == 1 else immersion_at(cell, tool, tilt, arm)
+            arm = reach - z_lo - 0.5 * width
+            here = at_a
+            if n > 1:
+                here = immersion_at(
+                    cutter, burr_height, tool.position + arm * tilt[0], tool.height + arm * tilt[1],
+                    feed + arm * tilt[2], tool.climb + arm * tilt[3],
+                )  # fmt: skip
             arcs = here.arcs
-            if part == 0:
-                front = arc_force_at(cell, here, arcs.front_lo, arcs.front_hi, z_lo, z_lo + width, time)
-                back = arc_force_at(cell, here, arcs.back_lo, arcs.back_hi, z_lo, z_lo + width, time)
-                fx, fy, fz = front.x + back.x, front.y + back.y, front.z + back.z
-                tangential = front.tangential + back.tangential
-            else:
-                f = arc_force_at(cell, here, arcs.work_lo, arcs.work_hi, z_lo, z_lo + width, time)
-                fx, fy, fz, tangential = f.x, f.y, f.z, f.tangential
-            out[3 * part] += fx
-            out[3 * part + 1] += fy
-            out[3 * part + 2] += fz
-            out[6] += tangential
-            out[7] += arm * fx
-            out[8] += arm * fy
+            lo = arcs.front_lo if part == 0 else arcs.work_lo
+            hi = arcs.front_hi if part == 0 else arcs.work_hi
+            for pieces in range(2 - part):
+                if pieces == 1:
+                    lo, hi = arcs.back_lo, arcs.back_hi
+                f = arc_force_at(cutter, here.chip, here.theta, lo, hi, z_lo, z_lo + width, time)
+                out[3 * part] += f.x
+                out[3 * part + 1] += f.y
+                out[3 * part + 2] += f.z
+                out[6] += f.tangential
+                out[7] += arm * f.x
+                out[8] += arm * f.y
     return at_a
 
 
 @compiled
-def _record(
-    history: EdgeHistory, row: int, part: int, stride: int, tool: ToolMotion, here: Immersion, time: float,
+def record(
+    rows: FloatArray, row: int, part: int, share: float, time: float, tool: ToolMotion, here: Immersion,
     tilt: FloatArray, travel: FloatArray, force: FloatArray, sweeps: int,
 ) -> None:  # fmt: skip
-    """Put a step into its row: the state of the first step, mean, mean square and peak of the forces of all."""
+    """Put a step into its row: the state of its first step; mean, mean square and peak of the forces of all.
+
+    The order of the columns is that of :func:`cutwise.records.edge_history`.
+    """
     if part == 0:
-        history.motion.time[row] = time
-        history.motion.position[row] = tool.position
-        history.motion.height[row] = tool.height
-        history.engagement.burr_depth[row] = max(0.0, here.depth - here.work_depth)
-        history.engagement.work_depth[row] = here.work_depth
-        history.engagement.feed_direction[row] = here.theta
-        history.engagement.chip[row] = here.chip
-        history.engagement.entry[row] = here.arcs.front_lo
-        history.engagement.exit[row] = max(here.arcs.front_hi, here.arcs.work_hi, here.arcs.back_hi)
-        history.response.tilt[row, 0] = tilt[0]
-        history.response.tilt[row, 1] = tilt[1]
-        history.response.tilt_rate[row, 0] = tilt[2]
-        history.response.tilt_rate[row, 1] = tilt[3]
+        rows[row, 0] = time
+        rows[row, 1] = tool.position
+        rows[row, 2] = tool.height
+        rows[row, 3] = max(0.0, here.depth - here.work_depth)
+        rows[row, 4] = here.work_depth
+        rows[row, 5] = here.theta
+        rows[row, 6] = here.chip
+        rows[row, 7] = here.arcs.front_lo
+        rows[row, 8] = max(here.arcs.front_hi, max(here.arcs.work_hi, here.arcs.back_hi))
+        for i in range(4):
+            rows[row, 9 + i] = tilt[i]
         for i in range(travel.size):
-            history.response.travel[row, i] = travel[i]
-    for axis in range(3):
-        for offset, wrench in ((0, history.burr_force), (3, history.work_force)):
-            value = force[offset + axis]
-            wrench.mean[row, axis] += value / stride
-            wrench.square[row, axis] += value * value / stride
-            wrench.peak[row, axis] = max(wrench.peak[row, axis], abs(value))
-    history.tangential[row] += force[6] / stride
-    history.response.sweeps[row] = max(history.response.sweeps[row], float(sweeps))
+            rows[row, 33 + i] = travel[i]
+    for i in range(6):
+        value = force[i]
+        rows[row, 13 + i] += value * share
+        rows[row, 19 + i] += value * value * share
+        rows[row, 25 + i] = max(rows[row, 25 + i], abs(value))
+    rows[row, 31] += force[6] * share
+    rows[row, 32] = max(rows[row, 32], float(sweeps))
 
 
 @compiled
 def advance_edge(
-    cell: EdgeCell, tilt: FloatArray, pistons: RingState, history: EdgeHistory, first: int, steps: int, dt: float,
+    cell: EdgeCell, tilt: FloatArray, pistons: RingState, rows: FloatArray, first: int, steps: int, dt: float,
     stride: int,
 ) -> None:  # fmt: skip
     """Advance a pass along an edge by a number of steps; tilt (q_x, q_y and rates, shape (4,)) changes in place."""
     force = np.zeros(9)
+    path, layers, cutter, ring, reach = cell
+    burr_height, burr_width, strips = layers
+    travel = pistons.travel
+    row = first // stride
+    part = 0
     for k in range(first, first + steps):
         time = k * dt
-        tool = programmed_motion(cell.path, time)
-        here = cutting_forces(cell, tool, tilt, time, force)
+        tool = programmed_motion(path, time)
+        width = polyline_value(burr_width, tool.position)
+        here = cutting_forces(cutter, burr_height, width, strips, reach, path.feed, tool, tilt, time, force)
         qx, qy, vx, vy, sweeps = piston_step(
-            cell.ring, pistons, tilt[0], tilt[1], tilt[2], tilt[3], force[7], force[8], dt
+            ring, pistons, tilt[0], tilt[1], tilt[2], tilt[3], force[7], force[8], dt
         )
-        _record(history, k // stride, k % stride, stride, tool, here, time, tilt, pistons.travel, force, sweeps)
+        record(rows, row, part, 1.0 / stride, time, tool, here, tilt, travel, force, sweeps)
         tilt[0], tilt[1], tilt[2], tilt[3] = qx, qy, vx, vy
+        part += 1
+        if part == stride:
+            part = 0
+            row += 1
 
 
 def run_compliant_edge(
@@ -201,12 +229,32 @@ def run_compliant_edge(
     steps = max(1, round(cell.path.duration / time_step))
     stride = max(1, math.ceil(steps / _ROWS))
     steps = math.ceil(steps / stride) * stride
-    history = empty_history(steps // stride, len(cell.ring.direction))
+    rows = empty_rows(steps // stride, len(cell.ring.direction))
     pistons = at_rest(cell.ring)
     tilt = np.zeros(4)
-    for first in range(0, steps, _CHUNK):
-        count = min(_CHUNK, steps - first)
-        advance_edge(cell, tilt, pistons, history, first, count, time_step, stride)
+    portion = stride * max(1, _CHUNK // stride)
+    for first in range(0, steps, portion):
+        count = min(portion, steps - first)
+        advance_edge(cell, tilt, pistons, rows, first, count, time_step, stride)
         if progress is not None:
             progress((first + count) / steps)
-    return history
+    return edge_history(rows)
+
+
+@compiled
+def tooth_resolved_forces(cell: EdgeCell, time: FloatArray, tilt: FloatArray) -> FloatArray:
+    """Forces tooth by tooth for given tilts and rates (n, 4) at given times [s]: burr x, y, z, work x, y, z; (n, 6).
+
+    The tilt of an averaged run serves: tooth passing moves the tip by nanometres only.
+    """
+    path, layers, cutter, _, reach = cell
+    burr_height, burr_width, strips = layers
+    cutter = Cutter(cutter.mill, cutter.coefficients, cutter.spindle_speed, cutter.up_milling, TOOTH_RESOLVED)
+    forces = np.zeros((time.size, 6))
+    out = np.zeros(9)
+    for k in range(time.size):
+        tool = programmed_motion(path, time[k])
+        width = polyline_value(burr_width, tool.position)
+        cutting_forces(cutter, burr_height, width, strips, reach, path.feed, tool, tilt[k], time[k], out)
+        forces[k] = out[:6]
+    return forces

@@ -111,14 +111,17 @@ def arc_force(
     ----------
     Berselli et al. 2016, Eqs. (6) and (10), corrected: the printed F_y is wrong in both.
     """
-    full = sinc(span)
+    sin_m, cos_m = math.sin(middle), math.cos(middle)
+    sin_t, cos_t = math.sin(theta), math.cos(theta)
     half = sinc(0.5 * span)
-    double = 2.0 * middle - theta
-    i_sc = 0.5 * length * (math.sin(double) * full - math.sin(theta))
-    i_ss = 0.5 * length * (math.cos(theta) - math.cos(double) * full)
-    i_h = length * math.sin(middle - theta) * half
-    i_c = length * math.cos(middle) * half
-    i_s = length * math.sin(middle) * half
+    full = half * math.cos(0.5 * span)
+    sin_h = sin_m * cos_t - cos_m * sin_t  # of middle - theta
+    cos_h = cos_m * cos_t + sin_m * sin_t
+    i_sc = 0.5 * length * ((sin_m * cos_h + cos_m * sin_h) * full - sin_t)
+    i_ss = 0.5 * length * (cos_t - (cos_m * cos_h - sin_m * sin_h) * full)
+    i_h = length * sin_h * half
+    i_c = length * cos_m * half
+    i_s = length * sin_m * half
     k = coefficients
     return FluteForce(
         -k.K_tc * chip * i_sc - k.K_rc * chip * i_ss - k.K_te * i_c - k.K_re * i_s,

@@ -31,19 +31,25 @@ STUCK_SPEED = 1e-6  # [m/s] a piston slower than this counts as stuck
 _SWEEPS = 2000
 
 
+class Piston(NamedTuple):
+    """One piston and its seal, at one pressure."""
+
+    stroke: float  # [m] travel from the extended dead point to the other
+    pressure_force: float  # [N]
+    friction_static: float  # [N]
+    friction_dynamic: float  # [N]
+    law: int  # NO_FRICTION, SET_VALUED, PRESLIDING or REGULARISED
+    breakaway_travel: float  # [m] elastic travel of the seal before it slips (presliding)
+    stribeck_speed: float  # [m/s] of the fall from static to dynamic friction, or of the regularised law; 0: at once
+
+
 class PistonRing(NamedTuple):
     """Motor and pistons at one pressure."""
 
     direction: FloatArray  # unit vectors n_i from the axis to the pistons, shape (n, 2)
+    piston: Piston
     arm: float  # [m] moment arm l_p of the pistons about the joint
     inertia: float  # [kg m^2] of motor, tool and spindle about the joint
-    stroke: float  # [m] piston travel from the extended dead point to the other
-    pressure_force: float  # [N] per piston
-    friction_static: float  # [N] per piston
-    friction_dynamic: float  # [N] per piston
-    law: int  # NO_FRICTION, SET_VALUED, PRESLIDING or REGULARISED
-    breakaway_travel: float  # [m] elastic travel of a seal before it slips (presliding)
-    stribeck_speed: float  # [m/s] of the fall from static to dynamic friction, or of the regularised law; 0: at once
     moment_x: float  # [N m] of gravity, as force times arm along x
     moment_y: float  # [N m]
     tolerance: float  # [N] of the contact forces
@@ -55,6 +61,7 @@ class RingState(NamedTuple):
     travel: FloatArray  # [m] piston positions x_i, 0 at the extended dead point, shape (n,)
     seal: FloatArray  # [m] where the seal of each piston is anchored (presliding), shape (n,)
     speed: FloatArray  # [m/s] of the pistons in the last step, shape (n,)
+    limit: FloatArray  # [N] friction limits of this step, shape (n,)
     force: FloatArray  # [N] contact forces on the motor, for the warm start; only their sum is unique, shape (n,)
 
 
@@ -67,46 +74,31 @@ def piston_directions(count: int, first_azimuth: float) -> FloatArray:
 def at_rest(ring: PistonRing) -> RingState:
     """All pistons at the extended dead point, seals relaxed, motor centred."""
     n = len(ring.direction)
-    return RingState(np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n))
+    return RingState(*(np.zeros(n) for _ in range(5)))
 
 
 @compiled
-def friction_limit(ring: PistonRing, speed: float) -> float:
+def friction_limit(piston: Piston, speed: float) -> float:
     r"""Friction limit of a seal that moved with a speed in the last step [N].
 
     .. math:: F = F_d + (F_s - F_d) e^{-(v/v_s)^2}
 
-    With :math:`v_s = 0` the fall is at once: static while stuck, dynamic when sliding. The limit is frozen over a
-    step, so that the step stays a convex program.
+    With :math:`v_s = 0` the fall is at once, decided by the last step: static while stuck, dynamic when sliding. The
+    step then is a convex program. With a Stribeck speed the limit follows the speed of the step itself, sweep by sweep.
     """
-    if ring.law == NO_FRICTION:
+    if piston.law == NO_FRICTION:
         return 0.0
-    if ring.stribeck_speed > 0.0 and ring.law == PRESLIDING:
-        ratio = speed / ring.stribeck_speed
-        return ring.friction_dynamic + (ring.friction_static - ring.friction_dynamic) * math.exp(-ratio * ratio)
-    if ring.law == REGULARISED:
-        return ring.friction_dynamic
-    return ring.friction_static if abs(speed) < STUCK_SPEED else ring.friction_dynamic
-
-
-@compiled
-def seal_force(ring: PistonRing, limit: float, x: float, old: float, anchor: float, dt: float) -> float:
-    """Friction on a piston that moves from ``old`` to x within a step; for a set-valued law at rest, zero [N]."""
-    if ring.law == PRESLIDING:
-        stiffness = ring.friction_static / ring.breakaway_travel
-        return min(limit, max(-limit, stiffness * (x - anchor)))
-    if ring.law == REGULARISED:
-        return limit * math.tanh((x - old) / (dt * ring.stribeck_speed))
-    if x > old:
-        return limit
-    if x < old:
-        return -limit
-    return 0.0
+    if piston.stribeck_speed > 0.0 and piston.law == PRESLIDING:
+        ratio = speed / piston.stribeck_speed
+        return piston.friction_dynamic + (piston.friction_static - piston.friction_dynamic) * math.exp(-ratio * ratio)
+    if piston.law == REGULARISED:
+        return piston.friction_dynamic
+    return piston.friction_static if abs(speed) < STUCK_SPEED else piston.friction_dynamic
 
 
 @compiled
 def pushed_position(
-    ring: PistonRing, limit: float, free: float, yielding: float, old: float, anchor: float, dt: float
+    piston: Piston, limit: float, free: float, yielding: float, old: float, anchor: float, dt: float
 ) -> float:
     r"""Where the motor face comes to rest against one piston that it pushes, all other pistons held.
 
@@ -114,21 +106,21 @@ def pushed_position(
     :math:`d` the yielding of the face [m/N] and :math:`s_f` where it would go freely. N rises with s, so the root is
     unique; for the set-valued law and the seal spring it is in closed form.
     """
-    pressed = free - yielding * ring.pressure_force
-    if ring.law == PRESLIDING:
-        stiffness = ring.friction_static / ring.breakaway_travel
+    pressed = free - yielding * piston.pressure_force
+    if piston.law == PRESLIDING:
+        stiffness = piston.friction_static / piston.breakaway_travel
         s = (pressed + yielding * stiffness * anchor) / (1.0 + yielding * stiffness)
         if stiffness * (s - anchor) > limit:
             s = pressed - yielding * limit
         elif stiffness * (s - anchor) < -limit:
             s = pressed + yielding * limit
         return s
-    if ring.law == REGULARISED:
+    if piston.law == REGULARISED:
         low = pressed - yielding * limit
         high = pressed + yielding * limit
         for _ in range(60):
             s = 0.5 * (low + high)
-            if s - pressed + yielding * limit * math.tanh((s - old) / (dt * ring.stribeck_speed)) > 0.0:
+            if s - pressed + yielding * limit * math.tanh((s - old) / (dt * piston.stribeck_speed)) > 0.0:
                 high = s
             else:
                 low = s
@@ -141,34 +133,34 @@ def pushed_position(
 
 
 @compiled
-def free_return(ring: PistonRing, limit: float, old: float, anchor: float, dt: float) -> float:
+def free_return(piston: Piston, limit: float, old: float, anchor: float, dt: float) -> float:
     """Where a piston comes to rest that nothing touches: back at the dead point, or where friction holds it [m]."""
-    if ring.law == PRESLIDING:
-        stiffness = ring.friction_static / ring.breakaway_travel
-        if ring.pressure_force > limit:
+    if piston.law == PRESLIDING:
+        stiffness = piston.friction_static / piston.breakaway_travel
+        if piston.pressure_force > limit:
             return 0.0
-        return max(0.0, min(old, anchor - ring.pressure_force / stiffness))
-    if ring.law == REGULARISED:
-        if ring.pressure_force >= limit:
+        return max(0.0, min(old, anchor - piston.pressure_force / stiffness))
+    if piston.law == REGULARISED:
+        if piston.pressure_force >= limit:
             return 0.0
-        return max(0.0, old - dt * ring.stribeck_speed * math.atanh(ring.pressure_force / limit))
-    return 0.0 if ring.pressure_force > limit else old
+        return max(0.0, old - dt * piston.stribeck_speed * math.atanh(piston.pressure_force / limit))
+    return 0.0 if piston.pressure_force > limit else old
 
 
 @compiled
 def contact_force(
-    ring: PistonRing, limit: float, free: float, yielding: float, old: float, anchor: float, dt: float
+    piston: Piston, limit: float, free: float, yielding: float, old: float, anchor: float, dt: float
 ) -> float:
     """Contact force of one piston on the motor, all others held: the prox of its convex potential [N].
 
     The face either stays clear of the piston (no force), rests on it at its own free position, pushes it, or drives
     it into the inner dead point.
     """
-    rest = free_return(ring, limit, old, anchor, dt)
+    rest = free_return(piston, limit, old, anchor, dt)
     if free <= rest:
         return 0.0
-    s = pushed_position(ring, limit, free, yielding, old, anchor, dt)
-    s = min(max(s, rest), ring.stroke)
+    s = pushed_position(piston, limit, free, yielding, old, anchor, dt)
+    s = min(max(s, rest), piston.stroke)
     return (free - s) / yielding
 
 
@@ -203,50 +195,55 @@ def step(
     sweeps : int
         Gauss-Seidel sweeps used; the largest number means that the tolerance was not reached.
     """
-    n = state.travel.size
+    piston = ring.piston
+    direction = ring.direction
+    travel, seal, speed, limits, forces = state
+    n = travel.size
     gain = dt * dt / ring.inertia
     new_x = qx + dt * vx + gain * (mx + ring.moment_x)
     new_y = qy + dt * vy + gain * (my + ring.moment_y)
     lever = gain * ring.arm
     yielding = lever * ring.arm
     for i in range(n):
-        new_x -= lever * ring.direction[i, 0] * state.force[i]
-        new_y -= lever * ring.direction[i, 1] * state.force[i]
+        limits[i] = friction_limit(piston, speed[i])
+        new_x -= lever * direction[i, 0] * forces[i]
+        new_y -= lever * direction[i, 1] * forces[i]
+    falling = piston.law == PRESLIDING and piston.stribeck_speed > 0.0
     sweeps = 0
     change = 2.0 * ring.tolerance
     while change > ring.tolerance and sweeps < _SWEEPS:
         sweeps += 1
         change = 0.0
         for i in range(n):
-            nx = ring.direction[i, 0]
-            ny = ring.direction[i, 1]
-            old_force = state.force[i]
-            free = ring.arm * (nx * new_x + ny * new_y) + yielding * old_force
-            limit = friction_limit(ring, state.speed[i])
-            force = contact_force(ring, limit, free, yielding, state.travel[i], state.seal[i], dt)
-            difference = force - old_force
+            nx = direction[i, 0]
+            ny = direction[i, 1]
+            face = ring.arm * (nx * new_x + ny * new_y)
+            free = face + yielding * forces[i]
+            if falling:
+                limits[i] = friction_limit(piston, (face - travel[i]) / dt)
+            force = contact_force(piston, limits[i], free, yielding, travel[i], seal[i], dt)
+            difference = force - forces[i]
             if difference != 0.0:
-                state.force[i] = force
+                forces[i] = force
                 new_x -= lever * nx * difference
                 new_y -= lever * ny * difference
                 change = max(change, abs(difference))
     for i in range(n):
-        face = ring.arm * (ring.direction[i, 0] * new_x + ring.direction[i, 1] * new_y)
-        move_piston(ring, state, i, face, dt)
+        face = ring.arm * (direction[i, 0] * new_x + direction[i, 1] * new_y)
+        old = travel[i]
+        travel[i] = min(piston.stroke, max(free_return(piston, limits[i], old, seal[i], dt), face))
+        speed[i] = (travel[i] - old) / dt
+        seal[i] = dragged_anchor(piston, limits[i], travel[i], seal[i])
     return new_x, new_y, (new_x - qx) / dt, (new_y - qy) / dt, sweeps
 
 
 @compiled
-def move_piston(ring: PistonRing, state: RingState, i: int, face: float, dt: float) -> None:
-    """Bring piston i to where the motor face or its own friction leaves it, and its seal along."""
-    old = state.travel[i]
-    limit = friction_limit(ring, state.speed[i])
-    x = min(ring.stroke, max(free_return(ring, limit, old, state.seal[i], dt), face))
-    state.speed[i] = (x - old) / dt
-    state.travel[i] = x
-    if ring.law == PRESLIDING:
-        reach = limit * ring.breakaway_travel / ring.friction_static
-        state.seal[i] = min(max(state.seal[i], x - reach), x + reach)
+def dragged_anchor(piston: Piston, limit: float, x: float, anchor: float) -> float:
+    """Where a seal is anchored after its piston came to x: it follows once the spring is at its limit [m]."""
+    if piston.law != PRESLIDING:
+        return x
+    reach = limit * piston.breakaway_travel / piston.friction_static
+    return min(max(anchor, x - reach), x + reach)
 
 
 def friction_at(force_at_reference: float, pressure: float, reference: float, preload_fraction: float) -> float:

@@ -8,6 +8,8 @@ from cutwise.maths.compiled import compiled
 from cutwise.maths.curves import FloatArray, Polyline
 from cutwise.records import Surface
 
+_AXIS_PITCH = 2e-6  # [m] axis positions closer than this add nothing to the envelope
+
 
 @compiled
 def cut_envelope(
@@ -80,6 +82,6 @@ def machined_profile(
     position = np.linspace(centre_x[0], centre_x[-1], points)
     burr_height = np.interp(position, burr.at, burr.value)
     ceiling = float(max(burr.value.max(), 0.0)) + 1e-12
-    step = max(1, int(centre_x.size * 2e-6 * 0.5 / max(abs(centre_x[-1] - centre_x[0]), 1e-9)))
+    step = max(1, int(_AXIS_PITCH * centre_x.size / max(abs(centre_x[-1] - centre_x[0]), _AXIS_PITCH)))
     height = cut_envelope(position, centre_x[::step], centre_y[::step], radius, ceiling)
     return Surface(position, height, np.minimum(height, burr_height), burr_height)

@@ -1,0 +1,136 @@
+"""From what the engineer says to what the kernels read: specifications become records."""
+
+import math
+
+import numpy as np
+
+from cutwise.maths.curves import Cubic, FloatArray, Polyline, constant, no_cubic, smooth
+from cutwise.maths.fields import random_field, sum_of_sines
+from cutwise.physics.cutting.flute import EdgeCoefficients, Mill
+from cutwise.physics.motion.edge import EdgePass
+from cutwise.physics.structure.pistons import (
+    NO_FRICTION,
+    PRESLIDING,
+    REGULARISED,
+    SET_VALUED,
+    Piston,
+    PistonRing,
+    friction_at,
+    piston_directions,
+)
+from cutwise.process.loops import AVERAGED, TOOTH_RESOLVED, Cutter, EdgeCell, Layers, Strips
+from cutwise.spec.deburring import DeburringScenario
+from cutwise.spec.material import Material
+from cutwise.spec.operation import DeburringOperation, PathErrorSpectrum, SinePathError
+from cutwise.spec.part import RandomField
+from cutwise.spec.spindle import CompliantSpindle
+from cutwise.spec.tables import Table
+
+GRAVITY = 9.80665  # [m/s^2] standard acceleration of free fall
+_FRICTION = {"none": NO_FRICTION, "set_valued": SET_VALUED, "presliding": PRESLIDING, "regularised": REGULARISED}
+_FORCE = {"averaged": AVERAGED, "tooth_resolved": TOOTH_RESOLVED}
+_SOLVER_TOLERANCE = 1e-6  # [N] of the piston forces: tighter costs hundreds of sweeps and changes nothing
+
+
+def deburring_cell(scenario: DeburringScenario) -> EdgeCell:
+    """Everything that takes part in a deburring pass, as bare SI records."""
+    operation, part, tool = scenario.operation, scenario.part, scenario.tool
+    length = operation.run_length
+    layers = Layers(
+        edge_profile(part.burr.height, length),
+        edge_profile(part.burr.width, length),
+        Strips(part.burr.axial_start, part.axial_start, part.contact_length, part.slices),
+    )
+    cutter = Cutter(
+        Mill(0.5 * tool.diameter, tool.flutes, tool.helix),
+        edge_coefficients(scenario.material),
+        operation.spindle_speed,
+        operation.milling == "up",
+        _FORCE[scenario.numerics.force],
+    )
+    top = float(layers.burr_height.value.max())
+    return EdgeCell(edge_pass(operation, top), layers, cutter, piston_ring(scenario.spindle), scenario.spindle.tool_reach)
+
+
+def edge_profile(size: float | Table | RandomField, length: float) -> Polyline:
+    """A size along the edge: constant, from a table, or a seeded random field cut off at zero."""
+    if isinstance(size, Table):
+        at, value = size.points()
+        return Polyline(np.array(at), np.array(value))
+    if isinstance(size, RandomField):
+        at, value = random_field(length, size.mean, size.deviation, size.correlation_length, size.seed)
+        return Polyline(at, np.maximum(0.0, value))
+    return constant(size)
+
+
+def edge_pass(operation: DeburringOperation, burr_top: float) -> EdgePass:
+    """The programmed pass; the lead-in starts at the clearance above the highest burr."""
+    error = operation.path_error
+    sine = error if isinstance(error, SinePathError) else None
+    return EdgePass(
+        operation.feed,
+        operation.run_time,
+        operation.lead_in_time,
+        operation.lead_out_time,
+        burr_top + operation.clearance,
+        operation.preset,
+        sine.amplitude if sine else 0.0,
+        sine.frequency if sine else 0.0,
+        path_error_curve(operation),
+    )
+
+
+def path_error_curve(operation: DeburringOperation) -> Cubic:
+    """Path error over the programmed position, from a table or a spectrum; zero for none and for a sine."""
+    error = operation.path_error
+    if isinstance(error, PathErrorSpectrum):
+        lines = [
+            (part.amplitude, part.wavelength if part.wavelength else operation.feed / part.frequency)
+            for part in error.spectrum
+        ]
+        return sum_of_sines(operation.run_length, lines, error.seed)
+    if isinstance(error, Table):
+        at, value = error.points()
+        scale = operation.feed if error.variable == "t" else 1.0
+        return smooth(scale * np.array(at), np.array(value))
+    return no_cubic()
+
+
+def edge_coefficients(material: Material) -> EdgeCoefficients:
+    """Linear-edge coefficients; an unknown axial pair counts as zero, and no axial force is reported then."""
+    return EdgeCoefficients(
+        *(getattr(material, key) or 0.0 for key in ("K_tc", "K_rc", "K_ac", "K_te", "K_re", "K_ae"))
+    )
+
+
+def piston_ring(spindle: CompliantSpindle) -> PistonRing:
+    """The compliance device at its pressure: piston force in proportion, seal friction with its preload share."""
+
+    def friction(force: float) -> float:
+        return friction_at(force, spindle.pressure, spindle.reference_pressure, spindle.friction_preload_fraction)
+
+    weight = weight_moment(spindle)
+    return PistonRing(
+        piston_directions(spindle.pistons, spindle.piston_azimuth),
+        Piston(
+            spindle.stroke,
+            spindle.piston_force * spindle.pressure / spindle.reference_pressure,
+            friction(spindle.friction_static),
+            friction(spindle.friction_dynamic),
+            _FRICTION[spindle.friction] if spindle.friction_static > 0.0 else NO_FRICTION,
+            spindle.breakaway_travel or math.inf,
+            spindle.stribeck_velocity or 0.0,
+        ),
+        spindle.piston_arm,
+        spindle.inertia,
+        float(weight[0]),
+        float(weight[1]),
+        _SOLVER_TOLERANCE,
+    )
+
+
+def weight_moment(spindle: CompliantSpindle) -> FloatArray:
+    """Moment of the motor's weight about the joint, as force times arm along x and y [N m]."""
+    if spindle.gravity == "off" or spindle.mass is None or spindle.centre_of_mass is None:
+        return np.zeros(2)
+    return spindle.mass * GRAVITY * spindle.centre_of_mass * np.array(spindle.gravity[:2])

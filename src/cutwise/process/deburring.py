@@ -1,0 +1,216 @@
+"""What a deburring pass amounts to: the numbers, remarks and curves that its result reports."""
+
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from cutwise.maths.curves import FloatArray, largest_curvature
+from cutwise.physics.motion.edge import path_memory_index
+from cutwise.physics.structure.statics import Characteristic, characteristic
+from cutwise.physics.surface.edge import machined_profile
+from cutwise.process.labels import labelled
+from cutwise.process.loops import EdgeCell, tooth_resolved_forces
+from cutwise.process.plateaus import Band, band
+from cutwise.records import EdgeHistory, Surface
+from cutwise.spec.deburring import DeburringScenario
+
+_SETTLED = 5e-6  # [m] band of the settling time
+_TOOTH_SAMPLES = 32
+_AXES = ("x", "y", "z")
+
+
+class EdgeRun(NamedTuple):
+    """A finished pass with everything that is read off it."""
+
+    cell: EdgeCell
+    history: EdgeHistory
+    surface: Surface
+    band: Band
+    statics: Characteristic
+    centre: FloatArray  # [m] axis of the mill at the burr, along the edge and above it, shape (n, 2)
+    error_at_tool: FloatArray  # [m] e at point C over time, shape (n,)
+    steady: slice  # rows of the last quarter before any lead-out
+
+
+def evaluate(scenario: DeburringScenario, cell: EdgeCell, history: EdgeHistory) -> EdgeRun:
+    """Surface, band and static characteristic of a pass."""
+    strips, radius = cell.layers.strips, cell.cutter.mill.radius
+    width = np.interp(history.motion.position, cell.layers.burr_width.at, cell.layers.burr_width.value)
+    arm = cell.reach - strips.burr_start - 0.5 * width
+    lowest = history.motion.height + arm * history.response.tilt[:, 1]
+    centre = np.column_stack([history.motion.position + arm * history.response.tilt[:, 0], lowest + radius])
+    burr = cell.layers.burr_height
+    time = history.motion.time
+    end = cell.path.duration - cell.path.lead_out
+    steady = slice(int(np.searchsorted(time, 0.75 * end)), max(1, int(np.searchsorted(time, end))))
+    surface = machined_profile(centre[:, 0], centre[:, 1], radius, burr, points=_profile_points(centre))
+    at_steady = centre[steady, 0]
+    typical = float(np.interp(at_steady, burr.at, burr.value).mean())
+    return EdgeRun(
+        cell, history, surface,
+        band(cell, typical, float(width[steady].mean())),
+        characteristic(cell.ring, cell.reach),
+        centre,
+        np.minimum(lowest, np.interp(centre[:, 0], burr.at, burr.value)),
+        steady,
+    )  # fmt: skip
+
+
+def _profile_points(centre: FloatArray) -> int:
+    """About 10 µm between points of the profile, within reason."""
+    return int(min(50_000, max(2000, np.ptp(centre[:, 0]) / 10e-6)))
+
+
+def _between(run: EdgeRun, first: int, last: int) -> FloatArray:
+    """Edge errors between the places where the tool stood in two rows."""
+    w = run.surface.position
+    here = (w >= run.centre[first, 0]) & (w <= run.centre[last, 0])
+    return run.surface.error[here] if here.any() else run.error_at_tool[[last]]
+
+
+def measures(scenario: DeburringScenario, run: EdgeRun) -> Mapping[str, float]:
+    """All measures of the pass in SI; one that does not apply is left out."""
+    history, steady = run.history, run.steady
+    last = steady.stop - 1
+    found: dict[str, float | None] = {}
+    error = _between(run, steady.start, last)
+    found["surface_error_mean"] = float(error.mean())
+    found["surface_error_min"] = float(error.min())
+    found["surface_error_max"] = float(error.max())
+    for name, state in zip(("loaded", "unloaded", "frictionless"), run.band, strict=True):
+        found[f"surface_error_{name}"] = None if state is None else state.error
+    found |= _fractions(scenario, run, last)
+    axial = scenario.material.K_ac is not None or scenario.material.k_a11 is not None
+    for i, axis in enumerate(_AXES if axial else _AXES[:2]):
+        found[f"burr_force_mean_{axis}"] = float(history.burr_force.mean[steady, i].mean())
+        found[f"burr_force_rms_{axis}"] = math.sqrt(float(history.burr_force.square[steady, i].mean()))
+        found[f"burr_force_peak_{axis}"] = float(history.burr_force.peak[:, i].max())
+        found[f"work_force_mean_{axis}"] = float(history.work_force.mean[steady, i].mean())
+        found[f"tooth_force_peak_{axis}"] = _tooth_peak(run, i)
+    found["settling_time"] = settling_time(history.motion.time[: last + 1], run.error_at_tool[: last + 1])
+    tilt = history.response.tilt[steady].mean(axis=0)
+    found["tip_deflection_x"], found["tip_deflection_y"] = (run.cell.reach * tilt).tolist()
+    cutter = run.cell.cutter
+    found["cutting_power_mean"] = float(history.tangential[steady].mean()) * cutter.mill.radius * cutter.spindle_speed
+    found["stroke_margin"] = run.cell.ring.piston.stroke - float(history.response.travel.max())
+    found["path_memory_index"] = memory_index(run.cell)
+    found["edge_taper"] = float(tilt[1]) * run.cell.layers.strips.work_width
+    found["breakaway_force"] = run.statics.loading.breakaway
+    found["loading_force"] = run.statics.loading.plateau
+    found["unloading_force"] = run.statics.unloading.plateau
+    return {name: value for name, value in found.items() if value is not None and math.isfinite(value)}
+
+
+def _fractions(scenario: DeburringScenario, run: EdgeRun, last: int) -> dict[str, float]:
+    """Shares of the edge length after the lead-in that come out partial, ideal and excessive."""
+    first = int(np.searchsorted(run.history.motion.time, run.cell.path.lead_in))
+    error = _between(run, min(first, last), last)
+    tolerance = scenario.operation.tolerance
+    partial, excessive = float((error > tolerance).mean()), float((error < -tolerance).mean())
+    return {
+        "fraction_partial": partial,
+        "fraction_ideal": 1.0 - partial - excessive,
+        "fraction_excessive": excessive,
+    }
+
+
+def settling_time(time: FloatArray, error: FloatArray) -> float:
+    """Last time at which the error is more than 5 µm away from its end [s]."""
+    outside = np.flatnonzero(np.abs(error - error[-1]) > _SETTLED)
+    return float(time[min(outside[-1] + 1, time.size - 1)]) if outside.size else 0.0
+
+
+def memory_index(cell: EdgeCell) -> float:
+    """Path-memory index of the path error; 0 without one."""
+    path, radius = cell.path, cell.cutter.mill.radius
+    sine = path.error_amplitude * (2.0 * math.pi * path.error_frequency / path.feed) ** 2
+    return path_memory_index(max(sine, largest_curvature(path.error_curve)), radius)
+
+
+def tooth_history(run: EdgeRun, rows: FloatArray, samples: int, periods: int) -> tuple[FloatArray, FloatArray]:
+    """Times and tooth-by-tooth forces over whole tooth periods from each of some rows; shapes (r, m) and (r, m, 6)."""
+    cutter = run.cell.cutter
+    period = 2.0 * math.pi / (cutter.mill.flutes * cutter.spindle_speed)
+    offset = np.arange(samples * periods) * period / samples
+    time = run.history.motion.time[rows][:, None] + offset
+    state = np.hstack([run.history.response.tilt, run.history.response.tilt_rate])[rows]
+    tilt = np.repeat(state, offset.size, axis=0)
+    forces = tooth_resolved_forces(run.cell, time.ravel(), np.ascontiguousarray(tilt))
+    return time, forces.reshape(*time.shape, 6)
+
+
+def _tooth_peak(run: EdgeRun, axis: int) -> float:
+    rows = np.unique(np.linspace(0, run.history.motion.time.size - 1, 2000).astype(int))
+    return float(np.abs(tooth_history(run, rows, _TOOTH_SAMPLES, 1)[1][..., axis]).max())
+
+
+def stages(run: EdgeRun) -> xr.DataTree:
+    """The histories of all stages as labelled arrays, with units."""
+    h = run.history
+    time = ("time", h.motion.time, "s", "time")
+    pistons = np.arange(h.response.travel.shape[1])
+    tooth_time, tooth = tooth_history(run, np.array([run.steady.stop - 1]), 64, 4)
+    cutter = run.cell.cutter
+    groups = {
+        "motion": labelled(time, {
+            "feed_position": (h.motion.position, "m", "programmed position along the edge"),
+            "programmed_height": (h.motion.height, "m", "lowest point of the undeflected mill above the edge"),
+        }),
+        "engagement": labelled(time, {
+            "burr_depth": (h.engagement.burr_depth, "m", "radial depth in the burr"),
+            "work_depth": (h.engagement.work_depth, "m", "radial depth in the work"),
+            "feed_angle": (h.engagement.feed_direction, "rad", "feed direction, positive when plunging"),
+            "chip_load": (h.engagement.chip, "m", "feed per tooth"),
+            "immersion_entry": (h.engagement.entry, "rad", "entry angle"),
+            "immersion_exit": (h.engagement.exit, "rad", "exit angle"),
+        }),
+        "cutting": labelled(time, {
+            "burr_force": (h.burr_force.mean, "N", "burr force on the tool"),
+            "work_force": (h.work_force.mean, "N", "work force on the tool"),
+            "power": (h.tangential * cutter.mill.radius * cutter.spindle_speed, "W", "cutting power"),
+        }, axis=list(_AXES)),
+        "structure": labelled(time, {
+            "tilt": (h.response.tilt, "rad", "tilt of the motor"),
+            "tip_deflection": (h.response.tilt * run.cell.reach, "m", "deflection of the tool tip"),
+            "piston_travel": (h.response.travel, "m", "piston travel"),
+            "solver_sweeps": (h.response.sweeps, "1", "Gauss-Seidel sweeps"),
+        }, axis2=["x", "y"], piston=pistons.tolist()).merge(_static_curves(run)).assign_attrs(_static_forces(run)),
+        "surface": labelled(("w", run.surface.position, "m", "position along the edge"), {
+            "error": (run.surface.error, "m", "edge error"),
+            "burr_height": (run.surface.burr_height, "m", "burr height before the pass"),
+        }).merge(labelled(time, {"error_at_tool": (run.error_at_tool, "m", "edge error at point C")})),
+        "tooth": labelled(("tooth_time", tooth_time[0], "s", "time"), {
+            "burr_force": (tooth[0, :, :3], "N", "burr force on the tool, tooth by tooth"),
+            "work_force": (tooth[0, :, 3:], "N", "work force on the tool, tooth by tooth"),
+        }, axis=list(_AXES)),
+    }  # fmt: skip
+    return xr.DataTree.from_dict(groups)
+
+
+def _static_curves(run: EdgeRun) -> xr.Dataset:
+    """Static tip force over tip displacement: flat branches from breakaway to the stop."""
+    s = run.statics
+
+    def branch(force: float) -> FloatArray:
+        return np.array([0.0, force, force])
+
+    return labelled(("displacement", np.array([0.0, 0.0, s.stop]), "m", "displacement of the tip"), {
+        "characteristic_loading": (branch(s.loading.plateau), "N", "tip force, loading"),
+        "characteristic_unloading": (branch(s.unloading.plateau), "N", "tip force, unloading"),
+        "characteristic_frictionless": (branch(s.frictionless), "N", "tip force without friction"),
+    })  # fmt: skip
+
+
+def _static_forces(run: EdgeRun) -> dict[str, float]:
+    s = run.statics
+    return {
+        "breakaway_force": s.loading.breakaway,
+        "loading_force": s.loading.plateau,
+        "frictionless_force": s.frictionless,
+        "unloading_force": s.unloading.plateau,
+        "return_force": s.unloading.breakaway,
+        "stop": s.stop,
+    }

@@ -1,0 +1,78 @@
+"""Quasi-static equilibria of a compliant edge: where loading, unloading and frictionless sliding would settle."""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import brentq
+
+from cutwise.maths.curves import FloatArray, Polyline, constant
+from cutwise.physics.motion.edge import ToolMotion
+from cutwise.physics.structure.statics import gauge
+from cutwise.process.loops import AVERAGED, EdgeCell, cutting_forces
+
+
+class Equilibrium(NamedTuple):
+    """A tool at rest against its pistons."""
+
+    error: float  # [m] of the edge
+    tilt: FloatArray  # [rad], shape (2,)
+
+
+class Band(NamedTuple):
+    """The edge errors between which friction can hold the tool; None where a branch has no equilibrium."""
+
+    loaded: Equilibrium | None
+    unloaded: Equilibrium | None
+    frictionless: Equilibrium | None
+
+
+def band(cell: EdgeCell, burr_height: float, burr_width: float) -> Band:
+    """All three equilibria for one burr."""
+    piston = cell.ring.piston
+    friction = 0.0 if piston.law == 0 else piston.friction_dynamic
+    force = piston.pressure_force
+    return Band(*(equilibrium(cell, f, burr_height, burr_width) for f in (force + friction, force - friction, force)))
+
+
+def equilibrium(cell: EdgeCell, piston_force: float, burr_height: float, burr_width: float) -> Equilibrium | None:
+    r"""Where the moment of the tooth-averaged cutting force meets the border of what the pistons hold.
+
+    The height of the tool solves :math:`g(M(h)) = 1` (:func:`~cutwise.physics.structure.statics.gauge`) between the
+    undeflected height and the top of the burr. None if the pistons have no force left, if the tool is carried to a
+    stop, or if the force does not push it off the work at all.
+    """
+    if piston_force <= 0.0:
+        return None
+    low = -cell.path.preset
+    profile = constant(burr_height)
+    arm = cell.reach - cell.layers.strips.burr_start - 0.5 * burr_width
+
+    def excess(height: float) -> tuple[float, FloatArray]:
+        used, normal = gauge(cell.ring, piston_force, _moment(cell, profile, burr_width, height, arm))
+        return used - 1.0, normal
+
+    start, _ = excess(low)
+    if start <= 0.0 or low >= burr_height:
+        return Equilibrium(min(low, burr_height), np.zeros(2))
+    if excess(burr_height)[0] >= 0.0:
+        return None
+    height = float(brentq(lambda h: excess(h)[0], low, burr_height, xtol=1e-12))
+    normal = excess(height)[1]
+    rise = (height - low) / arm
+    if normal[1] <= 1e-9:
+        return None
+    tilt = rise * normal / normal[1]
+    if cell.ring.arm * float((cell.ring.direction @ tilt).max()) > cell.ring.piston.stroke:
+        return None
+    return Equilibrium(min(height, burr_height), tilt)
+
+
+def _moment(cell: EdgeCell, profile: Polyline, burr_width: float, height: float, arm: float) -> FloatArray:
+    """Moment of cutting and weight on the motor when the tool stands at a height and moves along at the feed."""
+    out = np.zeros(9)
+    tilt = np.array([0.0, (height + cell.path.preset) / arm, 0.0, 0.0])
+    still = ToolMotion(0.0, -cell.path.preset, 0.0)
+    averaged = cell.cutter._replace(force_law=AVERAGED)
+    strips = cell.layers.strips
+    cutting_forces(averaged, profile, burr_width, strips, cell.reach, cell.path.feed, still, tilt, 0.0, out)
+    return out[7:9] + np.array([cell.ring.moment_x, cell.ring.moment_y])

@@ -1,0 +1,71 @@
+"""The recipes: one short function for each process, side by side, from scenario to result."""
+
+from collections.abc import Callable, Mapping
+
+from cutwise.process import assemble, deburring, loops, remarks
+from cutwise.process.convergence import change_on_halved_step
+from cutwise.results import Measure, Result, judge
+from cutwise.spec.deburring import DeburringScenario
+from cutwise.spec.scenario import Scenario
+
+Progress = Callable[[float], None]
+
+
+def deburr(scenario: DeburringScenario, progress: Progress | None = None) -> Result:
+    """Compliant-spindle deburring: time stepping over all five stages (Berselli et al. 2016, Fig. 8)."""
+
+    def run(time_step: float, watch: Progress | None = None) -> tuple[deburring.EdgeRun, Mapping[str, float]]:
+        history = loops.run_compliant_edge(cell, time_step, watch)
+        edge = deburring.evaluate(scenario, cell, history)
+        return edge, deburring.measures(scenario, edge)
+
+    cell = assemble.deburring_cell(scenario)
+    step = scenario.numerics.time_step
+    finer = run(0.5 * step, _part(progress, 0.0, 2.0 / 3.0))[1]
+    edge, found = run(step, _part(progress, 2.0 / 3.0, 1.0))
+    change = change_on_halved_step(found, finer)
+    return collect(
+        scenario,
+        found,
+        stages=deburring.stages(edge),
+        warnings=(*remarks.warnings(scenario, edge, found), *remarks.halved_step(change)),
+        limits=remarks.LIMITS,
+        convergence=change,
+        notes=remarks.notes(scenario, edge, found),
+        references=("berselli2016", "altintas2012"),
+    )
+
+
+RECIPES: Mapping[str, Callable[..., Result]] = {"deburr": deburr}
+
+
+def simulate(scenario: Scenario, progress: Progress | None = None) -> Result:
+    """Run a scenario.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        What to simulate, from :func:`cutwise.load` or built in Python.
+    progress : callable, optional
+        Called with the finished share, 0 to 1, now and then.
+
+    Returns
+    -------
+    Result
+        Histories of all stages, measures, verdict and warnings.
+    """
+    return RECIPES[scenario.process](scenario, progress)
+
+
+def collect(scenario: Scenario, found: Mapping[str, float], **parts: object) -> Result:
+    """A result: measures with their dimension and meaning, held against the requirements."""
+    known = type(scenario).measures
+    measures = {name: Measure(value, *known[name]) for name, value in found.items()}
+    checks = tuple(judge(scenario, measures))
+    return Result(scenario=scenario, measures=measures, checks=checks, **parts)  # type: ignore[arg-type]
+
+
+def _part(progress: Progress | None, start: float, end: float) -> Progress | None:
+    if progress is None:
+        return None
+    return lambda share: progress(start + (end - start) * share)

@@ -1,0 +1,153 @@
+"""What a run has to say beyond its numbers: situations that do not settle, with the remedy; where it ended, and why."""
+
+import math
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from cutwise import units
+from cutwise.physics.structure.pistons import REGULARISED
+from cutwise.process.deburring import EdgeRun
+from cutwise.process.loops import TOOTH_RESOLVED
+from cutwise.spec.deburring import DeburringScenario
+
+_LARGEST_AVERAGED_STEP = 400e-6  # [s] beyond this the explicit cutting force is no longer damped
+_STEPS_PER_TOOTH = 20
+_SWEEP_LIMIT = 2000
+_LATCHED = 0.05  # share of the band above the loading plateau
+_MOVED = 1e-6  # [m] change with the halved step that is worth a warning
+
+LIMITS = (
+    "The motor is rigid and tilts by small angles about its joint; the mill and the part do not bend.",
+    "Chip thickness is feed per tooth times the sine of the immersion angle (no trochoid: below 0.5 % in force).",
+    "Coefficients are constant along the edge; no wear, no temperature, no burr that bends away instead of being cut.",
+    "The spindle keeps its speed: the droop of an air motor under load is not modelled.",
+    "The moment of the axial force about the joint is left out (about 1 µm).",
+)
+
+
+def warnings(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, float]) -> tuple[str, ...]:
+    """Everything that the engineer should know before he trusts the numbers."""
+    return tuple([*_structure(run), *_process(scenario, run, found), *_numerics(scenario, run)])
+
+
+def _structure(run: EdgeRun) -> Iterator[str]:
+    ring, travel = run.cell.ring, run.history.response.travel
+    piston = ring.piston
+    if travel.max() >= piston.stroke * (1.0 - 1e-9):
+        yield (
+            "the tool is dragged to the stop of the spindle: a piston used its whole stroke of "
+            f"{units.show(piston.stroke, 'length')}; lower the preset, raise the pressure, or mill down instead of up"
+        )
+    if piston.law and piston.friction_static >= piston.pressure_force:
+        yield (
+            f"the pistons do not return: seal friction ({units.show(piston.friction_static, 'force')}) holds them against "
+            f"their pressure force ({units.show(piston.pressure_force, 'force')}); raise the pressure"
+        )
+    weight = math.hypot(ring.moment_x, ring.moment_y) / run.cell.reach
+    if weight > run.statics.unloading.breakaway:
+        yield (
+            f"the motor droops: its weight is {units.show(weight, 'force')} at the tip, more than the "
+            f"{units.show(run.statics.unloading.breakaway, 'force')} with which the pistons re-centre it; "
+            "raise the pressure or mount the spindle upright"
+        )
+    if piston.law == REGULARISED:
+        yield (
+            "regularised friction never sticks: the edge error creeps towards the frictionless answer; use set_valued "
+            "or presliding for a result"
+        )
+
+
+def _process(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, float]) -> Iterator[str]:
+    steady = run.steady
+    rating, power = scenario.spindle.power_rating, found["cutting_power_mean"]
+    if rating is not None and power > rating:
+        yield (
+            f"cutting takes {units.show(power, 'power')}, more than the motor's {units.show(rating, 'power')}: it will "
+            "slow down or stall; reduce feed or burr height"
+        )
+    depth = run.history.engagement.burr_depth[steady] + run.history.engagement.work_depth[steady]
+    if depth.max() <= 0.0:
+        yield "the mill does not touch the edge in the steady part; increase the preset"
+    elif np.abs(run.history.response.tilt[steady]).max() * run.cell.reach < 1e-6:
+        yield (
+            "the spindle does not break away: the mill cuts like a rigid tool, to the preset; lower the pressure if "
+            "compliance is wanted"
+        )
+    share = band_share(run, found)
+    if share is not None and share > _LATCHED:
+        yield (
+            f"friction holds the tool {share:.0%} of the way from the loading to the unloading plateau: an overshoot "
+            "of the lead-in (or of the path error) has latched; lengthen the lead-in, or lower the start"
+        )
+    index = found["path_memory_index"]
+    if index > 1.0:
+        yield (
+            f"path-memory index {index:.3g}: the mill meets its own older surface, which the arcs leave out; trust the "
+            "mean error, not the wave; below 1 needs a slower or smaller path error"
+        )
+    low, high = scenario.material.chip_thickness_min, scenario.material.chip_thickness_max
+    chip = float(run.history.engagement.chip[steady].mean())
+    if (high is not None and chip > high) or (low is not None and chip < low):
+        yield (
+            f"feed per tooth {units.show(chip, 'small_length')} is outside the chip thickness that the coefficients were "
+            f"found for ({_range(low, high)}); forces may be off by a factor of two or three"
+        )
+
+
+def _range(low: float | None, high: float | None) -> str:
+    ends = ("0" if v is None else units.show(v, "small_length") for v in (low, high if high is not None else math.inf))
+    return " to ".join(ends)
+
+
+def _numerics(scenario: DeburringScenario, run: EdgeRun) -> Iterator[str]:
+    step, cutter = scenario.numerics.time_step, run.cell.cutter
+    period = 2.0 * math.pi / (cutter.mill.flutes * cutter.spindle_speed)
+    if cutter.force_law == TOOTH_RESOLVED and step > period / _STEPS_PER_TOOTH:
+        yield (
+            f"the time step aliases tooth passing: {period / step:.3g} steps per tooth, {_STEPS_PER_TOOTH} are needed; "
+            f"use at most {units.show(1e6 * period / _STEPS_PER_TOOTH, 'dimensionless', 3)} us, or averaged forces"
+        )
+    if cutter.force_law != TOOTH_RESOLVED and step > _LARGEST_AVERAGED_STEP:
+        yield "the time step is longer than 400 us, beyond which averaged forces may oscillate; use 20 to 50 us"
+    if run.history.response.sweeps.max() >= _SWEEP_LIMIT:
+        yield "the contact solver stopped short of its tolerance in some steps; use a smaller time step"
+
+
+def halved_step(change: Mapping[str, float]) -> Iterator[str]:
+    """A result that still moves when the step is halved."""
+    moved = {k: v for k, v in change.items() if k.startswith("surface_error_") and abs(v) > _MOVED}
+    for name, value in moved.items():
+        yield f"{name} moves by {units.show(value, 'small_length', 3)} when the time step is halved; use a smaller one"
+
+
+def band_share(run: EdgeRun, found: Mapping[str, float]) -> float | None:
+    """Where the run ended between the loading (0) and the unloading plateau (1)."""
+    low, high = found.get("surface_error_loaded"), found.get("surface_error_unloaded")
+    if low is None or high is None or high - low < 1e-9:
+        return None
+    return (found["surface_error_mean"] - low) / (high - low)
+
+
+def notes(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, float]) -> dict[str, str]:
+    """Where in the band the run ended, and where the edge came out worst."""
+    told = {}
+    share = band_share(run, found)
+    show = units.show
+    if share is not None:
+        told["band"] = (
+            f"The equilibrium under friction is not a point but a band: from {show(found['surface_error_loaded'], 'small_length', 4)} "
+            f"(loading plateau) to {show(found['surface_error_unloaded'], 'small_length', 4)} (unloading plateau). This run "
+            f"ended at {show(found['surface_error_mean'], 'small_length', 4)}, {share:.1%} of the way; the history decides where."
+        )
+    w, error = run.surface.position, run.surface.error
+    after = w >= run.centre[int(np.searchsorted(run.history.motion.time, run.cell.path.lead_in)), 0]
+    before = w <= run.centre[run.steady.stop - 1, 0]
+    if (after & before).any():
+        w, error = w[after & before], error[after & before]
+        deep, high = int(error.argmin()), int(error.argmax())
+        told["worst"] = (
+            f"After the lead-in the deepest place is {show(error[deep], 'small_length', 4)} at w = {show(w[deep], 'length')}, "
+            f"the highest {show(error[high], 'small_length', 4)} at w = {show(w[high], 'length')}."
+        )
+    return told
