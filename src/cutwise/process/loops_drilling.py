@@ -217,7 +217,7 @@ def drill_hole(
     Parameters
     ----------
     slope_angle : float
-        Angle from x of the tool axes to the direction in which the surface rises into the feed [rad].
+        Angle from x of the tool axes to the direction in which the surface lies deeper along the feed [rad].
     step : float
         :math:`\Delta t` [s]; :math:`\Delta t\sqrt{k_w/m}` should stay below 0.1.
     every : int
@@ -238,8 +238,9 @@ def drill_hole(
 
 
 def step_limit(cycle: DrillCycle, arm: ArmDynamics, thrust: float) -> float:
-    r"""Largest time step [s] at which the stepping is trusted: :math:`\Delta t\,\omega < 0.2`, :math:`\Delta t\,c/m < 0.5`.
+    r"""Largest time step at which the stepping is trusted [s].
 
+    :math:`\Delta t\,\omega < 0.2` and :math:`\Delta t\,c/m < 0.5` with
     :math:`\omega = \sqrt{(k_w + \lambda_\max)/m}`; thrust that grows with the feed damps the axial motion with
     :math:`c = (1 - m_c)\,T/(f n)`, which is stiff at low speeds.
     """

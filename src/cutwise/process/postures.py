@@ -178,10 +178,15 @@ class Posture(NamedTuple):
     wrist_sine: float  # |sin| of the wrist angle; 0 is singular
 
 
+def posture_jacobian(arm: Arm, q: FloatArray) -> FloatArray:
+    """Jacobian at the drill tip in base axes, shape (6, 6)."""
+    return jacobian(arm.chain, q, arm.tool_tip)
+
+
 def posture_at(arm: Arm, angle: float, q: FloatArray) -> Posture:
     """The posture of known joint angles, with its whole compliance at the drill tip in tool axes."""
     rotation = frames(arm.chain, q).rotations[-1] @ arm.tool_rotation
-    compliance = cartesian_compliance(jacobian(arm.chain, q, arm.tool_tip), arm.stiffness, rotation)
+    compliance = cartesian_compliance(posture_jacobian(arm, q), arm.stiffness, rotation)
     return Posture(float(angle), np.asarray(q), compliance, skating_ratio(compliance), _singularity(arm, q))
 
 
@@ -189,7 +194,7 @@ def _singularity(arm: Arm, q: FloatArray) -> float:
     """|sin| of the wrist angle; for other arms the smallest singular value of the Jacobian over its largest."""
     if arm.wrist is not None:
         return float(wrist_sine(arm.wrist, q[4]))
-    values = np.linalg.svd(jacobian(arm.chain, q, arm.tool_tip), compute_uv=False)
+    values = np.linalg.svd(posture_jacobian(arm, q), compute_uv=False)
     return float(values[-1] / values[0])
 
 
@@ -200,7 +205,7 @@ def flange_pose(arm: Arm, position: FloatArray, pose: FloatArray) -> tuple[Float
 
 
 def _numeric_candidates(arm: Arm, positions: FloatArray, poses: FloatArray) -> Candidates:
-    """Candidates of an arm without closed form: each pose starts from its neighbour's solutions and from fixed seeds."""
+    """Candidates of an arm without closed form: poses start from their neighbour's solutions and from fixed seeds."""
     count = len(positions)
     q = np.full((count, BRANCHES, 6), math.nan)
     within = np.zeros((count, BRANCHES), dtype=np.bool_)

@@ -1,13 +1,17 @@
 """The processes that a scenario can ask for; a new one is a line here."""
 
 from cutwise.spec.deburring import DeburringScenario
+from cutwise.spec.drilling import DrillingScenario
 from cutwise.spec.scenario import Scenario
 
 KINDS: dict[str, type[Scenario]] = {
     "deburr": DeburringScenario,
+    "drill": DrillingScenario,
 }
 
 ALIASES: dict[str, str] = {
     "deburring": "deburr",
+    "drilling": "drill",
+    "robotic_drilling": "drill",
 }
 """Other words that people use for a process: named in the suggestion, not accepted."""

@@ -102,7 +102,8 @@ def oblique_elements(
         \mathbf a = \cos\gamma\,\mathbf c - \sin\gamma\,\mathbf v_n,\quad
         \mathbf n = -\cos\gamma\,\mathbf v_n - \sin\gamma\,\mathbf c
 
-        \boldsymbol\ell = \cos\lambda\,\mathbf a + \sin\lambda\,\mathbf e,\quad \lambda = \arcsin(\mathbf e\cdot\mathbf v)
+        \boldsymbol\ell = \cos\lambda\,\mathbf a + \sin\lambda\,\mathbf e,\quad
+        \lambda = \arcsin(\mathbf e\cdot\mathbf v)
 
         \mathrm d\mathbf F = (K_n\mathbf n + K_f\boldsymbol\ell) f_z\,\mathrm dr
 
