@@ -92,6 +92,18 @@ def test_eq2_as_printed_is_no_rotation():
     assert on_tool[0] / on_tool[2] == pytest.approx(force.inward / force.thrust)
 
 
+def test_rake_turns_about_the_lip():
+    """Misprint: R_3 is said to come from R_2 by a turn about z_2; the matrix printed in Eq. (2) turns about x_2."""
+    g = math.radians(15)
+    printed = np.array([[1, 0, 0], [0, math.cos(g), math.sin(g)], [0, -math.sin(g), math.cos(g)]])
+    assert printed @ [1, 0, 0] == pytest.approx([1, 0, 0])
+    stress = aluminium()
+    turned = printed @ [0.0, -stress.normal, -stress.friction]
+    assert turned == pytest.approx([0.0, -stress.tangential_lip, -stress.normal_lip])
+    about_z = np.array([[math.cos(g), -math.sin(g), 0], [math.sin(g), math.cos(g), 0], [0, 0, 1]])
+    assert (about_z @ [0.0, -stress.normal, -stress.friction])[2] != pytest.approx(-stress.normal_lip, rel=0.1)
+
+
 def test_eq5_as_printed_has_a_section_too_large():
     """Misprint: (R - r_a) f_z / cos p; width (R - r_a)/cos p times thickness f_z cos p is (R - r_a) f_z."""
     p, point, stress = math.radians(31), drill(6e-3), aluminium()

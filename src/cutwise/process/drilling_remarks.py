@@ -16,6 +16,7 @@ from cutwise.spec.drilling import DrillingScenario
 
 _GRAVITY = 9.80665  # [m/s^2] standard acceleration of free fall
 _ABSURD_SAG = 5e-3  # [m] under the rated payload; arms that drill have one to three
+_NEAR_LIMIT = math.radians(0.1)
 _MOVED = 0.01  # relative change with the halved step that is worth a warning
 _RESONANCE = (0.7, 1.4)  # spindle frequency over arm frequency
 
@@ -101,6 +102,12 @@ def _process(scenario: DrillingScenario, run: DrillRun) -> Iterator[str]:
         if hole.posture is None or hole.outcome is None:
             continue
         name = f"hole {index}: " if len(run.holes) > 1 else ""
+        room = np.minimum(hole.posture.q - run.cell.arm.limits[:, 0], run.cell.arm.limits[:, 1] - hole.posture.q)
+        if room.min() < _NEAR_LIMIT:
+            yield (
+                f"{name}joint {int(room.argmin()) + 1} stands {units.show(float(room.min()), 'angle', 2)} from its limit: "
+                "the program will need some room to approach and retract"
+            )
         if hole.posture.skating > friction:
             yield (
                 f"{name}the tip skates at entry: its skating ratio is {hole.posture.skating:.3g}, friction holds up to "

@@ -274,15 +274,16 @@ def quasi_static_hole(
 
 
 @compiled
-def _feed_share(advance: float, axial: float, thrust: float, exponent: float, before: float, bias: float) -> float:
+def _feed_share(advance: float, pushed: float, exponent: float, before: float, bias: float) -> float:
     r"""Actual over commanded feed while the tip advances by ``advance``.
 
-    Root of :math:`r\,(\Delta z - u(r) + u_0) = \Delta z`, :math:`u(r) = b - C_{zz} T r^{1-m_c}`; the left side rises.
+    Root of :math:`r\,(\Delta z - u(r) + u_0) = \Delta z`, :math:`u(r) = b + u_F r^{1-m_c}` with the
+    axial deflection :math:`u_F` under the forces at nominal feed; the left side rises where they push back.
     """
     low, high = 0.0, 50.0
     for _ in range(50):
         r = 0.5 * (low + high)
-        yielded = bias - axial * thrust * r ** (1.0 - exponent)
+        yielded = bias + pushed * r ** (1.0 - exponent)
         if r * (advance - yielded + before) < advance:
             low = r
         else:
@@ -318,13 +319,14 @@ def _run_quasi_static(
         depth = k * advance
         thrust, torque, side_x, side_y = profile_at(profile, depth)
         bias = compliance[2, 0] * wall[0] + compliance[2, 1] * wall[1]
-        ratio = _feed_share(advance, compliance[2, 2], thrust, cycle.exponent, u[2], bias)
-        share = ratio ** (1.0 - cycle.exponent)
-        thrust, torque, side_x, side_y = thrust * share, torque * share, side_x * share, side_y * share
         force[0] = cos_slope * side_x - sin_slope * side_y - torque * arm.torque_push[0]
         force[1] = sin_slope * side_x + cos_slope * side_y - torque * arm.torque_push[1]
         force[2] = -thrust - torque * arm.torque_push[2]
+        pushed = compliance[2, 0] * force[0] + compliance[2, 1] * force[1] + compliance[2, 2] * force[2]
+        share = _feed_share(advance, pushed, cycle.exponent, u[2], bias) ** (1.0 - cycle.exponent)
+        thrust *= share
         u[:] = compliance @ force
+        u *= share
         stiffness = cycle.wall_stiffness * min(1.0, depth / cycle.cone)
         gap_x, gap_y = u[0] - hole[0], u[1] - hole[1]
         size = _held_by(compliance, stiffness, gap_x, gap_y, wall)

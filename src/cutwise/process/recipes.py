@@ -2,10 +2,11 @@
 
 from collections.abc import Callable, Mapping
 
-from cutwise.process import assemble, deburring, loops, remarks
+from cutwise.process import assemble, deburring, drilling, drilling_remarks, drilling_stages, loops, remarks
 from cutwise.process.convergence import change_on_halved_step
 from cutwise.results import Measure, Result, judge
 from cutwise.spec.deburring import DeburringScenario
+from cutwise.spec.drilling import DrillingScenario
 from cutwise.spec.scenario import Scenario
 
 Progress = Callable[[float], None]
@@ -36,7 +37,35 @@ def deburr(scenario: DeburringScenario, progress: Progress | None = None) -> Res
     )
 
 
-RECIPES: Mapping[str, Callable[..., Result]] = {"deburr": deburr}
+def drill(scenario: DrillingScenario, progress: Progress | None = None) -> Result:
+    """Robotic drilling: postures, thrust and torque over depth, and the coupled cycle of every hole."""
+    cell = drilling.drill_cell(scenario)
+    shift, places = drilling.place(scenario, cell)
+    holes = []
+    targets = drilling.targets(scenario.hole)
+    for count, target in enumerate(targets, 1):
+        moved = target._replace(position=target.position + shift)
+        holes.append(drilling.drill_one(scenario, cell, moved, scenario.numerics.time_step))
+        if progress is not None:
+            progress(count / len(targets))
+    run = drilling.DrillRun(cell, tuple(holes), shift, places)
+    found = drilling.measures(scenario, run)
+    change = change_on_halved_step(found, drilling.convergence(scenario, run))
+    each = [drilling.hole_measures(scenario, cell, hole) if hole.outcome is not None else None for hole in holes]
+    return collect(
+        scenario,
+        found,
+        stages=drilling_stages.stages(scenario, run, each),
+        warnings=(*drilling_remarks.warnings(scenario, run), *drilling_remarks.halved_step(found, change)),
+        infeasible=drilling_remarks.infeasible(scenario, run),
+        limits=drilling_remarks.LIMITS,
+        convergence=change,
+        notes=drilling_remarks.notes(scenario, run),
+        references=("garnier2017", "dumas2011", "chen_kao2000"),
+    )
+
+
+RECIPES: Mapping[str, Callable[..., Result]] = {"deburr": deburr, "drill": drill}
 
 
 def simulate(scenario: Scenario, progress: Progress | None = None) -> Result:

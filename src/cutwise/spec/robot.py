@@ -2,17 +2,29 @@
 
 import math
 from collections.abc import Iterator
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field
+from pydantic import Discriminator, Field
 
 from cutwise.spec.base import Angle, AngularStiffness, Length, LibrarySpec, Mass, Number, Remark, Spec, Usual
+from cutwise.spec.fields import tag
 
 AXES = 6
 
 Position = tuple[Length, Length, Length]
 Angles = tuple[Angle, Angle, Angle]
 Direction = tuple[Number, Number, Number]
+Choice = Literal["stiffest", "least_skating", "best"]
+
+
+def _angle_or_choice(value: Any) -> str:
+    letters = isinstance(value, str) and value[:1].isalpha()
+    return "<choice>" if letters else "<angle>"
+
+
+RedundancyAngle = Annotated[
+    Annotated[Angle, tag("angle")] | Annotated[Choice, tag("choice")], Discriminator(_angle_or_choice)
+]
 _PerJoint = Field(min_length=AXES, max_length=AXES)
 
 
@@ -98,7 +110,7 @@ class Robot(LibrarySpec):
     damping: Annotated[Number, Usual(0.01, 0.06)] = Field(
         description="damping ratio of the arm's modes", examples=[0.05], gt=0, lt=1
     )
-    redundancy_angle: Angle | Literal["stiffest", "least_skating", "best"] = Field(
+    redundancy_angle: RedundancyAngle = Field(
         description="angle of the tool about the drill axis, or how to choose it: stiffest, least_skating, or best (the "
         "smaller of the largest predicted hole errors)",
         examples=["26 deg"],
