@@ -97,8 +97,8 @@ GARNIER2017 = register(
 CHEN_KAO2000 = register(
     Source(
         "chen_kao2000",
-        "S. F. Chen, I. Kao, Conservative congruence transformation for joint and Cartesian stiffness matrices of robotic "
-        "hands and fingers, The International Journal of Robotics Research 19 (2000)",
+        "S. F. Chen, I. Kao, Conservative congruence transformation for joint and Cartesian stiffness matrices of "
+        "robotic hands and fingers, The International Journal of Robotics Research 19 (2000)",
         implements=("complementary stiffness of elastic joints under load, as a check",),
     )
 )
@@ -106,8 +106,8 @@ CHEN_KAO2000 = register(
 DUMAS2011 = register(
     Source(
         "dumas2011",
-        "C. Dumas, S. Caro, M. Cherif, S. Garnier, B. Furet, Joint stiffness identification of industrial serial robots, "
-        "Robotica, 2011",
+        "C. Dumas, S. Caro, M. Cherif, S. Garnier, B. Furet, Joint stiffness identification of industrial serial "
+        "robots, Robotica, 2011",
         implements=("Cartesian compliance J K^-1 J^T of elastic joints",),
     )
 )

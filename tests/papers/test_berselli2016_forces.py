@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 import sympy as sp
-from peers.flute import sliced_force, trochoid_forces
 
 from cutwise.physics.cutting.flute import EdgeCoefficients, Mill, feed_direction, mean_force, tooth_force
 from cutwise.physics.engagement.arc import immersion_half_angle, layer_arcs
+from peers.flute import sliced_force, trochoid_forces
 
 PAPER = EdgeCoefficients(2.0e9, 1.2e9, 0.8e9, 0.0, 0.0, 0.0)
 MILL = Mill(4e-3, 20, math.radians(20.0))

@@ -6,12 +6,12 @@ assumed geometry (docs/theory/deburring.md).
 
 import numpy as np
 import pytest
-from peers.cells import MM, end_error, error_at_tool, r0, ring
 
 from cutwise.physics.structure.pistons import NO_FRICTION
 from cutwise.physics.structure.statics import characteristic
 from cutwise.process.loops import run_compliant_edge
 from cutwise.process.plateaus import band
+from peers.cells import MM, end_error, error_at_tool, r0, ring
 
 
 def close(reference):

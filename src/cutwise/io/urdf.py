@@ -75,7 +75,7 @@ def read_urdf(path: Path, shown: str, tip_link: str | None = None) -> UrdfArm:
         )
     if faults:
         raise _fault(faults, shown)
-    return _arm(chain, moving, tip_link is not None, tuple(_remarks(root, chain, moving)))
+    return _arm(chain, tip_link is not None, tuple(_remarks(root, chain, moving)))
 
 
 def _fault(messages: list[str], shown: str) -> ScenarioFault:
@@ -153,7 +153,8 @@ def _chain(joints: list[_Joint], tip_link: str | None, faults: list[str]) -> Ite
         tips = {tip_link}
     found: list[list[_Joint]] = []
     for tip in sorted(tips):
-        path, link = [], tip
+        path: list[_Joint] = []
+        link = tip
         while link in above and len(path) <= len(joints):
             path.append(above[link])
             link = above[link].parent
@@ -169,7 +170,7 @@ def _joint_faults(joint: _Joint) -> Iterator[str]:
     """Why a joint cannot be one of an arm."""
     what = f"joint {joint.name}"
     if joint.kind in ("floating", "planar"):
-        yield f"{what}: is {joint.kind}: it is held by nothing; an arm has revolute joints (or is it meant to be fixed?)"
+        yield f"{what}: is {joint.kind}, held by nothing; an arm has revolute joints (or is it meant to be fixed?)"
     if joint.kind == "prismatic":
         yield f"{what}: is prismatic; posture search and stiffness in N m/rad need six turning joints"
     if joint.mimics:
@@ -214,10 +215,11 @@ def _mass(link: ElementTree.Element) -> float | None:
         return None
 
 
-def _arm(chain: list[_Joint], moving: list[_Joint], to_tip: bool, remarks: tuple[str, ...]) -> UrdfArm:
+def _arm(chain: list[_Joint], to_tip: bool, remarks: tuple[str, ...]) -> UrdfArm:
     """Fold fixed joints into the next moving one, and those behind the last one into the flange."""
     joints = []
-    position, rotation = (0.0, 0.0, 0.0), _IDENTITY
+    position: Vector = (0.0, 0.0, 0.0)
+    rotation = _IDENTITY
     for joint in chain:
         position = tuple(p + q for p, q in zip(position, _turned(rotation, joint.position), strict=True))
         rotation = _product(rotation, joint.rotation)
@@ -235,7 +237,7 @@ def _arm(chain: list[_Joint], moving: list[_Joint], to_tip: bool, remarks: tuple
 
 
 def _placed(position: Vector, rotation: Matrix) -> dict[str, list[str]]:
-    return {"origin": [f"{x!r} m" for x in position], "rotation": [f"{a!r} rad" for a in _to_rpy(rotation)]}
+    return {"origin": [f"{x + 0.0!r} m" for x in position], "rotation": [f"{a + 0.0!r} rad" for a in _to_rpy(rotation)]}
 
 
 _IDENTITY: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))

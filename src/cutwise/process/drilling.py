@@ -223,13 +223,14 @@ def choose(scenario: DrillingScenario, cell: DrillCell, target: PoseTarget) -> t
 def fixed(scenario: DrillingScenario, cell: DrillCell, target: PoseTarget, angle: float) -> Posture | None:
     """The posture at a given redundancy angle: nearest to given joint angles, or the stiffest branch."""
     pose = tool_axes(target.axis, np.array([angle]))
-    found = candidates(cell.arm, target.position[None, :], pose)
+    given = scenario.robot.joint_angles
+    near = None if given is None else np.array(given)
+    found = candidates(cell.arm, target.position[None, :], pose, near=near)
     allowed = found.within[0] & (found.wrist_sine[0] >= scenario.robot.singularity_margin)
     if not np.any(allowed):
         return None
     q = found.q[0]
-    if scenario.robot.joint_angles is not None:
-        near = np.array(scenario.robot.joint_angles)
+    if near is not None:
         order = np.where(allowed, np.abs((q - near + math.pi) % (2.0 * math.pi) - math.pi).max(axis=1), math.inf)
     else:
         order = np.where(allowed, np.round(found.compliance[0] * 1e15), math.inf)

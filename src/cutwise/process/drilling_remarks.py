@@ -1,4 +1,4 @@
-"""What a drilling run has to say beyond its numbers: why a hole cannot be drilled, what to mistrust, how it compares."""
+"""What a drilling run has to say beyond its numbers: why a hole cannot be drilled, what to mistrust."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -21,7 +21,7 @@ _MOVED = 0.01  # relative change with the halved step that is worth a warning
 _RESONANCE = (0.7, 1.4)  # spindle frequency over arm frequency
 
 LIMITS = (
-    "The arm is its joints: links, bearings and the spindle are rigid; joint stiffness is that of the output, constant.",
+    "The arm is its joints: links, bearings and spindle are rigid; joint stiffness is constant, that of the output.",
     "Hole wall, wander length, friction, modal mass and damping have no published values; they are inputs, assumed.",
     "Rotation of the tool under load is not coupled back; gravity is constant and taken as calibrated out.",
     "The plate does not bend and leaves no burr; at entry every point cuts at full chip thickness from its first turn.",
@@ -33,9 +33,7 @@ LIMITS = (
 
 def infeasible(scenario: DrillingScenario, run: DrillRun) -> tuple[str, ...]:
     """Every hole that cannot be drilled, with what is missing."""
-    return tuple(
-        _why(scenario, index, hole) for index, hole in enumerate(run.holes, 1) if hole.posture is None
-    )
+    return tuple(_why(scenario, index, hole) for index, hole in enumerate(run.holes, 1) if hole.posture is None)
 
 
 def _why(scenario: DrillingScenario, index: int, hole: DrilledHole) -> str:
@@ -63,22 +61,21 @@ def _why(scenario: DrillingScenario, index: int, hole: DrilledHole) -> str:
 
 def warnings(scenario: DrillingScenario, run: DrillRun) -> tuple[str, ...]:
     """Everything that the engineer should know before he trusts the numbers."""
-    return tuple(
-        dict.fromkeys([*_robot(scenario, run), *_process(scenario, run), *_numerics(scenario, run)])
-    )
+    return tuple(dict.fromkeys([*_robot(scenario, run), *_process(scenario, run), *_numerics(scenario, run)]))
 
 
 def _robot(scenario: DrillingScenario, run: DrillRun) -> Iterator[str]:
     arm = run.cell.arm
     if run.cell.not_spherical:
         yield (
-            f"the arm has no spherical wrist ({run.cell.not_spherical}): postures are found by numbers, and some branches "
-            "may be missed"
+            f"the arm has no spherical wrist ({run.cell.not_spherical}): postures are found by numbers, and some "
+            "branches may be missed"
         )
     elif arm.wrist is not None and abs(arm.wrist.plane[5]) > 1e-4:
+        offset = units.show(abs(arm.wrist.plane[5]), "length", 3)
         yield (
-            f"the wrist centre lies {units.show(abs(arm.wrist.plane[5]), 'length', 3)} beside the plane of the arm; offsets "
-            "in public models often fail to cancel: check the joint origins"
+            f"the wrist centre lies {offset} beside the plane of the arm; offsets in public models often fail to "
+            "cancel: check the joint origins"
         )
     payload = scenario.robot.payload
     sags = [sag(run, hole, payload) for hole in run.holes if hole.posture is not None and payload is not None]
@@ -105,8 +102,8 @@ def _process(scenario: DrillingScenario, run: DrillRun) -> Iterator[str]:
         room = np.minimum(hole.posture.q - run.cell.arm.limits[:, 0], run.cell.arm.limits[:, 1] - hole.posture.q)
         if room.min() < _NEAR_LIMIT:
             yield (
-                f"{name}joint {int(room.argmin()) + 1} stands {units.show(float(room.min()), 'angle', 2)} from its limit: "
-                "the program will need some room to approach and retract"
+                f"{name}joint {int(room.argmin()) + 1} stands {units.show(float(room.min()), 'angle', 2)} from its "
+                "limit: the program will need some room to approach and retract"
             )
         if hole.posture.skating > friction:
             yield (
@@ -116,15 +113,15 @@ def _process(scenario: DrillingScenario, run: DrillRun) -> Iterator[str]:
         near = [f for f in hole.frequencies if _RESONANCE[0] < speed / f < _RESONANCE[1]]
         if near:
             yield (
-                f"{name}the spindle turns at {speed:.3g} Hz, next to a mode of the arm ({near[0]:.3g} Hz): unequal lips "
-                "shake the tool; change the speed by a third"
+                f"{name}the spindle turns at {speed:.3g} Hz, next to a mode of the arm ({near[0]:.3g} Hz): unequal "
+                "lips shake the tool; change the speed by a third"
             )
         if hole.outcome.feed_min <= 0.0:
             yield f"{name}the tip is pushed back faster than it is fed: the drill stops cutting for a while at entry"
         if hole.outcome.feed_max > 2.0 * scenario.operation.feed_per_rev:
+            pulled = units.show(hole.outcome.feed_max, "feed_per_revolution", 3)
             yield (
-                f"{name}the drill is pulled in at breakthrough: up to "
-                f"{units.show(hole.outcome.feed_max, 'feed_per_revolution', 3)} per turn; reduce the feed before the exit"
+                f"{name}the drill is pulled in at breakthrough: up to {pulled} per turn; reduce the feed at the exit"
             )
         if hole.outcome.thrust_mean == 0.0:
             yield f"{name}the plate is thinner than the drill point is high: there is no full cut"
@@ -141,9 +138,7 @@ def _numerics(scenario: DrillingScenario, run: DrillRun) -> Iterator[str]:
             continue
         largest = step_limit(run.cell.cycle, dynamics(run.cell, hole.posture), float(run.cell.profile.thrust.max()))
         if scenario.numerics.time_step > largest:
-            yield (
-                f"the time step is too long for this speed and wall stiffness; use at most {1e6 * largest:.2g} us"
-            )
+            yield (f"the time step is too long for this speed and wall stiffness; use at most {1e6 * largest:.2g} us")
             return
 
 
@@ -163,7 +158,7 @@ def notes(scenario: DrillingScenario, run: DrillRun) -> dict[str, str]:
         told["skating"] = _skating(scenario, run, first)
         told["cross_check"] = _cross_check(run, first)
     if len(run.holes) > 1:
-        told["holes"] = "; ".join(_line(scenario, i, hole) for i, hole in enumerate(run.holes, 1))
+        told["holes"] = "; ".join(_line(i, hole) for i, hole in enumerate(run.holes, 1))
     if run.places:
         best = ", ".join(f"{1e3 * x:.4g}" for x in run.shift)
         told["placement"] = f"Of {len(run.places)} places of the part, the shift ({best}) mm has the best worst hole."
@@ -173,8 +168,13 @@ def notes(scenario: DrillingScenario, run: DrillRun) -> dict[str, str]:
 def _plausibility(scenario: DrillingScenario, run: DrillRun) -> str:
     tool, feed, material = scenario.tool, scenario.operation.feed_per_rev, scenario.material
     lips, chisel, torque_lips, torque_chisel = nominal_shares(scenario, run.cell)
-    lines = [f"model {lips + chisel:.4g} N, {torque_lips + torque_chisel:.4g} N m (chisel edge {chisel / (lips + chisel):.0%})"]
-    rivals = {"half k_c (thinned point)": half_specific_force(run.cell.stress.specific, tool.diameter, feed, 0.5 * tool.point_angle)}
+    thrust, torque = lips + chisel, torque_lips + torque_chisel
+    lines = [f"model {thrust:.4g} N, {torque:.4g} N m (chisel edge {chisel / thrust:.0%})"]
+    rivals = {
+        "half k_c (thinned point)": half_specific_force(
+            run.cell.stress.specific, tool.diameter, feed, 0.5 * tool.point_angle
+        )
+    }
     if material.hardness is not None:
         rivals["Shaw-Oxford (conventional point)"] = shaw_oxford(material.hardness, tool.diameter, feed)
     if material.tungaloy_factor is not None:
@@ -199,7 +199,10 @@ def _cross_check(run: DrillRun, hole: DrilledHole) -> str:
     assert hole.posture is not None
     assert hole.outcome is not None
     still = quasi_static_hole(
-        run.cell.cycle, dynamics(run.cell, hole.posture), run.cell.profile, slope_angle=slope_angle(run.cell, hole.posture)
+        run.cell.cycle,
+        dynamics(run.cell, hole.posture),
+        run.cell.profile,
+        slope_angle=slope_angle(run.cell, hole.posture),
     )
     texts = [
         f"{name} {_um(still_one)} against {_um(moving)}"
@@ -208,7 +211,7 @@ def _cross_check(run: DrillRun, hole: DrilledHole) -> str:
     return f"Position error without inertia and damping against the time stepping: {', '.join(texts)}."
 
 
-def _line(scenario: DrillingScenario, index: int, hole: DrilledHole) -> str:
+def _line(index: int, hole: DrilledHole) -> str:
     if hole.posture is None or hole.outcome is None:
         return f"{index}: not drilled"
     return (

@@ -36,7 +36,7 @@ def stages(scenario: DrillingScenario, run: DrillRun, each: list[dict[str, float
         index = [k + 1 for k, hole in enumerate(run.holes) if hole.outcome is not None]
         groups["motion"] = _motion(run, drilled, history, index)
         groups["cutting"] = groups["cutting"].merge(_forces(history, index))
-        groups["structure"] = _structure(run, drilled, history, index)
+        groups["structure"] = _structure(drilled, history, index)
         groups["surface"] = _surface(history, index)
     return xr.DataTree.from_dict(groups)
 
@@ -137,7 +137,7 @@ def _motion(run: DrillRun, drilled: list[DrilledHole], history: FloatArray, inde
     )
 
 
-def _structure(run: DrillRun, drilled: list[DrilledHole], history: FloatArray, index: list[int]) -> xr.Dataset:
+def _structure(drilled: list[DrilledHole], history: FloatArray, index: list[int]) -> xr.Dataset:
     compliance = np.stack([hole.posture.compliance for hole in drilled if hole.posture is not None])
     frequencies = np.stack([hole.frequencies for hole in drilled])
     twist = ["x", "y", "z", "rx", "ry", "rz"]
@@ -206,7 +206,9 @@ def _holes(scenario: DrillingScenario, run: DrillRun, each: list[dict[str, float
     passed = [one is not None and judge_values(scenario, one) for one in each]
     return xr.Dataset(
         {
-            "position": _variable(("hole", "axis"), np.stack([h.target.position for h in run.holes]), "m", "entry point"),
+            "position": _variable(
+                ("hole", "axis"), np.stack([h.target.position for h in run.holes]), "m", "entry point"
+            ),
             "drilled": _variable("hole", np.array([one is not None for one in each]), "1", "can be drilled"),
             "passed": _variable("hole", np.array(passed), "1", "meets every requirement"),
             **columns,

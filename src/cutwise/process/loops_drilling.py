@@ -231,7 +231,7 @@ def drill_hole(
         :class:`HoleOutcome`, and the history, shape (rows, 12), columns :data:`HISTORY`, SI.
     """
     end = cycle_time(cycle) - (0.0 if dwell else _DWELL)
-    steps = math.ceil(round(end / step, 6))
+    steps = max(1, round(end / step))
     history = np.zeros((-(-steps // every) if every else 0, len(HISTORY)))
     turn = (math.cos(slope_angle), math.sin(slope_angle))
     return _run(cycle, arm, profile, turn, step, steps, every, history), history

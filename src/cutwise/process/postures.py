@@ -146,7 +146,7 @@ def _fill_candidates(
             measures[m, branch, 2] = abs(math.sin(q[m, branch, 4] + arm.bend))
 
 
-def candidates(arm: Arm, positions: FloatArray, poses: FloatArray) -> Candidates:
+def candidates(arm: Arm, positions: FloatArray, poses: FloatArray, *, near: FloatArray | None = None) -> Candidates:
     """All solutions of poses of the tool.
 
     Parameters
@@ -155,10 +155,12 @@ def candidates(arm: Arm, positions: FloatArray, poses: FloatArray) -> Candidates
         Drill tip in the base frame [m].
     poses : array (m, 3, 3)
         Tool axes as columns, from :func:`tool_axes`.
+    near : array (6,), optional
+        Posture from which an arm without closed form is solved first [rad].
     """
     count = len(positions)
     if arm.wrist is None:
-        return _numeric_candidates(arm, positions, poses)
+        return _numeric_candidates(arm, positions, poses, near)
     q, measures = np.empty((count, BRANCHES, 6)), np.full((count, BRANCHES, 3), math.nan)
     within = np.zeros((count, BRANCHES), dtype=np.bool_)
     _fill_candidates(
@@ -204,7 +206,7 @@ def flange_pose(arm: Arm, position: FloatArray, pose: FloatArray) -> tuple[Float
     return rotation, position - rotation @ arm.tool_tip
 
 
-def _numeric_candidates(arm: Arm, positions: FloatArray, poses: FloatArray) -> Candidates:
+def _numeric_candidates(arm: Arm, positions: FloatArray, poses: FloatArray, near: FloatArray | None) -> Candidates:
     """Candidates of an arm without closed form: poses start from their neighbour's solutions and from fixed seeds."""
     count = len(positions)
     q = np.full((count, BRANCHES, 6), math.nan)
@@ -212,6 +214,8 @@ def _numeric_candidates(arm: Arm, positions: FloatArray, poses: FloatArray) -> C
     measures = np.full((count, BRANCHES, 3), math.nan)
     low, high = np.maximum(arm.limits[:, 0], -math.pi), np.minimum(arm.limits[:, 1], math.pi)
     seeds = low + (high - low) * np.random.default_rng(6).random((2 * BRANCHES, 6))
+    if near is not None:
+        seeds = np.concatenate([near[None, :], seeds])
     for m in range(count):
         rotation, place = flange_pose(arm, positions[m], poses[m])
         known = [row for row in q[m - 1] if m and not np.isnan(row[0])]

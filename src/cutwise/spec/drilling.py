@@ -138,9 +138,7 @@ class HoleGrid(Spec):
 class Hole(Spec):
     """Where to drill, in the base frame of the robot."""
 
-    position: Position = Field(
-        description="entry point of the (first) hole", examples=["[1900 mm, 300 mm, 800 mm]"]
-    )
+    position: Position = Field(description="entry point of the (first) hole", examples=["[1900 mm, 300 mm, 800 mm]"])
     axis: Direction = Field(description="feed direction", examples=["[0, 0, -1]"])
     grid: HoleGrid | None = Field(
         default=None,
@@ -207,9 +205,7 @@ class Contact(Spec):
     wander_length: Annotated[Length, Usual("0.5 mm", "50 mm")] = Field(
         description="depth L_w over which the hole follows a drill that is pushed aside", examples=["6 mm"], gt=0
     )
-    drill_torque_on_arm: bool = Field(
-        default=False, description="let the drill torque twist the arm", examples=[False]
-    )
+    drill_torque_on_arm: bool = Field(default=False, description="let the drill torque twist the arm", examples=[False])
 
 
 class DrillingNumerics(Spec):
@@ -269,7 +265,7 @@ class DrillingScenario(Scenario):
         if chip < 5e-6 or chip > 0.5e-3:
             yield Remark(
                 ("operation", "feed_per_rev"),
-                f"the chip is {units.show(chip, 'small_length', 3)} thick; Kienzle's law is usually found for 5 µm to 500 µm",
+                f"the chip is {units.show(chip, 'small_length', 3)} thick; Kienzle's law is usually for 5 to 500 µm",
             )
         if abs(self.part.inclination) > math.radians(20):
             yield Remark(

@@ -111,8 +111,8 @@ class Robot(LibrarySpec):
         description="damping ratio of the arm's modes", examples=[0.05], gt=0, lt=1
     )
     redundancy_angle: RedundancyAngle = Field(
-        description="angle of the tool about the drill axis, or how to choose it: stiffest, least_skating, or best (the "
-        "smaller of the largest predicted hole errors)",
+        description="angle of the tool about the drill axis, or how to choose it: stiffest, least_skating, or best "
+        "(smallest predicted hole error, the larger of entry and exit)",
         examples=["26 deg"],
     )
     joint_angles: Annotated[tuple[Angle, ...], _PerJoint] | None = Field(
@@ -121,7 +121,11 @@ class Robot(LibrarySpec):
         examples=["[-18 deg, 39 deg, -115 deg, 45 deg, 80 deg, -10 deg]"],
     )
     singularity_margin: Number = Field(
-        default=0.05, description="smallest |sin| of the wrist angle that counts as regular", examples=[0.05], ge=0, lt=1
+        default=0.05,
+        description="smallest |sin| of the wrist angle that counts as regular",
+        examples=[0.05],
+        ge=0,
+        lt=1,
     )
 
     def contradictions(self) -> Iterator[Remark]:
