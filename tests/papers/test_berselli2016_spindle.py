@@ -7,7 +7,7 @@ assumed geometry (docs/theory/deburring.md).
 import numpy as np
 import pytest
 
-from cutwise.physics.structure.pistons import NO_FRICTION
+from cutwise.physics.structure.pistons import NO_FRICTION, PRESLIDING, REGULARISED
 from cutwise.physics.structure.statics import characteristic
 from cutwise.process.loops import run_compliant_edge
 from cutwise.process.plateaus import band
@@ -137,3 +137,30 @@ def _wave(frequency, **changes):
     history = run_compliant_edge(cell, 50e-6)
     error = error_at_tool(cell, history)[history.motion.time >= 0.2 + 2.0 / frequency] / MM
     return np.ptp(error), error.mean()
+
+
+@pytest.mark.parametrize(("travel", "expected"), [(5e-6, -0.0102), (10e-6, -0.0107), (50e-6, -0.0124), (100e-6, -0.0129)])
+def test_presliding_rows(travel, expected):
+    assert end_error(law=PRESLIDING, travel=travel) == pytest.approx(expected, abs=2e-4)
+
+
+@pytest.mark.parametrize(("speed", "expected"), [(0.1e-3, -0.011), (1e-3, -0.014), (10e-3, -0.023)])
+def test_presliding_with_stribeck(speed, expected):
+    """The middle row moves with the step (weakening friction sticks and slips): it is the value of 20 µs steps."""
+    assert end_error(time_step=20e-6, law=PRESLIDING, travel=10e-6, stribeck=speed) == close(expected)
+
+
+@pytest.mark.parametrize(("speed", "expected"), [(10e-3, 0.177), (1e-3, 0.133), (0.1e-3, 0.017)])
+def test_regularised_friction_creeps(speed, expected):
+    assert end_error(time_step=20e-6, law=REGULARISED, stribeck=speed) == pytest.approx(expected, rel=0.03, abs=0.002)
+
+
+def test_regularised_friction_is_still_moving_at_the_end():
+    cell = r0(law=REGULARISED, stribeck=1e-3)
+    error = error_at_tool(cell, run_compliant_edge(cell, 50e-6)) / MM
+    assert error[-1] - error[-2000] > 0.005  # in the last 0.1 s
+
+
+@pytest.mark.parametrize(("travel", "expected"), [(5e-6, 0.389), (10e-6, 0.379), (50e-6, 0.305), (100e-6, 0.222)])
+def test_presliding_takes_up_a_path_error(travel, expected):
+    assert _wave(2, law=PRESLIDING, travel=travel)[0] == pytest.approx(expected, rel=0.03, abs=0.002)

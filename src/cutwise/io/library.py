@@ -7,12 +7,14 @@ from functools import lru_cache
 from pathlib import Path
 
 from cutwise.io.files import as_text, read_bytes
-from cutwise.io.tree import Node, compose, unwrapped
-from cutwise.spec.faults import Fault, ScenarioFault
+from cutwise.io.tree import Node, compose, origins, unwrapped
+from cutwise.spec.faults import Fault, ScenarioFault, dotted
 from cutwise.spec.scenario import Origin
 
 FOLDER = Path(__file__).parent.parent / "library"
-SHELVES = ("tools", "materials", "spindles", "machines", "robots")
+SHELVES = (
+    "tools", "materials", "spindles", "path_errors", "machines", "robots", "drills", "drilled_materials",
+)  # fmt: skip
 
 _KEYS = ("name", "describes", "values")
 
@@ -29,9 +31,6 @@ class Entry:
 
     def origins(self) -> Iterator[tuple[str, str, Origin]]:
         """Dotted key, text and origin of each value."""
-        from cutwise.io.tree import origins
-        from cutwise.spec.faults import dotted
-
         for path, origin in origins(self.values):
             yield dotted(path), origin.text, origin
 
@@ -102,7 +101,10 @@ def read_entry(path: Path, shown: str, kind: str) -> Entry:
     assert values is not None
     name = tree.value["name"].text if "name" in tree.value else path.stem
     describes = tree.value["describes"].text if "describes" in tree.value else ""
-    return Entry(kind, name, describes, path, unwrapped(values, (), faults) if not faults else values)
+    entry_values = unwrapped(values, (), faults)
+    if faults:
+        raise ScenarioFault(faults)
+    return Entry(kind, name, describes, path, entry_values)
 
 
 def marked(node: Node, label: str) -> Node:

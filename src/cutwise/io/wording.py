@@ -61,8 +61,8 @@ def unknown_key(model: type[Spec], path: Path) -> tuple[str, Path]:
     if near:
         return f"unknown key; did you mean {dotted((*before, near))}?", (*before, near)
     everywhere = [key for key, _ in fields.keys(model)]
-    for same in (lambda key: key[-1] == name, lambda key: key[-1] == _closest(name, [str(k[-1]) for k in everywhere])):
-        meant = next((key for key in everywhere if same(key)), None)
+    elsewhere = _closest(name, [str(key[-1]) for key in everywhere])
+    for meant in (next((key for key in everywhere if key[-1] == word), None) for word in (name, elsewhere)):
         if meant is not None:
             return f"unknown key; did you mean {dotted(meant)}?", meant
     return f"unknown key; known here: {', '.join(siblings)}", ()
@@ -136,6 +136,9 @@ def _wrong_value(item: Any, model: type[Spec], path: Path, root: Node) -> str:
     if kind.startswith("int"):
         return f"{text} is not a whole number; write for example {path[-1]}: {example(info)}"
     if kind in ("model_type", "dict_type", "model_attributes_type"):
+        for section in fields.inner(info) if info is not None else ():
+            if issubclass(section, LibrarySpec) and text in library.names(section.library_shelf):
+                return f'is a section; to take the library entry "{text}", write {path[-1]}: {{library: {text}}}'
         keys = ", ".join(_known(model, path))
         return f'expected a section{" with " + keys if keys else ""}, found "{text}"'
     if kind in ("tuple_type", "list_type"):

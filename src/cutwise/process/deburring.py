@@ -1,24 +1,27 @@
 """What a deburring pass amounts to: the numbers, remarks and curves that its result reports."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
 from cutwise.maths.curves import FloatArray, largest_curvature
+from cutwise.physics.cutting.uneven import largest_radius
 from cutwise.physics.motion.edge import path_memory_index
 from cutwise.physics.structure.statics import Characteristic, characteristic
 from cutwise.physics.surface.edge import machined_profile
 from cutwise.process.labels import labelled
-from cutwise.process.loops import EdgeCell, tooth_resolved_forces
+from cutwise.process.loops import TOOTH_RESOLVED, EdgeCell, run_compliant_edge, tooth_resolved_forces
 from cutwise.process.plateaus import Band, band
+from cutwise.process.swept import columns_carry, run_swept_edge
 from cutwise.records import EdgeHistory, Surface
 from cutwise.spec.deburring import DeburringScenario
 
 _SETTLED = 5e-6  # [m] band of the settling time
 _TOOTH_SAMPLES = 32
+_TOOTH_PLACES = 1000
 _AXES = ("x", "y", "z")
 
 
@@ -35,6 +38,21 @@ class EdgeRun(NamedTuple):
     steady: slice  # rows of the last quarter before any lead-out
 
 
+def memory_needed(cell: EdgeCell) -> bool:
+    """Whether the mill meets what it cut itself: under run-out, or with a path-memory index above 1."""
+    return cell.cutter.edges.runout > 0.0 or memory_index(cell) > 1.0
+
+
+def run_for(scenario: DeburringScenario, cell: EdgeCell) -> Callable[..., EdgeHistory]:
+    """The loop that carries this pass: arcs of the present position, or a swept surface with memory."""
+    wanted = scenario.numerics.engagement
+    if cell.cutter.force_law == TOOTH_RESOLVED or wanted == "arcs":
+        return run_compliant_edge
+    if wanted == "swept":
+        return run_swept_edge
+    return run_swept_edge if memory_needed(cell) and columns_carry(cell) else run_compliant_edge
+
+
 def evaluate(scenario: DeburringScenario, cell: EdgeCell, history: EdgeHistory) -> EdgeRun:
     """Surface, band and static characteristic of a pass."""
     strips, radius = cell.layers.strips, cell.cutter.mill.radius
@@ -46,7 +64,9 @@ def evaluate(scenario: DeburringScenario, cell: EdgeCell, history: EdgeHistory) 
     time = history.motion.time
     end = cell.path.duration - cell.path.lead_out
     steady = slice(int(np.searchsorted(time, 0.75 * end)), max(1, int(np.searchsorted(time, end))))
-    surface = machined_profile(centre[:, 0], centre[:, 1], radius, burr, points=_profile_points(centre))
+    runout = cell.cutter.edges.runout
+    outermost = largest_radius(runout, cell.cutter.edges.runout_angle, cell.cutter.mill.flutes) if runout else 0.0
+    surface = machined_profile(centre[:, 0], centre[:, 1], radius + outermost, burr, points=_profile_points(centre))
     at_steady = centre[steady, 0]
     typical = float(np.interp(at_steady, burr.at, burr.value).mean())
     return EdgeRun(
@@ -71,8 +91,8 @@ def _between(run: EdgeRun, first: int, last: int) -> FloatArray:
     return run.surface.error[here] if here.any() else run.error_at_tool[[last]]
 
 
-def measures(scenario: DeburringScenario, run: EdgeRun) -> Mapping[str, float]:
-    """All measures of the pass in SI; one that does not apply is left out."""
+def measures(scenario: DeburringScenario, run: EdgeRun, *, tooth: bool = True) -> Mapping[str, float]:
+    """All measures of the pass in SI; one that does not apply is left out. ``tooth``: with those tooth by tooth."""
     history, steady = run.history, run.steady
     last = steady.stop - 1
     found: dict[str, float | None] = {}
@@ -89,7 +109,9 @@ def measures(scenario: DeburringScenario, run: EdgeRun) -> Mapping[str, float]:
         found[f"burr_force_rms_{axis}"] = math.sqrt(float(history.burr_force.square[steady, i].mean()))
         found[f"burr_force_peak_{axis}"] = float(history.burr_force.peak[:, i].max())
         found[f"work_force_mean_{axis}"] = float(history.work_force.mean[steady, i].mean())
-        found[f"tooth_force_peak_{axis}"] = _tooth_peak(run, i)
+    if tooth:
+        peaks = _tooth_peaks(run)
+        found |= {f"tooth_force_peak_{axis}": peaks[i] for i, axis in enumerate(_AXES if axial else _AXES[:2])}
     found["settling_time"] = settling_time(history.motion.time[: last + 1], run.error_at_tool[: last + 1])
     tilt = history.response.tilt[steady].mean(axis=0)
     found["tip_deflection_x"], found["tip_deflection_y"] = (run.cell.reach * tilt).tolist()
@@ -142,9 +164,11 @@ def tooth_history(run: EdgeRun, rows: FloatArray, samples: int, periods: int) ->
     return time, forces.reshape(*time.shape, 6)
 
 
-def _tooth_peak(run: EdgeRun, axis: int) -> float:
-    rows = np.unique(np.linspace(0, run.history.motion.time.size - 1, 2000).astype(int))
-    return float(np.abs(tooth_history(run, rows, _TOOTH_SAMPLES, 1)[1][..., axis]).max())
+def _tooth_peaks(run: EdgeRun) -> list[float]:
+    """Largest burr force tooth by tooth over the whole pass, from one tooth period at each of many places [N]."""
+    rows = np.unique(np.linspace(0, run.history.motion.time.size - 1, _TOOTH_PLACES).astype(int))
+    peaks = np.abs(tooth_history(run, rows, _TOOTH_SAMPLES, 1)[1][..., :3]).max(axis=(0, 1))
+    return [float(peak) for peak in peaks]
 
 
 def stages(run: EdgeRun) -> xr.DataTree:

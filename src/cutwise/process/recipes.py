@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 
-from cutwise.process import assemble, deburring, drilling, drilling_remarks, drilling_stages, loops, remarks
+from cutwise.process import assemble, deburring, drilling, drilling_remarks, drilling_stages, remarks
 from cutwise.process.convergence import change_on_halved_step
 from cutwise.results import Measure, Result, judge
 from cutwise.spec.deburring import DeburringScenario
@@ -15,15 +15,9 @@ Progress = Callable[[float], None]
 def deburr(scenario: DeburringScenario, progress: Progress | None = None) -> Result:
     """Compliant-spindle deburring: time stepping over all five stages (Berselli et al. 2016, Fig. 8)."""
 
-    def run(time_step: float, watch: Progress | None = None) -> tuple[deburring.EdgeRun, Mapping[str, float]]:
-        history = loops.run_compliant_edge(cell, time_step, watch)
-        edge = deburring.evaluate(scenario, cell, history)
-        return edge, deburring.measures(scenario, edge)
-
-    cell = assemble.deburring_cell(scenario)
     step = scenario.numerics.time_step
-    finer = run(0.5 * step, _part(progress, 0.0, 2.0 / 3.0))[1]
-    edge, found = run(step, _part(progress, 2.0 / 3.0, 1.0))
+    finer = _deburring_pass(scenario, 0.5 * step, _part(progress, 0.0, 2.0 / 3.0))[1]
+    edge, found = _deburring_pass(scenario, step, _part(progress, 2.0 / 3.0, 1.0))
     change = change_on_halved_step(found, finer)
     return collect(
         scenario,
@@ -37,21 +31,32 @@ def deburr(scenario: DeburringScenario, progress: Progress | None = None) -> Res
     )
 
 
+def _deburring_pass(
+    scenario: DeburringScenario, time_step: float, progress: Progress | None = None, *, tooth: bool = True
+) -> tuple[deburring.EdgeRun, Mapping[str, float]]:
+    cell = assemble.deburring_cell(scenario)
+    history = deburring.run_for(scenario, cell)(cell, time_step, progress)
+    edge = deburring.evaluate(scenario, cell, history)
+    return edge, deburring.measures(scenario, edge, tooth=tooth)
+
+
+def deburring_measures(scenario: DeburringScenario) -> Mapping[str, float]:
+    """The measures alone, for studies: at least 50 µs of step with averaged forces over arcs, as given otherwise."""
+    step = scenario.numerics.time_step
+    coarse = scenario.numerics.force == "averaged" and scenario.tool.runout == 0.0
+    tooth = any(name.startswith("tooth_") for name in scenario.requirements)
+    return _deburring_pass(scenario, max(step, _STUDY_STEP) if coarse else step, tooth=tooth)[1]
+
+
+_STUDY_STEP = 50e-6  # [s] moves the edge error by 0.03 µm
+
+
 def drill(scenario: DrillingScenario, progress: Progress | None = None) -> Result:
     """Robotic drilling: postures, thrust and torque over depth, and the coupled cycle of every hole."""
-    cell = drilling.drill_cell(scenario)
-    shift, places = drilling.place(scenario, cell)
-    holes = []
-    targets = drilling.targets(scenario.hole)
-    for count, target in enumerate(targets, 1):
-        moved = target._replace(position=target.position + shift)
-        holes.append(drilling.drill_one(scenario, cell, moved, scenario.numerics.time_step))
-        if progress is not None:
-            progress(count / len(targets))
-    run = drilling.DrillRun(cell, tuple(holes), shift, places)
+    run = _drilling_run(scenario, progress)
     found = drilling.measures(scenario, run)
     change = change_on_halved_step(found, drilling.convergence(scenario, run))
-    each = [drilling.hole_measures(scenario, cell, hole) if hole.outcome is not None else None for hole in holes]
+    each = [drilling.hole_measures(scenario, run.cell, hole) if hole.outcome else None for hole in run.holes]
     return collect(
         scenario,
         found,
@@ -65,6 +70,25 @@ def drill(scenario: DrillingScenario, progress: Progress | None = None) -> Resul
     )
 
 
+def _drilling_run(scenario: DrillingScenario, progress: Progress | None = None) -> drilling.DrillRun:
+    cell = drilling.drill_cell(scenario)
+    shift, places = drilling.place(scenario, cell)
+    holes = []
+    targets = drilling.targets(scenario.hole)
+    for count, target in enumerate(targets, 1):
+        moved = target._replace(position=target.position + shift)
+        holes.append(drilling.drill_one(scenario, cell, moved, scenario.numerics.time_step))
+        if progress is not None:
+            progress(count / len(targets))
+    return drilling.DrillRun(cell, tuple(holes), shift, places)
+
+
+def drilling_measures(scenario: DrillingScenario) -> Mapping[str, float]:
+    """The measures alone, for studies."""
+    return drilling.measures(scenario, _drilling_run(scenario))
+
+
+MEASURES: Mapping[str, Callable[..., Mapping[str, float]]] = {"deburr": deburring_measures, "drill": drilling_measures}
 RECIPES: Mapping[str, Callable[..., Result]] = {"deburr": deburr, "drill": drill}
 
 
@@ -84,6 +108,11 @@ def simulate(scenario: Scenario, progress: Progress | None = None) -> Result:
         Histories of all stages, measures, verdict and warnings.
     """
     return RECIPES[scenario.process](scenario, progress)
+
+
+def quick_measures(scenario: Scenario) -> Mapping[str, float]:
+    """The measures of a scenario in SI, without histories and convergence: what sweeps and advice run many times."""
+    return MEASURES[scenario.process](scenario)
 
 
 def collect(scenario: Scenario, found: Mapping[str, float], **parts: object) -> Result:

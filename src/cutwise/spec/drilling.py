@@ -30,7 +30,7 @@ from cutwise.spec.scenario import MeasureSpec, Scenario
 class Drill(LibrarySpec):
     """A twist drill with two lips."""
 
-    library_shelf: ClassVar[str] = "tools"
+    library_shelf: ClassVar[str] = "drills"
 
     diameter: Annotated[Length, Usual("1 mm", "32 mm")] = Field(description="diameter D", examples=["6 mm"], gt=0)
     point_angle: Annotated[Angle, Usual("100 deg", "150 deg")] = Field(
@@ -88,7 +88,7 @@ class Drill(LibrarySpec):
 class DrilledMaterial(LibrarySpec):
     """Specific cutting force of the drilled material and how it acts on lip and chisel edge."""
 
-    library_shelf: ClassVar[str] = "materials"
+    library_shelf: ClassVar[str] = "drilled_materials"
 
     k_c11: Annotated[Stress, Usual("300 N/mm^2", "5000 N/mm^2")] = Field(
         description="Kienzle's specific cutting force at h = 1 mm", examples=["650 N/mm^2"], gt=0

@@ -25,3 +25,9 @@ class TimeStepping(Spec):
         examples=["20 us"],
         gt=0,
     )
+    engagement: Literal["auto", "arcs", "swept"] = Field(
+        default="auto",
+        description="arcs from the present position of the mill (fast), or a swept surface with memory; auto takes the "
+        "surface where the arcs are not valid: under run-out, and with a path-memory index above 1",
+        examples=["auto"],
+    )

@@ -111,6 +111,7 @@ class Robot(LibrarySpec):
         description="damping ratio of the arm's modes", examples=[0.05], gt=0, lt=1
     )
     redundancy_angle: RedundancyAngle = Field(
+        default="best",
         description="angle of the tool about the drill axis, or how to choose it: stiffest, least_skating, or best "
         "(smallest predicted hole error, the larger of entry and exit)",
         examples=["26 deg"],

@@ -42,6 +42,10 @@ class Scenario(Spec):
     """The base of the scenarios of all processes."""
 
     measures: ClassVar[Mapping[str, MeasureSpec]] = {}
+    levers: ClassVar[Mapping[str, tuple[str, str]]] = {}
+    """What an engineer would turn, as dotted keys, each with the limits within which advice looks."""
+    focus: ClassVar[str] = ""
+    """The measure that sensitivities are told for."""
 
     name: str = Field(
         default="unnamed",
@@ -149,7 +153,7 @@ def _limit(scenario: type[Scenario], name: str, limit: Any, found: list[Remark])
         return limit
     if isinstance(limit, Limit):
         limit = {"min": limit.min, "max": limit.max}
-    example = units.DIMENSIONS[scenario.measures[name].dimension].example
+    example = limit if isinstance(limit, str) else units.DIMENSIONS[scenario.measures[name].dimension].example
     ends = {end: text for end, text in limit.items() if text is not None} if isinstance(limit, Mapping) else {}
     if not ends:
         found.append(Remark(path, f"has no limit; write min, max or both, for example {{max: {example}}}"))

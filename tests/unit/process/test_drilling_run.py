@@ -207,7 +207,7 @@ def test_every_robot_of_the_library_drills_or_asks_for_its_stiffness(examples):
 
 
 @pytest.mark.parametrize(
-    "material", ["drilled_ti6al4v", "drilled_steel", "drilled_al_iscar_n22", "drilled_ti_iscar_s37"]
+    "material", ["ti6al4v", "steel_200hb", "al_iscar_n22", "ti_iscar_s37"]
 )
 def test_materials_of_the_library(examples, material):
     got = run(examples, f"material.library={material}")
