@@ -8,6 +8,7 @@ from textwrap import wrap
 from pydantic.fields import FieldInfo
 
 from cutwise.io import library
+from cutwise.io.tree import one_line
 from cutwise.spec import fields
 from cutwise.spec.base import LibrarySpec, Spec
 from cutwise.spec.faults import Fault, Path, ScenarioFault, dotted
@@ -36,6 +37,7 @@ STARTS: Mapping[str, Mapping[str, str]] = {
         "tool.library": "twist_6mm",
         "material.library": "al2024",
         "robot.library": "kr270_2f",
+        "robot.redundancy_angle": "best",
         "contact.friction": "{value: 0.2, status: assumed, source: no value found}",
         "contact.wall_stiffness": "{value: 5 N/um, status: assumed, source: no value found}",
         "contact.wander_length": "{value: 6 mm, status: assumed, source: no value found}",
@@ -77,7 +79,8 @@ def _body(section: type[Spec], path: Path, starts: Mapping[str, str]) -> Iterato
             continue
         here = (*path, name)
         inner = fields.sections(info)
-        if len(inner) == 1 and len(list(fields.of_field(info))) == 1:
+        may_be_missing = not info.is_required() and info.default is None and info.default_factory is None
+        if len(inner) == 1 and len(list(fields.of_field(info))) == 1 and not may_be_missing:
             yield "" if not path else f"{indent}# {info.description}"
             if not path:
                 yield f"# {info.description}"
@@ -126,7 +129,9 @@ def _from_library(section: type[LibrarySpec], path: Path, starts: Mapping[str, s
     for key, info in section.model_fields.items():
         if key in values:
             brief = re.split(r"[:;(]", info.description or "")[0].strip()
-            yield f"{indent}# {f'{key}: {values[key].text}':<32} # {brief}"
+            yield f"{indent}# {f'{key}: {one_line(values[key])}':<32} # {brief}"
+        elif key not in _LEFT_OUT and dotted((*path, key)) in starts:
+            yield from _value(info, (*path, key), starts)
 
 
 def _requirements(model: type[Scenario], start: str) -> Iterator[str]:

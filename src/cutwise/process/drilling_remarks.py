@@ -6,12 +6,13 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from cutwise import units
+from cutwise.maths.chains import frames
 from cutwise.maths.frames import FloatArray
 from cutwise.physics.cutting.drill_formulas import half_specific_force, shaw_oxford, tungaloy
 from cutwise.physics.structure.joint_compliance import cartesian_compliance, holding_force
 from cutwise.process.drilling import DrilledHole, DrillRun, dynamics, nominal_shares, slope_angle
-from cutwise.process.loops_drilling import quasi_static_hole, step_limit
-from cutwise.process.postures import posture_jacobian
+from cutwise.process.loops_drilling import HoleOutcome, quasi_static_hole, step_limit
+from cutwise.process.postures import Posture, posture_jacobian
 from cutwise.spec.drilling import DrillingScenario
 
 _GRAVITY = 9.80665  # [m/s^2] standard acceleration of free fall
@@ -94,42 +95,57 @@ def sag(run: DrillRun, hole: DrilledHole, payload: float) -> float:
 
 
 def _process(scenario: DrillingScenario, run: DrillRun) -> Iterator[str]:
-    friction, speed = scenario.contact.friction, scenario.operation.spindle_speed / (2.0 * math.pi)
+    """What holds for several holes is said once, with their numbers."""
+    said: dict[str, list[int]] = {}
     for index, hole in enumerate(run.holes, 1):
-        if hole.posture is None or hole.outcome is None:
-            continue
-        name = f"hole {index}: " if len(run.holes) > 1 else ""
-        room = np.minimum(hole.posture.q - run.cell.arm.limits[:, 0], run.cell.arm.limits[:, 1] - hole.posture.q)
-        if room.min() < _NEAR_LIMIT:
-            yield (
-                f"{name}joint {int(room.argmin()) + 1} stands {units.show(float(room.min()), 'angle', 2)} from its "
-                "limit: the program will need some room to approach and retract"
-            )
-        if hole.posture.skating > friction:
-            yield (
-                f"{name}the tip skates at entry: its skating ratio is {hole.posture.skating:.3g}, friction holds up to "
-                f"{friction:.3g}; choose another redundancy angle (least_skating), or a pilot hole"
-            )
-        near = [f for f in hole.frequencies if _RESONANCE[0] < speed / f < _RESONANCE[1]]
-        if near:
-            yield (
-                f"{name}the spindle turns at {speed:.3g} Hz, next to a mode of the arm ({near[0]:.3g} Hz): unequal "
-                "lips shake the tool; change the speed by a third"
-            )
-        if hole.outcome.feed_min <= 0.0:
-            yield f"{name}the tip is pushed back faster than it is fed: the drill stops cutting for a while at entry"
-        if hole.outcome.feed_max > 2.0 * scenario.operation.feed_per_rev:
-            pulled = units.show(hole.outcome.feed_max, "feed_per_revolution", 3)
-            yield (
-                f"{name}the drill is pulled in at breakthrough: up to {pulled} per turn; reduce the feed at the exit"
-            )
-        if hole.outcome.thrust_mean == 0.0:
-            yield f"{name}the plate is thinner than the drill point is high: there is no full cut"
+        if hole.posture is not None and hole.outcome is not None:
+            for text in (*_posture(scenario, run, hole.posture), *_hole(scenario, hole, hole.outcome)):
+                said.setdefault(text, []).append(index)
+    for text, holes in said.items():
+        where = f"hole{'s' if len(holes) > 1 else ''} {', '.join(map(str, holes))}: " if len(run.holes) > 1 else ""
+        yield where + text
     if scenario.tool.lip_model == "oblique":
         yield (
             "oblique lips with coefficients of the simple ones underrate thrust (by 42 % in the reference case): use "
             "coefficients that were calibrated with oblique lips"
         )
+
+
+def _posture(scenario: DrillingScenario, run: DrillRun, posture: Posture) -> Iterator[str]:
+    arm, friction = run.cell.arm, scenario.contact.friction
+    room = np.minimum(posture.q - arm.limits[:, 0], arm.limits[:, 1] - posture.q)
+    if room.min() < _NEAR_LIMIT:
+        yield (
+            f"joint {int(room.argmin()) + 1} stands within {units.show(_NEAR_LIMIT, 'angle', 2)} of its limit: the "
+            "program will need some room to approach and retract"
+        )
+    heights = frames(arm.chain, posture.q).origins[1:, 2]
+    if heights.min() < 0.0:
+        yield f"joint {int(heights.argmin()) + 1} stands below the base: is there room under the foot of the robot?"
+    if posture.skating > friction:
+        number = f", {posture.skating:.3g}," if len(run.holes) == 1 else ""
+        yield (
+            f"the tip skates at entry: its skating ratio{number} is above the friction of {friction:.3g}; choose another "
+            "redundancy angle (least_skating), or a pilot hole"
+        )
+
+
+def _hole(scenario: DrillingScenario, hole: DrilledHole, outcome: HoleOutcome) -> Iterator[str]:
+    speed = scenario.operation.spindle_speed / (2.0 * math.pi)
+    if any(_RESONANCE[0] < speed / f < _RESONANCE[1] for f in hole.frequencies):
+        yield (
+            f"the spindle turns at {speed:.3g} Hz, next to a mode of the arm: unequal lips shake the tool; change the "
+            "speed by a third"
+        )
+    if outcome.feed_min <= 0.0:
+        yield "the tip is pushed back faster than it is fed: the drill stops cutting for a while at entry"
+    if outcome.feed_max > 2.0 * scenario.operation.feed_per_rev:
+        yield (
+            "the drill is pulled in at breakthrough, at more than twice the feed: reduce the feed before the exit, or "
+            "choose a stiffer posture"
+        )
+    if outcome.thrust_mean == 0.0:
+        yield "the plate is thinner than the drill point is high: there is no full cut"
 
 
 def _numerics(scenario: DrillingScenario, run: DrillRun) -> Iterator[str]:
@@ -158,7 +174,7 @@ def notes(scenario: DrillingScenario, run: DrillRun) -> dict[str, str]:
         told["skating"] = _skating(scenario, run, first)
         told["cross_check"] = _cross_check(run, first)
     if len(run.holes) > 1:
-        told["holes"] = "; ".join(_line(i, hole) for i, hole in enumerate(run.holes, 1))
+        told["holes"] = "\n".join(_line(i, hole) for i, hole in enumerate(run.holes, 1))
     if run.places:
         best = ", ".join(f"{1e3 * x:.4g}" for x in run.shift)
         told["placement"] = f"Of {len(run.places)} places of the part, the shift ({best}) mm has the best worst hole."

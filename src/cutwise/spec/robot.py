@@ -73,7 +73,7 @@ class Robot(LibrarySpec):
     )
     joints: tuple[Joint, ...] = Field(
         description="the six joints from the base, or given by the URDF",
-        examples=["[{origin: [0 mm, 0 mm, 675 mm], axis: [0, 0, -1], limits: [-170 deg, 170 deg]}, ...]"],
+        examples=["[{origin: [0 mm, 0 mm, 675 mm], axis: [0, 0, -1], limits: [-170 deg, 170 deg]}]"],
     )
     flange_origin: Position = Field(
         default=(0.0, 0.0, 0.0),
