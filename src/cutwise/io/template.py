@@ -127,7 +127,7 @@ def _from_library(section: type[LibrarySpec], path: Path, starts: Mapping[str, s
     yield f"{indent}library: {name}"
     values = there[name].values.value if name in there else {}
     for key, info in section.model_fields.items():
-        if key in values:
+        if key in values and "..." not in one_line(values[key]):
             brief = re.split(r"[:;(]", info.description or "")[0].strip()
             yield f"{indent}# {f'{key}: {one_line(values[key])}':<32} # {brief}"
         elif key not in _LEFT_OUT and dotted((*path, key)) in starts:
