@@ -139,7 +139,9 @@ def _wave(frequency, **changes):
     return np.ptp(error), error.mean()
 
 
-@pytest.mark.parametrize(("travel", "expected"), [(5e-6, -0.0102), (10e-6, -0.0107), (50e-6, -0.0124), (100e-6, -0.0129)])
+@pytest.mark.parametrize(
+    ("travel", "expected"), [(5e-6, -0.0102), (10e-6, -0.0107), (50e-6, -0.0124), (100e-6, -0.0129)]
+)
 def test_presliding_rows(travel, expected):
     assert end_error(law=PRESLIDING, travel=travel) == pytest.approx(expected, abs=2e-4)
 

@@ -56,9 +56,13 @@ def render(result: "Result", *, written: datetime | None = None) -> str:
         checks=[_checked(check, result) for check in result.checks],
         headlines=list(_headlines(result)),
         measures=list(_measured(result.measures)),
-        convergence=list(_converged(result)),
+        sensitivity=list(_weighed(result)),
+        moved=list(_converged(result)),
+        unmoved=[name for name, change in result.convergence.items() if change == 0.0],
         sections=[(name, list(group)) for name, group in groupby(rows, key=lambda row: row.section)],
-        statuses={status: sum(row.status == status for row in rows) for status in dict.fromkeys(r.status for r in rows)},
+        statuses={
+            status: sum(row.status == status for row in rows) for status in dict.fromkeys(r.status for r in rows)
+        },
         total=len(rows),
         plots=list(_drawn(PLOTS.get(scenario.process, ()), result)),
         notes=[(_HEADINGS.get(name, _titled(name)), _lines(text)) for name, text in _worst_first(result.notes)],
@@ -142,25 +146,25 @@ def _measured(measures: Mapping[str, "Measure"]) -> Iterator[dict[str, str]]:
             continue
         values = (units.displayed(measures[f"{stem}_{axis}"].value, measure.dimension)[0] for axis in axes)
         meaning = re.sub(r",? [xyz] direction$", "", measure.description)
-        yield {"name": f"{stem}_{'|'.join(axes)}", "value": " | ".join(f"{value:.4g}" for value in values), "unit": unit,
-               "meaning": meaning}  # fmt: skip
+        shown = " | ".join(f"{value:.4g}" for value in values)
+        yield {"name": f"{stem}_{'|'.join(axes)}", "value": shown, "unit": unit, "meaning": meaning}
 
 
 def _converged(result: "Result") -> Iterator[dict[str, str]]:
-    """Rows of the table of changes with the halved step, the largest relative change first."""
+    """Rows of the table of changes with the halved step: what moved, the largest relative change first."""
     rows = []
     for name, change in result.convergence.items():
         measure = result.measures.get(name)
-        if measure is None:
+        if measure is None or change == 0.0:
             continue
-        share = abs(change / measure.value) if measure.value else (0.0 if change == 0.0 else float("inf"))
+        share = abs(change / measure.value) if measure.value else float("inf")
         rows.append((share, name, measure, change))
     for share, name, measure, change in sorted(rows, key=lambda row: -row[0]):
         yield {
             "name": name,
             "value": units.show(measure.value, measure.dimension, 5),
-            "change": "0" if change == 0.0 else units.show(change, measure.dimension, 2),
-            "share": "" if share == float("inf") else "0" if share == 0.0 else f"{100.0 * share:.2g} %",
+            "change": units.show(change, measure.dimension, 2),
+            "share": "" if share == float("inf") else f"{100.0 * share:.2g} %",
         }
 
 
@@ -169,6 +173,13 @@ def _drawn(plots: Iterable[Plot], result: "Result") -> Iterator[dict[str, str]]:
         if plot.applies(result):
             title = f"{plot.title}. {plot.caption}"
             yield {"title": plot.title, "caption": plot.caption, "svg": svg(plot.draw, result, f"plot{number}", title)}
+
+
+def _weighed(result: "Result") -> Iterator[tuple[str, str]]:
+    """Assumed values that move the measure that matters most at all, and by how much."""
+    for key, change in result.sensitivity.items():
+        if change != 0.0:
+            yield key, units.show(change, result.scenario.measures[result.scenario.focus].dimension, 2)
 
 
 def _worst_first(notes: Mapping[str, Any]) -> list[tuple[str, Any]]:

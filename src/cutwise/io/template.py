@@ -18,6 +18,7 @@ from cutwise.spec.scenario import Scenario
 
 _WIDTH = 110
 
+<<<<<<< HEAD
 # What a new scenario says, and in which words, where the example of the field is not what to begin with.
 STARTS: Mapping[str, Mapping[str, str]] = {
     "deburr": {
@@ -44,6 +45,8 @@ STARTS: Mapping[str, Mapping[str, str]] = {
         "requirements": "{hole_position_error_entry: {max: 0.02 mm}, hole_position_error_exit: {max: 0.05 mm}}",
     },
 }
+=======
+>>>>>>> main
 _LEFT_OUT = ("library", "name", "process")
 
 
@@ -66,8 +69,8 @@ def template(kind: str) -> str:
         "# Every quantity has its unit. A value may also be written {value: 80 mm/s, status: measured, source: ...}.",
         f"name: new_{kind}",
         f"process: {kind}",
-        *_body(model, (), STARTS.get(kind, {})),
-        *_requirements(model, STARTS.get(kind, {}).get("requirements", "")),
+        *_body(model, (), model.starts),
+        *_requirements(model, model.starts.get("requirements", "")),
     ]
     return "\n".join(lines) + "\n"
 

@@ -3,6 +3,7 @@
 import io
 import re
 from collections.abc import Callable
+from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
 import matplotlib as mpl
@@ -28,10 +29,11 @@ class Plot(NamedTuple):
 
     def applies(self, result: "Result") -> bool:
         """Whether the result holds everything that is drawn."""
-        return all(_holds(result, path) for path in self.needs)
+        return all(holds(result, path) for path in self.needs)
 
 
-def _holds(result: "Result", path: str) -> bool:
+def holds(result: "Result", path: str) -> bool:
+    """Whether a result has an array (``group/variable``) or a measure (``measures/name``)."""
     group, _, name = path.partition("/")
     if group == "measures":
         return name in result.measures
@@ -43,12 +45,13 @@ def _holds(result: "Result", path: str) -> bool:
 
 # Each colour of a plot is a variable of the page, so that one drawing serves light, dark and print.
 COLOURS = {
-    "--ink": "#1d2733", "--soft": "#5b6876", "--grid": "#dfe4ea",
+    "--card": "#fffffe", "--ink": "#1d2733", "--soft": "#5b6876", "--grid": "#dfe4ea",
     "--good": "#1a7f4b", "--bad": "#b3261e", "--zone": "#d5eddf", "--shade": "#eef1f5",
     "--c1": "#1f66b0", "--c2": "#c4570c", "--c3": "#2e8b68", "--c4": "#7b4ba6", "--c5": "#a8841a", "--c6": "#b03a6c",
     "--c7": "#4c7a8c",
 }  # fmt: skip
-INK, SOFT, GRID, ZONE, SHADE = (COLOURS[f"--{name}"] for name in ("ink", "soft", "grid", "zone", "shade"))
+CARD, INK, SOFT, GRID = (COLOURS[f"--{name}"] for name in ("card", "ink", "soft", "grid"))
+ZONE, SHADE = COLOURS["--zone"], COLOURS["--shade"]
 GOOD, BAD = COLOURS["--good"], COLOURS["--bad"]
 SERIES = [COLOURS[f"--c{i}"] for i in range(1, 8)]
 
@@ -81,7 +84,7 @@ def decimate(x: np.ndarray, y: np.ndarray, bins: int = 500) -> tuple[np.ndarray,
         return x, y
     edges = np.linspace(0, x.size, bins + 1).astype(int)
     kept: list[int] = []
-    for start, stop in zip(edges[:-1], edges[1:], strict=True):
+    for start, stop in pairwise(edges):
         part = y[start:stop]
         finite = np.where(np.isnan(part), 0.0, part)
         kept += sorted({start, start + int(finite.argmin()), start + int(finite.argmax()), stop - 1})
@@ -104,13 +107,22 @@ def _without_flats(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray
     return x[keep], y[keep]
 
 
-def line_note(axes: Axes, y: float, text: str, colour: str, *, above: bool = True, style: str = "--") -> None:
-    """A horizontal line with its name at the right end."""
-    axes.axhline(y, color=colour, linewidth=1.0, linestyle=style)
-    axes.annotate(
-        text, (1.0, y), xycoords=("axes fraction", "data"), xytext=(-2, 3 if above else -3),
-        textcoords="offset points", ha="right", va="bottom" if above else "top", color=colour, fontsize=8,
+def line_note(
+    axes: Axes, y: float, text: str, colour: str, *, above: bool = True, text_at: float | None = None
+) -> None:
+    """A horizontal line with its name at the right end, at the height of the line or at another."""
+    axes.axhline(y, color=colour, linewidth=1.0, linestyle="--")
+    height = y if text_at is None else text_at
+    note(
+        axes, text, (1.0, height), (-2, 3 if above else -3), xycoords=axes.get_yaxis_transform(), ha="right",
+        va="bottom" if above else "top", color=colour, zorder=4,
+        bbox={"facecolor": CARD, "alpha": 0.75, "edgecolor": "none", "pad": 0.6},
     )  # fmt: skip
+
+
+def note(axes: Axes, text: str, place: tuple[float, float], offset: tuple[float, float], **style: object) -> None:
+    """A text beside a place, offset in points."""
+    axes.annotate(text, place, xytext=offset, textcoords="offset points", **{"fontsize": 8, **style})  # type: ignore[arg-type]
 
 
 def legend_above(axes: Axes, columns: int) -> None:
@@ -133,6 +145,7 @@ def svg(draw: Draw, result: "Result", name: str, title: str) -> str:
     text = stream.getvalue()
     text = text[text.index("<svg") :]
     text = re.sub(r'\s+xmlns(:\w+)?="[^"]*"', "", text, count=2)
+    text = re.sub(r'\bd="[^"]*"', _rounded, text)
     text = re.sub(r'\bid="', f'id="{name}-', text)
     text = re.sub(r'(xlink:href="#|url\(#)', rf"\g<1>{name}-", text)
     for variable, colour in COLOURS.items():
@@ -140,6 +153,11 @@ def svg(draw: Draw, result: "Result", name: str, title: str) -> str:
     text = re.sub(r'width="[\d.]+pt" height="[\d.]+pt"', f'role="img" aria-labelledby="{name}-title"', text, count=1)
     head, mark, body = text.partition(">")
     return f'{head}{mark}<title id="{name}-title">{_escaped(title)}</title>{body}'
+
+
+def _rounded(path: re.Match[str]) -> str:
+    """A path to a hundredth of a point, which is finer than any screen or printer."""
+    return re.sub(r"-?\d+\.\d{3,}", lambda number: f"{float(number[0]):.2f}".rstrip("0").rstrip("."), path[0])
 
 
 def _escaped(text: str) -> str:
