@@ -18,35 +18,6 @@ from cutwise.spec.scenario import Scenario
 
 _WIDTH = 110
 
-<<<<<<< HEAD
-# What a new scenario says, and in which words, where the example of the field is not what to begin with.
-STARTS: Mapping[str, Mapping[str, str]] = {
-    "deburr": {
-        "operation.feed": "40 mm/s",
-        "operation.spindle_speed": "30000 rpm",
-        "operation.length": "60 mm",
-        "operation.path_error": "{amplitude: 0.1 mm, frequency: 1 Hz}",
-        "part.burr.height": "0.3 mm",
-        "part.burr.width": "0.3 mm",
-        "part.contact_length": "5 mm",
-        "tool.library": "berselli2016",
-        "material.library": "deburr_aluminium",
-        "spindle.library": "default",
-        "requirements": "{surface_error_max: {max: 0.1 mm}, surface_error_min: {min: -0.1 mm}}",
-    },
-    "drill": {
-        "tool.library": "twist_6mm",
-        "material.library": "al2024",
-        "robot.library": "kr270_2f",
-        "robot.redundancy_angle": "best",
-        "contact.friction": "{value: 0.2, status: assumed, source: no value found}",
-        "contact.wall_stiffness": "{value: 5 N/um, status: assumed, source: no value found}",
-        "contact.wander_length": "{value: 6 mm, status: assumed, source: no value found}",
-        "requirements": "{hole_position_error_entry: {max: 0.02 mm}, hole_position_error_exit: {max: 0.05 mm}}",
-    },
-}
-=======
->>>>>>> main
 _LEFT_OUT = ("library", "name", "process")
 
 

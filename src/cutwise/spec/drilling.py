@@ -231,6 +231,23 @@ class DrillingScenario(Scenario):
     """Drilling a plate with a robot (Garnier, Subrin, Waiyagan 2017)."""
 
     measures: ClassVar[Mapping[str, MeasureSpec]] = DRILLING
+    starts: ClassVar[Mapping[str, str]] = {
+        "tool.library": "twist_6mm",
+        "material.library": "al2024",
+        "robot.library": "kr270_2f",
+        "robot.redundancy_angle": "best",
+        "contact.friction": "{value: 0.2, status: assumed, source: no value found}",
+        "contact.wall_stiffness": "{value: 5 N/um, status: assumed, source: no value found}",
+        "contact.wander_length": "{value: 6 mm, status: assumed, source: no value found}",
+        "requirements": "{hole_position_error_entry: {max: 0.02 mm}, hole_position_error_exit: {max: 0.05 mm}}",
+    }
+
+    levers: ClassVar[Mapping[str, tuple[str, str]]] = {
+        "operation.feed_per_rev": ("0.02 mm/rev", "0.4 mm/rev"),
+        "operation.spindle_speed": ("300 rpm", "8000 rpm"),
+        "robot.redundancy_angle": ("-180 deg", "180 deg"),
+    }
+    focus: ClassVar[str] = "hole_position_error_exit"
 
     process: Literal["drill"] = Field(description="which operation is simulated", examples=["drill"])
     operation: DrillingOperation = Field(description="feed and speed")

@@ -206,9 +206,7 @@ def test_every_robot_of_the_library_drills_or_asks_for_its_stiffness(examples):
                 cutwise.load(examples / "drill_robot.yaml", [f"robot.library={name}"])
 
 
-@pytest.mark.parametrize(
-    "material", ["ti6al4v", "steel_200hb", "al_iscar_n22", "ti_iscar_s37"]
-)
+@pytest.mark.parametrize("material", ["ti6al4v", "steel_200hb", "al_iscar_n22", "ti_iscar_s37"])
 def test_materials_of_the_library(examples, material):
     got = run(examples, f"material.library={material}")
     assert 100 < got.measures["thrust_max"].value < 700

@@ -7,7 +7,18 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from cutwise.app.plots.figures import (
-    BAD, GOOD, INK, SERIES, SHADE, SOFT, Plot, curve, figure, legend_above, line_note, scale,
+    BAD,
+    GOOD,
+    INK,
+    SERIES,
+    SHADE,
+    SOFT,
+    Plot,
+    curve,
+    figure,
+    legend_above,
+    line_note,
+    scale,
 )  # fmt: skip
 
 if TYPE_CHECKING:
