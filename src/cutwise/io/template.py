@@ -8,6 +8,7 @@ from textwrap import wrap
 from pydantic.fields import FieldInfo
 
 from cutwise.io import library
+from cutwise.io.tree import one_line
 from cutwise.spec import fields
 from cutwise.spec.base import LibrarySpec, Spec
 from cutwise.spec.faults import Fault, Path, ScenarioFault, dotted
@@ -110,9 +111,11 @@ def _from_library(section: type[LibrarySpec], path: Path, starts: Mapping[str, s
     yield f"{indent}library: {name}"
     values = there[name].values.value if name in there else {}
     for key, info in section.model_fields.items():
-        if key in values:
+        if key in values and "..." not in one_line(values[key]):
             brief = re.split(r"[:;(]", info.description or "")[0].strip()
-            yield f"{indent}# {f'{key}: {values[key].text}':<32} # {brief}"
+            yield f"{indent}# {f'{key}: {one_line(values[key])}':<32} # {brief}"
+        elif key not in _LEFT_OUT and dotted((*path, key)) in starts:
+            yield from _value(info, (*path, key), starts)
 
 
 def _requirements(model: type[Scenario], start: str) -> Iterator[str]:

@@ -1,17 +1,21 @@
 """The processes that a scenario can ask for; a new one is a line here."""
 
 from cutwise.spec.deburring import DeburringScenario
+from cutwise.spec.drilling import DrillingScenario
 from cutwise.spec.machine_scenario import MachineScenario
 from cutwise.spec.scenario import Scenario
 
 KINDS: dict[str, type[Scenario]] = {
     "deburr": DeburringScenario,
     "machine": MachineScenario,
+    "drill": DrillingScenario,
 }
 
 ALIASES: dict[str, str] = {
     "deburring": "deburr",
     "machine_tool": "machine",
     "error_budget": "machine",
+    "drilling": "drill",
+    "robotic_drilling": "drill",
 }
 """Other words that people use for a process: named in the suggestion, not accepted."""
