@@ -37,7 +37,7 @@ def measures(process: str) -> str:
 
 
 def _unit(dimension: str, which: str) -> str:
-    return units.pretty(getattr(units.DIMENSIONS[dimension], which)) or "1"
+    return units.pretty(getattr(units.DIMENSIONS[dimension], which)) or "none"
 
 
 def keys(process: str) -> str:

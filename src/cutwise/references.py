@@ -142,6 +142,52 @@ BERSELLI2016 = register(
     )
 )
 
+DEMEC = register(
+    Source(
+        "demec",
+        "P. Demeč, K. Madáč, Virtual machining - the mean of machine tools virtual prototyping, Technical University "
+        "of Košice (no year printed; project VEGA 1/4162/07)",
+        implements=(
+            "Eqs. 1, 8: ideal surface and tool vectors of a serial chain",
+            "Eqs. 2-7: first-order error of the tool point, by body",
+            "Eq. 9: machined surface",
+            "Eqs. 10-14: the vertical mill",
+        ),
+        errata=(
+            Erratum(
+                "Eq. 1",
+                "products to n-1 (tool) and i-1 (sum)",
+                "products to n and i",
+                "tests/papers/test_demec.py::test_eq_1_as_printed_drops_a_rotation_and_shifts_the_sum",
+            ),
+            Erratum(
+                "Eq. 5",
+                "product to n",
+                "product to i",
+                "tests/papers/test_demec.py::test_eq_5_with_the_printed_limit_contradicts_eq_2",
+            ),
+            Erratum(
+                "Eqs. 2, 3",
+                "errors of every body and of the part added",
+                "errors of bodies between part and ground, and the deformation of the part, taken off",
+                "tests/papers/test_demec.py::test_eq_2_literal_adds_what_the_table_takes_away",
+            ),
+            Erratum(
+                "Fig. 4 and conclusion",
+                "errors in Y and Z largest in the middle of the travel",
+                "not with physical signs: cutting force times error is convex along the travel",
+                "tests/papers/test_demec.py::test_figure_4_is_not_a_result_of_the_physical_signs",
+            ),
+            Erratum(
+                "practical demonstration",
+                "G1 upper part of table y, G2 bottom part of table x",
+                "T1 moves in x on T2: the letters of the axes are exchanged",
+                "tests/papers/test_demec.py::test_eqs_1_8_12_13_tool_point_and_vectors_of_the_example",
+            ),
+        ),
+    )
+)
+
 GARNIER2017 = register(
     Source(
         "garnier2017",

@@ -233,9 +233,14 @@ def _without_displaced(node: Node, model: type[Spec]) -> Node:
             if key in value and value[key].layer < stronger:
                 del value[key]
     for name, info in model.model_fields.items():
-        for section in fields.sections(info):
-            if name in value:
-                value[name] = _without_displaced(value[name], section)
+        for section in fields.inner(info):
+            if name not in value:
+                continue
+            below = value[name]
+            if isinstance(below.value, list):
+                value[name] = replace(below, value=[_without_displaced(item, section) for item in below.value])
+            else:
+                value[name] = _without_displaced(below, section)
     return replace(node, value=value)
 
 

@@ -2,11 +2,21 @@
 
 from collections.abc import Callable, Mapping
 
-from cutwise.process import assemble, deburring, drilling, drilling_remarks, drilling_stages, remarks
+from cutwise.process import (
+    assemble,
+    deburring,
+    drilling,
+    drilling_remarks,
+    drilling_stages,
+    machine,
+    machine_stages,
+    remarks,
+)
 from cutwise.process.convergence import change_on_halved_step
 from cutwise.results import Measure, Result, judge
 from cutwise.spec.deburring import DeburringScenario
 from cutwise.spec.drilling import DrillingScenario
+from cutwise.spec.machine_scenario import MachineScenario
 from cutwise.spec.scenario import Scenario
 
 Progress = Callable[[float], None]
@@ -46,6 +56,40 @@ def deburring_measures(scenario: DeburringScenario) -> Mapping[str, float]:
     coarse = scenario.numerics.force == "averaged" and scenario.tool.runout == 0.0
     tooth = any(name.startswith("tooth_") for name in scenario.requirements)
     return _deburring_pass(scenario, max(step, _STUDY_STEP) if coarse else step, tooth=tooth)[1]
+
+
+def machine_errors(scenario: MachineScenario, progress: Progress | None = None) -> Result:
+    """Error budget of a machine: ideal pass, loaded pass (Demeč and Madáč, Eqs. 1-9), map of the working space."""
+    one_pass = machine.evaluate_pass(scenario) if scenario.path is not None else None
+    volume = machine.evaluate_volume(scenario)
+    found = machine_measures(scenario, one_pass, volume)
+    finer = machine.halved_spacing(scenario, one_pass) if one_pass is not None else {}
+    if progress is not None:
+        progress(1.0)
+    return collect(
+        scenario,
+        found,
+        stages=machine_stages.stages(one_pass, volume),
+        warnings=machine_stages.warnings(scenario, one_pass),
+        limits=machine_stages.LIMITS,
+        convergence={name: value - found[name] for name, value in finer.items()},
+        notes=machine_stages.notes(one_pass, volume),
+        references=("demec",),
+    )
+
+
+def machine_measures(
+    scenario: MachineScenario,
+    one_pass: machine.MachinePass | None = None,
+    volume: machine.VolumeMap | None = None,
+) -> Mapping[str, float]:
+    """The measures alone; for studies they need nothing but the scenario."""
+    if one_pass is None and scenario.path is not None:
+        one_pass = machine.evaluate_pass(scenario)
+    if volume is None:
+        volume = machine.evaluate_volume(scenario)
+    of_pass = machine.pass_measures(one_pass) if one_pass is not None else {}
+    return {**of_pass, **(machine.volume_measures(volume) if volume is not None else {})}
 
 
 _STUDY_STEP = 100e-6  # [s] moves the edge error of the reference case by 0.07 µm
@@ -88,8 +132,12 @@ def drilling_measures(scenario: DrillingScenario) -> Mapping[str, float]:
     return drilling.measures(scenario, _drilling_run(scenario))
 
 
-MEASURES: Mapping[str, Callable[..., Mapping[str, float]]] = {"deburr": deburring_measures, "drill": drilling_measures}
-RECIPES: Mapping[str, Callable[..., Result]] = {"deburr": deburr, "drill": drill}
+MEASURES: Mapping[str, Callable[..., Mapping[str, float]]] = {
+    "deburr": deburring_measures,
+    "drill": drilling_measures,
+    "machine": machine_measures,
+}
+RECIPES: Mapping[str, Callable[..., Result]] = {"deburr": deburr, "drill": drill, "machine": machine_errors}
 
 
 def simulate(scenario: Scenario, progress: Progress | None = None) -> Result:

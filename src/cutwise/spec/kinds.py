@@ -2,16 +2,20 @@
 
 from cutwise.spec.deburring import DeburringScenario
 from cutwise.spec.drilling import DrillingScenario
+from cutwise.spec.machine_scenario import MachineScenario
 from cutwise.spec.scenario import Scenario
 
 KINDS: dict[str, type[Scenario]] = {
     "deburr": DeburringScenario,
     "drill": DrillingScenario,
+    "machine": MachineScenario,
 }
 
 ALIASES: dict[str, str] = {
     "deburring": "deburr",
     "drilling": "drill",
     "robotic_drilling": "drill",
+    "machine_tool": "machine",
+    "error_budget": "machine",
 }
 """Other words that people use for a process: named in the suggestion, not accepted."""

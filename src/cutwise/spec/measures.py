@@ -1,5 +1,6 @@
 """The measures that each process reports: names, dimensions, meaning. The names are part of the interface."""
 
+import re
 from collections.abc import Mapping
 
 from cutwise.spec.scenario import MeasureSpec
@@ -36,6 +37,63 @@ DEBURRING: Mapping[str, MeasureSpec] = {
     "loading_force": MeasureSpec("force", "lateral force at the tip while the spindle is pushed out"),
     "unloading_force": MeasureSpec("force", "lateral force at the tip while the spindle returns"),
 }
+
+
+class _BodyMeasures(dict[str, MeasureSpec]):
+    """Measures of a machine: the fixed names, and ``share_BODY`` for whatever its bodies are called."""
+
+    def __contains__(self, name: object) -> bool:
+        return super().__contains__(name) or (isinstance(name, str) and re.fullmatch(r"share_\w+", name) is not None)
+
+    def __missing__(self, name: str) -> MeasureSpec:
+        if name not in self:
+            raise KeyError(name)
+        body = name.removeprefix("share_")
+        return MeasureSpec("small_length", f"share of body {body} along the largest error; the shares sum to it")
+
+
+def _deviation(where: str, words: str) -> dict[str, MeasureSpec]:
+    return {
+        f"deviation_{axis}_{where}": MeasureSpec("small_length", f"error of the tool point along {axis} {words}")
+        for axis in "xyz"
+    }
+
+
+MACHINE: Mapping[str, MeasureSpec] = _BodyMeasures(
+    {
+        **_deviation("start", "at the start of the pass"),
+        **_deviation("middle", "in the middle of the pass"),
+        **_deviation("end", "at the end of the pass"),
+        "deviation_norm_max": MeasureSpec("small_length", "largest length of the error over the pass"),
+        "deviation_norm_max_at": MeasureSpec("length", "x of the ideal tool point where the error is largest"),
+        "deviation_p95": MeasureSpec("small_length", "95 % quantile of the error in the middle, systematic and random"),
+        "deviation_random_p95": MeasureSpec("small_length", "95 % quantile of the random error alone, in the middle"),
+        **_per_axis("deviation_std", "small_length", "standard deviation of the random error in the middle"),
+        **_per_axis("position_start", "length", "ideal tool point in the part at the start"),
+        "linear_residual_max": MeasureSpec("small_length", "largest difference of exact and first-order error"),
+        "energy_balance": MeasureSpec("dimensionless", "relative residual of Clapeyron's balance over all loads"),
+        "work_convexity": MeasureSpec(
+            "dimensionless", "least second difference of cutting force times error over its size; not below 0"
+        ),
+        "stiffening_gain_best": MeasureSpec(
+            "small_length", "change of the largest error if the element that brings most were 10 % stiffer"
+        ),
+        "wall_error_min": MeasureSpec("small_length", "smallest error of the wall along its normal"),
+        "wall_error_max": MeasureSpec("small_length", "largest error of the wall along its normal"),
+        "wall_flatness": MeasureSpec("small_length", "peak to valley of the wall off its least-squares plane"),
+        "volumetric_error_max": MeasureSpec(
+            "small_length", "largest geometric error over the map of the working space"
+        ),
+        "diagonal_range_max": MeasureSpec("small_length", "largest range of the error along a body diagonal"),
+        **{
+            f"diagonal_range_{number}": MeasureSpec("small_length", f"range of the error along body diagonal {number}")
+            for number in (1, 2, 3, 4)
+        },
+        "map_interpolation_error": MeasureSpec(
+            "small_length", "largest error of the map's tables against the functions"
+        ),
+    }
+)
 
 DRILLING: Mapping[str, MeasureSpec] = {
     "thrust_max": MeasureSpec("force", "largest thrust"),
