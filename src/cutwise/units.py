@@ -36,7 +36,6 @@ _ALL = (
     Dimension("angular_speed", "rad/s", "rpm", "40000 rpm", "write rpm, 1/min or rad/s; Hz is for frequencies"),
     Dimension("angle", "rad", "deg", "20 deg"),
     Dimension("small_angle", "rad", "µrad", "15 urad"),
-    Dimension("tilt", "rad", "mrad", "0.5 mrad"),
     Dimension("frequency", "Hz", "Hz", "2 Hz"),
     Dimension("spatial_frequency", "1/m", "1/m", "16 1/m"),
     Dimension("time", "s", "s", "0.2 s"),
@@ -61,7 +60,6 @@ _ALL = (
     Dimension("dimensionless", "", "", "0.3"),
 )
 DIMENSIONS = {dimension.name: dimension for dimension in _ALL}
-_ANGLES = ("angle", "small_angle", "tilt")
 
 _QUANTITY = re.compile(r"\s*([+-]?(?:\d[\d_]*\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*", re.DOTALL)
 
@@ -123,10 +121,10 @@ def factor(unit: str, dimension: str) -> float:
         raise UnitFault(f'"{unit}" is not a unit; write it as text with a unit, {expected}') from None
     if dimension == "angular_speed":
         return _angular_speed_factor(parsed, unit, expected)
-    angle_free = {"rad", "deg"} & set(re.findall(r"[a-z]+", f"{wanted.si} {wanted.display}"))
-    if dimension in _ANGLES and parsed.dimensionless and not _names_angle(parsed):
+    angle_free = {"rad", "deg"} & set(re.findall(r"[a-z]+", wanted.si + wanted.display))
+    if dimension == "angle" and parsed.dimensionless and not _names_angle(parsed):
         raise UnitFault(f'"{unit}" is not an angle, expected {expected}')
-    if dimension not in _ANGLES and _names_angle(parsed) and not angle_free:
+    if dimension != "angle" and _names_angle(parsed) and not angle_free:
         raise UnitFault(f'"{unit}" is not a unit of {wanted.name.replace("_", " ")}, expected {expected}')
     if not parsed.is_compatible_with(wanted.si or "dimensionless"):
         raise UnitFault(f'"{unit}" is not a unit of {wanted.name.replace("_", " ")}, expected {expected}')

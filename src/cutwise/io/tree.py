@@ -269,11 +269,11 @@ def origins(node: Node, path: Path = (), inherited: Origin | None = None) -> Ite
         for place, item in enumerate(node.value):
             yield from origins(item, (*path, place), origin)
     else:
-        yield path, replace(origin or Origin("user"), text=one_line(node))
+        yield path, replace(origin or Origin("user"), text=as_one_line(node))
 
 
-def one_line(node: Node) -> str:
-    """A value as written; a list in brackets, sections in it by three dots."""
+def as_one_line(node: Node) -> str:
+    """A value as one would write it in one line."""
     if isinstance(node.value, list):
-        return f"[{', '.join(map(one_line, node.value))}]"
-    return "..." if isinstance(node.value, dict) else node.text
+        return "[" + ", ".join(as_one_line(item) for item in node.value) + "]"
+    return node.text

@@ -152,11 +152,29 @@ def _bottom(
         lambda a: min(at(a)[0], wall), bounds=(centre - step, centre + step), method="bounded",
         options={"xatol": 1e-7},
     )  # fmt: skip
-    value, q = at(float(result.x))
+    bottom = _to_the_limit(lambda a: at(a)[0], float(result.x))
+    value, q = at(bottom)
     if value < values[m, branch]:
-        angle = (float(result.x) + math.pi) % (2.0 * math.pi) - math.pi
+        angle = (bottom + math.pi) % (2.0 * math.pi) - math.pi
         return angle, q, value
     return centre, home, float(values[m, branch])
+
+
+def _to_the_limit(value: Callable[[float], float], angle: float, near: float = 1e-6) -> float:
+    """The angle moved to a joint limit close by if that is better: a minimiser stops anywhere short of such a cliff."""
+    best = angle
+    for side in (near, -near):
+        if math.isfinite(value(angle)) and not math.isfinite(value(angle + side)):
+            inside, beyond = 0.0, 1.0
+            for _ in range(40):
+                middle = 0.5 * (inside + beyond)
+                if math.isfinite(value(angle + middle * side)):
+                    inside = middle
+                else:
+                    beyond = middle
+            if value(angle + inside * side) < value(best):
+                best = angle + inside * side
+    return best
 
 
 class Placement(NamedTuple):

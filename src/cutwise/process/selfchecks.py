@@ -207,7 +207,7 @@ DRILLING = [
         _of_hole("hole_position_error_entry"),
     ),
     SelfCheck(
-        "perpendicularity error", f"{_HOLE}; step to 0", "tilt", 0.3620e-3, 0.0036e-3,
+        "perpendicularity error", f"{_HOLE}; step to 0", "small_angle", 0.3620e-3, 0.0036e-3,
         _of_hole("perpendicularity_error"),
     ),
     SelfCheck(

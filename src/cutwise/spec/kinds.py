@@ -7,15 +7,15 @@ from cutwise.spec.scenario import Scenario
 
 KINDS: dict[str, type[Scenario]] = {
     "deburr": DeburringScenario,
-    "machine": MachineScenario,
     "drill": DrillingScenario,
+    "machine": MachineScenario,
 }
 
 ALIASES: dict[str, str] = {
     "deburring": "deburr",
-    "machine_tool": "machine",
-    "error_budget": "machine",
     "drilling": "drill",
     "robotic_drilling": "drill",
+    "machine_tool": "machine",
+    "error_budget": "machine",
 }
 """Other words that people use for a process: named in the suggestion, not accepted."""

@@ -95,7 +95,6 @@ MACHINE: Mapping[str, MeasureSpec] = _BodyMeasures(
     }
 )
 
-
 DRILLING: Mapping[str, MeasureSpec] = {
     "thrust_max": MeasureSpec("force", "largest thrust"),
     "thrust_mean": MeasureSpec("force", "mean thrust in full cut"),
@@ -112,8 +111,8 @@ DRILLING: Mapping[str, MeasureSpec] = {
     "lateral_deflection_mean": MeasureSpec("small_length", "mean lateral deflection in full cut"),
     "hole_position_error_entry": MeasureSpec("small_length", "position error of the hole at the entry surface"),
     "hole_position_error_exit": MeasureSpec("small_length", "position error of the hole at the exit surface"),
-    "perpendicularity_error": MeasureSpec("tilt", "tilt of the hole between entry and exit"),
-    "drill_tilt": MeasureSpec("tilt", "tilt of the drill itself under thrust"),
+    "perpendicularity_error": MeasureSpec("small_angle", "tilt of the hole between entry and exit"),
+    "drill_tilt": MeasureSpec("small_angle", "tilt of the drill itself under thrust"),
     "circularity_estimate": MeasureSpec("small_length", "upper bound of the circularity error from unequal lips"),
     "oversize_estimate": MeasureSpec("small_length", "upper bound of the oversize from unequal lips"),
     "feed_per_rev_max": MeasureSpec("feed_per_revolution", "largest actual feed at breakthrough"),

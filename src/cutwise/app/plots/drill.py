@@ -172,7 +172,7 @@ def arm_in_posture(result: "Result") -> Figure:
 _TABLE = (
     ("redundancy_angle", "angle", "angle"), ("skating_ratio", "dimensionless", "skating"),
     ("compliance_axial", "compliance", "compliance"), ("hole_position_error_entry", "small_length", "entry"),
-    ("hole_position_error_exit", "small_length", "exit"), ("perpendicularity_error", "tilt", "perpendicularity"),
+    ("hole_position_error_exit", "small_length", "exit"), ("perpendicularity_error", "small_angle", "perpendicularity"),
     ("feed_per_rev_max", "feed_per_revolution", "feed max"),
 )  # fmt: skip
 
