@@ -89,6 +89,7 @@ TABLES: Mapping[str, Callable[[], str]] = {
     **{f"measures.{kind}": partial(measures, kind) for kind in KINDS},
     **{f"keys.{kind}": partial(keys, kind) for kind in KINDS},
     "errata.berselli2016": partial(errata, "berselli2016"),
+    "errata.garnier2017": partial(errata, "garnier2017"),
     "entry.spindles.berselli2016": partial(entry, "spindles.berselli2016"),
     "errata.ozcan2017": partial(errata, "ozcan2017"),
     "entry.machines.fadal2216": partial(entry, "machines.fadal2216"),

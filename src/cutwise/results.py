@@ -183,3 +183,12 @@ def judge(scenario: Scenario, measures: Mapping[str, Measure]) -> "Iterable[Chec
         above = limit.min is None or measure.value >= limit.min
         below = limit.max is None or measure.value <= limit.max
         yield Check(name, measure.value, dimension, limit.min, limit.max, above and below)
+
+
+def judge_values(scenario: Scenario, values: Mapping[str, float]) -> bool:
+    """Whether bare values in SI meet every requirement on them; requirements on other measures do not count."""
+    return all(
+        (limit.min is None or values[name] >= limit.min) and (limit.max is None or values[name] <= limit.max)
+        for name, limit in scenario.requirements.items()
+        if name in values
+    )

@@ -24,6 +24,10 @@ _DOI = re.compile(r"\bdoi[ :]+(10\.\d{4,}/\S+?)(?=[,;.]?(?:\s|$))")
 _HEADINGS = {
     "worst": "Worst places",
     "band": "Where in the band the run ended",
+    "plausibility": "Thrust and torque by other formulas",
+    "skating": "Does the tip hold?",
+    "cross_check": "Quasi-static cross-check",
+    "placement": "Where to put the part",
 }
 
 

@@ -12,7 +12,9 @@ from cutwise.spec.faults import Fault, ScenarioFault, dotted
 from cutwise.spec.scenario import Origin
 
 FOLDER = Path(__file__).parent.parent / "library"
-SHELVES = ("tools", "materials", "spindles", "path_errors", "machines", "robots")
+SHELVES = (
+    "tools", "materials", "spindles", "path_errors", "machines", "robots", "drills", "drilled_materials",
+)  # fmt: skip
 
 _KEYS = ("name", "describes", "values")
 

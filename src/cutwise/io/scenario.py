@@ -15,6 +15,7 @@ from cutwise.io.files import as_text, read_bytes
 from cutwise.io.programs.interpreter import interpret
 from cutwise.io.tables import read_table
 from cutwise.io.tree import Node, compose, from_data, merged, origins, placed, unwrapped
+from cutwise.io.urdf import read_urdf
 from cutwise.io.wording import faults_of, unknown_key
 from cutwise.spec import faults as spec_faults
 from cutwise.spec import fields
@@ -22,7 +23,7 @@ from cutwise.spec.base import LibrarySpec, Spec
 from cutwise.spec.faults import Fault, ScenarioFault, dotted, split_dotted
 from cutwise.spec.kinds import ALIASES, KINDS
 from cutwise.spec.milling import Program
-from cutwise.spec.scenario import Scenario
+from cutwise.spec.scenario import Origin, Scenario
 from cutwise.spec.tables import Table
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
@@ -267,6 +268,8 @@ class _Assembly:
         """The section with its library entry merged in and its tables read."""
         if issubclass(section, LibrarySpec) and isinstance(node.value, dict):
             node = self._with_library(node, section, path)
+        if "urdf" in section.model_fields and isinstance(node.value, dict):
+            node = self._with_urdf(node, path)
         if not isinstance(node.value, dict):
             return node
         value = dict(node.value)
@@ -315,6 +318,33 @@ class _Assembly:
         values = library.marked(entry.values, label)
         known = self._known_to_section(values, section, path)
         return merged(known, node)
+
+    def _with_urdf(self, node: Node, path: spec_faults.Path) -> Node:
+        """The section with the joints of its URDF file; a document has them written out already."""
+        file = node.value.get("urdf")
+        if file is None or not file.text or ("joints" in node.value and node.value["joints"].layer >= file.layer):
+            return node
+        place = self._file(file.text, file)
+        tip = node.value.get("tip_link")
+        try:
+            arm = read_urdf(place, str(place), tip.text if tip is not None and tip.text else None)
+        except ScenarioFault as fault:
+            self.incomplete.add(path)
+            here = (*path, "urdf")
+            self.faults += [
+                one if one.line is not None else file.fault(here, f"{one.file}: {one.message}") for one in fault.faults
+            ]
+            return node
+        read = {
+            "joints": [dict(joint) for joint in arm.joints],
+            "flange_origin": arm.flange["origin"],
+            "flange_rotation": arm.flange["rotation"],
+            "urdf_remarks": list(arm.remarks),
+        }
+        inlined = {key: from_data(value, file.file, file.layer) for key, value in read.items()}
+        origin = Origin("user", source=f"URDF {file.text}")
+        inlined = {key: replace(item, origin=origin) for key, item in inlined.items()}
+        return replace(node, value={**node.value, **inlined})
 
     def _entry(self, label: Node, shelf: str) -> library.Entry:
         name = label.text

@@ -269,11 +269,11 @@ def origins(node: Node, path: Path = (), inherited: Origin | None = None) -> Ite
         for place, item in enumerate(node.value):
             yield from origins(item, (*path, place), origin)
     else:
-        yield path, replace(origin or Origin("user"), text=_as_text(node))
+        yield path, replace(origin or Origin("user"), text=as_one_line(node))
 
 
-def _as_text(node: Node) -> str:
+def as_one_line(node: Node) -> str:
     """A value as one would write it in one line."""
     if isinstance(node.value, list):
-        return "[" + ", ".join(_as_text(item) for item in node.value) + "]"
+        return "[" + ", ".join(as_one_line(item) for item in node.value) + "]"
     return node.text

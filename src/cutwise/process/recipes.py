@@ -2,10 +2,23 @@
 
 from collections.abc import Callable, Mapping
 
-from cutwise.process import assemble, assemble_mill, deburring, machine, machine_stages, milling, remarks, remarks_mill
+from cutwise.process import (
+    assemble,
+    assemble_mill,
+    deburring,
+    drilling,
+    drilling_remarks,
+    drilling_stages,
+    machine,
+    machine_stages,
+    milling,
+    remarks,
+    remarks_mill,
+)
 from cutwise.process.convergence import change_on_halved_step
 from cutwise.results import Measure, Result, judge
 from cutwise.spec.deburring import DeburringScenario
+from cutwise.spec.drilling import DrillingScenario
 from cutwise.spec.machine_scenario import MachineScenario
 from cutwise.spec.milling import MillingScenario
 from cutwise.spec.scenario import Scenario
@@ -111,12 +124,56 @@ def machine_measures(
 
 _STUDY_STEP = 100e-6  # [s] moves the edge error of the reference case by 0.07 µm
 
+
+def drill(scenario: DrillingScenario, progress: Progress | None = None) -> Result:
+    """Robotic drilling: postures, thrust and torque over depth, and the coupled cycle of every hole."""
+    run = _drilling_run(scenario, progress)
+    found = drilling.measures(scenario, run)
+    change = change_on_halved_step(found, drilling.convergence(scenario, run))
+    each = [drilling.hole_measures(scenario, run.cell, hole) if hole.outcome else None for hole in run.holes]
+    return collect(
+        scenario,
+        found,
+        stages=drilling_stages.stages(scenario, run, each),
+        warnings=(*drilling_remarks.warnings(scenario, run), *drilling_remarks.halved_step(found, change)),
+        infeasible=drilling_remarks.infeasible(scenario, run),
+        limits=drilling_remarks.LIMITS,
+        convergence=change,
+        notes=drilling_remarks.notes(scenario, run),
+        references=("garnier2017", "dumas2011", "chen_kao2000"),
+    )
+
+
+def _drilling_run(scenario: DrillingScenario, progress: Progress | None = None) -> drilling.DrillRun:
+    cell = drilling.drill_cell(scenario)
+    shift, places = drilling.place(scenario, cell)
+    holes = []
+    targets = drilling.targets(scenario.hole)
+    for count, target in enumerate(targets, 1):
+        moved = target._replace(position=target.position + shift)
+        holes.append(drilling.drill_one(scenario, cell, moved, scenario.numerics.time_step))
+        if progress is not None:
+            progress(count / len(targets))
+    return drilling.DrillRun(cell, tuple(holes), shift, places)
+
+
+def drilling_measures(scenario: DrillingScenario) -> Mapping[str, float]:
+    """The measures alone, for studies."""
+    return drilling.measures(scenario, _drilling_run(scenario))
+
+
 MEASURES: Mapping[str, Callable[..., Mapping[str, float]]] = {
     "deburr": deburring_measures,
+    "drill": drilling_measures,
     "machine": machine_measures,
     "mill": milling_measures,
 }
-RECIPES: Mapping[str, Callable[..., Result]] = {"deburr": deburr, "machine": machine_errors, "mill": mill}
+RECIPES: Mapping[str, Callable[..., Result]] = {
+    "deburr": deburr,
+    "drill": drill,
+    "machine": machine_errors,
+    "mill": mill,
+}
 
 
 def simulate(scenario: Scenario, progress: Progress | None = None) -> Result:

@@ -166,6 +166,56 @@ MACHINE = [
               lambda: _mill().measures["energy_balance"].value),
 ]  # fmt: skip
 
+_REFERENCE_HOLE = {
+    "name": "selftest",
+    "process": "drill",
+    "operation": {"feed_per_rev": "0.1 mm/rev", "spindle_speed": "3000 rpm"},
+    "hole": {"position": ["1900 mm", "300 mm", "800 mm"], "axis": [0, 0, -1]},
+    "part": {"thickness": "5 mm"},
+    "tool": {"library": "twist_6mm"},
+    "material": {"library": "al2024"},
+    "contact": {"friction": 0.2, "wall_stiffness": "5 N/um", "wander_length": "6 mm"},
+    "robot": {
+        "library": "kr270_r2700", "redundancy_angle": "26 deg",
+        "joint_angles": ["-18 deg", "39 deg", "-115 deg", "45 deg", "80 deg", "-10 deg"],
+    },
+}  # fmt: skip
+
+
+@lru_cache(maxsize=2)
+def _drilled(*overrides: str) -> Result:
+    return simulate(read_document(_REFERENCE_HOLE, "selftest", overrides))
+
+
+def _of_hole(name: str, *overrides: str) -> Callable[[], float]:
+    return lambda: _drilled(*overrides).measures[name].value
+
+
+_HOLE = "after Garnier et al. 2017, gaps filled; two independent programs"
+DRILLING = [
+    SelfCheck("thrust of the lips", f"{_HOLE}; closed form", "force", 87.5726733, 1e-6, _of_hole("thrust_lips")),
+    SelfCheck(
+        "thrust of the chisel edge", f"{_HOLE}; closed form", "force", 76.3216934, 1e-6, _of_hole("thrust_chisel"),
+    ),
+    SelfCheck(
+        "axial compliance of the arm", f"{_HOLE}; 26 degrees", "compliance", 0.768923e-6, 1e-12,
+        _of_hole("compliance_axial"),
+    ),
+    SelfCheck("skating ratio", f"{_HOLE}; 26 degrees", "dimensionless", 0.115890, 1e-6, _of_hole("skating_ratio")),
+    SelfCheck(
+        "hole position error at entry", f"{_HOLE}; step to 0", "small_length", 1.0208e-6, 0.01e-6,
+        _of_hole("hole_position_error_entry"),
+    ),
+    SelfCheck(
+        "perpendicularity error", f"{_HOLE}; step to 0", "small_angle", 0.3620e-3, 0.0036e-3,
+        _of_hole("perpendicularity_error"),
+    ),
+    SelfCheck(
+        "redundancy angle that skates least", f"{_HOLE}; continuous search", "angle", 0.429246, 1e-5,
+        _of_hole("redundancy_angle", "robot.redundancy_angle=least_skating"),
+    ),
+]  # fmt: skip
+
 _OZCAN2017 = {
     "name": "selftest",
     "process": "mill",
@@ -200,4 +250,4 @@ MILLING = [
               partial(_corner, "settling_overshoot")),
 ]  # fmt: skip
 
-CHECKS: list[SelfCheck] = [*DEBURRING, *MACHINE, *MILLING]
+CHECKS: list[SelfCheck] = [*DEBURRING, *MACHINE, *DRILLING, *MILLING]

@@ -129,3 +129,38 @@ MACHINE: Mapping[str, MeasureSpec] = _BodyMeasures(
         ),
     }
 )
+
+DRILLING: Mapping[str, MeasureSpec] = {
+    "thrust_max": MeasureSpec("force", "largest thrust"),
+    "thrust_mean": MeasureSpec("force", "mean thrust in full cut"),
+    "thrust_lips": MeasureSpec("force", "thrust of the lips in full contact at nominal feed"),
+    "thrust_chisel": MeasureSpec("force", "thrust of the chisel edge in full contact at nominal feed"),
+    "torque_max": MeasureSpec("moment", "largest drill torque"),
+    "torque_lips": MeasureSpec("moment", "torque of the lips in full contact at nominal feed"),
+    "torque_chisel": MeasureSpec("moment", "torque of the chisel edge in full contact at nominal feed"),
+    "torque_margin": MeasureSpec("moment", "torque of the margins, fully in the hole"),
+    "lateral_force_max": MeasureSpec("force", "largest force of the hole wall on the drill"),
+    "axial_deflection_max": MeasureSpec("small_length", "largest deflection of the tool tip along the drill axis"),
+    "axial_deflection_mean": MeasureSpec("small_length", "mean axial deflection in full cut; negative: pushed back"),
+    "lateral_deflection_max": MeasureSpec("small_length", "largest deflection of the tool tip across the drill axis"),
+    "lateral_deflection_mean": MeasureSpec("small_length", "mean lateral deflection in full cut"),
+    "hole_position_error_entry": MeasureSpec("small_length", "position error of the hole at the entry surface"),
+    "hole_position_error_exit": MeasureSpec("small_length", "position error of the hole at the exit surface"),
+    "perpendicularity_error": MeasureSpec("small_angle", "tilt of the hole between entry and exit"),
+    "drill_tilt": MeasureSpec("small_angle", "tilt of the drill itself under thrust"),
+    "circularity_estimate": MeasureSpec("small_length", "upper bound of the circularity error from unequal lips"),
+    "oversize_estimate": MeasureSpec("small_length", "upper bound of the oversize from unequal lips"),
+    "feed_per_rev_max": MeasureSpec("feed_per_revolution", "largest actual feed at breakthrough"),
+    "feed_per_rev_min": MeasureSpec("feed_per_revolution", "smallest actual feed while the point enters"),
+    "depth_error": MeasureSpec("small_length", "axial deflection left at the end of the dwell (blind holes)"),
+    "skating_ratio": MeasureSpec("dimensionless", "lateral over axial force that keeps the tip in place"),
+    "skating_margin": MeasureSpec("dimensionless", "friction minus skating ratio; negative: the tip skates"),
+    "compliance_axial": MeasureSpec("compliance", "compliance along the drill axis in the chosen posture"),
+    "redundancy_angle": MeasureSpec("angle", "angle of the tool about the drill axis"),
+    "wrist_margin": MeasureSpec("dimensionless", "|sin| of the wrist angle; 0 is singular"),
+    "joint_limit_margin": MeasureSpec("angle", "smallest distance of a joint from its limit"),
+    "natural_frequency_min": MeasureSpec("frequency", "lowest frequency of the arm at the tool"),
+    "cycle_time": MeasureSpec("time", "time for a hole without retract; of a pattern, for all holes"),
+    "holes_drilled": MeasureSpec("dimensionless", "number of holes that can be drilled"),
+}
+"""For a pattern every measure but ``cycle_time`` and ``holes_drilled`` is that of its worst hole."""

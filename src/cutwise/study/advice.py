@@ -130,7 +130,7 @@ def _limit_faults(low: str, high: str, dimension: str, place: str) -> Iterator[F
 def _levers(scenario: Scenario, limits: Mapping[str, tuple[str, str]]) -> Iterator[Lever]:
     given = {".".join(path): (info, value) for path, info, value in fields.leaves(scenario)}
     for key, (low, high) in limits.items():
-        if key in given:
+        if key in given and isinstance(given[key][1], float):  # not a word, such as a posture to be searched for
             info, now = given[key]
             dimension = fields.dimension(info) or "dimensionless"
             yield Lever(key, dimension, now, units.parse(low, dimension), units.parse(high, dimension))
