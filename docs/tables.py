@@ -91,6 +91,9 @@ TABLES: Mapping[str, Callable[[], str]] = {
     "errata.berselli2016": partial(errata, "berselli2016"),
     "errata.garnier2017": partial(errata, "garnier2017"),
     "entry.spindles.berselli2016": partial(entry, "spindles.berselli2016"),
+    "errata.ozcan2017": partial(errata, "ozcan2017"),
+    "entry.machines.fadal2216": partial(entry, "machines.fadal2216"),
+    "entry.machines.cjme2023": partial(entry, "machines.cjme2023"),
 }
 
 

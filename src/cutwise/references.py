@@ -142,6 +142,45 @@ BERSELLI2016 = register(
     )
 )
 
+ERKORKMAZ2001 = register(
+    Source(
+        "erkorkmaz2001",
+        "K. Erkorkmaz, Y. Altintas, High speed CNC system design. Part II: modeling and identification of feed drives, "
+        "Int. J. Mach. Tools Manuf. 41 (2001)",
+        implements=("feed drive model, Stribeck friction law (form of the law)",),
+    )
+)
+
+OZCAN2017 = register(
+    Source(
+        "ozcan2017",
+        "A. Ozcan, E. Rivière-Lorphèvre, H. N. Huynh, F. Ducobu, O. Verlinden, E. Filippi, Modelling of pocket milling "
+        "operation considering cutting forces and CNC control inputs, Procedia CIRP 58 (2017) 239-244, "
+        "doi 10.1016/j.procir.2017.03.187",
+        implements=("Tables 1-3, Figs. 1-2: feed drives with PID control and feedforward",),
+        errata=(
+            Erratum(
+                "sec. 2.2",
+                "cutting feed rate up to 10160 mm/s",
+                "10160 mm/min, which is 400 in/min",
+                "tests/papers/test_ozcan2017.py::test_feed_range_must_be_per_minute",
+            ),
+            Erratum(
+                "Table 3",
+                "K_p 500 and K_i 70 (x), 462.539 and 64.75 (y)",
+                "rows exchanged, most probably; three readings are offered",
+                "tests/papers/test_ozcan2017.py::test_table3_as_printed_leaves_no_margin",
+            ),
+            Erratum(
+                "Table 1",
+                "B of the y axis 0.28438",
+                "0.028438, most probably: it makes the loops alike; the printed value is used",
+                "tests/papers/test_ozcan2017.py::test_table1_viscous_damping_of_y_slipped_a_decimal",
+            ),
+        ),
+    )
+)
+
 DEMEC = register(
     Source(
         "demec",

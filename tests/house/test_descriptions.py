@@ -21,6 +21,7 @@ WITHOUT_PHYSICS = {
     "inclination", "slope_direction", "x", "y", "z", "steps", "rotation", "flange_origin", "flange_rotation",
     "urdf_remarks", "columns", "rows", "others", "lip_model", "lip_elements", "azimuths", "angle_step",
     "redundancy_angle", "singularity_margin", "drill_torque_on_arm",
+    "lead", "turn", "compare", "path_mode", "reading", "modes", "substeps", "settling_time", "text", "act_on",
 }  # fmt: skip
 
 

@@ -12,6 +12,7 @@ from pydantic import ValidationError
 
 from cutwise.io import library
 from cutwise.io.files import as_text, read_bytes
+from cutwise.io.programs.interpreter import interpret
 from cutwise.io.tables import read_table
 from cutwise.io.tree import Node, compose, from_data, merged, origins, placed, unwrapped
 from cutwise.io.urdf import read_urdf
@@ -21,6 +22,7 @@ from cutwise.spec import fields
 from cutwise.spec.base import LibrarySpec, Spec
 from cutwise.spec.faults import Fault, ScenarioFault, dotted, split_dotted
 from cutwise.spec.kinds import ALIASES, KINDS
+from cutwise.spec.milling import Program
 from cutwise.spec.scenario import Origin, Scenario
 from cutwise.spec.tables import Table
 
@@ -279,6 +281,8 @@ class _Assembly:
             sections = [kind for kind in fields.sections(info) if not issubclass(kind, Table)]
             if tables and (file := _table_file(value[name])) is not None:
                 value[name] = self._table(value[name], file, tables[0], here)
+            elif Program in sections and (file := _program_file(value[name])) is not None:
+                value[name] = self._program(value[name], file, here)
             elif value[name].value is None and sections and not tables:
                 value[name] = replace(value[name], value={})  # "part:" with nothing below it
                 value[name] = self.complete(value[name], sections[0], here)
@@ -368,6 +372,18 @@ class _Assembly:
             return Path(name)
         return self.folder / name
 
+    def _program(self, node: Node, file: Node, path: spec_faults.Path) -> Node:
+        """The text of a G-code program, checked block by block."""
+        place = self._file(file.text, file)
+        try:
+            text = as_text(read_bytes(place, str(place)), str(place))
+            interpret(text, str(place))
+        except ScenarioFault as fault:
+            self.faults += [one if one.line else file.fault(path, f"{one.file}: {one.message}") for one in fault.faults]
+            return node
+        inlined = from_data({"file": file.text, "text": text}, node.file, node.layer)
+        return replace(node, value=inlined.value)
+
     def _table(self, node: Node, file: Node, kind: type[Table], path: spec_faults.Path) -> Node:
         place = self._file(file.text, file)
         try:
@@ -380,6 +396,15 @@ class _Assembly:
             return node
         inlined = from_data({"columns": columns, "file": file.text}, node.file, node.layer)
         return replace(node, value=inlined.value)
+
+
+def _program_file(node: Node) -> Node | None:
+    """The node that names a G-code file, unless its text is there already (a document)."""
+    if isinstance(node.value, str):
+        return node
+    if isinstance(node.value, dict) and "file" in node.value and "text" not in node.value:
+        return node.value["file"]  # type: ignore[no-any-return]
+    return None
 
 
 def _table_file(node: Node) -> Node | None:

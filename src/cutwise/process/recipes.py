@@ -4,19 +4,23 @@ from collections.abc import Callable, Mapping
 
 from cutwise.process import (
     assemble,
+    assemble_mill,
     deburring,
     drilling,
     drilling_remarks,
     drilling_stages,
     machine,
     machine_stages,
+    milling,
     remarks,
+    remarks_mill,
 )
 from cutwise.process.convergence import change_on_halved_step
 from cutwise.results import Measure, Result, judge
 from cutwise.spec.deburring import DeburringScenario
 from cutwise.spec.drilling import DrillingScenario
 from cutwise.spec.machine_scenario import MachineScenario
+from cutwise.spec.milling import MillingScenario
 from cutwise.spec.scenario import Scenario
 
 Progress = Callable[[float], None]
@@ -78,6 +82,32 @@ def machine_errors(scenario: MachineScenario, progress: Progress | None = None) 
     )
 
 
+def mill(scenario: MillingScenario, progress: Progress | None = None) -> Result:
+    """Milling with CNC drives: look-ahead, drives and forces in one loop (Ozcan et al. 2017, sec. 2-3)."""
+    program = assemble_mill.read_program(scenario)
+    substeps = scenario.numerics.substeps
+    done = milling.run(scenario, substeps, _part(progress, 0.0, 0.3))
+    found = milling.measures(scenario, done)
+    finer = milling.measures(scenario, milling.run(scenario, 2 * substeps, _part(progress, 0.3, 0.9)))
+    change = change_on_halved_step(found, finer)
+    rows = milling.compare(scenario)
+    return collect(
+        scenario,
+        found,
+        stages=milling.stages(done, milling.comparison_table(rows, scenario.measures)),
+        warnings=(*remarks_mill.warnings(scenario, done, found), *remarks_mill.changed(change)),
+        limits=remarks_mill.LIMITS,
+        convergence=change,
+        notes=remarks_mill.notes(scenario, done, rows, program.notices if program else ()),
+        references=("ozcan2017", "altintas2012", "erkorkmaz2001"),
+    )
+
+
+def milling_measures(scenario: MillingScenario) -> Mapping[str, float]:
+    """The measures alone, for studies."""
+    return milling.measures(scenario, milling.run(scenario, scenario.numerics.substeps))
+
+
 def machine_measures(
     scenario: MachineScenario,
     one_pass: machine.MachinePass | None = None,
@@ -136,8 +166,14 @@ MEASURES: Mapping[str, Callable[..., Mapping[str, float]]] = {
     "deburr": deburring_measures,
     "drill": drilling_measures,
     "machine": machine_measures,
+    "mill": milling_measures,
 }
-RECIPES: Mapping[str, Callable[..., Result]] = {"deburr": deburr, "drill": drill, "machine": machine_errors}
+RECIPES: Mapping[str, Callable[..., Result]] = {
+    "deburr": deburr,
+    "drill": drill,
+    "machine": machine_errors,
+    "mill": mill,
+}
 
 
 def simulate(scenario: Scenario, progress: Progress | None = None) -> Result:

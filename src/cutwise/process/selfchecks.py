@@ -14,7 +14,7 @@ from cutwise.io.scenario import read_document
 from cutwise.physics.cutting.flute import EdgeCoefficients, Mill
 from cutwise.physics.cutting.uneven import LINEAR, NO_KIENZLE, Edges, uneven_tooth_force
 from cutwise.physics.engagement.arc import layer_arcs
-from cutwise.process.recipes import simulate
+from cutwise.process.recipes import quick_measures, simulate
 from cutwise.results import Result
 
 
@@ -216,4 +216,39 @@ DRILLING = [
     ),
 ]  # fmt: skip
 
-CHECKS: list[SelfCheck] = [*DEBURRING, *MACHINE, *DRILLING]
+
+_OZCAN2017 = {
+    "name": "selftest",
+    "process": "mill",
+    "path": {"corner": "sharp", "lead": "30 mm"},
+    "operation": {"feed": "40 mm/s", "spindle_speed": "8000 rpm", "axial_depth": "5 mm", "radial_depth": "4 mm"},
+    "tool": {"library": "endmill_20_3"},
+    "material": {"library": "al7075t6"},
+    "machine": {"library": "fadal2216", "reading": "kp_ki_swapped"},
+    "numerics": {"discs": 20},
+}
+
+
+@lru_cache(maxsize=8)
+def _corner(name: str, *overrides: str) -> float:
+    return quick_measures(read_document(_OZCAN2017, "selftest", overrides))[name]
+
+
+_CORNER = "Ozcan et al. 2017, reference corner by an independent program"
+_FILLET = "path.corner=2 mm"
+MILLING = [
+    SelfCheck("time through a sharp corner", _CORNER, "time", 1.6131370850, 1e-9, partial(_corner, "cycle_time")),
+    SelfCheck("contour error, sharp corner", _CORNER, "small_length", 3.578e-6, 0.01e-6,
+              partial(_corner, "contour_error_max")),
+    SelfCheck("contour error, fillet of 2 mm", _CORNER, "small_length", 37.94e-6, 0.01e-6,
+              partial(_corner, "contour_error_max", _FILLET)),
+    SelfCheck("contour error, fillet, gains as printed", _CORNER, "small_length", 7.682e-6, 0.01e-6,
+              partial(_corner, "contour_error_max", _FILLET, "machine.reading=as_printed")),
+    SelfCheck("contour error, fillet, matched gains", _CORNER, "small_length", 34.894e-6, 0.01e-6,
+              partial(_corner, "contour_error_max", _FILLET, "machine.reading=matched")),
+    SelfCheck("peak force in the sharp corner", _CORNER, "force", 562.11, 0.6, partial(_corner, "force_xy_peak")),
+    SelfCheck("overshoot at the end", _CORNER, "small_length", 30.982e-6, 0.01e-6,
+              partial(_corner, "settling_overshoot")),
+]  # fmt: skip
+
+CHECKS: list[SelfCheck] = [*DEBURRING, *MACHINE, *DRILLING, *MILLING]

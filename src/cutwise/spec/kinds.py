@@ -3,11 +3,13 @@
 from cutwise.spec.deburring import DeburringScenario
 from cutwise.spec.drilling import DrillingScenario
 from cutwise.spec.machine_scenario import MachineScenario
+from cutwise.spec.milling import MillingScenario
 from cutwise.spec.scenario import Scenario
 
 KINDS: dict[str, type[Scenario]] = {
     "deburr": DeburringScenario,
     "drill": DrillingScenario,
+    "mill": MillingScenario,
     "machine": MachineScenario,
 }
 
@@ -15,6 +17,8 @@ ALIASES: dict[str, str] = {
     "deburring": "deburr",
     "drilling": "drill",
     "robotic_drilling": "drill",
+    "milling": "mill",
+    "pocket": "mill",
     "machine_tool": "machine",
     "error_budget": "machine",
 }

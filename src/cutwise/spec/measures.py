@@ -38,6 +38,41 @@ DEBURRING: Mapping[str, MeasureSpec] = {
     "unloading_force": MeasureSpec("force", "lateral force at the tip while the spindle returns"),
 }
 
+MILLING: Mapping[str, MeasureSpec] = {
+    "contour_error_max": MeasureSpec("small_length", "largest distance of the actual position from the path"),
+    "contour_error_rms": MeasureSpec("small_length", "r.m.s. distance from the path, settling at the end included"),
+    "cycle_time": MeasureSpec("time", "time from the first to the last point within the limits of the machine"),
+    "cycle_time_ideal": MeasureSpec("time", "time at the programmed feed throughout, without limits of acceleration"),
+    "tracking_error_max_x": MeasureSpec("small_length", "largest lag of the x axis behind its set point"),
+    "tracking_error_max_y": MeasureSpec("small_length", "largest lag of the y axis behind its set point"),
+    "settling_overshoot": MeasureSpec("small_length", "how far the tool runs over the end point along the path"),
+    "settling_time": MeasureSpec("time", "time after the last set point until the tool stays within 5 µm of it"),
+    "drive_voltage_max": MeasureSpec("voltage", "largest voltage of the controllers, after clipping"),
+    "saturation_time": MeasureSpec("time", "time for which a controller is at its limit"),
+    "feed_min": MeasureSpec("speed", "lowest actual feed on the cut (within 10 mm of the corner)"),
+    "force_xy_peak": MeasureSpec("force", "largest force on the tool in the xy plane"),
+    "force_x_peak": MeasureSpec("force", "largest magnitude of the force on the tool, x direction"),
+    "force_y_peak": MeasureSpec("force", "largest magnitude of the force on the tool, y direction"),
+    "force_z_peak": MeasureSpec("force", "largest magnitude of the force on the tool, z direction"),
+    "force_xy_mean_straight": MeasureSpec("force", "mean force vector in the xy plane on the straight, at the feed"),
+    "force_xy_mean_corner": MeasureSpec("force", "mean force vector in the xy plane at the largest immersion"),
+    "force_xy_peak_straight": MeasureSpec("force", "peak over a tooth in the xy plane on the straight, at the feed"),
+    "force_xy_peak_corner": MeasureSpec("force", "peak over a tooth in the xy plane at the largest immersion"),
+    "engagement_angle_max": MeasureSpec("angle", "largest immersion angle on the path"),
+    "engagement_angle_straight": MeasureSpec("angle", "immersion angle on the straight"),
+    "drive_torque_max_x": MeasureSpec("moment", "largest motor torque of the x axis"),
+    "drive_torque_max_y": MeasureSpec("moment", "largest motor torque of the y axis"),
+    "bandwidth_x": MeasureSpec("frequency", "-3 dB bandwidth of the sampled x position loop"),
+    "bandwidth_y": MeasureSpec("frequency", "-3 dB bandwidth of the sampled y position loop"),
+    "phase_margin_x": MeasureSpec("angle", "phase margin of the sampled x position loop"),
+    "phase_margin_y": MeasureSpec("angle", "phase margin of the sampled y position loop"),
+    "chatter_growth_straight": MeasureSpec("dimensionless", "growth of tip vibration per tooth on the straight"),
+    "chatter_growth_corner": MeasureSpec("dimensionless", "growth of tip vibration per tooth at the largest immersion"),
+    "tip_deflection_max": MeasureSpec("small_length", "largest vibration of the tool tip in the two steady cuts"),
+    "path_length": MeasureSpec("length", "length of the commanded path"),
+    "stops": MeasureSpec("dimensionless", "full stops between the first and the last point"),
+}
+
 
 class _BodyMeasures(dict[str, MeasureSpec]):
     """Measures of a machine: the fixed names, and ``share_BODY`` for whatever its bodies are called."""

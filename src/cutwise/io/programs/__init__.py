@@ -1,0 +1,1 @@
+"""Programs of CNC machines: G-code read into moves."""
