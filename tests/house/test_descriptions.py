@@ -17,11 +17,11 @@ WITHOUT_PHYSICS = {
     "name", "process", "requirements", "library", "milling", "lead_out_time", "path_error", "tolerance", "axial_start",
     "slices", "seed", "force", "time_step", "runout", "runout_angle", "gravity", "numerics", "engagement",
     "samples", "points", "diagonal_points", "orders", "convention", "weights", "feed_moment", "load", "at", "elements",
-    "lead", "turn", "compare", "path_mode", "reading", "modes", "substeps", "settling_time", "text", "act_on",
     # drilling: flat plate where it lies, frames without a turn, one hole, the simple lip, postures by search
     "inclination", "slope_direction", "x", "y", "z", "steps", "rotation", "flange_origin", "flange_rotation",
     "urdf_remarks", "columns", "rows", "others", "lip_model", "lip_elements", "azimuths", "angle_step",
     "redundancy_angle", "singularity_margin", "drill_torque_on_arm",
+    "lead", "turn", "compare", "path_mode", "reading", "modes", "substeps", "settling_time", "text", "act_on",
 }  # fmt: skip
 
 

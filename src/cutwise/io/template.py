@@ -122,7 +122,9 @@ def _from_library(section: type[LibrarySpec], path: Path, starts: Mapping[str, s
 
 
 def _has_sections(node: Node) -> bool:
-    return isinstance(node.value, list) and any(isinstance(item.value, dict) for item in node.value)
+    return isinstance(node.value, dict) or (
+        isinstance(node.value, list) and any(isinstance(item.value, dict) for item in node.value)
+    )
 
 
 def _requirements(model: type[Scenario], start: str) -> Iterator[str]:

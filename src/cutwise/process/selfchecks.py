@@ -216,6 +216,7 @@ DRILLING = [
     ),
 ]  # fmt: skip
 
+
 _OZCAN2017 = {
     "name": "selftest",
     "process": "mill",
