@@ -191,4 +191,6 @@ def displayed(value: float, dimension: str) -> tuple[float, str]:
 
 def pretty(unit: str) -> str:
     """Unit text for print: superscripts and middle dots."""
-    return unit.replace("**2", "²").replace("**3", "³").replace("*", "·").replace("revolution", "rev").replace("deg", "°")
+    return (
+        unit.replace("**2", "²").replace("**3", "³").replace("*", "·").replace("revolution", "rev").replace("deg", "°")
+    )

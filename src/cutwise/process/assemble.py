@@ -7,6 +7,7 @@ import numpy as np
 from cutwise.maths.curves import Cubic, FloatArray, Polyline, constant, no_cubic, smooth
 from cutwise.maths.fields import random_field, sum_of_sines
 from cutwise.physics.cutting.flute import EdgeCoefficients, Mill
+from cutwise.physics.cutting.uneven import KIENZLE, LINEAR, Edges, Kienzle
 from cutwise.physics.motion.edge import EdgePass
 from cutwise.physics.structure.pistons import (
     NO_FRICTION,
@@ -20,14 +21,18 @@ from cutwise.physics.structure.pistons import (
 )
 from cutwise.process.loops import AVERAGED, TOOTH_RESOLVED, Cutter, EdgeCell, Layers, Strips
 from cutwise.spec.deburring import DeburringScenario
+from cutwise.spec.material import KIENZLE as KIENZLE_KEYS
+from cutwise.spec.material import LINEAR as LINEAR_KEYS
 from cutwise.spec.material import Material
 from cutwise.spec.operation import DeburringOperation, PathErrorSpectrum, SinePathError
 from cutwise.spec.part import RandomField
 from cutwise.spec.spindle import CompliantSpindle
 from cutwise.spec.tables import Table
+from cutwise.spec.tool import HelicalMill
 
 GRAVITY = 9.80665  # [m/s^2] standard acceleration of free fall
 _FRICTION = {"none": NO_FRICTION, "set_valued": SET_VALUED, "presliding": PRESLIDING, "regularised": REGULARISED}
+_FORCE_LAW = {"linear": LINEAR, "kienzle": KIENZLE}
 _FORCE = {"averaged": AVERAGED, "tooth_resolved": TOOTH_RESOLVED}
 _SOLVER_TOLERANCE = 1e-6  # [N] of the piston forces: tighter costs hundreds of sweeps and changes nothing
 
@@ -43,7 +48,7 @@ def deburring_cell(scenario: DeburringScenario) -> EdgeCell:
     )
     cutter = Cutter(
         Mill(0.5 * tool.diameter, tool.flutes, tool.helix),
-        edge_coefficients(scenario.material),
+        edges(scenario.material, tool),
         operation.spindle_speed,
         operation.milling == "up",
         _FORCE[scenario.numerics.force],
@@ -96,11 +101,11 @@ def path_error_curve(operation: DeburringOperation) -> Cubic:
     return no_cubic()
 
 
-def edge_coefficients(material: Material) -> EdgeCoefficients:
-    """Linear-edge coefficients; an unknown axial pair counts as zero, and no axial force is reported then."""
-    return EdgeCoefficients(
-        *(getattr(material, key) or 0.0 for key in ("K_tc", "K_rc", "K_ac", "K_te", "K_re", "K_ae"))
-    )
+def edges(material: Material, tool: HelicalMill) -> Edges:
+    """How the edges cut; an unknown axial pair counts as zero, and no axial force is reported then."""
+    linear = EdgeCoefficients(*(getattr(material, key) or 0.0 for key in LINEAR_KEYS))
+    kienzle = Kienzle(*(getattr(material, key) or 0.0 for key in KIENZLE_KEYS))
+    return Edges(_FORCE_LAW[material.law], linear, kienzle, tool.runout, tool.runout_angle)
 
 
 def piston_ring(spindle: CompliantSpindle) -> PistonRing:

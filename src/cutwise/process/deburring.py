@@ -1,19 +1,21 @@
 """What a deburring pass amounts to: the numbers, remarks and curves that its result reports."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
 from cutwise.maths.curves import FloatArray, largest_curvature
+from cutwise.physics.cutting.uneven import largest_radius
 from cutwise.physics.motion.edge import path_memory_index
 from cutwise.physics.structure.statics import Characteristic, characteristic
 from cutwise.physics.surface.edge import machined_profile
 from cutwise.process.labels import labelled
-from cutwise.process.loops import EdgeCell, tooth_resolved_forces
+from cutwise.process.loops import TOOTH_RESOLVED, EdgeCell, run_compliant_edge, tooth_resolved_forces
 from cutwise.process.plateaus import Band, band
+from cutwise.process.swept import columns_carry, run_swept_edge
 from cutwise.records import EdgeHistory, Surface
 from cutwise.spec.deburring import DeburringScenario
 
@@ -35,6 +37,21 @@ class EdgeRun(NamedTuple):
     steady: slice  # rows of the last quarter before any lead-out
 
 
+def memory_needed(cell: EdgeCell) -> bool:
+    """Whether the mill meets what it cut itself: under run-out, or with a path-memory index above 1."""
+    return cell.cutter.edges.runout > 0.0 or memory_index(cell) > 1.0
+
+
+def run_for(scenario: DeburringScenario, cell: EdgeCell) -> Callable[..., EdgeHistory]:
+    """The loop that carries this pass: arcs of the present position, or a swept surface with memory."""
+    wanted = scenario.numerics.engagement
+    if cell.cutter.force_law == TOOTH_RESOLVED or wanted == "arcs":
+        return run_compliant_edge
+    if wanted == "swept":
+        return run_swept_edge
+    return run_swept_edge if memory_needed(cell) and columns_carry(cell) else run_compliant_edge
+
+
 def evaluate(scenario: DeburringScenario, cell: EdgeCell, history: EdgeHistory) -> EdgeRun:
     """Surface, band and static characteristic of a pass."""
     strips, radius = cell.layers.strips, cell.cutter.mill.radius
@@ -46,7 +63,9 @@ def evaluate(scenario: DeburringScenario, cell: EdgeCell, history: EdgeHistory) 
     time = history.motion.time
     end = cell.path.duration - cell.path.lead_out
     steady = slice(int(np.searchsorted(time, 0.75 * end)), max(1, int(np.searchsorted(time, end))))
-    surface = machined_profile(centre[:, 0], centre[:, 1], radius, burr, points=_profile_points(centre))
+    runout = cell.cutter.edges.runout
+    outermost = largest_radius(runout, cell.cutter.edges.runout_angle, cell.cutter.mill.flutes) if runout else 0.0
+    surface = machined_profile(centre[:, 0], centre[:, 1], radius + outermost, burr, points=_profile_points(centre))
     at_steady = centre[steady, 0]
     typical = float(np.interp(at_steady, burr.at, burr.value).mean())
     return EdgeRun(

@@ -9,7 +9,6 @@ import numpy as np
 from cutwise.maths.compiled import compiled
 from cutwise.maths.curves import FloatArray, Polyline, polyline_value
 from cutwise.physics.cutting.flute import (
-    EdgeCoefficients,
     FluteForce,
     Mill,
     feed_direction,
@@ -18,6 +17,7 @@ from cutwise.physics.cutting.flute import (
     mirrored,
     tooth_force,
 )
+from cutwise.physics.cutting.uneven import Edges, even_and_linear, turning_mean_force, uneven_tooth_force
 from cutwise.physics.engagement.arc import LayerArcs, layer_arcs
 from cutwise.physics.engagement.burr import entry_position
 from cutwise.physics.motion.edge import EdgePass, ToolMotion, programmed_motion
@@ -53,7 +53,7 @@ class Cutter(NamedTuple):
     """A turning mill in a material, and how its force is taken."""
 
     mill: Mill
-    coefficients: EdgeCoefficients
+    edges: Edges  # force law, coefficients and run-out
     spindle_speed: float  # [rad/s]
     up_milling: bool
     force_law: int  # AVERAGED or TOOTH_RESOLVED
@@ -102,16 +102,26 @@ def immersion_at(
 def arc_force_at(
     cutter: Cutter, chip: float, theta: float, lo: float, hi: float, z_lo: float, z_hi: float, time: float
 ) -> FluteForce:
-    """Force of one arc over one strip of the mill, by the force law in use; up milling is the mirror image."""
+    """Force of one arc over one strip of the mill, by the force law in use; up milling is the mirror image.
+
+    The closed forms serve where flutes are even and the law is linear, quadrature elsewhere.
+    """
     if hi <= lo:
         return FluteForce(0.0, 0.0, 0.0, 0.0)
     if cutter.up_milling:
         lo, hi, theta = math.pi - hi, math.pi - lo, -theta
+    mill, edges = cutter.mill, cutter.edges
+    rotation = (cutter.spindle_speed * time) % (2.0 * math.pi)
+    even = even_and_linear(edges)
     if cutter.force_law == TOOTH_RESOLVED:
-        rotation = (cutter.spindle_speed * time) % (2.0 * math.pi)
-        force = tooth_force(rotation, lo, hi, chip, theta, z_lo, z_hi, cutter.mill, cutter.coefficients)
+        if even:
+            force = tooth_force(rotation, lo, hi, chip, theta, z_lo, z_hi, mill, edges.linear)
+        else:
+            force = uneven_tooth_force(rotation, lo, hi, chip, theta, z_lo, z_hi, mill, edges)
+    elif even:
+        force = mean_force(lo, hi, chip, theta, z_hi - z_lo, mill.flutes, edges.linear)
     else:
-        force = mean_force(lo, hi, chip, theta, z_hi - z_lo, cutter.mill.flutes, cutter.coefficients)
+        force = turning_mean_force(rotation, lo, hi, chip, theta, z_hi - z_lo, mill, edges)
     return mirrored(force) if cutter.up_milling else force
 
 
@@ -222,10 +232,10 @@ def advance_edge(
             row += 1
 
 
-def run_compliant_edge(
-    cell: EdgeCell, time_step: float, progress: Callable[[float], None] | None = None
+def march(
+    cell: EdgeCell, time_step: float, advance: Callable[..., None], progress: Callable[[float], None] | None
 ) -> EdgeHistory:
-    """Time stepping of a whole pass (Berselli et al. 2016, Fig. 8), in portions between which a user can stop it."""
+    """A whole pass from rest, in portions between which progress is told and Ctrl-C is heard."""
     steps = max(1, round(cell.path.duration / time_step))
     stride = max(1, math.ceil(steps / _ROWS))
     steps = math.ceil(steps / stride) * stride
@@ -235,10 +245,21 @@ def run_compliant_edge(
     portion = stride * max(1, _CHUNK // stride)
     for first in range(0, steps, portion):
         count = min(portion, steps - first)
-        advance_edge(cell, tilt, pistons, rows, first, count, time_step, stride)
+        advance(tilt, pistons, rows, first, count, stride)
         if progress is not None:
             progress((first + count) / steps)
     return edge_history(rows)
+
+
+def run_compliant_edge(
+    cell: EdgeCell, time_step: float, progress: Callable[[float], None] | None = None
+) -> EdgeHistory:
+    """Time stepping of a whole pass (Berselli et al. 2016, Fig. 8)."""
+
+    def advance(tilt: FloatArray, pistons: RingState, rows: FloatArray, first: int, steps: int, stride: int) -> None:
+        advance_edge(cell, tilt, pistons, rows, first, steps, time_step, stride)
+
+    return march(cell, time_step, advance, progress)
 
 
 @compiled
@@ -249,7 +270,7 @@ def tooth_resolved_forces(cell: EdgeCell, time: FloatArray, tilt: FloatArray) ->
     """
     path, layers, cutter, _, reach = cell
     burr_height, burr_width, strips = layers
-    cutter = Cutter(cutter.mill, cutter.coefficients, cutter.spindle_speed, cutter.up_milling, TOOTH_RESOLVED)
+    cutter = Cutter(cutter.mill, cutter.edges, cutter.spindle_speed, cutter.up_milling, TOOTH_RESOLVED)
     forces = np.zeros((time.size, 6))
     out = np.zeros(9)
     for k in range(time.size):

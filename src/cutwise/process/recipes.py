@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 
-from cutwise.process import assemble, deburring, loops, remarks
+from cutwise.process import assemble, deburring, remarks
 from cutwise.process.convergence import change_on_halved_step
 from cutwise.results import Measure, Result, judge
 from cutwise.spec.deburring import DeburringScenario
@@ -15,11 +15,12 @@ def deburr(scenario: DeburringScenario, progress: Progress | None = None) -> Res
     """Compliant-spindle deburring: time stepping over all five stages (Berselli et al. 2016, Fig. 8)."""
 
     def run(time_step: float, watch: Progress | None = None) -> tuple[deburring.EdgeRun, Mapping[str, float]]:
-        history = loops.run_compliant_edge(cell, time_step, watch)
+        history = march(cell, time_step, watch)
         edge = deburring.evaluate(scenario, cell, history)
         return edge, deburring.measures(scenario, edge)
 
     cell = assemble.deburring_cell(scenario)
+    march = deburring.run_for(scenario, cell)
     step = scenario.numerics.time_step
     finer = run(0.5 * step, _part(progress, 0.0, 2.0 / 3.0))[1]
     edge, found = run(step, _part(progress, 2.0 / 3.0, 1.0))

@@ -7,12 +7,14 @@ import numpy as np
 
 from cutwise import units
 from cutwise.physics.structure.pistons import REGULARISED
-from cutwise.process.deburring import EdgeRun
+from cutwise.process.deburring import EdgeRun, memory_needed, run_for
 from cutwise.process.loops import TOOTH_RESOLVED
+from cutwise.process.swept import run_swept_edge
 from cutwise.spec.deburring import DeburringScenario
 
 _LARGEST_AVERAGED_STEP = 400e-6  # [s] beyond this the explicit cutting force is no longer damped
 _STEPS_PER_TOOTH = 20
+_STEPS_PER_TURN = 200
 _SWEEP_LIMIT = 2000
 _LATCHED = 0.05  # share of the band above the loading plateau
 _MOVED = 1e-6  # [m] change with the halved step that is worth a warning
@@ -81,10 +83,11 @@ def _process(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, floa
             "of the lead-in (or of the path error) has latched; lengthen the lead-in, or lower the start"
         )
     index = found["path_memory_index"]
-    if index > 1.0:
+    if memory_needed(run.cell) and not swept(scenario, run):
         yield (
-            f"path-memory index {index:.3g}: the mill meets its own older surface, which the arcs leave out; trust the "
-            "mean error, not the wave; below 1 needs a slower or smaller path error"
+            f"the mill meets its own older surface (path-memory index {index:.3g}, run-out "
+            f"{units.show(run.cell.cutter.edges.runout, 'small_length')}), which the arcs leave out: trust the mean error, "
+            "not the wave; numerics.engagement swept (with averaged force) keeps the surface"
         )
     low, high = scenario.material.chip_thickness_min, scenario.material.chip_thickness_max
     chip = float(run.history.engagement.chip[steady].mean())
@@ -110,8 +113,18 @@ def _numerics(scenario: DeburringScenario, run: EdgeRun) -> Iterator[str]:
         )
     if cutter.force_law != TOOTH_RESOLVED and step > _LARGEST_AVERAGED_STEP:
         yield "the time step is longer than 400 us, beyond which averaged forces may oscillate; use 20 to 50 us"
+    turn = 2.0 * math.pi / cutter.spindle_speed
+    if cutter.edges.runout > 0.0 and step > turn / _STEPS_PER_TURN:
+        yield (
+            f"the time step aliases the run-out: {turn / step:.3g} steps per turn, {_STEPS_PER_TURN} are needed; use 5 us"
+        )
     if run.history.response.sweeps.max() >= _SWEEP_LIMIT:
         yield "the contact solver stopped short of its tolerance in some steps; use a smaller time step"
+
+
+def swept(scenario: DeburringScenario, run: EdgeRun) -> bool:
+    """Whether the pass ran over a surface with memory."""
+    return run_for(scenario, run.cell) is run_swept_edge
 
 
 def halved_step(change: Mapping[str, float]) -> Iterator[str]:
@@ -131,7 +144,11 @@ def band_share(run: EdgeRun, found: Mapping[str, float]) -> float | None:
 
 def notes(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, float]) -> dict[str, str]:
     """Where in the band the run ended, and where the edge came out worst."""
-    told = {}
+    told = {
+        "engagement": "The engagement was taken from a swept surface with memory, cut down by every position of the mill."
+        if swept(scenario, run)
+        else "The engagement was taken from immersion arcs of the present position of the mill (no surface memory)."
+    }
     share = band_share(run, found)
     show = units.show
     if share is not None:

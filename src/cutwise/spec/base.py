@@ -1,15 +1,30 @@
 """The base of all specifications: frozen, unknown keys refused, and quantities that are text outside, SI inside."""
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self
 
-from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, GetJsonSchemaHandler, Strict, model_validator
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from cutwise import units
+from cutwise.spec.faults import Path, dotted
 
 Status = Literal["measured", "catalogue", "paper", "assumed", "user"]
+
+
+class Remark(NamedTuple):
+    """Something to say about the values of a section: where (relative to the section), and what."""
+
+    path: Path
+    message: str
+
+
+def contradiction(found: Sequence[Remark]) -> PydanticCustomError:
+    """The error that carries faults found by comparing values, for a pydantic validator to raise."""
+    message = "; ".join(": ".join(filter(None, (dotted(path), text))) for path, text in found)
+    return PydanticCustomError("contradiction", "{message}", {"message": message, "found": tuple(found)})
 
 
 class Spec(BaseModel):
@@ -17,12 +32,36 @@ class Spec(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", populate_by_name=False, ser_json_inf_nan="strings")
 
+    either: ClassVar[tuple[tuple[str, ...], ...]] = ()
+    """Groups of keys that say the same thing in different words: writing one sets aside weaker ones of the others
+    (a library entry's, or those of the file under a ``--set``)."""
+
+    def contradictions(self) -> Iterator[Remark]:
+        """Values that cannot hold together."""
+        yield from ()
+
+    def remarks(self) -> Iterator[Remark]:
+        """Combinations that are possible but unusual."""
+        yield from ()
+
+    @model_validator(mode="after")
+    def _holds_together(self) -> Self:
+        found = tuple(self.contradictions())
+        if found:
+            raise contradiction(found)
+        return self
+
 
 class LibrarySpec(Spec):
     """A section whose values may come from a library entry named by its ``library`` key."""
 
-    library: str | None = None
     library_shelf: ClassVar[str]
+
+    library: str | None = Field(
+        default=None,
+        description="library entry (or own library file) that gives the values not written here",
+        examples=["default", "./my_entry.yaml"],
+    )
 
 
 @dataclass(frozen=True)
@@ -36,7 +75,7 @@ class Quantity:
             self._read,
             handler(source),
             serialization=core_schema.plain_serializer_function_ser_schema(
-                self._write, when_used="json", return_schema=core_schema.str_schema()
+                self._write, when_used="json", return_schema=core_schema.any_schema()
             ),
         )
 
@@ -46,12 +85,14 @@ class Quantity:
         except units.UnitFault as fault:
             raise PydanticCustomError("quantity", "{message}", {"message": str(fault)}) from None
 
-    def _write(self, value: float) -> str:
-        return units.text(value, self.dimension)
+    def _write(self, value: float) -> str | float:
+        return value if self.dimension == "dimensionless" else units.text(value, self.dimension)
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
         example = units.DIMENSIONS[self.dimension].example
-        return {"type": "string", "examples": [example], "description": self.dimension.replace("_", " ")}
+        if self.dimension == "dimensionless":
+            return {"type": ["number", "string"], "examples": [float(example)]}
+        return {"type": "string", "examples": [example]}
 
 
 @dataclass(frozen=True)
@@ -62,6 +103,7 @@ class Usual:
     high: str | float | None = None
 
 
+Count = Annotated[int, Strict()]
 Length = Annotated[float, Quantity("length")]
 SmallLength = Annotated[float, Quantity("small_length")]
 Area = Annotated[float, Quantity("area")]

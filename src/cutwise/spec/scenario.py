@@ -1,13 +1,17 @@
 """What every scenario has: a name, a process, requirements, and a record of where each value came from."""
 
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from typing import Any, ClassVar, NamedTuple, Self
 
-from pydantic import Field, PrivateAttr
+from pydantic import Field, PrivateAttr, field_serializer, field_validator
 
 from cutwise import units
-from cutwise.spec.base import Spec, Status
+from cutwise.spec import fields
+from cutwise.spec.base import Remark, Spec, Status, contradiction
+from cutwise.spec.faults import Path, split_dotted
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,7 +20,8 @@ class Origin:
 
     status: Status
     source: str = ""
-    text: str = ""  # as written
+    text: str = field(default="", compare=False)  # as written
+    library: str = ""  # the library entry that gave it
 
 
 class MeasureSpec(NamedTuple):
@@ -29,45 +34,138 @@ class MeasureSpec(NamedTuple):
 class Limit(Spec):
     """Limits on a measure, in the measure's own unit once read."""
 
-    min: Any = None
-    max: Any = None
+    min: Any = Field(default=None, description="smallest value that passes", examples=["-0.05 mm"])
+    max: Any = Field(default=None, description="largest value that passes", examples=["0.05 mm"])
 
 
 class Scenario(Spec):
     """The base of the scenarios of all processes."""
 
-    name: str = Field(default="unnamed", description="name of the scenario", pattern=r"^[^/\\\n]+$")
-    process: str = Field(description="which operation is simulated")
-    requirements: dict[str, Limit] = Field(default_factory=dict, description="limits on measures")
-
     measures: ClassVar[Mapping[str, MeasureSpec]] = {}
 
+    name: str = Field(
+        default="unnamed",
+        description="name of the scenario",
+        examples=["deburr bracket"],
+        pattern=r"^[^/\\\n]+$",
+    )
+    process: str = Field(description="which operation is simulated")
+    requirements: dict[str, Limit] = Field(
+        default_factory=dict,
+        description="limits on measures: each measure with min, max or both",
+        examples=["{surface_error_max: {max: 0.05 mm}}"],
+    )
+
     _origins: dict[str, Origin] = PrivateAttr(default_factory=dict)
+
+    @field_validator("requirements", mode="before")
+    @classmethod
+    def _limits_in_the_unit_of_the_measure(cls, given: Any) -> Any:
+        """Turn the text of each limit into SI."""
+        if not isinstance(given, Mapping):
+            return given
+        found: list[Remark] = []
+        limits = {name: _limit(cls, name, limit, found) for name, limit in given.items()}
+        if found:
+            raise contradiction(found)
+        return limits
+
+    @field_serializer("requirements", when_used="json")
+    def _limits_as_text(self, requirements: dict[str, Limit]) -> dict[str, dict[str, str]]:
+        return {
+            name: {
+                end: units.text(value, self.measures[name].dimension)
+                for end, value in (("min", limit.min), ("max", limit.max))
+                if value is not None
+            }
+            for name, limit in requirements.items()
+        }
 
     @property
     def origins(self) -> Mapping[str, Origin]:
         """Dotted key of every given value: where it came from (library entry, or the user)."""
         return self._origins
 
-    def with_origins(self, origins: Mapping[str, Origin]) -> "Scenario":
+    def with_origins(self, origins: Mapping[str, Origin]) -> Self:
         """The same scenario, knowing where its values came from."""
         copy = self.model_copy()
         copy._origins = dict(origins)
         return copy
 
     def document(self) -> dict[str, Any]:
-        """The scenario as plain text values that can be read back exactly; each value with its source."""
-        plain = self.model_dump(mode="json", exclude_unset=True)
+        """The scenario as plain values that can be read back exactly; each value with its source.
+
+        Values stand as they were written, and in SI to the last bit where that is not known. Library values are
+        written out, marked with the entry that gave them, so that the document needs no library.
+        """
+        plain = self.model_dump(mode="json", exclude_unset=True, exclude_none=True)
+        plain = {"name": self.name, "process": self.process, **plain}
         for key, origin in self._origins.items():
-            if origin.status == "user" and not origin.source:
+            path = split_dotted(key)
+            place = _container(plain, path)
+            if place is None:
                 continue
-            *path, last = key.split(".")
-            place = plain
-            for step in path:
-                place = place.get(step, {})
-            if last in place and not isinstance(place[last], dict):
-                place[last] = {"value": place[last], "status": origin.status, "source": origin.source}
+            value = self._as_written(path, place[path[-1]], origin.text)
+            if origin.status == "user" and not origin.source and not origin.library:
+                place[path[-1]] = value
+                continue
+            place[path[-1]] = {"value": value, "status": origin.status, "source": origin.source}
+            if origin.library:
+                place[path[-1]]["library"] = origin.library
         return plain
+
+    def _as_written(self, path: Path, value: Any, text: str) -> Any:
+        """The text that the engineer wrote, as long as it still says the value."""
+        info = fields.field_at(type(self), path)
+        dimension = fields.dimension(info) if info is not None else None
+        if path[0] == "requirements" and len(path) == 3:
+            dimension = self.measures[str(path[1])].dimension
+        if not text or dimension is None or not isinstance(value, str):
+            return value
+        try:
+            same = units.parse(text, dimension) == units.parse(value, dimension)
+        except units.UnitFault:
+            return value
+        return text if same else value
+
+
+def _container(plain: Any, path: Path) -> Any:
+    """The mapping or list that holds the value at a path; None if there is no such value."""
+    for step in path[:-1]:
+        try:
+            plain = plain[step]
+        except (KeyError, IndexError, TypeError):
+            return None
+    return plain if isinstance(plain, dict) and path[-1] in plain else None
+
+
+def _limit(scenario: type[Scenario], name: str, limit: Any, found: list[Remark]) -> Any:
+    """One requirement in SI; what is wrong with it is added to ``found``."""
+    path = (name,)
+    if name not in scenario.measures:
+        near = get_close_matches(name, scenario.measures, n=1)
+        hint = f"did you mean {near[0]}?" if near else "known are: " + ", ".join(scenario.measures)
+        found.append(Remark(path, f"unknown measure; {hint}"))
+        return limit
+    if isinstance(limit, Limit):
+        limit = {"min": limit.min, "max": limit.max}
+    example = units.DIMENSIONS[scenario.measures[name].dimension].example
+    ends = {end: text for end, text in limit.items() if text is not None} if isinstance(limit, Mapping) else {}
+    if not ends:
+        found.append(Remark(path, f"has no limit; write min, max or both, for example {{max: {example}}}"))
+        return limit
+    read: dict[str, Any] = {}
+    for end, text in ends.items():
+        if end not in ("min", "max"):
+            found.append(Remark((*path, end), "unknown key; a requirement has min and max"))
+            continue
+        try:
+            read[end] = measure_value(scenario, name, text)
+        except units.UnitFault as fault:
+            found.append(Remark((*path, end), str(fault)))
+    if read.get("min", -math.inf) > read.get("max", math.inf):
+        found.append(Remark(path, f"min {ends['min']} is above max {ends['max']}"))
+    return read
 
 
 def measure_value(scenario: type[Scenario], name: str, text: object) -> float:

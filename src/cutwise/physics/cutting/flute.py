@@ -157,6 +157,36 @@ def mean_force(
 
 
 @compiled
+def flutes_in_cut(rotation: float, lo: float, hi: float, z_lo: float, z_hi: float, mill: Mill) -> tuple[int, int]:
+    r"""First and last flute j that may stand in an arc, counted on through all turns.
+
+    :math:`j_0 = \lceil (lo + k_\beta z - \phi) / \phi_p \rceil` at the lowest lag,
+    :math:`j_1 = \lfloor (hi + k_\beta z - \phi) / \phi_p \rfloor` at the highest.
+    """
+    pitch = 2.0 * math.pi / mill.flutes
+    lag = math.tan(mill.helix) / mill.radius
+    first = math.ceil((lo + min(lag * z_lo, lag * z_hi) - rotation) / pitch)
+    last = math.floor((hi + max(lag * z_lo, lag * z_hi) - rotation) / pitch)
+    return first, last
+
+
+@compiled
+def edge_in_cut(
+    rotation: float, flute: int, lo: float, hi: float, z_lo: float, z_hi: float, mill: Mill
+) -> tuple[float, float, float, float]:
+    """Part of one flute that stands in an arc: its axial limits [m], and middle and width of its angles [rad]."""
+    start = rotation + flute * 2.0 * math.pi / mill.flutes
+    lag = math.tan(mill.helix) / mill.radius
+    z1, z2 = z_lo, z_hi
+    if lag != 0.0:
+        end_a = (start - hi) / lag
+        end_b = (start - lo) / lag
+        z1 = max(z_lo, min(end_a, end_b))
+        z2 = min(z_hi, max(end_a, end_b))
+    return z1, z2, start - lag * 0.5 * (z1 + z2), lag * (z2 - z1)
+
+
+@compiled
 def tooth_force(
     rotation: float,
     lo: float,
@@ -192,25 +222,12 @@ def tooth_force(
     x = y = z = tangential = 0.0
     if hi <= lo or z_hi <= z_lo:
         return FluteForce(x, y, z, tangential)
-    pitch = 2.0 * math.pi / mill.flutes
-    lag = math.tan(mill.helix) / mill.radius
-    lag_low = min(lag * z_lo, lag * z_hi)
-    lag_high = max(lag * z_lo, lag * z_hi)
-    first = math.ceil((lo + lag_low - rotation) / pitch)
-    last = math.floor((hi + lag_high - rotation) / pitch)
+    first, last = flutes_in_cut(rotation, lo, hi, z_lo, z_hi, mill)
     for flute in range(first, last + 1):
-        start = rotation + flute * pitch
-        if lag == 0.0:
-            z1, z2 = z_lo, z_hi
-        else:
-            end_a = (start - hi) / lag
-            end_b = (start - lo) / lag
-            z1 = max(z_lo, min(end_a, end_b))
-            z2 = min(z_hi, max(end_a, end_b))
+        z1, z2, middle, span = edge_in_cut(rotation, flute, lo, hi, z_lo, z_hi, mill)
         if z2 <= z1:
             continue
-        middle = start - lag * 0.5 * (z1 + z2)
-        f = arc_force(chip, theta, middle, lag * (z2 - z1), z2 - z1, coefficients)
+        f = arc_force(chip, theta, middle, span, z2 - z1, coefficients)
         x += f.x
         y += f.y
         z += f.z

@@ -60,7 +60,7 @@ class RingState(NamedTuple):
 
     travel: FloatArray  # [m] piston positions x_i, 0 at the extended dead point, shape (n,)
     seal: FloatArray  # [m] where the seal of each piston is anchored (presliding), shape (n,)
-    speed: FloatArray  # [m/s] of the pistons in the last step, shape (n,)
+    speed: FloatArray  # [m/s] of the pistons in the last step; of their seals' slip (presliding), shape (n,)
     limit: FloatArray  # [N] friction limits of this step, shape (n,)
     force: FloatArray  # [N] contact forces on the motor, for the warm start; only their sum is unique, shape (n,)
 
@@ -83,16 +83,17 @@ def friction_limit(piston: Piston, speed: float) -> float:
 
     .. math:: F = F_d + (F_s - F_d) e^{-(v/v_s)^2}
 
-    With :math:`v_s = 0` the fall is at once: static while stuck, dynamic when sliding. The limit is frozen over a
-    step, so that the step stays a convex program.
+    With :math:`v_s = 0` the fall is at once, decided by the last step: static while stuck, dynamic when sliding. The
+    step then is a convex program. With a Stribeck speed the limit follows the speed of the step itself, sweep by sweep.
+    The regularised law is :math:`F_s \tanh(v / v_s)` and has no stick to fall from.
     """
     if piston.law == NO_FRICTION:
         return 0.0
-    if piston.stribeck_speed > 0.0 and piston.law == PRESLIDING:
+    if piston.law == REGULARISED:
+        return piston.friction_static
+    if piston.stribeck_speed > 0.0:
         ratio = speed / piston.stribeck_speed
         return piston.friction_dynamic + (piston.friction_static - piston.friction_dynamic) * math.exp(-ratio * ratio)
-    if piston.law == REGULARISED:
-        return piston.friction_dynamic
     return piston.friction_static if abs(speed) < STUCK_SPEED else piston.friction_dynamic
 
 
@@ -208,6 +209,7 @@ def step(
         limits[i] = friction_limit(piston, speed[i])
         new_x -= lever * direction[i, 0] * forces[i]
         new_y -= lever * direction[i, 1] * forces[i]
+    falling = piston.stribeck_speed > 0.0 and (piston.law == SET_VALUED or piston.law == PRESLIDING)
     sweeps = 0
     change = 2.0 * ring.tolerance
     while change > ring.tolerance and sweeps < _SWEEPS:
@@ -216,7 +218,10 @@ def step(
         for i in range(n):
             nx = direction[i, 0]
             ny = direction[i, 1]
-            free = ring.arm * (nx * new_x + ny * new_y) + yielding * forces[i]
+            face = ring.arm * (nx * new_x + ny * new_y)
+            free = face + yielding * forces[i]
+            if falling:
+                limits[i] = friction_limit(piston, (face - travel[i]) / dt)
             force = contact_force(piston, limits[i], free, yielding, travel[i], seal[i], dt)
             difference = force - forces[i]
             if difference != 0.0:
@@ -228,8 +233,9 @@ def step(
         face = ring.arm * (direction[i, 0] * new_x + direction[i, 1] * new_y)
         old = travel[i]
         travel[i] = min(piston.stroke, max(free_return(piston, limits[i], old, seal[i], dt), face))
-        speed[i] = (travel[i] - old) / dt
-        seal[i] = dragged_anchor(piston, limits[i], travel[i], seal[i])
+        anchor = seal[i]
+        seal[i] = dragged_anchor(piston, limits[i], travel[i], anchor)
+        speed[i] = ((seal[i] - anchor) if piston.law == PRESLIDING else (travel[i] - old)) / dt
     return new_x, new_y, (new_x - qx) / dt, (new_y - qy) / dt, sweeps
 
 

@@ -1,0 +1,41 @@
+"""cutwise predicts what a machining operation will do to the part before anything is cut.
+
+>>> import cutwise
+>>> scenario = cutwise.load("deburr.yaml")
+>>> result = cutwise.simulate(scenario)
+>>> result.verdict
+'pass'
+"""
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+__version__ = "0.1.0"
+
+if TYPE_CHECKING:
+    from cutwise.io.scenario import load as load
+    from cutwise.process.recipes import simulate as simulate
+    from cutwise.results import Result as Result
+    from cutwise.spec.faults import ScenarioFault as ScenarioFault
+
+_HOMES = {
+    "Result": "cutwise.results",
+    "ScenarioFault": "cutwise.spec.faults",
+    "load": "cutwise.io.scenario",
+    "simulate": "cutwise.process.recipes",
+}
+
+__all__ = ["Result", "ScenarioFault", "__version__", "load", "simulate"]
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name at its first use (PEP 562), so that ``import cutwise`` costs nothing."""
+    if name not in _HOMES:
+        raise AttributeError(f"module 'cutwise' has no attribute {name!r}")
+    value = getattr(importlib.import_module(_HOMES[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,356 @@
+"""From a scenario file to a checked, frozen scenario that knows where each of its values came from."""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from difflib import get_close_matches
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from cutwise.io import library
+from cutwise.io.files import as_text, read_bytes
+from cutwise.io.tables import read_table
+from cutwise.io.tree import Node, compose, from_data, merged, origins, placed, unwrapped
+from cutwise.io.wording import faults_of, unknown_key
+from cutwise.spec import faults as spec_faults
+from cutwise.spec import fields
+from cutwise.spec.base import LibrarySpec, Spec
+from cutwise.spec.faults import Fault, ScenarioFault, dotted, split_dotted
+from cutwise.spec.kinds import ALIASES, KINDS
+from cutwise.spec.scenario import Scenario
+from cutwise.spec.tables import Table
+
+_HDF5 = b"\x89HDF\r\n\x1a\n"
+_UNNAMED = ("name", "process")  # not values with an origin
+
+
+def load(path: str | Path, overrides: Sequence[str] = ()) -> Scenario:
+    """The scenario of a YAML or JSON file, of a run file (``.nc``) or of an HTML report.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    overrides : sequence of str
+        Values that replace those of the file, as ``dotted.key=value`` with the value in YAML.
+
+    Raises
+    ------
+    ScenarioFault
+        With everything that is wrong, each fault with its place.
+    """
+    shown = str(path)
+    path = Path(path)
+    content = read_bytes(path, shown)
+    if content.startswith(_HDF5):
+        return read_document(_document_of_run(path, shown), shown, overrides)
+    if path.suffix.lower() in (".html", ".htm"):
+        return read_document(_document_of_report(as_text(content, shown), shown), shown, overrides)
+    return parse(as_text(content, shown), shown, overrides, folder=path.parent, title=path.stem)
+
+
+def parse(
+    text: str,
+    name: str = "scenario",
+    overrides: Sequence[str] = (),
+    *,
+    folder: Path | None = None,
+    title: str | None = None,
+) -> Scenario:
+    """The scenario that a YAML or JSON text says; ``name`` stands for the file in messages."""
+    tree, faults = compose(text, name)
+    if tree is None or not isinstance(tree.value, dict):
+        if not faults:
+            empty = tree is None or tree.value is None
+            found = "is empty" if empty else "is a list" if isinstance(tree.value, list) else "is a single value"  # type: ignore[union-attr]
+            message = f"{found}; a scenario has sections, start with: cutwise new {next(iter(KINDS))}"
+            faults.append(Fault((), message, file=name))
+        raise ScenarioFault(faults)
+    return _scenario(tree, faults, overrides, folder or Path(), title)
+
+
+def read_document(document: Any, name: str = "scenario", overrides: Sequence[str] = ()) -> Scenario:
+    """The scenario that :meth:`Scenario.document` wrote, with some values replaced."""
+    if not isinstance(document, Mapping):
+        raise ScenarioFault([Fault((), "holds no scenario", file=name)])
+    return _scenario(from_data(dict(document), name), [], overrides, Path(), None)
+
+
+def revised(scenario: Scenario, overrides: Sequence[str]) -> Scenario:
+    """The scenario with some values replaced, checked again as a whole."""
+    return read_document(scenario.document(), scenario.name, overrides)
+
+
+def _document_of_run(path: Path, shown: str) -> Any:
+    import h5py
+
+    try:
+        with h5py.File(path, "r") as file:
+            text = file.attrs.get("scenario")
+        return json.loads(text)
+    except (OSError, TypeError, ValueError):
+        raise ScenarioFault([Fault((), "holds no scenario: it is not a run file of cutwise", file=shown)]) from None
+
+
+class _ScenarioScript(HTMLParser):
+    """Finds ``<script type="application/json" id="scenario">``."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.inside = False
+        self.text = ""
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.inside = tag == "script" and ("id", "scenario") in attrs
+
+    def handle_endtag(self, tag: str) -> None:
+        self.inside = self.inside and tag != "script"
+
+    def handle_data(self, data: str) -> None:
+        self.text += data if self.inside else ""
+
+
+def _document_of_report(html: str, shown: str) -> Any:
+    script = _ScenarioScript()
+    script.feed(html)
+    try:
+        return json.loads(script.text)
+    except ValueError:
+        raise ScenarioFault([Fault((), "holds no scenario: it is not a report of cutwise", file=shown)]) from None
+
+
+def _scenario(tree: Node, faults: list[Fault], overrides: Sequence[str], folder: Path, title: str | None) -> Scenario:
+    """Put the layers together (library, file, overrides), check everything, and make the scenario."""
+    tree = unwrapped(tree, (), faults)
+    for text in overrides:
+        tree = _overridden(tree, text, faults)
+    model = _model(tree, faults)
+    if model is None:
+        raise ScenarioFault(_sorted(faults))
+    tree = _process_named(tree, model, title)
+    tree = _without_displaced(tree, model)
+    assembly = _Assembly(model, folder, faults)
+    tree = assembly.complete(tree, model, ())
+    tree = _without_displaced(tree, model)
+    try:
+        scenario = model.model_validate(tree.plain())
+    except ValidationError as error:
+        settled = [fault.path for fault in faults if fault.path]
+        faults += [
+            fault
+            for fault in faults_of(error, model, tree)
+            if not any(fault.path[: len(path)] == path for path in settled)
+            and not (fault.message.startswith("missing") and fault.path[:-1] in assembly.incomplete)
+        ]
+        raise ScenarioFault(_sorted(faults)) from None
+    if faults:
+        raise ScenarioFault(_sorted(faults))
+    return scenario.with_origins(
+        {dotted(path): origin for path, origin in origins(tree) if path[0] not in _UNNAMED and path[-1] != "library"}
+    )
+
+
+def _sorted(faults: Sequence[Fault]) -> list[Fault]:
+    """By file, in the order of its lines; each fault once."""
+    files = {fault.file: place for place, fault in reversed(list(enumerate(faults)))}
+    return sorted(dict.fromkeys(faults), key=lambda fault: (files[fault.file], fault.line or 0, fault.column or 0))
+
+
+def _overridden(tree: Node, text: str, faults: list[Fault]) -> Node:
+    """The tree with one ``dotted.key=value`` put in."""
+    key, sign, value_text = text.partition("=")
+    key = key.strip()
+    file = f"--set {key}"
+    path = split_dotted(key)
+    if not sign or not path or dotted(path) != key:
+        faults.append(Fault((), "is not of the form dotted.key=value", file=f"--set {text}"))
+        return tree
+    value, found = compose(value_text, file, layer=2)
+    faults += [Fault(path, fault.message, file=file) for fault in found]
+    value = value or Node(None, file=file, layer=2)
+    found.clear()
+    value = unwrapped(value, path, found)
+    faults += found
+    for _, node in value.walk():
+        node.line = node.column = node.key_line = node.key_column = None
+    return placed(tree, path, value)
+
+
+def _model(tree: Node, faults: list[Fault]) -> type[Scenario] | None:
+    """The specification that ``process`` names, or the only one that the keys fit."""
+    node = tree.value.get("process")
+    known = ", ".join(KINDS)
+    if node is not None and node.value is not None:
+        if node.text in KINDS:
+            return KINDS[node.text]
+        meant = ALIASES.get(node.text.lower()) or next(iter(get_close_matches(node.text.lower(), KINDS, n=1)), None)
+        hint = f"did you mean {meant}?" if meant else f"known are: {known}"
+        faults.append(node.fault(("process",), f'"{node.text}" is not a process; {hint}'))
+        return None
+    fitting = {name for name, model in KINDS.items() if set(tree.value) <= set(model.model_fields)}
+    full = {name for name in fitting if _required(KINDS[name]) <= {*tree.value, "process"}}
+    choice = full if len(full) == 1 else fitting
+    if len(choice) == 1:
+        return KINDS[choice.pop()]
+    message = f"missing; write which operation this is: process: {' or '.join(KINDS)}"
+    faults.append(tree.fault(("process",), message))
+    for key, value in tree.value.items():
+        if len(KINDS) == 1 and key not in next(iter(KINDS.values())).model_fields:
+            wrong, _ = unknown_key(next(iter(KINDS.values())), (key,))
+            faults.append(value.fault((key,), wrong, at_key=True))
+    return None
+
+
+def _required(model: type[Scenario]) -> set[str]:
+    return {name for name, info in model.model_fields.items() if info.is_required()}
+
+
+def _process_named(tree: Node, model: type[Scenario], title: str | None) -> Node:
+    """The tree with its process, and with a name from the file if it has none."""
+    kind = next(name for name, known in KINDS.items() if known is model)
+    value = {**tree.value}
+    if "process" not in value or value["process"].value is None:
+        value["process"] = from_data(kind, tree.file)
+    if "name" not in value and title:
+        value["name"] = from_data(title, tree.file)
+    for key in ("name", "process"):
+        node = value.get(key)
+        if node is not None and node.value is not None and not isinstance(node.value, dict | list):
+            value[key] = replace(node, value=node.text)
+    return replace(tree, value=value)
+
+
+def _without_displaced(node: Node, model: type[Spec]) -> Node:
+    """Leave out the keys that a stronger layer has said in other words (``Spec.either``)."""
+    if not isinstance(node.value, dict):
+        return node
+    value = dict(node.value)
+    layers = [max((value[key].layer for key in group if key in value), default=-1) for group in model.either]
+    for group in model.either:
+        for key in group:
+            if key in value and value[key].layer < max(layers):
+                del value[key]
+    for name, info in model.model_fields.items():
+        for section in fields.sections(info):
+            if name in value:
+                value[name] = _without_displaced(value[name], section)
+    return replace(node, value=value)
+
+
+class _Assembly:
+    """Completes a tree from outside of it: library entries and CSV tables."""
+
+    def __init__(self, model: type[Scenario], folder: Path, faults: list[Fault]) -> None:
+        self.model, self.folder, self.faults = model, folder, faults
+        self.incomplete: set[spec_faults.Path] = set()  # sections that lack their library entry
+
+    def complete(self, node: Node, section: type[Spec], path: spec_faults.Path) -> Node:
+        """The section with its library entry merged in and its tables read."""
+        if issubclass(section, LibrarySpec) and isinstance(node.value, dict):
+            node = self._with_library(node, section, path)
+        if not isinstance(node.value, dict):
+            return node
+        value = dict(node.value)
+        for name, info in section.model_fields.items():
+            if name not in value:
+                continue
+            here = (*path, name)
+            tables = [kind for kind in fields.sections(info) if issubclass(kind, Table)]
+            sections = [kind for kind in fields.sections(info) if not issubclass(kind, Table)]
+            if tables and (file := _table_file(value[name])) is not None:
+                value[name] = self._table(value[name], file, tables[0], here)
+            elif value[name].value is None and sections and not tables:
+                value[name] = replace(value[name], value={})  # "part:" with nothing below it
+                value[name] = self.complete(value[name], sections[0], here)
+            elif sections:
+                value[name] = self.complete(value[name], sections[0], here)
+            elif value[name].value is None:
+                message = "has no value; write one or leave the line out"
+                self.faults.append(value[name].fault(here, message))
+        return replace(node, value=value)
+
+    def _with_library(self, node: Node, section: type[LibrarySpec], path: spec_faults.Path) -> Node:
+        label_node = node.value.get("library")
+        if label_node is None or not label_node.text:
+            return node
+        label = label_node.text
+        given = {
+            key: item
+            for key, item in node.value.items()
+            if item.origin is None or item.origin.library in ("", label)  # not those of an entry that was replaced
+        }
+        node = replace(node, value={**given, "library": replace(label_node, value=label)})
+        if any(item.origin is not None and item.origin.library == label for item in given.values()):
+            return node  # a document: the entry has been written out
+        try:
+            entry = self._entry(label_node, section.library_shelf)
+        except ScenarioFault as fault:
+            self.incomplete.add(path)
+            for one in fault.faults:
+                here = (*path, "library")
+                self.faults.append(one if one.file else label_node.fault(here, one.message))
+            return node
+        values = library.marked(entry.values, label)
+        known = self._known_to_section(values, section, path)
+        return merged(known, node)
+
+    def _entry(self, label: Node, shelf: str) -> library.Entry:
+        name = label.text
+        if "/" not in name and "\\" not in name and not name.endswith((".yaml", ".yml")):
+            return library.entry(shelf, name)
+        path = self._file(name, label)
+        return library.read_entry(path, str(path), shelf)
+
+    def _known_to_section(self, values: Node, section: type[LibrarySpec], path: spec_faults.Path) -> Node:
+        """Only what this process asks for; what no process knows is a fault of the entry."""
+        known = {}
+        elsewhere = shelf_keys(section.library_shelf)
+        for key, item in values.value.items():
+            if key in section.model_fields:
+                known[key] = item
+            elif key not in elsewhere:
+                message, _ = unknown_key(self.model, (*path, key))
+                self.faults.append(item.fault((*path, key), message, at_key=True))
+        return replace(values, value=known)
+
+    def _file(self, name: str, node: Node) -> Path:
+        """A file named in the scenario, beside the scenario; one named by ``--set``, where the engineer stands."""
+        if node.layer == 2 and Path(name).exists():
+            return Path(name)
+        return self.folder / name
+
+    def _table(self, node: Node, file: Node, kind: type[Table], path: spec_faults.Path) -> Node:
+        place = self._file(file.text, file)
+        try:
+            columns = read_table(place, str(place), path, kind.over, kind.ordinate)
+        except ScenarioFault as fault:
+            missing = [
+                replace(file.fault(path, f"{one.file}: {one.message}")) for one in fault.faults if one.line is None
+            ]
+            self.faults += [*missing, *(one for one in fault.faults if one.line is not None)]
+            return node
+        inlined = from_data({"columns": columns, "file": file.text}, node.file, node.layer)
+        return replace(node, value=inlined.value)
+
+
+def _table_file(node: Node) -> Node | None:
+    """The node that names the CSV file of a table."""
+    if isinstance(node.value, str) and node.value.strip().lower().endswith(".csv"):
+        return node
+    if isinstance(node.value, dict) and set(node.value) == {"table"}:
+        return node.value["table"]  # type: ignore[no-any-return]
+    return None
+
+
+def shelf_keys(shelf: str) -> set[str]:
+    """Every key that some process takes from a shelf."""
+    found: set[str] = set()
+    for model in KINDS.values():
+        for info in model.model_fields.values():
+            for section in fields.sections(info):
+                if issubclass(section, LibrarySpec) and section.library_shelf == shelf:
+                    found |= set(section.model_fields)
+    return found

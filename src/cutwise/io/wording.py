@@ -1,0 +1,165 @@
+"""Faults in plain words: from what pydantic found to what the engineer has to change."""
+
+from collections.abc import Iterator
+from difflib import get_close_matches
+from typing import Any, Literal, get_args, get_origin
+
+from pydantic import ValidationError
+from pydantic.fields import FieldInfo
+
+from cutwise import units
+from cutwise.io import library
+from cutwise.io.tree import Node
+from cutwise.spec import fields
+from cutwise.spec.base import LibrarySpec, Remark, Spec
+from cutwise.spec.faults import Fault, Path, dotted
+
+_BOUNDS = {
+    "greater_than": ("gt", "above"),
+    "greater_than_equal": ("ge", "at least"),
+    "less_than": ("lt", "below"),
+    "less_than_equal": ("le", "at most"),
+}
+
+
+def faults_of(error: ValidationError, model: type[Spec], root: Node) -> Iterator[Fault]:
+    """Every fault of a scenario that did not validate, at its place in the tree as written."""
+    suggested: set[Path] = set()
+    found: list[tuple[Path, str, bool]] = []
+    for item in error.errors():
+        path = fields.without_tags(item["loc"])
+        kind, context = item["type"], item.get("ctx") or {}
+        if kind == "contradiction":
+            found += [_contradiction(remark, path, model) for remark in context["found"]]
+        elif kind == "extra_forbidden":
+            message, meant = unknown_key(model, path)
+            suggested.add(meant)
+            found.append((path, message, True))
+        elif kind == "missing":
+            found.append((path, _missing(model, path), True))
+        else:
+            found.append((path, _wrong_value(item, model, path, root), False))
+    for path, message, at_key in found:
+        if not (path in suggested and message.startswith("missing")):  # the misspelled key says it already
+            yield root.nearest(path).fault(path, message, at_key=at_key)
+
+
+def _contradiction(remark: Remark, before: Path, model: type[Spec]) -> tuple[Path, str, bool]:
+    path = (*before, *remark.path)
+    if remark.message == "missing":
+        return path, _missing(model, path), True
+    return path, remark.message, remark.message.startswith(("missing", "unknown"))
+
+
+def unknown_key(model: type[Spec], path: Path) -> tuple[str, Path]:
+    """What to say about a key that is not known, and the path that was probably meant."""
+    before, name = path[:-1], str(path[-1])
+    siblings = list(_known(model, before))
+    if name in siblings:
+        return f"does not go together with the other keys of {dotted(before)}", ()
+    near = _closest(name, siblings)
+    if near:
+        return f"unknown key; did you mean {dotted((*before, near))}?", (*before, near)
+    everywhere = [key for key, _ in fields.keys(model)]
+    for same in (lambda key: key[-1] == name, lambda key: key[-1] == _closest(name, [str(k[-1]) for k in everywhere])):
+        meant = next((key for key in everywhere if same(key)), None)
+        if meant is not None:
+            return f"unknown key; did you mean {dotted(meant)}?", meant
+    return f"unknown key; known here: {', '.join(siblings)}", ()
+
+
+def _closest(name: str, names: list[str]) -> str | None:
+    folded = {known.casefold(): known for known in reversed(names)}
+    near = get_close_matches(name.casefold(), folded, n=1, cutoff=0.65)
+    return folded[near[0]] if near else None
+
+
+def _known(model: type[Spec], path: Path) -> Iterator[str]:
+    """Keys that may stand at a path."""
+    if not path:
+        yield from model.model_fields
+        return
+    info = fields.field_at(model, path)
+    for section in fields.inner(info) if info is not None else ():
+        yield from section.model_fields
+
+
+def _missing(model: type[Spec], path: Path) -> str:
+    info = fields.field_at(model, path)
+    sections = fields.sections(info) if info is not None else []
+    if sections:
+        required = [key for section in sections for key, field in section.model_fields.items() if field.is_required()]
+        message = f"missing; write the section {path[-1]} with {', '.join(required) or 'its keys'}"
+    else:
+        message = f"missing; write it, for example {path[-1]}: {example(info)}"
+    section = sections[0] if sections else None
+    key = path
+    if section is None and len(path) > 1:
+        key = path[:-1]
+        owner = fields.field_at(model, key)
+        section = next(fields.inner(owner), None) if owner is not None else None
+    if section is not None and issubclass(section, LibrarySpec):
+        there = [
+            name
+            for name, entry in library.shelf(section.library_shelf).items()
+            if sections or str(path[-1]) in entry.values.value
+        ]
+        if there:
+            message += f"; or name a library entry with {dotted((*key, 'library'))}: {', '.join(there)}"
+    return message
+
+
+def example(info: FieldInfo | None) -> str:
+    """An example of the value of a field, as it would be written."""
+    if info is None or not info.examples:
+        return "..."
+    first = info.examples[0]
+    return str(first)
+
+
+def _wrong_value(item: Any, model: type[Spec], path: Path, root: Node) -> str:
+    kind, context = item["type"], item.get("ctx") or {}
+    node = root.at(path)
+    info = fields.field_at(model, path)
+    text = _as_written(node, item["input"])
+    if node is not None and node.value is None:
+        return f"has no value; write it, for example {path[-1]}: {example(info)}"
+    if kind in ("quantity", "direction"):
+        return str(item["msg"])
+    if kind in _BOUNDS:
+        name, words = _BOUNDS[kind]
+        return f"{text} is impossible; it must be {words} {_bound(context[name], info)}"
+    if kind == "literal_error":
+        options = _options(info)
+        near = get_close_matches(text, options, n=1)
+        return f'"{text}" is not one of {", ".join(options)}' + (f"; did you mean {near[0]}?" if near else "")
+    if kind.startswith("int"):
+        return f"{text} is not a whole number; write for example {path[-1]}: {example(info)}"
+    if kind in ("model_type", "dict_type", "model_attributes_type"):
+        keys = ", ".join(_known(model, path))
+        return f'expected a section{" with " + keys if keys else ""}, found "{text}"'
+    if kind in ("tuple_type", "list_type"):
+        return f'expected a list, found "{text}"; write for example {path[-1]}: {example(info)}'
+    if kind == "string_type":
+        return f"expected text, for example {path[-1]}: {example(info)}"
+    if kind == "string_pattern_mismatch":
+        return f'"{text}" is not allowed; leave out / and \\ and line ends'
+    if kind in ("too_short", "too_long"):
+        return f"has too few entries; write for example {path[-1]}: {example(info)}"
+    return f"{text}: {item['msg']}" if text else str(item["msg"])
+
+
+def _as_written(node: Node | None, value: Any) -> str:
+    if node is not None and not isinstance(node.value, dict | list):
+        return node.text
+    return str(value) if not isinstance(value, dict | list) else "a section" if isinstance(value, dict) else "a list"
+
+
+def _bound(bound: float, info: FieldInfo | None) -> str:
+    dimension = fields.dimension(info) if info is not None else None
+    return units.show(bound, dimension) if dimension else f"{bound:g}"
+
+
+def _options(info: FieldInfo | None) -> list[str]:
+    kinds = fields.of_field(info) if info is not None else ()
+    return [str(option) for kind, _ in kinds if get_origin(kind) is Literal for option in get_args(kind)]

@@ -1,0 +1,116 @@
+"""The scenario of deburring one edge with a compliant spindle."""
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import ClassVar, Literal
+
+from pydantic import Field
+
+from cutwise import units
+from cutwise.spec.base import Remark
+from cutwise.spec.material import Material
+from cutwise.spec.measures import DEBURRING
+from cutwise.spec.numerics import TimeStepping
+from cutwise.spec.operation import DeburringOperation, SinePathError, uncovered
+from cutwise.spec.part import DeburringPart
+from cutwise.spec.scenario import MeasureSpec, Scenario
+from cutwise.spec.spindle import CompliantSpindle
+from cutwise.spec.tables import Table
+from cutwise.spec.tool import HelicalMill
+
+# Upper end of the usual cutting speeds of carbide burs [m/min] by ISO 513 group, as recalled from makers' catalogues.
+USUAL_CUTTING_SPEED = {"P": 600.0, "M": 350.0, "K": 600.0, "N": 900.0, "S": 350.0, "H": 350.0}
+
+
+class DeburringScenario(Scenario):
+    """Deburring one edge with a pneumatic compliant spindle (Berselli et al. 2016)."""
+
+    measures: ClassVar[Mapping[str, MeasureSpec]] = DEBURRING
+
+    process: Literal["deburr"] = Field(description="which operation is simulated", examples=["deburr"])
+    operation: DeburringOperation = Field(description="the pass along the edge")
+    part: DeburringPart = Field(description="the edge, its burr and the part below it")
+    tool: HelicalMill = Field(description="the mill or bur")
+    material: Material = Field(description="cutting coefficients of the material with this tool")
+    spindle: CompliantSpindle = Field(description="the compliant spindle")
+    numerics: TimeStepping = Field(default_factory=TimeStepping, description="how the computation is done")
+
+    def contradictions(self) -> Iterator[Remark]:
+        """Burr and part outside the flutes; tables that end before the run does."""
+        part, burr = self.part, self.part.burr
+        if self.tool.flute_length is not None:
+            reach = self.tool.flute_length * (1 + 1e-9)
+            if part.axial_start + part.contact_length > reach:
+                yield Remark(
+                    ("part", "contact_length"),
+                    f"the part reaches {_mm(part.axial_start + part.contact_length)} up the mill, the flutes only "
+                    f"{_mm(self.tool.flute_length)} (tool.flute_length)",
+                )
+            if isinstance(burr.width, float) and burr.axial_start + burr.width > reach:
+                yield Remark(
+                    ("part", "burr", "width"),
+                    f"the burr reaches {_mm(burr.axial_start + burr.width)} up the mill, the flutes only "
+                    f"{_mm(self.tool.flute_length)} (tool.flute_length)",
+                )
+        for name in ("height", "width"):
+            size = getattr(burr, name)
+            if isinstance(size, Table):
+                yield from uncovered(size, self.operation.run_length, ("part", "burr", name))
+
+    def remarks(self) -> Iterator[Remark]:
+        """Combinations of sections that are possible but unusual."""
+        yield from self._chip_and_speed()
+        yield from self._preset_and_stroke()
+        if isinstance(self.part.burr.height, float) and self.part.burr.height > self.tool.diameter:
+            yield Remark(("part", "burr", "height"), "is more than the diameter of the mill")
+        if self.numerics.force == "tooth_resolved":
+            tooth = 2 * math.pi / (self.operation.spindle_speed * self.tool.flutes)
+            if self.numerics.time_step > tooth / 10:
+                yield Remark(
+                    ("numerics", "time_step"),
+                    f"is more than a tenth of a tooth period ({tooth * 1e6:.3g} µs): the ripple is not resolved; usual "
+                    "is 2.5 µs or less",
+                )
+        elif self.tool.runout > 0 and self.numerics.time_step > 5e-6 * (1 + 1e-9):
+            yield Remark(("numerics", "time_step"), "is more than the 5 µs that run-out asks for")
+
+    def _chip_and_speed(self) -> Iterator[Remark]:
+        speed = math.pi * self.tool.diameter * self.operation.spindle_speed / (2 * math.pi) * 60
+        group = self.material.group
+        usual = USUAL_CUTTING_SPEED[group] if group else max(USUAL_CUTTING_SPEED.values())
+        if speed > usual * (1 + 1e-9):
+            where = f"in group {group}" if group else "even in soft aluminium"
+            yield Remark(
+                ("operation", "spindle_speed"),
+                f"the cutting speed is {speed:.4g} m/min; usual for burs is up to {usual:g} m/min {where}",
+            )
+        chip = self.operation.feed * 2 * math.pi / (self.operation.spindle_speed * self.tool.flutes)
+        low, high = self.material.chip_thickness_min, self.material.chip_thickness_max
+        if (low is not None and chip < low) or (high is not None and chip > high):
+            ends = [_um(end) if end is not None else "" for end in (low, high)]
+            yield Remark(
+                ("material",),
+                f"the coefficients hold for chips of {' to '.join(ends).strip()}, this feed per tooth is {_um(chip)}",
+            )
+
+    def _preset_and_stroke(self) -> Iterator[Remark]:
+        spindle, operation = self.spindle, self.operation
+        tip_stroke = spindle.stroke * spindle.tool_reach / spindle.piston_arm
+        error = operation.path_error.amplitude if isinstance(operation.path_error, SinePathError) else 0.0
+        if operation.preset + error >= tip_stroke:
+            yield Remark(
+                ("operation", "preset"),
+                f"with the path error it takes the whole stroke of the tip ({_mm(tip_stroke)}): the spindle meets its "
+                "stop",
+            )
+        height = self.part.burr.height
+        if isinstance(height, float) and operation.preset + height <= 0:
+            yield Remark(("operation", "preset"), "leaves the mill above the burr: nothing is cut")
+
+
+def _mm(value: float) -> str:
+    return units.show(value, "length")
+
+
+def _um(value: float) -> str:
+    return units.show(value, "small_length", 3)

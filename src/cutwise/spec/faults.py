@@ -1,0 +1,53 @@
+"""What is wrong with a scenario: every fault with its place, all of them at once."""
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+_STEP = re.compile(r"([^.\[\]]+)|\[(\d+)\]")
+
+Path = tuple[str | int, ...]
+
+
+def dotted(path: Iterable[str | int]) -> str:
+    """A path as people write it: ``("chain", 2, "mass")`` is ``chain[2].mass``."""
+    text = ""
+    for step in path:
+        text += f"[{step}]" if isinstance(step, int) else f".{step}" if text else step
+    return text
+
+
+def split_dotted(text: str) -> Path:
+    """The path that :func:`dotted` wrote."""
+    return tuple(int(index) if index else name for name, index in _STEP.findall(text))
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """One fault of the input, in plain words, with the place where it stands."""
+
+    path: Path
+    message: str
+    line: int | None = None
+    column: int | None = None
+    file: str = ""
+
+    def __str__(self) -> str:
+        place = ":".join(str(part) for part in (self.file, self.line, self.column) if part not in ("", None))
+        key = dotted(self.path)
+        if place == f"--set {key}":
+            key = ""
+        return ": ".join(part for part in (place, key, self.message) if part)
+
+
+class ScenarioFault(Exception):
+    """A scenario that cannot be run. ``faults`` holds everything that is wrong with it."""
+
+    def __init__(self, faults: Sequence[Fault]) -> None:
+        self.faults = tuple(faults)
+        super().__init__(self.faults)
+
+    def __str__(self) -> str:
+        count = len(self.faults)
+        total = f"{count} fault{'s' if count != 1 else ''}, nothing was run"
+        return "\n".join([*(str(fault) for fault in self.faults), total])

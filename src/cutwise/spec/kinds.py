@@ -1,0 +1,13 @@
+"""The processes that a scenario can ask for; a new one is a line here."""
+
+from cutwise.spec.deburring import DeburringScenario
+from cutwise.spec.scenario import Scenario
+
+KINDS: dict[str, type[Scenario]] = {
+    "deburr": DeburringScenario,
+}
+
+ALIASES: dict[str, str] = {
+    "deburring": "deburr",
+}
+"""Other words that people use for a process: named in the suggestion, not accepted."""

@@ -1,0 +1,103 @@
+"""The edge to be deburred: its burr and the part below it."""
+
+from collections.abc import Iterator
+from typing import Annotated, Any, ClassVar
+
+from annotated_types import Ge, Gt
+from pydantic import Discriminator, Field
+
+from cutwise.spec.base import Count, Length, Remark, Spec, Usual
+from cutwise.spec.fields import tag
+from cutwise.spec.tables import Column, Table
+
+
+class BurrHeightTable(Table):
+    """Burr height over the way w along the edge, w = 0 at the start of the run."""
+
+    over: ClassVar[tuple[Column, ...]] = (Column("w", "length"),)
+    ordinate: ClassVar[Column] = Column("height", "length", 0.0)
+
+
+class BurrWidthTable(Table):
+    """Burr width over the way w along the edge, w = 0 at the start of the run."""
+
+    over: ClassVar[tuple[Column, ...]] = (Column("w", "length"),)
+    ordinate: ClassVar[Column] = Column("width", "length", 0.0)
+
+
+class RandomField(Spec):
+    """A random, normally distributed size along the edge; below zero there is no burr. Same seed, same burr."""
+
+    mean: Length = Field(description="mean size", examples=["1 mm"], ge=0)
+    deviation: Length = Field(description="standard deviation", examples=["0.2 mm"], ge=0)
+    correlation_length: Length = Field(
+        description="distance along the edge over which the size changes", examples=["10 mm"], gt=0
+    )
+    seed: Count = Field(default=0, description="seed of the random numbers", examples=[1], ge=0)
+
+    def remarks(self) -> Iterator[Remark]:
+        """A deviation so large that much of the field is cut off at zero."""
+        if self.deviation > 0.5 * self.mean:
+            yield Remark(("deviation",), "is more than half the mean: the size is cut off at zero in many places")
+
+
+def _size_kind(value: Any) -> str:
+    if isinstance(value, Table):
+        return "<table>"
+    if isinstance(value, dict):
+        return "<table>" if "columns" in value else "<random>"
+    return "<random>" if isinstance(value, RandomField) else "<constant>"
+
+
+BurrHeight = Annotated[
+    Annotated[Length, Ge(0), Usual("0 mm", "3 mm"), tag("constant")]
+    | Annotated[BurrHeightTable, tag("table")]
+    | Annotated[RandomField, tag("random")],
+    Discriminator(_size_kind),
+]
+BurrWidth = Annotated[
+    Annotated[Length, Gt(0), Usual("0 mm", "5 mm"), tag("constant")]
+    | Annotated[BurrWidthTable, tag("table")]
+    | Annotated[RandomField, tag("random")],
+    Discriminator(_size_kind),
+]
+
+
+class Burr(Spec):
+    """The burr on the edge: a strip of rectangular section."""
+
+    height: BurrHeight = Field(
+        description="height of the burr above the nominal edge: constant, {table: file.csv}, or "
+        "{mean, deviation, correlation_length, seed}",
+        examples=["1 mm"],
+    )
+    width: BurrWidth = Field(
+        description="width of the burr along the mill axis, as constant, table or random field", examples=["1 mm"]
+    )
+    axial_start: Length = Field(
+        default=0.0, description="height above the mill tip at which the burr begins", examples=["0 mm"], ge=0
+    )
+
+
+class DeburringPart(Spec):
+    """The part at the edge: what the mill meets once it has gone through the burr."""
+
+    burr: Burr = Field(description="the burr")
+    contact_length: Annotated[Length, Usual("0.5 mm", "50 mm")] = Field(
+        description="length a of the part's face along the mill axis", examples=["10 mm"], gt=0
+    )
+    axial_start: Length = Field(
+        default=0.0, description="height above the mill tip at which the part begins", examples=["0 mm"], ge=0
+    )
+    slices: Annotated[Count, Usual(1, 50)] = Field(
+        default=1, description="slices along the mill axis; more than one resolves the taper of a tilted mill",
+        examples=[1], ge=1, le=1000,
+    )  # fmt: skip
+
+    def remarks(self) -> Iterator[Remark]:
+        """A burr that the part does not carry."""
+        if isinstance(self.burr.width, float):
+            burr_end = self.burr.axial_start + self.burr.width
+            part_end = self.axial_start + self.contact_length
+            if burr_end > part_end * (1 + 1e-9) or self.burr.axial_start < self.axial_start * (1 - 1e-9):
+                yield Remark(("burr",), "reaches beyond the part's face along the mill axis")

@@ -1,0 +1,43 @@
+"""Rotating tools. Shared by the processes: each takes the kind it needs, all draw on the shelf ``tools``."""
+
+import math
+from collections.abc import Iterator
+from typing import Annotated, ClassVar
+
+from pydantic import Field
+
+from cutwise.spec.base import Angle, Count, Length, LibrarySpec, Remark, SmallLength, Usual
+
+
+class RotatingTool(LibrarySpec):
+    """What every rotating tool has."""
+
+    library_shelf: ClassVar[str] = "tools"
+
+    diameter: Annotated[Length, Usual("1 mm", "32 mm")] = Field(description="diameter D", examples=["8 mm"], gt=0)
+    flutes: Annotated[Count, Usual(1, 40)] = Field(description="number of flutes N", examples=[20], ge=1, le=200)
+    flute_length: Length | None = Field(
+        default=None, description="length of the cutting edges from the tip", examples=["20 mm"], gt=0
+    )
+
+
+class HelicalMill(RotatingTool):
+    """A cylindrical end mill or bur with helical flutes."""
+
+    helix: Annotated[Angle, Usual("0 deg", "50 deg")] = Field(
+        description="helix angle β, positive for a right-hand helix",
+        examples=["20 deg"],
+        gt=-math.radians(80),
+        lt=math.radians(80),
+    )
+    runout: Annotated[SmallLength, Usual("0 um", "50 um")] = Field(
+        description="run-out ρ: offset of the tool axis from the spindle axis", examples=["5 um"], ge=0
+    )
+    runout_angle: Angle = Field(
+        default=0.0, description="direction λ of the run-out, measured from flute 0", examples=["0 deg"]
+    )
+
+    def contradictions(self) -> Iterator[Remark]:
+        """Run-out that reaches the axis."""
+        if self.runout >= self.diameter / 2:
+            yield Remark(("runout",), "is as large as the radius of the tool")
