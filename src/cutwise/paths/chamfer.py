@@ -47,7 +47,7 @@ class ChamferPath(NamedTuple):
     tier: IntArray  # tier that each sample reached: the envelope falls back to the surface, shape (n,)
 
 
-class NoPath(ValueError):
+class NoPathError(ValueError):
     """No ball position leaves this chamfer; the message says where and why."""
 
 
@@ -104,7 +104,7 @@ def chamfer_path(
 
     Raises
     ------
-    NoPath
+    NoPathError
         The chord does not fit the ball, a leg is not positive, or the surfaces end before the chamfer does.
 
     References
@@ -123,15 +123,15 @@ def chamfer_path(
 def _check(frames: EdgeFrames, cut: Chamfer, ball_radius: float) -> None:
     half = 0.5 * float(frames.wedge.max())
     if cut.leg and cut.tilt:
-        raise NoPath("a tilt keeps the chord and changes the legs: it does not go with a width that is defined by them")
+        raise NoPathError("a tilt keeps the chord and changes the legs: it does not go with a width that is defined by them")
     if half >= 0.5 * math.pi - 1e-6:
-        raise NoPath("the surfaces are tangent to one another somewhere along the edge: there is nothing to chamfer")
+        raise NoPathError("the surfaces are tangent to one another somewhere along the edge: there is nothing to chamfer")
     if half + abs(cut.tilt) >= 0.5 * math.pi:
         room = math.degrees(0.5 * math.pi - half)
-        raise NoPath(f"a tilt of {math.degrees(cut.tilt):.3g} deg leaves no leg: less than {room:.3g} deg is possible")
+        raise NoPathError(f"a tilt of {math.degrees(cut.tilt):.3g} deg leaves no leg: less than {room:.3g} deg is possible")
     chord = 2.0 * cut.width * math.sin(half) if cut.leg else cut.width
     if chord >= 2.0 * ball_radius:
-        raise NoPath(
+        raise NoPathError(
             f"a chamfer {chord * 1e3:.4g} mm wide is larger than the ball, {2e3 * ball_radius:.4g} mm in diameter"
         )
 
@@ -145,7 +145,7 @@ def _in_normal_planes(frames: EdgeFrames, cut: Chamfer, ball_radius: float) -> C
         failed = _legs_on_surfaces(frames, cut.width, cut.leg, cut.tilt, legs, heights)
         if failed >= 0:
             x, y, z = 1e3 * frames.point[failed]
-            raise NoPath(
+            raise NoPathError(
                 f"no chamfer of this width at ({x:.3f}, {y:.3f}, {z:.3f}) mm: the surfaces bend away before it ends"
             )
     along, normal = frames.into, frames.normal
@@ -166,7 +166,7 @@ def _legs_on_surfaces(
 ) -> int:
     r"""Newton's method for the legs on the true surfaces; -1, or the first sample that has no solution.
 
-    Chord: :math:`|Q_1 - Q_2| = w` and :math:`(Q_1 - Q_2) \cdot b = 0` with :math:`b = \cos\delta\, b_0 - \sin\delta\, k`.
+    Chord: :math:`|Q_1 - Q_2| = w` and :math:`(Q_1 - Q_2) \cdot b = 0`, :math:`b = \cos\delta\, b_0 - \sin\delta\, k`.
     Leg: :math:`a_i^2 + g_i^2 = a^2` for each surface.
     """
     b1, b2 = math.cos(tilt), -math.sin(tilt)
@@ -229,7 +229,7 @@ def _envelope(frames: EdgeFrames, nodes: ChamferPath, ball_radius: float) -> Cha
     coefficients = np.ascontiguousarray(spline.c[:, :, :6].transpose(1, 2, 0))
     reached = np.empty(len(centre), np.int64)
     _ball_between_tubes(
-        np.ascontiguousarray(spline.x), coefficients, edge.period, frames.parameter, frames.point, frames.air,
+        np.ascontiguousarray(spline.x), coefficients, edge.period, frames.parameter, frames.air,
         frames.across, ball_radius, trust, centre, reached,
     )  # fmt: skip
     chord = contact[:, 0] - contact[:, 1]
@@ -257,7 +257,7 @@ def _border(at: FloatArray, c: FloatArray, column: int, t: float) -> tuple[float
 
 @compiled
 def _ball_between_tubes(
-    at: FloatArray, coefficients: FloatArray, period: float, parameter: FloatArray, point: FloatArray,
+    at: FloatArray, coefficients: FloatArray, period: float, parameter: FloatArray,
     bisector: FloatArray, across: FloatArray, ball_radius: float, trust: float, centre: FloatArray, reached: IntArray,
 ) -> None:  # fmt: skip
     r"""Centres at the ball radius from both borders as curves: the exact envelope, pointwise by Newton's method.

@@ -36,7 +36,7 @@ class PipeHole(NamedTuple):
         return np.array([0.0, np.sin(self.inclination), np.cos(self.inclination)])
 
 
-class NoEdge(ValueError):
+class NoEdgeError(ValueError):
     """The hole does not make a closed edge with the cylinder; the message gives the margin."""
 
     def __init__(self, message: str, margin: float) -> None:
@@ -69,7 +69,7 @@ def pipe_edge(part: PipeHole, theta: FloatArray, *, inner: bool) -> EdgeFrames:
 
     Raises
     ------
-    NoEdge
+    NoEdgeError
         The hole is not inside the cylinder, :math:`|e| + r \ge \rho`.
 
     References
@@ -81,7 +81,7 @@ def pipe_edge(part: PipeHole, theta: FloatArray, *, inner: bool) -> EdgeFrames:
     margin = edge_margin(part, inner=inner)
     if margin <= 0.0:
         where = "bore" if inner else "outside"
-        raise NoEdge(
+        raise NoEdgeError(
             f"the hole (radius {r * 1e3:g} mm, {abs(part.eccentricity) * 1e3:g} mm off the axis) makes no closed edge "
             f"with the {where} of the pipe (radius {rho * 1e3:g} mm)", margin,
         )  # fmt: skip
