@@ -123,12 +123,16 @@ def chamfer_path(
 def _check(frames: EdgeFrames, cut: Chamfer, ball_radius: float) -> None:
     half = 0.5 * float(frames.wedge.max())
     if cut.leg and cut.tilt:
-        raise NoPathError("a tilt keeps the chord and changes the legs: it does not go with a width that is defined by them")
+        raise NoPathError(
+            "a tilt keeps the chord and changes the legs: it does not go with a width defined by the legs"
+        )
     if half >= 0.5 * math.pi - 1e-6:
-        raise NoPathError("the surfaces are tangent to one another somewhere along the edge: there is nothing to chamfer")
+        raise NoPathError("the surfaces are tangent to one another somewhere along the edge: nothing to chamfer there")
     if half + abs(cut.tilt) >= 0.5 * math.pi:
         room = math.degrees(0.5 * math.pi - half)
-        raise NoPathError(f"a tilt of {math.degrees(cut.tilt):.3g} deg leaves no leg: less than {room:.3g} deg is possible")
+        raise NoPathError(
+            f"a tilt of {math.degrees(cut.tilt):.3g} deg leaves no leg: less than {room:.3g} deg is possible"
+        )
     chord = 2.0 * cut.width * math.sin(half) if cut.leg else cut.width
     if chord >= 2.0 * ball_radius:
         raise NoPathError(
