@@ -86,13 +86,29 @@ def edge_frames(
     )  # fmt: skip
 
 
-def part_of(frames: EdgeFrames, keep: FloatArray | slice) -> EdgeFrames:
-    """Some samples of an edge as an open edge."""
+def reversed_edge(frames: EdgeFrames) -> EdgeFrames:
+    """The same edge run the other way; first and second surface stay."""
+    first = frames.parameter[0]
+    turned = _picked(frames, slice(None, None, -1))
+    return turned._replace(parameter=first + frames.parameter[-1] - turned.parameter, tangent=-turned.tangent)
+
+
+def swapped_sides(frames: EdgeFrames) -> EdgeFrames:
+    """The same edge with its two surfaces exchanged."""
     return frames._replace(
-        parameter=frames.parameter[keep], period=0.0, point=frames.point[keep], tangent=frames.tangent[keep],
-        normal=frames.normal[keep], into=frames.into[keep], wedge=frames.wedge[keep], face=frames.face[keep],
-        section=frames.section[keep],
+        normal=np.ascontiguousarray(frames.normal[:, ::-1]), into=np.ascontiguousarray(frames.into[:, ::-1]),
+        face=np.ascontiguousarray(frames.face[:, ::-1]), section=np.ascontiguousarray(frames.section[:, ::-1]),
     )  # fmt: skip
+
+
+def part_of(frames: EdgeFrames, keep: slice) -> EdgeFrames:
+    """Some samples of an edge as an open edge."""
+    return _picked(frames, keep)._replace(period=0.0)
+
+
+def _picked(frames: EdgeFrames, keep: slice) -> EdgeFrames:
+    names = ("parameter", "point", "tangent", "normal", "into", "wedge", "face", "section")
+    return frames._replace(**{name: np.ascontiguousarray(getattr(frames, name)[keep]) for name in names})
 
 
 def lengths(point: FloatArray, *, closed: bool) -> FloatArray:
