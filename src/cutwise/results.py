@@ -73,6 +73,8 @@ class Result:
     convergence: Mapping[str, float] = field(default_factory=dict)  # measure: change when the step is halved, SI
     references: tuple[str, ...] = ()  # keys of cutwise.references that this run used
     notes: Mapping[str, str] = field(default_factory=dict)  # named remarks for the report
+    advice: tuple[str, ...] = ()  # what to change, or how much room is left, found by running again
+    sensitivity: Mapping[str, float] = field(default_factory=dict)  # assumed input: change of the focus measure, SI
 
     def __getitem__(self, stage: str) -> xr.DataTree:
         return self.stages[stage]  # type: ignore[return-value]
@@ -101,6 +103,8 @@ class Result:
             "warnings": list(self.warnings),
             "infeasible": list(self.infeasible),
             "convergence": dict(self.convergence),
+            "advice": list(self.advice),
+            "sensitivity": dict(self.sensitivity),
             "files": dict(files or {}),
         }
 
@@ -146,6 +150,8 @@ class Result:
             infeasible=tuple(summary["infeasible"]),
             limits=tuple(json.loads(tree.attrs["limits"])),
             convergence=summary["convergence"],
+            advice=tuple(summary["advice"]),
+            sensitivity=summary["sensitivity"],
             references=tuple(json.loads(tree.attrs["references"])),
             notes=json.loads(tree.attrs["notes"]),
         )

@@ -3,6 +3,7 @@
 All unit factors of the program live in this module. Below the specifications everything is SI and rad/s.
 """
 
+import math
 import re
 from dataclasses import dataclass
 from functools import lru_cache
@@ -66,18 +67,36 @@ class UnitFault(ValueError):
 
 
 @lru_cache(maxsize=1)
-def registry() -> "pint.UnitRegistry":
-    """The one unit registry of the program (built at the first use: it takes a third of a second)."""
+def registry() -> "pint.UnitRegistry[float]":
+    """The one unit registry of the program (built at the first use: it takes a tenth of a second)."""
     import pint
 
-    return pint.UnitRegistry(cache_folder=":auto:")
+    try:
+        return pint.UnitRegistry(cache_folder=":auto:")
+    except OSError:  # no folder to write the cache to
+        return pint.UnitRegistry()
+
+
+_SPELLINGS = (
+    (r"\^", "**"),
+    ("·", "*"),
+    ("[µμ]", "u"),
+    ("°", "deg"),
+    ("²", "**2"),
+    ("³", "**3"),
+    (r"^\s*/", "1/"),
+    (r"\bU/min\b", "1/min"),
+    (r"\bN(?=m{1,2}\b)", "N*"),  # Nm and Nmm, which pint does not split
+    (r"\brev\b", "revolution"),
+    (r"(?<=[A-Za-z0-9)])\s+(?=[A-Za-z(])", "*"),
+)
 
 
 def _spelled(unit: str) -> str:
     """Unit text as pint reads it: caret powers, and a blank between units as a product."""
-    unit = unit.replace("^", "**").replace("·", "*").replace("µ", "u").replace("μ", "u").replace("°", "deg")
-    unit = re.sub(r"\brev\b", "revolution", unit.replace("²", "**2").replace("³", "**3"))
-    return re.sub(r"(?<=[A-Za-z0-9)])\s+(?=[A-Za-z(])", "*", unit)
+    for pattern, spelling in _SPELLINGS:
+        unit = re.sub(pattern, spelling, unit)
+    return unit
 
 
 @lru_cache(maxsize=512)
@@ -123,7 +142,7 @@ def _angular_speed_factor(parsed: "pint.Unit", unit: str, expected: str) -> floa
         raise UnitFault(f'"{unit}" is not a unit of rotational speed, expected {expected}')
     value = float(registry().Quantity(1.0, parsed).to("rad/s").magnitude)
     turns_only = not _names_angle(parsed)
-    return value * 6.283185307179586 if turns_only else value
+    return value * math.tau if turns_only else value
 
 
 def parse(text: object, dimension: str) -> float:
@@ -141,14 +160,19 @@ def parse(text: object, dimension: str) -> float:
         return _plain_number(text)
     if not isinstance(text, str):
         raise UnitFault(f'{text} has no unit; write it as text with a unit, for example "{_with_unit(text, wanted)}"')
-    match = _QUANTITY.fullmatch(text)
-    if match is None:
+    match = _QUANTITY.fullmatch(text.replace("\u2212", "-"))
+    if match is None or match.group(2).startswith(","):
+        pointed = re.sub(r"(?<=\d),(?=\d)", ".", text)
+        if pointed != text and _QUANTITY.fullmatch(pointed):
+            raise UnitFault(f'"{text}" has a decimal comma; write it with a decimal point, for example "{pointed}"')
         raise UnitFault(f'"{text}" is not a number with a unit, expected for example "{wanted.example}"')
     number, unit = match.groups()
     if not unit:
         raise UnitFault(f'{text} has no unit; write it as text with a unit, for example "{_with_unit(number, wanted)}"')
     scale = factor(unit, dimension)
     value = float(number.replace("_", ""))
+    if math.isinf(value):
+        raise UnitFault(f"{text} is too large to be a number")
     return value * scale if scale >= 1.0 else value / (1.0 / scale)  # 50 µm is 5e-05 then, not 4.9999999999999996e-05
 
 
@@ -160,7 +184,7 @@ def _plain_number(text: str | int | float) -> float:
         if percent:
             return float(percent.group(1)) / 100.0
         raise UnitFault(f'"{text}" is not a plain number; this one has no unit') from None
-    if value != value or value in (float("inf"), float("-inf")):
+    if not math.isfinite(value):
         raise UnitFault(f"{text} is not a finite number")
     return value
 
@@ -173,13 +197,13 @@ def _with_unit(number: object, dimension: Dimension) -> str:
 def text(value: float, dimension: str) -> str:
     """The value in SI as text that :func:`parse` gives back to the last bit."""
     unit = DIMENSIONS[dimension].si
-    return f"{value!r} {unit}".strip()
+    return f"{float(value)!r} {unit}".strip()
 
 
 def show(value: float, dimension: str, digits: int = 5) -> str:
     """The value as people read it, in the display unit."""
     number, unit = displayed(value, dimension)
-    return f"{number:.{digits}g} {unit}".strip()
+    return f"{number:.{digits}g}{'' if unit == '°' else ' '}{unit}".strip()
 
 
 def displayed(value: float, dimension: str) -> tuple[float, str]:

@@ -119,3 +119,18 @@ def test_zero_friction_is_the_frictionless_law():
         a = pistons.step(free, state, *a, 0.5, 1.8, 5e-5)[:4]
         b = pistons.step(ring(law=pistons.NO_FRICTION), other, *b, 0.5, 1.8, 5e-5)[:4]
     assert a == pytest.approx(b, rel=1e-9)
+
+
+@pytest.mark.parametrize("law", [pistons.SET_VALUED, pistons.PRESLIDING])
+def test_damping_of_a_moving_piston_is_its_viscous_force(law):
+    """Pushed at constant speed, each piston answers with pressure, friction and damping times its speed."""
+    speed, dt = 0.02, 5e-5
+    forces = []
+    for damping in (0.0, 200.0):
+        ring_ = ring(law=law, damping=damping, count=3)._replace(inertia=1e9)  # a motor that nothing slows
+        state = pistons.at_rest(ring_)
+        q = (0.0, 0.0, 0.0, speed / ring_.arm)
+        for _ in range(1000):
+            q = pistons.step(ring_, state, *q, 0.0, 0.0, dt)[:4]
+        forces.append(state.force[0])  # piston 0 stands at +y and is met head on
+    assert forces[1] - forces[0] == pytest.approx(200.0 * speed, rel=1e-3)

@@ -7,8 +7,8 @@ from functools import lru_cache
 from pathlib import Path
 
 from cutwise.io.files import as_text, read_bytes
-from cutwise.io.tree import Node, compose, unwrapped
-from cutwise.spec.faults import Fault, ScenarioFault
+from cutwise.io.tree import Node, compose, origins, unwrapped
+from cutwise.spec.faults import Fault, ScenarioFault, dotted
 from cutwise.spec.scenario import Origin
 
 FOLDER = Path(__file__).parent.parent / "library"
@@ -29,9 +29,6 @@ class Entry:
 
     def origins(self) -> Iterator[tuple[str, str, Origin]]:
         """Dotted key, text and origin of each value."""
-        from cutwise.io.tree import origins
-        from cutwise.spec.faults import dotted
-
         for path, origin in origins(self.values):
             yield dotted(path), origin.text, origin
 

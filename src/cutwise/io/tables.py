@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from cutwise.io.files import as_text, read_bytes
-from cutwise.spec import faults as spec_faults
 from cutwise.spec.faults import Fault, ScenarioFault
+from cutwise.spec.faults import Path as Key
 from cutwise.spec.tables import Column, example_title, find, table_faults
 
 _MOST_FAULTS = 20
@@ -16,10 +16,10 @@ _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+")
 Cell = tuple[str, int]  # text, and the column of the line where it begins, from 1
 
 
-def read_table(
-    path: Path, shown: str, key: spec_faults.Path, over: Sequence[Column], ordinate: Column
-) -> dict[str, list[float]]:
+def read_table(path: Path, shown: str, key: Key, over: Sequence[Column], ordinate: Column) -> dict[str, list[float]]:
     """The columns of a CSV file that a table of ``ordinate`` over one of ``over`` needs, as written.
+
+    Lines that begin with # and empty lines are passed over, other columns too.
 
     Raises
     ------
@@ -31,71 +31,78 @@ def read_table(
         for number, line in enumerate(as_text(read_bytes(path, shown), shown).splitlines(), 1)
         if line.strip() and not line.lstrip().startswith("#")
     ]
-    found: list[Fault] = []
+    example = f'"{example_title(over[0])}, {example_title(ordinate)}"'
     if not lines:
-        raise ScenarioFault(
-            [Fault(key, f"is empty; it needs a title line such as {_example(over, ordinate)}", file=shown)]
-        )
-    _check_separators(lines, shown, key, over, ordinate)
-    header = _cells(lines[0][1])
-    titles = [text for text, _ in header]
-    for place, title in enumerate(titles):
-        if title in titles[:place]:
-            found.append(Fault(key, f"column {title} is there twice", lines[0][0], header[place][1], shown))
-    wanted = [named[0] for columns in (over, (ordinate,)) if (named := find(titles, columns)) is not None]
-    columns: dict[str, list[float]] = {title: [] for title in wanted or titles}
-    places: dict[str, list[tuple[int, int]]] = {title: [] for title in columns}
+        raise ScenarioFault([Fault(key, f"is empty; it needs a title line such as {example}", file=shown)])
+    wrong = _wrong_separator(lines, example)
+    if wrong is not None:
+        raise ScenarioFault([Fault(key, wrong, lines[0][0], 1, shown)])
+    sheet = _Sheet(shown, key, lines[0], over, ordinate)
     for number, line in lines[1:]:
-        _read_row(_cells(line), titles, columns, places, found, key, number, shown)
-    for fault in table_faults(columns if len(wanted) == 2 else dict.fromkeys(titles, ()), over, ordinate):
-        line_number, column = lines[0][0], 1
-        if fault.column is not None:
-            line_number, column = (
-                (lines[0][0], header[titles.index(fault.column)][1])
-                if fault.row is None
-                else places[fault.column][fault.row]
-            )
-        if fault.column is not None or len(wanted) == 2 or "needs a column" in fault.message:
-            found.append(Fault(key, fault.message, line_number, column, shown))
-    if found:
-        found.sort(key=lambda fault: (fault.line or 0, fault.column or 0))
-        more = len(found) - _MOST_FAULTS
-        rest = [Fault(key, f"and {more} more faults in this file", file=shown)] if more > 0 else []
-        raise ScenarioFault([*found[:_MOST_FAULTS], *rest])
-    return columns
+        sheet.add(number, line)
+    faults = sheet.all_faults(over, ordinate)
+    if faults:
+        more = len(faults) - _MOST_FAULTS
+        rest = [Fault(key, f"and {more} more faults in this file", lines[-1][0], 1, shown)] if more > 0 else []
+        raise ScenarioFault([*faults[:_MOST_FAULTS], *rest])
+    return sheet.columns
 
 
-def _read_row(
-    cells: list[Cell],
-    titles: list[str],
-    columns: dict[str, list[float]],
-    places: dict[str, list[tuple[int, int]]],
-    found: list[Fault],
-    key: spec_faults.Path,
-    number: int,
-    shown: str,
-) -> None:
-    """One row into the columns, if all of it can be read."""
-    if len(cells) > len(titles) or (len(cells) < len(titles) and len(cells) < 2):
-        hint = "; decimal commas? write decimal points" if len(cells) == 2 * len(titles) else ""
-        message = f"{len(cells)} values for {len(titles)} columns{hint}"
-        found.append(Fault(key, message, number, 1, shown))
-        return
-    row: dict[str, tuple[float, int]] = {}
-    for place, title in enumerate(titles):
-        if title not in columns:
-            continue
-        text, column = cells[place] if place < len(cells) else ("", cells[-1][1] + len(cells[-1][0]))
-        value = _number(text)
-        if value is None:
-            message = f'"{text}" is not a number' if text else "a hole"
-            found.append(Fault(key, f"{message} in column {title}; every row needs a value", number, column, shown))
-        else:
-            row[title] = (value, column)
-    if len(row) == len(columns):
-        for title, (value, column) in row.items():
-            columns[title].append(value)
-            places[title].append((number, column))
+class _Sheet:
+    """The wanted columns of a CSV file, row by row, and what is wrong with them."""
+
+    def __init__(
+        self, shown: str, key: Key, title_line: tuple[int, str], over: Sequence[Column], ordinate: Column
+    ) -> None:
+        self.shown, self.key, self.title_line = shown, key, title_line[0]
+        self.header = _cells(title_line[1])
+        self.titles = [text for text, _ in self.header]
+        named = [find(self.titles, wanted) for wanted in (over, (ordinate,))]
+        self.complete = None not in named
+        self.columns: dict[str, list[float]] = {found[0]: [] for found in named if found is not None}
+        self.places: dict[str, list[tuple[int, int]]] = {title: [] for title in self.columns}
+        self.faults: list[Fault] = []
+        for place, (title, column) in enumerate(self.header):
+            if title in self.titles[:place]:
+                self._fault(f"column {title} is there twice", self.title_line, column)
+
+    def _fault(self, message: str, line: int, column: int) -> None:
+        self.faults.append(Fault(self.key, message, line, column, self.shown))
+
+    def add(self, number: int, line: str) -> None:
+        """One row into the columns, if all of it can be read."""
+        cells = _cells(line)
+        if len(cells) > len(self.titles):
+            hint = "; decimal commas? write decimal points" if len(cells) == 2 * len(self.titles) else ""
+            self._fault(f"{len(cells)} values for {len(self.titles)} columns{hint}", number, 1)
+            return
+        row: dict[str, tuple[float, int]] = {}
+        for place, title in enumerate(self.titles):
+            if title not in self.columns:
+                continue
+            text, column = cells[place] if place < len(cells) else ("", len(line.rstrip()) + 1)
+            value = _number(text)
+            if value is None:
+                what = f'"{text}" is not a number' if text else "a hole"
+                self._fault(f"{what} in column {title}; every row needs a value", number, column)
+            else:
+                row[title] = (value, column)
+        if len(row) == len(self.columns):
+            for title, (value, column) in row.items():
+                self.columns[title].append(value)
+                self.places[title].append((number, column))
+
+    def all_faults(self, over: Sequence[Column], ordinate: Column) -> list[Fault]:
+        """Those of the cells and those of the table as a whole, in the order of the lines."""
+        columns: dict[str, list[float]] = self.columns if self.complete else {title: [] for title in self.titles}
+        for title, row, message in table_faults(columns, over, ordinate):
+            if title is None:
+                self._fault(message, self.title_line, 1)
+            elif row is None:
+                self._fault(message, self.title_line, self.header[self.titles.index(title)][1])
+            else:
+                self._fault(message, *self.places[title][row])
+        return sorted(self.faults, key=lambda fault: (fault.line or 0, fault.column or 0))
 
 
 def _number(text: str) -> float | None:
@@ -115,21 +122,12 @@ def _cells(line: str) -> list[Cell]:
     return cells
 
 
-def _check_separators(
-    lines: list[tuple[int, str]], shown: str, key: spec_faults.Path, over: Sequence[Column], ordinate: Column
-) -> None:
-    """Semicolons and tabs in place of commas, as spreadsheets of some countries write them."""
-    number, title_line = lines[0]
+def _wrong_separator(lines: list[tuple[int, str]], example: str) -> str | None:
+    """What to say about semicolons and tabs in place of commas, as spreadsheets of some countries write them."""
     for separator, name in ((";", "semicolons"), ("\t", "tabs")):
-        if separator in title_line:
-            decimals = any(
-                _DECIMAL_COMMA.fullmatch(cell.strip()) for _, line in lines[1:] for cell in line.split(separator)
-            )
-            message = f"columns are separated by {name}; separate them by commas"
-            message += ", and write decimal points in place of decimal commas" if decimals else ""
-            message += f", for example {_example(over, ordinate)}"
-            raise ScenarioFault([Fault(key, message, number, title_line.index(separator) + 1, shown)])
-
-
-def _example(over: Sequence[Column], ordinate: Column) -> str:
-    return f'"{example_title(over[0])}, {example_title(ordinate)}"'
+        if separator in lines[0][1]:
+            cells = [cell.strip() for _, line in lines[1:] for cell in line.split(separator)]
+            decimal = any(_DECIMAL_COMMA.fullmatch(cell) for cell in cells)
+            also = " and write decimal points in place of decimal commas" if decimal else ""
+            return f"columns are separated by {name}; separate them by commas{also}, for example {example}"
+    return None

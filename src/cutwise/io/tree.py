@@ -170,8 +170,8 @@ def compose(text: str, file: str, layer: int = 1) -> tuple[Node | None, list[Fau
         return reader.read(composed, ()), reader.faults
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
-        place = (mark.line + 1, mark.column + 1) if mark is not None else (None, None)
-        return None, [Fault((), _in_words(error), *place, file)]
+        line, column = (mark.line + 1, mark.column + 1) if mark is not None else (None, None)
+        return None, [Fault((), _in_words(error), line, column, file)]
     except YAMLError as error:
         return None, [Fault((), f"not readable as YAML: {str(error).splitlines()[0]}", file=file)]
     except RecursionError:

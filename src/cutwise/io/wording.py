@@ -61,8 +61,8 @@ def unknown_key(model: type[Spec], path: Path) -> tuple[str, Path]:
     if near:
         return f"unknown key; did you mean {dotted((*before, near))}?", (*before, near)
     everywhere = [key for key, _ in fields.keys(model)]
-    for same in (lambda key: key[-1] == name, lambda key: key[-1] == _closest(name, [str(k[-1]) for k in everywhere])):
-        meant = next((key for key in everywhere if same(key)), None)
+    elsewhere = _closest(name, [str(key[-1]) for key in everywhere])
+    for meant in (next((key for key in everywhere if key[-1] == word), None) for word in (name, elsewhere)):
         if meant is not None:
             return f"unknown key; did you mean {dotted(meant)}?", meant
     return f"unknown key; known here: {', '.join(siblings)}", ()

@@ -125,6 +125,7 @@ def piston_ring(spindle: CompliantSpindle) -> PistonRing:
             _FRICTION[spindle.friction] if spindle.friction_static > 0.0 else NO_FRICTION,
             spindle.breakaway_travel or math.inf,
             spindle.stribeck_velocity or 0.0,
+            spindle.seal_damping or 0.0,
         ),
         spindle.piston_arm,
         spindle.inertia,

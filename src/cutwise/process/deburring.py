@@ -21,6 +21,7 @@ from cutwise.spec.deburring import DeburringScenario
 
 _SETTLED = 5e-6  # [m] band of the settling time
 _TOOTH_SAMPLES = 32
+_TOOTH_PLACES = 1000
 _AXES = ("x", "y", "z")
 
 
@@ -90,8 +91,8 @@ def _between(run: EdgeRun, first: int, last: int) -> FloatArray:
     return run.surface.error[here] if here.any() else run.error_at_tool[[last]]
 
 
-def measures(scenario: DeburringScenario, run: EdgeRun) -> Mapping[str, float]:
-    """All measures of the pass in SI; one that does not apply is left out."""
+def measures(scenario: DeburringScenario, run: EdgeRun, *, tooth: bool = True) -> Mapping[str, float]:
+    """All measures of the pass in SI; one that does not apply is left out. ``tooth``: with those tooth by tooth."""
     history, steady = run.history, run.steady
     last = steady.stop - 1
     found: dict[str, float | None] = {}
@@ -108,7 +109,9 @@ def measures(scenario: DeburringScenario, run: EdgeRun) -> Mapping[str, float]:
         found[f"burr_force_rms_{axis}"] = math.sqrt(float(history.burr_force.square[steady, i].mean()))
         found[f"burr_force_peak_{axis}"] = float(history.burr_force.peak[:, i].max())
         found[f"work_force_mean_{axis}"] = float(history.work_force.mean[steady, i].mean())
-        found[f"tooth_force_peak_{axis}"] = _tooth_peak(run, i)
+    if tooth:
+        peaks = _tooth_peaks(run)
+        found |= {f"tooth_force_peak_{axis}": peaks[i] for i, axis in enumerate(_AXES if axial else _AXES[:2])}
     found["settling_time"] = settling_time(history.motion.time[: last + 1], run.error_at_tool[: last + 1])
     tilt = history.response.tilt[steady].mean(axis=0)
     found["tip_deflection_x"], found["tip_deflection_y"] = (run.cell.reach * tilt).tolist()
@@ -161,9 +164,11 @@ def tooth_history(run: EdgeRun, rows: FloatArray, samples: int, periods: int) ->
     return time, forces.reshape(*time.shape, 6)
 
 
-def _tooth_peak(run: EdgeRun, axis: int) -> float:
-    rows = np.unique(np.linspace(0, run.history.motion.time.size - 1, 2000).astype(int))
-    return float(np.abs(tooth_history(run, rows, _TOOTH_SAMPLES, 1)[1][..., axis]).max())
+def _tooth_peaks(run: EdgeRun) -> list[float]:
+    """Largest burr force tooth by tooth over the whole pass, from one tooth period at each of many places [N]."""
+    rows = np.unique(np.linspace(0, run.history.motion.time.size - 1, _TOOTH_PLACES).astype(int))
+    peaks = np.abs(tooth_history(run, rows, _TOOTH_SAMPLES, 1)[1][..., :3]).max(axis=(0, 1))
+    return [float(peak) for peak in peaks]
 
 
 def stages(run: EdgeRun) -> xr.DataTree:

@@ -6,16 +6,12 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from cutwise import units
-from cutwise.physics.structure.pistons import REGULARISED
+from cutwise.physics.structure.pistons import SWEEPS
 from cutwise.process.deburring import EdgeRun, memory_needed, run_for
-from cutwise.process.loops import TOOTH_RESOLVED
 from cutwise.process.swept import run_swept_edge
 from cutwise.spec.deburring import DeburringScenario
+from cutwise.spec.notices import notices
 
-_LARGEST_AVERAGED_STEP = 400e-6  # [s] beyond this the explicit cutting force is no longer damped
-_STEPS_PER_TOOTH = 20
-_STEPS_PER_TURN = 200
-_SWEEP_LIMIT = 2000
 _LATCHED = 0.05  # share of the band above the loading plateau
 _MOVED = 1e-6  # [m] change with the halved step that is worth a warning
 
@@ -30,7 +26,7 @@ LIMITS = (
 
 def warnings(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, float]) -> tuple[str, ...]:
     """Everything that the engineer should know before he trusts the numbers."""
-    return tuple([*_structure(run), *_process(scenario, run, found), *_numerics(scenario, run)])
+    return tuple([*notices(scenario), *_structure(run), *_process(scenario, run, found), *_numerics(run)])
 
 
 def _structure(run: EdgeRun) -> Iterator[str]:
@@ -41,22 +37,12 @@ def _structure(run: EdgeRun) -> Iterator[str]:
             "the tool is dragged to the stop of the spindle: a piston used its whole stroke of "
             f"{units.show(piston.stroke, 'length')}; lower the preset, raise the pressure, or mill down instead of up"
         )
-    if piston.law and piston.friction_static >= piston.pressure_force:
-        yield (
-            f"the pistons do not return: seal friction ({units.show(piston.friction_static, 'force')}) holds them against "
-            f"their pressure force ({units.show(piston.pressure_force, 'force')}); raise the pressure"
-        )
     weight = math.hypot(ring.moment_x, ring.moment_y) / run.cell.reach
     if weight > run.statics.unloading.breakaway:
         yield (
             f"the motor droops: its weight is {units.show(weight, 'force')} at the tip, more than the "
             f"{units.show(run.statics.unloading.breakaway, 'force')} with which the pistons re-centre it; "
             "raise the pressure or mount the spindle upright"
-        )
-    if piston.law == REGULARISED:
-        yield (
-            "regularised friction never sticks: the edge error creeps towards the frictionless answer; use set_valued "
-            "or presliding for a result"
         )
 
 
@@ -89,37 +75,11 @@ def _process(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, floa
             f"{units.show(run.cell.cutter.edges.runout, 'small_length')}), which the arcs leave out: trust the mean error, "
             "not the wave; numerics.engagement swept (with averaged force) keeps the surface"
         )
-    low, high = scenario.material.chip_thickness_min, scenario.material.chip_thickness_max
-    chip = float(run.history.engagement.chip[steady].mean())
-    if (high is not None and chip > high) or (low is not None and chip < low):
-        yield (
-            f"feed per tooth {units.show(chip, 'small_length')} is outside the chip thickness that the coefficients were "
-            f"found for ({_range(low, high)}); forces may be off by a factor of two or three"
-        )
 
 
-def _range(low: float | None, high: float | None) -> str:
-    ends = ("0" if v is None else units.show(v, "small_length") for v in (low, high if high is not None else math.inf))
-    return " to ".join(ends)
-
-
-def _numerics(scenario: DeburringScenario, run: EdgeRun) -> Iterator[str]:
-    step, cutter = scenario.numerics.time_step, run.cell.cutter
-    period = 2.0 * math.pi / (cutter.mill.flutes * cutter.spindle_speed)
-    if cutter.force_law == TOOTH_RESOLVED and step > period / _STEPS_PER_TOOTH:
-        yield (
-            f"the time step aliases tooth passing: {period / step:.3g} steps per tooth, {_STEPS_PER_TOOTH} are needed; "
-            f"use at most {units.show(1e6 * period / _STEPS_PER_TOOTH, 'dimensionless', 3)} us, or averaged forces"
-        )
-    if cutter.force_law != TOOTH_RESOLVED and step > _LARGEST_AVERAGED_STEP:
-        yield "the time step is longer than 400 us, beyond which averaged forces may oscillate; use 20 to 50 us"
-    turn = 2.0 * math.pi / cutter.spindle_speed
-    if cutter.edges.runout > 0.0 and step > turn / _STEPS_PER_TURN:
-        yield (
-            f"the time step aliases the run-out: {turn / step:.3g} steps per turn, {_STEPS_PER_TURN} are needed; use 5 us"
-        )
-    if run.history.response.sweeps.max() >= _SWEEP_LIMIT:
-        yield "the contact solver stopped short of its tolerance in some steps; use a smaller time step"
+def _numerics(run: EdgeRun) -> Iterator[str]:
+    if run.history.response.sweeps.max() >= SWEEPS:
+        yield "the piston forces were not found to 1 mN in some steps; use a smaller time step"
 
 
 def swept(scenario: DeburringScenario, run: EdgeRun) -> bool:

@@ -26,6 +26,13 @@ class DeburringScenario(Scenario):
     """Deburring one edge with a pneumatic compliant spindle (Berselli et al. 2016)."""
 
     measures: ClassVar[Mapping[str, MeasureSpec]] = DEBURRING
+    levers: ClassVar[Mapping[str, tuple[str, str]]] = {
+        "spindle.pressure": ("2 bar", "6.5 bar"),
+        "operation.feed": ("20 mm/s", "200 mm/s"),
+        "operation.preset": ("0.2 mm", "5 mm"),
+        "operation.lead_in_time": ("0.05 s", "0.8 s"),
+    }
+    focus: ClassVar[str] = "surface_error_mean"
 
     process: Literal["deburr"] = Field(description="which operation is simulated", examples=["deburr"])
     operation: DeburringOperation = Field(description="the pass along the edge")

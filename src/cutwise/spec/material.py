@@ -81,7 +81,7 @@ class Material(LibrarySpec):
         if linear and kienzle:
             yield Remark((), f"has coefficients of two laws ({', '.join(linear + kienzle)}); keep one of them")
             return
-        required = ("k_c11", "m_c", "k_r11", "m_r") if kienzle else ("K_tc", "K_rc", "K_te", "K_re")
+        required: tuple[str, ...] = ("k_c11", "m_c", "k_r11", "m_r") if kienzle else ("K_tc", "K_rc", "K_te", "K_re")
         pair = ("k_a11", "m_a") if kienzle else ("K_ac", "K_ae")
         if any(getattr(self, key) is not None for key in pair):
             required += pair
@@ -97,5 +97,7 @@ class Material(LibrarySpec):
         if self.K_tc is not None and self.K_rc is not None and not 0.05 <= self.K_rc / self.K_tc <= 1.0:
             ratio = self.K_rc / self.K_tc
             yield Remark(("K_rc",), f"K_rc/K_tc is {ratio:.2g}; usual is 0.05 to 0.7, up to 1 for chips of a few µm")
+        if self.K_te == 0:
+            yield Remark(("K_te",), "no edge force is optimistic; usual is 0.5 N/mm (chips of a few µm) to 120 N/mm")
         if self.K_ae is not None and self.K_te is not None and abs(self.K_ae) > 0.2 * self.K_te * 1.0001:
             yield Remark(("K_ae",), "is more than 0.2 K_te; usual is less at a helix up to 45°")

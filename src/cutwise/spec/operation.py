@@ -178,6 +178,6 @@ def uncovered(table: Table, end: float, path: tuple[str, ...]) -> Iterator[Remar
     if places[0] > slack or places[-1] < end - slack:
         yield Remark(
             path,
-            f"the table covers {table.variable} = {places[0] * scale:g} to {places[-1] * scale:g} {unit}, the run needs "
-            f"0 to {end * scale:g} {unit}; outside the table is an error",
+            f"the table covers {table.variable} = {places[0] * scale:g} to {places[-1] * scale:g} {unit}, the run "
+            f"needs 0 to {end * scale:g} {unit}; nothing is extrapolated",
         )

@@ -42,6 +42,10 @@ class Scenario(Spec):
     """The base of the scenarios of all processes."""
 
     measures: ClassVar[Mapping[str, MeasureSpec]] = {}
+    levers: ClassVar[Mapping[str, tuple[str, str]]] = {}
+    """What an engineer would turn, as dotted keys, each with the limits within which advice looks."""
+    focus: ClassVar[str] = ""
+    """The measure that sensitivities are told for."""
 
     name: str = Field(
         default="unnamed",

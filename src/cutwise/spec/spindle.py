@@ -4,12 +4,13 @@ import math
 from collections.abc import Iterator
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import BeforeValidator, Field, PlainSerializer
+from pydantic import BeforeValidator, Field, PlainSerializer, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
 from cutwise.spec.base import (
     Angle,
     Count,
+    Damping,
     Force,
     Inertia,
     Length,
@@ -61,7 +62,18 @@ def _axis_name(value: Any) -> Any:
     return list(value) if isinstance(value, tuple) else value
 
 
-Gravity = Annotated[Literal["off"] | Vector, BeforeValidator(_direction), PlainSerializer(_axis_name, when_used="json")]
+_SCHEMA = {
+    "anyOf": [
+        {"enum": ["off", *_AXES]},
+        {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3},
+    ]
+}
+Gravity = Annotated[
+    Literal["off"] | Vector,
+    BeforeValidator(_direction),
+    PlainSerializer(_axis_name, when_used="json"),
+    WithJsonSchema(_SCHEMA),
+]
 Friction = Literal["set_valued", "presliding", "none", "regularised"]
 
 
@@ -101,6 +113,12 @@ class CompliantSpindle(LibrarySpec):
         description="velocity scale v_s: of the fall from static to dynamic friction (presliding; left out: at once), "
         "or of the tanh (regularised)",
         examples=["1 mm/s"], gt=0,
+    )  # fmt: skip
+    seal_damping: Annotated[Damping, Usual("0 N s/m", "500 N s/m")] | None = Field(
+        default=None,
+        description="viscous damping of one piston's seal; elastic seals without it can let a climbing mill vibrate "
+        "along the feed (left out: none)",
+        examples=["50 N s/m"], ge=0,
     )  # fmt: skip
     piston_arm: Annotated[Length, Usual("20 mm", "300 mm")] = Field(
         description="distance l_p from the pivot O to the ring of pistons", examples=["100 mm"], gt=0

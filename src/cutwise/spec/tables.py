@@ -64,8 +64,8 @@ def table_faults(
     lengths = {len(rows) for rows in columns.values()}
     if len(lengths) > 1:
         yield TableFault(None, None, f"columns have different lengths: {', '.join(map(str, sorted(lengths)))}")
-    elif lengths and lengths < {0, 1}:
-        yield TableFault(None, None, f"has {lengths.pop()} rows; at least two are needed")
+    elif lengths and max(lengths) < 2:
+        yield TableFault(None, None, f"has {lengths.pop()} readable rows; at least two are needed")
 
 
 def _unit_fault(title: str, column: Column) -> str:
@@ -92,11 +92,8 @@ def _row_faults(
         if rising and row and value == rows[row - 1]:
             yield TableFault(title, row, f"{column.name} = {value:g} is repeated; {column.name} must increase")
         elif rising and row and value < rows[row - 1]:
-            yield TableFault(
-                title,
-                row,
-                f"{column.name} = {value:g} comes after {rows[row - 1]:g}; sort the rows so that {column.name} increases",
-            )
+            message = f"{column.name} = {value:g} comes after {rows[row - 1]:g}; sort the rows by {column.name}"
+            yield TableFault(title, row, message)
 
 
 def example_title(column: Column) -> str:

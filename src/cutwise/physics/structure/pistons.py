@@ -27,8 +27,11 @@ SET_VALUED = 1
 PRESLIDING = 2
 REGULARISED = 3
 
+_TOUCH = 1e-12  # [m] a face closer than this touches its piston
 STUCK_SPEED = 1e-6  # [m/s] a piston slower than this counts as stuck
-_SWEEPS = 2000
+SWEEPS = 2000  # a step that takes them all has not found its forces
+_HARMLESS = 1e-3  # [N] what is left over after them that moves nothing
+_PATIENCE = 20  # sweeps after which the step is asked whether nothing moves at all
 
 
 class Piston(NamedTuple):
@@ -41,6 +44,7 @@ class Piston(NamedTuple):
     law: int  # NO_FRICTION, SET_VALUED, PRESLIDING or REGULARISED
     breakaway_travel: float  # [m] elastic travel of the seal before it slips (presliding)
     stribeck_speed: float  # [m/s] of the fall from static to dynamic friction, or of the regularised law; 0: at once
+    damping: float  # [N s/m] viscous, of the rubber
 
 
 class PistonRing(NamedTuple):
@@ -138,14 +142,15 @@ def free_return(piston: Piston, limit: float, old: float, anchor: float, dt: flo
     """Where a piston comes to rest that nothing touches: back at the dead point, or where friction holds it [m]."""
     if piston.law == PRESLIDING:
         stiffness = piston.friction_static / piston.breakaway_travel
-        if piston.pressure_force > limit:
-            return 0.0
-        return max(0.0, min(old, anchor - piston.pressure_force / stiffness))
-    if piston.law == REGULARISED:
-        if piston.pressure_force >= limit:
-            return 0.0
+        if piston.pressure_force <= limit:
+            return max(0.0, min(old, anchor - piston.pressure_force / stiffness))
+    elif piston.law == REGULARISED and piston.pressure_force < limit:
         return max(0.0, old - dt * piston.stribeck_speed * math.atanh(piston.pressure_force / limit))
-    return 0.0 if piston.pressure_force > limit else old
+    if piston.pressure_force <= limit:
+        return old
+    if piston.damping == 0.0:
+        return 0.0
+    return max(0.0, old - dt * (piston.pressure_force - limit) / piston.damping)
 
 
 @compiled
@@ -160,7 +165,9 @@ def contact_force(
     rest = free_return(piston, limit, old, anchor, dt)
     if free <= rest:
         return 0.0
-    s = pushed_position(piston, limit, free, yielding, old, anchor, dt)
+    hold = 1.0 + yielding * piston.damping / dt  # viscous force (s - old) / dt folded into the free position
+    damped = (free + (hold - 1.0) * old) / hold
+    s = pushed_position(piston, limit, damped, yielding / hold, old, anchor, dt)
     s = min(max(s, rest), piston.stroke)
     return (free - s) / yielding
 
@@ -194,7 +201,7 @@ def step(
     qx, qy, vx, vy : float
         Tilt and its rate after the step.
     sweeps : int
-        Gauss-Seidel sweeps used; the largest number means that the tolerance was not reached.
+        Gauss-Seidel sweeps used; ``SWEEPS`` means that the forces were not found to 1 mN.
     """
     piston = ring.piston
     direction = ring.direction
@@ -212,7 +219,13 @@ def step(
     falling = piston.stribeck_speed > 0.0 and (piston.law == SET_VALUED or piston.law == PRESLIDING)
     sweeps = 0
     change = 2.0 * ring.tolerance
-    while change > ring.tolerance and sweeps < _SWEEPS:
+    while change > ring.tolerance and sweeps < SWEEPS:
+        if sweeps == _PATIENCE and piston.law != PRESLIDING and piston.law != REGULARISED:
+            rx = dt * vx + gain * (mx + ring.moment_x)
+            ry = dt * vy + gain * (my + ring.moment_y)
+            if stays(ring, state, qx, qy, rx / lever, ry / lever):
+                new_x, new_y = qx, qy
+                break
         sweeps += 1
         change = 0.0
         for i in range(n):
@@ -229,6 +242,8 @@ def step(
                 new_x -= lever * nx * difference
                 new_y -= lever * ny * difference
                 change = max(change, abs(difference))
+    if sweeps == SWEEPS and change < _HARMLESS:
+        sweeps -= 1
     for i in range(n):
         face = ring.arm * (direction[i, 0] * new_x + direction[i, 1] * new_y)
         old = travel[i]
@@ -237,6 +252,47 @@ def step(
         seal[i] = dragged_anchor(piston, limits[i], travel[i], anchor)
         speed[i] = ((seal[i] - anchor) if piston.law == PRESLIDING else (travel[i] - old)) / dt
     return new_x, new_y, (new_x - qx) / dt, (new_y - qy) / dt, sweeps
+
+
+@compiled
+def stays(ring: PistonRing, state: RingState, qx: float, qy: float, rx: float, ry: float) -> bool:
+    r"""Whether the pistons can hold the motor where it is.
+
+    All kinks of the convex program meet in the present tilt, where Gauss-Seidel may shift forces between the pistons
+    for hundreds of sweeps. The forces needed, :math:`r = \sum_i n_i N_i`, are tested against the zonotope of
+    :math:`N_i \in [N_{lo}, N_{hi}]` instead: its edges are parallel to the :math:`n_i`.
+
+    Parameters
+    ----------
+    ring, state : PistonRing, RingState
+        The device and its state, limits of the step included.
+    qx, qy : float
+        Present tilt [rad].
+    rx, ry : float
+        Resultant that the pistons have to give [N].
+    """
+    n = state.travel.size
+    piston = ring.piston
+    for k in range(n):
+        for side in range(2):
+            sign = 1.0 - 2.0 * side
+            ux, uy = -sign * ring.direction[k, 1], sign * ring.direction[k, 0]
+            reach = 0.0
+            for i in range(n):
+                nx, ny = ring.direction[i, 0], ring.direction[i, 1]
+                face = ring.arm * (nx * qx + ny * qy)
+                at = state.travel[i]
+                if face < at - _TOUCH:
+                    continue
+                high = piston.pressure_force + state.limit[i]
+                low = 0.0 if at <= 0.0 else max(0.0, piston.pressure_force - state.limit[i])
+                along = nx * ux + ny * uy
+                if at >= piston.stroke and along > 0.0:
+                    return False
+                reach += along * (high if along > 0.0 else low)
+            if rx * ux + ry * uy > reach:
+                return False
+    return True
 
 
 @compiled

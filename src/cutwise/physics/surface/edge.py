@@ -8,7 +8,7 @@ from cutwise.maths.compiled import compiled
 from cutwise.maths.curves import FloatArray, Polyline
 from cutwise.records import Surface
 
-_AXIS_PITCH = 2e-6  # [m] axis positions closer than this add nothing to the envelope
+_AXIS_PITCH = 8e-6  # [m] axis positions closer than this add nothing to the envelope
 
 
 @compiled
@@ -72,8 +72,8 @@ def machined_profile(
 
     Notes
     -----
-    Between two axis positions :math:`\Delta x` apart the envelope is high by :math:`\Delta x^2 / 8R`: 0.5 nm at
-    4 µm and R = 4 mm.
+    Between two axis positions :math:`\Delta x` apart the envelope is high by :math:`\Delta x^2 / 8R`: 2 nm at
+    8 µm and R = 4 mm.
 
     References
     ----------

@@ -1,0 +1,128 @@
+"""A scenario to begin with: every key that matters, with its meaning, and comments from the specification."""
+
+import re
+from collections.abc import Iterator, Mapping
+from difflib import get_close_matches
+from textwrap import wrap
+
+from pydantic.fields import FieldInfo
+
+from cutwise.io import library
+from cutwise.spec import fields
+from cutwise.spec.base import LibrarySpec, Spec
+from cutwise.spec.faults import Fault, Path, ScenarioFault, dotted
+from cutwise.spec.kinds import ALIASES, KINDS
+from cutwise.spec.notices import range_text
+from cutwise.spec.scenario import Scenario
+
+_WIDTH = 110
+
+# What a new scenario says, and in which words, where the example of the field is not what to begin with.
+STARTS: Mapping[str, Mapping[str, str]] = {
+    "deburr": {
+        "operation.feed": "40 mm/s",
+        "operation.spindle_speed": "30000 rpm",
+        "operation.length": "60 mm",
+        "operation.path_error": "{amplitude: 0.1 mm, frequency: 1 Hz}",
+        "part.burr.height": "0.3 mm",
+        "part.burr.width": "0.3 mm",
+        "part.contact_length": "5 mm",
+        "tool.library": "berselli2016",
+        "material.library": "deburr_aluminium",
+        "spindle.library": "default",
+        "requirements": "{surface_error_max: {max: 0.1 mm}, surface_error_min: {min: -0.1 mm}}",
+    },
+}
+_LEFT_OUT = ("library", "name", "process")
+
+
+def template(kind: str) -> str:
+    """A commented scenario of a kind that loads without a fault.
+
+    Raises
+    ------
+    ScenarioFault
+        There is no such kind.
+    """
+    if kind not in KINDS:
+        meant = ALIASES.get(kind) or next(iter(get_close_matches(kind, KINDS, n=1)), None)
+        hint = f"did you mean {meant}?" if meant else f"known are: {', '.join(KINDS)}"
+        raise ScenarioFault([Fault((), f'"{kind}" is not a process; {hint}')])
+    model = KINDS[kind]
+    summary = (model.__doc__ or "").strip().splitlines()[0]
+    lines = [
+        f"# {summary}",
+        "# Every quantity has its unit. A value may also be written {value: 80 mm/s, status: measured, source: ...}.",
+        f"name: new_{kind}",
+        f"process: {kind}",
+        *_body(model, (), STARTS.get(kind, {})),
+        *_requirements(model, STARTS.get(kind, {}).get("requirements", "")),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _body(section: type[Spec], path: Path, starts: Mapping[str, str]) -> Iterator[str]:
+    indent = "  " * len(path)
+    for name, info in section.model_fields.items():
+        if name in _LEFT_OUT or (name == "requirements" and not path):
+            continue
+        here = (*path, name)
+        inner = fields.sections(info)
+        if len(inner) == 1 and len(list(fields.of_field(info))) == 1:
+            yield "" if not path else f"{indent}# {info.description}"
+            if not path:
+                yield f"# {info.description}"
+            yield f"{indent}{name}:"
+            if issubclass(inner[0], LibrarySpec):
+                yield from _from_library(inner[0], here, starts)
+            else:
+                yield from _body(inner[0], here, starts)
+            continue
+        yield from _value(info, here, starts)
+
+
+def _value(info: FieldInfo, path: Path, starts: Mapping[str, str]) -> Iterator[str]:
+    """A line for a key, under a comment; keys that may be left out are commented out."""
+    indent = "  " * (len(path) - 1)
+    key = dotted(path)
+    written = key in starts or info.is_required()
+    yield from _comment(_meaning(info), indent)
+    yield f"{indent}{'' if written else '# '}{path[-1]}: {starts.get(key, _example(info))}"
+
+
+def _meaning(info: FieldInfo) -> str:
+    usual = fields.usual(info)
+    return (info.description or "") + (f" (usual: {range_text(usual)})" if usual is not None else "")
+
+
+def _example(info: FieldInfo) -> str:
+    return str(info.examples[0]) if info.examples else "..."
+
+
+def _comment(text: str, indent: str) -> Iterator[str]:
+    yield from wrap(text, _WIDTH, initial_indent=f"{indent}# ", subsequent_indent=f"{indent}#   ")
+
+
+def _from_library(section: type[LibrarySpec], path: Path, starts: Mapping[str, str]) -> Iterator[str]:
+    """A section that an entry fills; the keys that one may want to write are shown with the entry's values."""
+    indent = "  " * len(path)
+    there = library.shelf(section.library_shelf)
+    name = starts.get(dotted((*path, "library")), next(iter(there), ""))
+    yield f"{indent}# values from the library (a key written here wins); see: cutwise library {section.library_shelf}"
+    yield from _comment(f"there are: {', '.join(there)}", indent)
+    if name in there:
+        yield from _comment(f"{name}: {there[name].describes}", indent)
+    yield f"{indent}library: {name}"
+    values = there[name].values.value if name in there else {}
+    for key, info in section.model_fields.items():
+        if key in values:
+            brief = re.split(r"[:;(]", info.description or "")[0].strip()
+            yield f"{indent}# {f'{key}: {values[key].text}':<32} # {brief}"
+
+
+def _requirements(model: type[Scenario], start: str) -> Iterator[str]:
+    yield ""
+    yield "# limits that the result is held against; measures that can be limited:"
+    yield from _comment(", ".join(model.measures), "")
+    if start:
+        yield f"requirements: {start}"

@@ -1,0 +1,226 @@
+"""Advice: which setting brings a run within its requirements, or how much room is left in each, by running again."""
+
+from collections.abc import Callable, Iterator, Mapping
+from functools import cache
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+
+from cutwise import units
+from cutwise.process.recipes import quick_measures
+from cutwise.spec import fields
+from cutwise.spec.faults import ScenarioFault
+from cutwise.spec.scenario import Scenario
+from cutwise.study.sensitivity import changed
+
+_SCAN = 13
+_PAIR_SCAN = 7
+_HALVINGS = 6
+
+
+class Lever(NamedTuple):
+    """A setting that may be turned, in SI."""
+
+    key: str
+    dimension: str
+    now: float
+    low: float
+    high: float
+
+    def shown(self, value: float) -> str:
+        """A value of the setting as people read it."""
+        return units.show(value, self.dimension, 3)
+
+
+class Proposal(NamedTuple):
+    """Settings that meet all requirements, nearest to the present ones, and what a run with them gives."""
+
+    settings: Mapping[str, float]  # dotted key: value [SI]
+    measures: Mapping[str, float]
+    text: str
+
+
+def advise(
+    scenario: Scenario, limits: Mapping[str, tuple[str, str]] | None = None, *, pairs: bool = True
+) -> tuple[str, ...]:
+    """What to change, or how much room there is.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        The scenario, with requirements.
+    limits : mapping, optional
+        Dotted key: lowest and highest value that may be set, as text; the levers of the process by default.
+    pairs : bool
+        Look for two levers together where none helps alone: hundreds of runs.
+
+    Returns
+    -------
+    tuple of str
+        One sentence for each lever that helps (or each pair, if none helps alone); for a scenario that meets its
+        requirements, the room in each lever. Nothing without requirements.
+    """
+    if not scenario.requirements:
+        return ()
+    levers = list(_levers(scenario, limits or scenario.levers))
+    margin = _margins(scenario, levers)
+    if margin(()) >= 0.0:
+        return tuple(_room(lever, margin) for lever in levers)
+    proposals = propose(scenario, limits, pairs=pairs)
+    if not proposals:
+        tried = ", ".join(f"{lever.key} {lever.shown(lever.low)} to {lever.shown(lever.high)}" for lever in levers)
+        beyond = "and no pair of them " if pairs else ""
+        hint = "" if pairs else "; cutwise advise looks for two together"
+        return (f"no single lever {beyond}meets the requirements within its limits ({tried}){hint}",)
+    return tuple(p.text for p in proposals)
+
+
+def propose(
+    scenario: Scenario, limits: Mapping[str, tuple[str, str]] | None = None, *, pairs: bool = True
+) -> list[Proposal]:
+    """Settings that bring a failing scenario within its requirements: one lever, or two where one is not enough."""
+    levers = list(_levers(scenario, limits or scenario.levers))
+    margin = _margins(scenario, levers)
+    found = [settings for lever in levers if (settings := _nearest(lever, margin)) is not None]
+    if not found and pairs:
+        found = [s for pair in combinations(levers, 2) if (s := _nearest_pair(pair, margin)) is not None]
+    return [_proposal(scenario, levers, settings) for settings in found]
+
+
+def _levers(scenario: Scenario, limits: Mapping[str, tuple[str, str]]) -> Iterator[Lever]:
+    given = {".".join(path): (info, value) for path, info, value in fields.leaves(scenario)}
+    for key, (low, high) in limits.items():
+        if key in given:
+            info, now = given[key]
+            dimension = fields.dimension(info) or "dimensionless"
+            yield Lever(key, dimension, now, units.parse(low, dimension), units.parse(high, dimension))
+
+
+Settings = tuple[tuple[str, float], ...]
+
+
+def with_settings(scenario: Scenario, levers: list[Lever], settings: Settings) -> Scenario:
+    """The scenario with levers turned; a longer lead-in lengthens the run, so that the steady part stays.
+
+    Raises
+    ------
+    ScenarioFault
+        The settings do not fit the other values.
+    """
+    dimension = {lever.key: lever.dimension for lever in levers}
+    values = {key: units.text(value, dimension[key]) for key, value in settings}
+    now = {lever.key: lever.now for lever in levers}
+    turned = dict(settings)
+    lead_in = turned.get("operation.lead_in_time")
+    if lead_in is not None:
+        run = scenario.operation.run_time + lead_in - now["operation.lead_in_time"]  # type: ignore[attr-defined]
+        feed = turned.get("operation.feed", scenario.operation.feed)  # type: ignore[attr-defined]
+        given = scenario.operation.duration is not None  # type: ignore[attr-defined]
+        values["operation.duration" if given else "operation.length"] = (
+            units.text(run, "time") if given else units.text(run * feed, "length")
+        )
+    return changed(scenario, values)
+
+
+def _margins(scenario: Scenario, levers: list[Lever]) -> Callable[[Settings], float]:
+    @cache
+    def margin(settings: Settings) -> float:
+        """Smallest slack over all requirements, relative to the limit; below zero one is missed."""
+        try:
+            measures = quick_measures(with_settings(scenario, levers, settings) if settings else scenario)
+        except ScenarioFault:
+            return -np.inf
+        return slack(scenario, measures)
+
+    return margin
+
+
+def slack(scenario: Scenario, measures: Mapping[str, float]) -> float:
+    """Smallest distance of a measure from its limit, relative to the limit (to 1 where the limit is zero)."""
+    least = np.inf
+    for name, limit in scenario.requirements.items():
+        value = measures.get(name)
+        if value is None:
+            return -np.inf
+        for bound, sign in ((limit.max, 1.0), (limit.min, -1.0)):
+            if bound is not None:
+                least = min(least, sign * (bound - value) / (abs(bound) or 1.0))
+    return float(least)
+
+
+def _nearest(lever: Lever, margin: Callable[[Settings], float]) -> Settings | None:
+    """The value nearest to the present one that meets the requirements, a little inside."""
+    grid = [v for v in np.linspace(lever.low, lever.high, _SCAN) if margin(((lever.key, float(v)),)) >= 0.0]
+    if not grid:
+        return None
+    good = float(min(grid, key=lambda v: abs(v - lever.now)))
+    edge = _edge(lever, margin, good, lever.now)
+    inside = edge + 0.1 * (good - edge)  # a little more than the least that passes
+    chosen = inside if margin(((lever.key, inside),)) >= 0.0 else good
+    return ((lever.key, _rounded(lever, chosen, margin)),)
+
+
+def _rounded(lever: Lever, value: float, margin: Callable[[Settings], float]) -> float:
+    """The value to two figures where it still passes, else to three, else as it is."""
+    for digits in (2, 3):
+        number, _ = units.displayed(value, lever.dimension)
+        text = f"{number:.{digits}g} {units.DIMENSIONS[lever.dimension].display}"
+        short = units.parse(text, lever.dimension)
+        if lever.low <= short <= lever.high and margin(((lever.key, short),)) >= 0.0:
+            return short
+    return value
+
+
+def _edge(lever: Lever, margin: Callable[[Settings], float], good: float, bad: float) -> float:
+    """Last passing value between a good and a bad one."""
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (good + bad)
+        if margin(((lever.key, middle),)) >= 0.0:
+            good = middle
+        else:
+            bad = middle
+    return good
+
+
+def _nearest_pair(pair: tuple[Lever, ...], margin: Callable[[Settings], float]) -> Settings | None:
+    grids = [np.linspace(lever.low, lever.high, _PAIR_SCAN) for lever in pair]
+    best: tuple[float, Settings] | None = None
+    for a in grids[0]:
+        for b in grids[1]:
+            settings = ((pair[0].key, float(a)), (pair[1].key, float(b)))
+            if margin(settings) < 0.0:
+                continue
+            far = sum(abs(v - lever.now) / (lever.high - lever.low) for v, lever in zip((a, b), pair, strict=True))
+            if best is None or far < best[0]:
+                best = (far, settings)
+    return best[1] if best else None
+
+
+def _proposal(scenario: Scenario, levers: list[Lever], settings: Settings) -> Proposal:
+    measures = quick_measures(with_settings(scenario, levers, settings))
+    by_key = {lever.key: lever for lever in levers}
+    turns = " and ".join(f"{key} {by_key[key].shown(by_key[key].now)} -> {by_key[key].shown(v)}" for key, v in settings)
+    outcome = ", ".join(
+        f"{name} {units.show(measures[name], scenario.measures[name].dimension, 3)}"
+        for name in scenario.requirements
+        if name in measures
+    )
+    return Proposal(dict(settings), measures, f"change {turns}: a run with it gives {outcome}")
+
+
+def _room(lever: Lever, margin: Callable[[Settings], float]) -> str:
+    """How far a lever may be turned each way before a requirement is missed."""
+    ends = []
+    for limit in (lever.low, lever.high):
+        steps = np.linspace(lever.now, limit, 4)[1:]
+        good = lever.now
+        for value in steps:
+            if margin(((lever.key, float(value)),)) < 0.0:
+                good = _edge(lever, margin, good, float(value))
+                ends.append(lever.shown(good))
+                break
+            good = float(value)
+        else:
+            ends.append(f"{lever.shown(limit)} (limit)")
+    return f"room in {lever.key} (now {lever.shown(lever.now)}): from {ends[0]} to {ends[1]}"
