@@ -183,7 +183,10 @@ def _at_holes(model: Topology, frames: EdgeFrames) -> tuple[EdgeFrames, tuple[in
     owner = {face: n for n, hole in enumerate(model.holes, start=1) for face in hole.faces}
     sides = [{owner[int(f)] for f in np.unique(frames.face[:, m]) if int(f) in owner} for m in range(2)]
     bore = [
-        any(model.faces[int(f)].kind == CYLINDER and model.faces[int(f)].sign < 0.0 for f in np.unique(frames.face[:, m]))
+        any(
+            model.faces[int(f)].kind == CYLINDER and model.faces[int(f)].sign < 0.0
+            for f in np.unique(frames.face[:, m])
+        )
         for m in range(2)
     ]
     sizes = [min((model.holes[n - 1].radius for n in side), default=math.inf) for side in sides]

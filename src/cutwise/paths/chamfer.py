@@ -11,6 +11,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from cutwise.maths.compiled import compiled
@@ -120,6 +121,16 @@ def chamfer_path(
     return _envelope(frames, _in_normal_planes(nodes, cut, ball_radius), ball_radius)
 
 
+def possible(frames: EdgeFrames, cut: Chamfer, ball_radius: float) -> NDArray[np.bool_]:
+    """At which samples of an edge the ball can leave this chamfer, as far as the two surfaces go; shape (n,)."""
+    half = 0.5 * frames.wedge
+    chord = 2.0 * cut.width * np.sin(half) if cut.leg else np.full(len(half), cut.width)
+    fits = (half + abs(cut.tilt) < 0.5 * math.pi - 1e-3) & (chord < 2.0 * ball_radius) & (half > 1e-2)
+    legs = np.where(fits[:, None], planar_legs(cut, np.where(fits, frames.wedge, 1.0)), np.nan)
+    _legs_on_surfaces(frames, cut.width, cut.leg, cut.tilt, legs, np.zeros_like(legs))
+    return fits & np.isfinite(legs[:, 0])
+
+
 def _check(frames: EdgeFrames, cut: Chamfer, ball_radius: float) -> None:
     half = 0.5 * float(frames.wedge.max())
     if cut.leg and cut.tilt:
@@ -146,9 +157,10 @@ def _in_normal_planes(frames: EdgeFrames, cut: Chamfer, ball_radius: float) -> C
     legs = planar_legs(cut, frames.wedge)
     heights = np.zeros((n, 2))
     if cut.tier != TANGENT:
-        failed = _legs_on_surfaces(frames, cut.width, cut.leg, cut.tilt, legs, heights)
-        if failed >= 0:
-            x, y, z = 1e3 * frames.point[failed]
+        _legs_on_surfaces(frames, cut.width, cut.leg, cut.tilt, legs, heights)
+        failed = np.flatnonzero(np.isnan(legs[:, 0]))
+        if failed.size:
+            x, y, z = 1e3 * frames.point[failed[0]]
             raise NoPathError(
                 f"no chamfer of this width at ({x:.3f}, {y:.3f}, {z:.3f}) mm: the surfaces bend away before it ends"
             )
@@ -167,8 +179,8 @@ def _in_normal_planes(frames: EdgeFrames, cut: Chamfer, ball_radius: float) -> C
 @compiled
 def _legs_on_surfaces(
     frames: EdgeFrames, width: float, leg: bool, tilt: float, legs: FloatArray, heights: FloatArray
-) -> int:
-    r"""Newton's method for the legs on the true surfaces; -1, or the first sample that has no solution.
+) -> None:
+    r"""Newton's method for the legs on the true surfaces; NaN at samples that have no solution.
 
     Chord: :math:`|Q_1 - Q_2| = w` and :math:`(Q_1 - Q_2) \cdot b = 0`, :math:`b = \cos\delta\, b_0 - \sin\delta\, k`.
     Leg: :math:`a_i^2 + g_i^2 = a^2` for each surface.
@@ -178,7 +190,9 @@ def _legs_on_surfaces(
         ch, sh = math.cos(0.5 * frames.wedge[i]), math.sin(0.5 * frames.wedge[i])
         p1, p2 = legs[i, 0], legs[i, 1]
         g1 = g2 = 0.0
-        for step in range(_STEPS):
+        legs[i, 0] = legs[i, 1] = math.nan
+        change = math.inf
+        for _ in range(_STEPS):
             g1, s1 = section_height(
                 frames.surfaces, frames.face[i, 0], frames.section[i, 0], frames.point[i], frames.into[i, 0],
                 frames.normal[i, 0], p1, g1,
@@ -202,19 +216,16 @@ def _legs_on_surfaces(
                 det = j11 * j22 - j12 * j21
                 d1 = (f1 * j22 - f2 * j12) / det
                 d2 = (f2 * j11 - f1 * j21) / det
-            if not abs(d1) + abs(d2) < 10.0 * width:
-                return i
+            change = abs(d1) + abs(d2)
+            if not change < 10.0 * width:
+                break
             p1 -= d1
             p2 -= d2
-            if abs(d1) + abs(d2) < 1e-13 * width + 1e-17:
+            if change < 1e-13 * width + 1e-17:
                 break
-            if step == _STEPS - 1 and abs(d1) + abs(d2) > 1e-9 * width:
-                return i
-        if p1 <= 0.0 or p2 <= 0.0:
-            return i
-        legs[i, 0], legs[i, 1] = p1, p2
-        heights[i, 0], heights[i, 1] = g1, g2
-    return -1
+        if change < 1e-9 * width and p1 > 0.0 and p2 > 0.0:
+            legs[i, 0], legs[i, 1] = p1, p2
+            heights[i, 0], heights[i, 1] = g1, g2
 
 
 def _envelope(frames: EdgeFrames, nodes: ChamferPath, ball_radius: float) -> ChamferPath:
