@@ -15,6 +15,10 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
 
+class SolverFailure(Exception):
+    """The computation did not come to an end: which solver, where it stopped, and what to change."""
+
+
 @dataclass(frozen=True, slots=True)
 class Measure:
     """A named number of the run, in SI."""

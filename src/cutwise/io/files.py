@@ -1,4 +1,4 @@
-"""Reading text files that an engineer names, with plain words for everything that can be wrong with one."""
+"""Reading text files that an engineer names, with plain words for all that can be wrong with one; writing them whole."""
 
 from difflib import get_close_matches
 from pathlib import Path
@@ -19,7 +19,7 @@ def read_bytes(path: Path, shown: str) -> bytes:
     except FileNotFoundError:
         message = "no such file"
         if path.parent.is_dir():
-            near = get_close_matches(path.name, [entry.name for entry in path.parent.iterdir()], n=1)
+            near = get_close_matches(path.name, [entry.name for entry in path.parent.iterdir()], n=1, cutoff=0.75)
             message += f"; did you mean {near[0]}?" if near else ""
     except IsADirectoryError:
         message = "is a folder; name a file in it"
@@ -49,3 +49,14 @@ def as_text(content: bytes, shown: str) -> str:
         line, column = before.count(b"\n") + 1, error.start - (before.rfind(b"\n") + 1) + 1
         message = f"byte 0x{content[error.start]:02x} is not UTF-8 text; save the file as UTF-8"
         raise ScenarioFault([Fault((), message, line, column, shown)]) from None
+
+
+def write_text(path: Path, text: str) -> Path:
+    """Write a file whole or not at all: beside it first, then in its place."""
+    partial = path.with_name(path.name + ".part")
+    try:
+        partial.write_text(text, encoding="utf-8", newline="\n")
+        partial.replace(path)
+    finally:
+        partial.unlink(missing_ok=True)
+    return path

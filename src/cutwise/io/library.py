@@ -12,7 +12,7 @@ from cutwise.spec.faults import Fault, ScenarioFault, dotted
 from cutwise.spec.scenario import Origin
 
 FOLDER = Path(__file__).parent.parent / "library"
-SHELVES = ("tools", "materials", "spindles", "machines", "robots")
+SHELVES = ("tools", "materials", "spindles", "path_errors", "machines", "robots")
 
 _KEYS = ("name", "describes", "values")
 
@@ -99,7 +99,10 @@ def read_entry(path: Path, shown: str, kind: str) -> Entry:
     assert values is not None
     name = tree.value["name"].text if "name" in tree.value else path.stem
     describes = tree.value["describes"].text if "describes" in tree.value else ""
-    return Entry(kind, name, describes, path, unwrapped(values, (), faults) if not faults else values)
+    entry_values = unwrapped(values, (), faults)
+    if faults:
+        raise ScenarioFault(faults)
+    return Entry(kind, name, describes, path, entry_values)
 
 
 def marked(node: Node, label: str) -> Node:

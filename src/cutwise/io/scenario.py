@@ -143,7 +143,7 @@ def _scenario(tree: Node, faults: list[Fault], overrides: Sequence[str], folder:
             fault
             for fault in faults_of(error, model, tree)
             if not any(fault.path[: len(path)] == path for path in settled)
-            and not (fault.message.startswith("missing") and fault.path[:-1] in assembly.incomplete)
+            and not (fault.message.startswith("missing") and assembly.explains(fault.path))
         ]
         raise ScenarioFault(_sorted(faults)) from None
     if faults:
@@ -169,9 +169,10 @@ def _overridden(tree: Node, text: str, faults: list[Fault]) -> Node:
         faults.append(Fault((), "is not of the form dotted.key=value", file=f"--set {text}"))
         return tree
     value, found = compose(value_text, file, layer=2)
-    faults += [Fault(path, fault.message, file=file) for fault in found]
+    if found:
+        faults += [Fault(path, fault.message, file=file) for fault in found]
+        return tree
     value = value or Node(None, file=file, layer=2)
-    found.clear()
     value = unwrapped(value, path, found)
     faults += found
     for _, node in value.walk():
@@ -180,46 +181,42 @@ def _overridden(tree: Node, text: str, faults: list[Fault]) -> Node:
 
 
 def _model(tree: Node, faults: list[Fault]) -> type[Scenario] | None:
-    """The specification that ``process`` names, or the only one that the keys fit."""
+    """The specification that ``process`` names or means, or the one that the keys fit best."""
     node = tree.value.get("process")
-    known = ", ".join(KINDS)
     if node is not None and node.value is not None:
         if node.text in KINDS:
             return KINDS[node.text]
-        meant = ALIASES.get(node.text.lower()) or next(iter(get_close_matches(node.text.lower(), KINDS, n=1)), None)
-        hint = f"did you mean {meant}?" if meant else f"known are: {known}"
+        word = node.text.lower()
+        meant = ALIASES.get(word) or next(iter(get_close_matches(word, KINDS, n=1)), None)
+        hint = f"did you mean {meant}?" if meant else f"known are: {', '.join(KINDS)}"
         faults.append(node.fault(("process",), f'"{node.text}" is not a process; {hint}'))
-        return None
-    fitting = {name for name, model in KINDS.items() if set(tree.value) <= set(model.model_fields)}
-    full = {name for name in fitting if _required(KINDS[name]) <= {*tree.value, "process"}}
-    choice = full if len(full) == 1 else fitting
-    if len(choice) == 1:
-        return KINDS[choice.pop()]
-    message = f"missing; write which operation this is: process: {' or '.join(KINDS)}"
-    faults.append(tree.fault(("process",), message))
-    for key, value in tree.value.items():
-        if len(KINDS) == 1 and key not in next(iter(KINDS.values())).model_fields:
-            wrong, _ = unknown_key(next(iter(KINDS.values())), (key,))
-            faults.append(value.fault((key,), wrong, at_key=True))
+        if meant:
+            return KINDS[meant]  # to find what else is wrong
+    fit = {name: _fit(tree, model) for name, model in KINDS.items()}
+    best = [name for name, score in fit.items() if score == max(fit.values()) and score > 0]
+    if len(best) == 1:
+        return KINDS[best[0]]
+    if node is None or node.value is None:
+        message = f"missing; write which operation this is: process: {' or '.join(best or KINDS)}"
+        faults.append(tree.fault(("process",), message))
     return None
 
 
-def _required(model: type[Scenario]) -> set[str]:
-    return {name for name, info in model.model_fields.items() if info.is_required()}
+def _fit(tree: Node, model: type[Scenario]) -> int:
+    """How many keys of the tree a process knows, sections and what is in them."""
+    known = {path for path, _ in fields.keys(model) if len(path) <= 2}
+    return sum(path in known for path, _ in tree.walk() if 1 <= len(path) <= 2 and path[0] not in Scenario.model_fields)
 
 
 def _process_named(tree: Node, model: type[Scenario], title: str | None) -> Node:
     """The tree with its process, and with a name from the file if it has none."""
     kind = next(name for name, known in KINDS.items() if known is model)
-    value = {**tree.value}
-    if "process" not in value or value["process"].value is None:
-        value["process"] = from_data(kind, tree.file)
+    value = {**tree.value, "process": from_data(kind, tree.file)}
     if "name" not in value and title:
         value["name"] = from_data(title, tree.file)
-    for key in ("name", "process"):
-        node = value.get(key)
-        if node is not None and node.value is not None and not isinstance(node.value, dict | list):
-            value[key] = replace(node, value=node.text)
+    name = value.get("name")
+    if name is not None and name.value is not None and not isinstance(name.value, dict | list):
+        value["name"] = replace(name, value=name.text)  # 2024 is a name too
     return replace(tree, value=value)
 
 
@@ -228,10 +225,11 @@ def _without_displaced(node: Node, model: type[Spec]) -> Node:
     if not isinstance(node.value, dict):
         return node
     value = dict(node.value)
-    layers = [max((value[key].layer for key in group if key in value), default=-1) for group in model.either]
-    for group in model.either:
+    said = [max((value[key].layer for key in group if key in value), default=-1) for group in model.either]
+    for place, group in enumerate(model.either):
+        stronger = max(said[:place] + said[place + 1 :])
         for key in group:
-            if key in value and value[key].layer < max(layers):
+            if key in value and value[key].layer < stronger:
                 del value[key]
     for name, info in model.model_fields.items():
         for section in fields.sections(info):
@@ -240,12 +238,23 @@ def _without_displaced(node: Node, model: type[Spec]) -> Node:
     return replace(node, value=value)
 
 
+def _fitting(sections: Sequence[type[Spec]], node: Node) -> type[Spec]:
+    """The alternative of a key that knows most of what is written there; the first among equals."""
+    written = set(node.value) if isinstance(node.value, dict) else set()
+    return max(sections, key=lambda section: len(written & set(section.model_fields)))
+
+
 class _Assembly:
     """Completes a tree from outside of it: library entries and CSV tables."""
 
     def __init__(self, model: type[Scenario], folder: Path, faults: list[Fault]) -> None:
         self.model, self.folder, self.faults = model, folder, faults
         self.incomplete: set[spec_faults.Path] = set()  # sections that lack their library entry
+        self.meant: set[spec_faults.Path] = set()  # keys that are missing because they are misspelled in an entry
+
+    def explains(self, path: spec_faults.Path) -> bool:
+        """A key is missing because of a fault that has been reported."""
+        return path[:-1] in self.incomplete or path in self.meant
 
     def complete(self, node: Node, section: type[Spec], path: spec_faults.Path) -> Node:
         """The section with its library entry merged in and its tables read."""
@@ -266,10 +275,10 @@ class _Assembly:
                 value[name] = replace(value[name], value={})  # "part:" with nothing below it
                 value[name] = self.complete(value[name], sections[0], here)
             elif sections:
-                value[name] = self.complete(value[name], sections[0], here)
+                value[name] = self.complete(value[name], _fitting(sections, value[name]), here)
             elif value[name].value is None:
                 message = "has no value; write one or leave the line out"
-                self.faults.append(value[name].fault(here, message))
+                self.faults.append(value[name].fault(here, message, at_key=True))
         return replace(node, value=value)
 
     def _with_library(self, node: Node, section: type[LibrarySpec], path: spec_faults.Path) -> Node:
@@ -290,8 +299,9 @@ class _Assembly:
         except ScenarioFault as fault:
             self.incomplete.add(path)
             for one in fault.faults:
-                here = (*path, "library")
-                self.faults.append(one if one.file else label_node.fault(here, one.message))
+                message = f"{one.file}: {one.message}" if one.file else one.message
+                here = label_node.fault((*path, "library"), message)
+                self.faults.append(one if one.line is not None else here)
             return node
         values = library.marked(entry.values, label)
         known = self._known_to_section(values, section, path)
@@ -312,7 +322,8 @@ class _Assembly:
             if key in section.model_fields:
                 known[key] = item
             elif key not in elsewhere:
-                message, _ = unknown_key(self.model, (*path, key))
+                message, meant = unknown_key(self.model, (*path, key))
+                self.meant.add(meant)
                 self.faults.append(item.fault((*path, key), message, at_key=True))
         return replace(values, value=known)
 
@@ -345,12 +356,13 @@ def _table_file(node: Node) -> Node | None:
     return None
 
 
+def shelf_sections(shelf: str) -> list[type[LibrarySpec]]:
+    """Every section, of any process and at any depth, that takes values from a shelf."""
+    infos = (info for model in KINDS.values() for _, info in fields.keys(model))
+    found = (section for info in infos for section in fields.sections(info))
+    return list(dict.fromkeys(s for s in found if issubclass(s, LibrarySpec) and s.library_shelf == shelf))
+
+
 def shelf_keys(shelf: str) -> set[str]:
     """Every key that some process takes from a shelf."""
-    found: set[str] = set()
-    for model in KINDS.values():
-        for info in model.model_fields.values():
-            for section in fields.sections(info):
-                if issubclass(section, LibrarySpec) and section.library_shelf == shelf:
-                    found |= set(section.model_fields)
-    return found
+    return {key for section in shelf_sections(shelf) for key in section.model_fields}

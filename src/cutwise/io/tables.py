@@ -8,7 +8,7 @@ from pathlib import Path
 from cutwise.io.files import as_text, read_bytes
 from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.spec.faults import Path as Key
-from cutwise.spec.tables import Column, example_title, find, table_faults
+from cutwise.spec.tables import Column, example_title, find, length_fault, table_faults
 
 _MOST_FAULTS = 20
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+")
@@ -102,6 +102,9 @@ class _Sheet:
                 self._fault(message, self.title_line, self.header[self.titles.index(title)][1])
             else:
                 self._fault(message, *self.places[title][row])
+        rows = length_fault(self.columns) if not self.faults else None
+        if rows is not None:
+            self._fault(rows, self.title_line, 1)
         return sorted(self.faults, key=lambda fault: (fault.line or 0, fault.column or 0))
 
 

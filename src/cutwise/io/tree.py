@@ -16,7 +16,7 @@ from cutwise.spec.scenario import Origin
 STATUSES = get_args(Status)
 _TAG = "tag:yaml.org,2002:"
 _WRAPPER = ("value", "status", "source", "library")
-_MOST_NODES = 2_000_000
+_MOST_NODES = 500_000
 
 
 @dataclass(slots=True)
@@ -97,12 +97,12 @@ class _Reader:
         self.count += 1
         if id(node) in self.open:
             self.faults.append(ours.fault(path, "this alias (*) stands inside of what it names, which has no end"))
-        elif self.count == _MOST_NODES:
-            self.faults.append(ours.fault((), "too large: aliases (*) make millions of values of it"))
-        elif self.count < _MOST_NODES:
-            self.open.add(id(node))
-            self._fill(ours, node, path)
-            self.open.discard(id(node))
+            return ours
+        if self.count > _MOST_NODES:
+            raise OverflowError
+        self.open.add(id(node))
+        self._fill(ours, node, path)
+        self.open.discard(id(node))
         return ours
 
     def _fill(self, ours: Node, node: Any, path: Path) -> None:
@@ -111,9 +111,8 @@ class _Reader:
             try:
                 ours.value = _scalar(str(node.tag), node.value)
             except ValueError:
-                self.faults.append(
-                    ours.fault(path, f'the tag in "{node.tag} {node.value}" is not understood; leave it out')
-                )
+                tag = str(node.tag).replace(_TAG, "!!")
+                self.faults.append(ours.fault(path, f"the tag {tag} is not understood; leave it out"))
         elif isinstance(node, SequenceNode):
             ours.value = [self.read(item, (*path, place)) for place, item in enumerate(node.value)]
         elif isinstance(node, MappingNode):
@@ -176,6 +175,8 @@ def compose(text: str, file: str, layer: int = 1) -> tuple[Node | None, list[Fau
         return None, [Fault((), f"not readable as YAML: {str(error).splitlines()[0]}", file=file)]
     except RecursionError:
         return None, [Fault((), "nested too deeply to be a scenario", file=file)]
+    except OverflowError:
+        return None, [Fault((), f"too large: more than {_MOST_NODES:,} values; aliases (*) that multiply?", file=file)]
     except ValueError as error:  # digits beyond Python's limit for integers
         return None, [Fault((), f"not readable as YAML: {error}", file=file)]
 
@@ -192,6 +193,10 @@ def _in_words(error: MarkedYAMLError) -> str:
         return "not YAML: a key without a colon; write key: value"
     if "undefined alias" in problem:
         return f"not YAML: {problem}; an alias (*) needs its anchor (&) above it, a text with a star needs quotes"
+    if "quoted scalar" in str(error.context):
+        return "not YAML: a quote that is opened before here is not closed"
+    if "flow" in str(error.context):
+        return f"not YAML: a bracket that is opened before here is not closed ({problem})"
     return f"not YAML: {problem}"
 
 

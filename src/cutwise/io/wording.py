@@ -136,6 +136,9 @@ def _wrong_value(item: Any, model: type[Spec], path: Path, root: Node) -> str:
     if kind.startswith("int"):
         return f"{text} is not a whole number; write for example {path[-1]}: {example(info)}"
     if kind in ("model_type", "dict_type", "model_attributes_type"):
+        for section in fields.inner(info) if info is not None else ():
+            if issubclass(section, LibrarySpec) and text in library.names(section.library_shelf):
+                return f'is a section; to take the library entry "{text}", write {path[-1]}: {{library: {text}}}'
         keys = ", ".join(_known(model, path))
         return f'expected a section{" with " + keys if keys else ""}, found "{text}"'
     if kind in ("tuple_type", "list_type"):

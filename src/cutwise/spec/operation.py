@@ -5,7 +5,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Discriminator, Field
 
-from cutwise.spec.base import AngularSpeed, Count, Frequency, Length, Remark, Spec, Speed, Time, Usual
+from cutwise.spec.base import AngularSpeed, Count, Frequency, Length, LibrarySpec, Remark, Spec, Speed, Time, Usual
 from cutwise.spec.fields import tag
 from cutwise.spec.tables import Column, Table
 
@@ -50,8 +50,10 @@ class PathErrorComponent(Spec):
             yield Remark((), "give exactly one of wavelength and frequency")
 
 
-class PathErrorSpectrum(Spec):
+class PathErrorSpectrum(LibrarySpec):
     """A path error of several sines with random phases; the same seed gives the same phases."""
+
+    library_shelf: ClassVar[str] = "path_errors"
 
     spectrum: tuple[PathErrorComponent, ...] = Field(
         description="the components", examples=["[{amplitude: 0.1 mm, wavelength: 63 mm}]"], min_length=1
@@ -117,7 +119,7 @@ class DeburringOperation(Spec):
     path_error: PathError = Field(
         default="none",
         description="error of the robot normal to the edge, positive away from the work: none, "
-        "{amplitude, frequency}, {table: file.csv} or {spectrum: [...], seed}",
+        "{amplitude, frequency}, {table: file.csv}, {spectrum: [...], seed} or {library: industrial_robot, seed}",
         examples=["{amplitude: 0.2 mm, frequency: 2 Hz}"],
     )
     tolerance: Annotated[Length, Usual("0.001 mm", "0.5 mm")] = Field(

@@ -153,7 +153,7 @@ def _limit(scenario: type[Scenario], name: str, limit: Any, found: list[Remark])
         return limit
     if isinstance(limit, Limit):
         limit = {"min": limit.min, "max": limit.max}
-    example = units.DIMENSIONS[scenario.measures[name].dimension].example
+    example = limit if isinstance(limit, str) else units.DIMENSIONS[scenario.measures[name].dimension].example
     ends = {end: text for end, text in limit.items() if text is not None} if isinstance(limit, Mapping) else {}
     if not ends:
         found.append(Remark(path, f"has no limit; write min, max or both, for example {{max: {example}}}"))

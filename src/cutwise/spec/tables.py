@@ -61,11 +61,16 @@ def table_faults(
         if fault:
             yield TableFault(title, None, fault)
         yield from _row_faults(title, columns[title], column, rising=wanted is over, scaled=not fault)
-    lengths = {len(rows) for rows in columns.values()}
+
+
+def length_fault(columns: Mapping[str, Sequence[float]]) -> str | None:
+    """What is wrong with the number of rows."""
+    lengths = sorted({len(rows) for rows in columns.values()})
     if len(lengths) > 1:
-        yield TableFault(None, None, f"columns have different lengths: {', '.join(map(str, sorted(lengths)))}")
-    elif lengths and max(lengths) < 2:
-        yield TableFault(None, None, f"has {lengths.pop()} readable rows; at least two are needed")
+        return f"columns have different lengths: {', '.join(map(str, lengths))}"
+    if lengths and lengths[0] < 2:
+        return f"has {lengths[0]} row{'s' if lengths[0] != 1 else ''}; at least two are needed"
+    return None
 
 
 def _unit_fault(title: str, column: Column) -> str:
@@ -124,6 +129,9 @@ class Table(Spec):
         for column, row, message in table_faults(self.columns, self.over, self.ordinate):
             path: tuple[str | int, ...] = () if column is None else ("columns", column)
             yield Remark(path if row is None else (*path, row), message)
+        wrong = length_fault(self.columns)
+        if wrong is not None:
+            yield Remark(("columns",), wrong)
 
     @property
     def variable(self) -> str:

@@ -1,0 +1,292 @@
+"""The command line: what an engineer types, what comes back, and the exit code that says how it went."""
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
+
+import typer
+
+import cutwise
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from cutwise.results import Result
+    from cutwise.spec.scenario import Scenario
+
+OK, REQUIREMENT_FAILED, BAD_INPUT, SOLVER_FAILED, INTERRUPTED = 0, 1, 2, 3, 130
+
+app = typer.Typer(
+    name="cutwise",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="rich",
+    context_settings={"help_option_names": ["-h", "--help"]},
+    help="Virtual machining: what an operation will do to the part before anything is cut, and what to change.",
+    epilog="Exit codes: 0 ok; 1 finished, but a requirement fails or the operation is infeasible; 2 bad input; "
+    "3 the solver failed; 130 interrupted.",
+)
+
+ScenarioFile = Annotated[Path, typer.Argument(metavar="FILE", help="scenario (YAML or JSON), run file or HTML report")]
+Overrides = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="replace a value, for example operation.feed='60 mm/s'; repeatable"),
+]
+
+
+@app.callback()
+def _options(
+    debug: Annotated[bool, typer.Option("--debug", help="show the traceback of an error")] = False,  # noqa: ARG001
+    version: Annotated[bool, typer.Option("--version", help="show the version and exit", is_eager=True)] = False,
+) -> None:
+    if version:
+        print(f"cutwise {cutwise.__version__}")
+        raise typer.Exit
+
+
+@app.command()
+def new(
+    kind: Annotated[str, typer.Argument(metavar="KIND", help="process, for example deburr")],
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="FILE", help="where to write it; default KIND.yaml, - prints it")
+    ] = None,
+) -> None:
+    """Write a commented scenario to begin with."""
+    from cutwise.io.template import template
+
+    text = template(kind)
+    if str(output) == "-":
+        print(text, end="")
+        return
+    path = output or Path(f"{kind}.yaml")
+    try:
+        with path.open("x", encoding="utf-8") as file:
+            file.write(text)
+    except FileExistsError:
+        _refuse(f"{path}: is there already; name another file with -o")
+    except OSError as error:
+        _refuse(f"{path}: cannot be written: {error.strerror}")
+    print(f"{path}\nnext: cutwise check {path}; cutwise run {path}")
+
+
+@app.command()
+def check(file: ScenarioFile, overrides: Overrides = None) -> None:
+    """Find every fault of a scenario without running it."""
+    from cutwise.app.console import Console
+    from cutwise.io.scenario import load
+    from cutwise.spec.notices import notices
+
+    scenario = load(file, overrides or ())
+    Console().checked(str(file), scenario, notices(scenario))
+
+
+@app.command()
+def run(
+    file: ScenarioFile,
+    overrides: Overrides = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="DIR", help="folder for run.nc and report.html; default cutwise-runs/NAME")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="print one JSON object (SI) and nothing else on standard output")] = False,
+    report: Annotated[bool, typer.Option("--report/--no-report", help="write the HTML report")] = True,
+) -> None:
+    """Simulate a scenario and hold the result against its requirements."""
+    from cutwise.app.console import Console
+    from cutwise.io.scenario import load
+
+    scenario = load(file, overrides or ())
+    folder = output or Path("cutwise-runs") / _folder_name(scenario.name)
+    _writable(folder)
+    console = Console()
+    with console.progress(scenario.name) as progress:
+        result = _simulated(scenario, progress)
+        files = _written(result, folder, report)
+    if as_json:
+        import json
+
+        print(json.dumps(result.summary(files), allow_nan=False))
+    else:
+        console.result(result, files)
+    raise typer.Exit(REQUIREMENT_FAILED if result.verdict == "fail" else OK)
+
+
+@app.command()
+def report(
+    run_file: Annotated[Path, typer.Argument(metavar="RUN", help="run file, or the folder that holds run.nc")],
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="FILE", help="where to write it; default report.html beside it")
+    ] = None,
+) -> None:
+    """Write the HTML report of a finished run again."""
+    from cutwise.app.report import render
+    from cutwise.io.files import write_text
+    from cutwise.io.scenario import load
+    from cutwise.results import Result
+
+    source = run_file / "run.nc" if run_file.is_dir() else run_file
+    scenario = load(source)
+    target = output or source.with_name("report.html")
+    _writable(target.parent)
+    try:
+        result = Result.from_file(source, scenario)
+    except (OSError, KeyError, ValueError):
+        _refuse(f"{source}: is not a run file of cutwise; name the run.nc of a finished run")
+    write_text(target, render(result))
+    print(target)
+
+
+@app.command()
+def library(
+    kind: Annotated[str | None, typer.Argument(metavar="[KIND]", help="shelf: tools, materials, spindles, ...")] = None,
+    name: Annotated[str | None, typer.Argument(metavar="[NAME]", help="entry, whose values are shown")] = None,
+) -> None:
+    """Show the library: shelves, their entries, or the values of an entry with their sources."""
+    from cutwise.app.console import Console
+    from cutwise.io import library as shelves
+
+    console = Console()
+    if kind is None:
+        for shelf in shelves.SHELVES:
+            console.shelf(shelf, shelves.shelf(shelf).values())
+    elif name is None:
+        console.shelf(kind, shelves.shelf(kind).values())
+    else:
+        shelves.shelf(kind)
+        console.entry(shelves.entry(kind, name))
+
+
+@app.command()
+def schema(
+    kind: Annotated[str | None, typer.Argument(metavar="[KIND]", help="process; left out: all processes")] = None,
+) -> None:
+    """Print the JSON schema of scenarios, for editors."""
+    import json
+
+    from cutwise.spec.kinds import KINDS
+    from cutwise.spec.schema import schema as json_schema
+
+    if kind is not None and kind not in KINDS:
+        _refuse(f'"{kind}" is not a process; known are: {", ".join(KINDS)}')
+    print(json.dumps(json_schema(kind), indent=2))
+
+
+@app.command()
+def doctor() -> None:
+    """Look at the installation: versions, library, compiler, folders."""
+    from cutwise.app import installation
+    from cutwise.app.console import Console
+
+    findings = list(installation.examine())
+    Console().findings(findings)
+    raise typer.Exit(OK if all(finding.good for finding in findings) else REQUIREMENT_FAILED)
+
+
+@app.command()
+def selftest() -> None:
+    """Compute reference cases on this machine and compare them with their published or derived values."""
+    from cutwise.app.console import Console
+    from cutwise.process.selfchecks import CHECKS, outcomes
+
+    console = Console()
+    with console.progress("selftest") as progress:
+        found = []
+        for outcome in outcomes(CHECKS):
+            found.append(outcome)
+            progress(len(found) / len(CHECKS))
+    console.outcomes(found)
+    raise typer.Exit(OK if all(outcome.passed for outcome in found) else REQUIREMENT_FAILED)
+
+
+def _simulated(scenario: "Scenario", progress: Any) -> "Result":
+    from cutwise.process.recipes import simulate
+
+    return simulate(scenario, progress)
+
+
+def _written(result: "Result", folder: Path, with_report: bool) -> dict[str, str]:
+    """Write the files of a run, each whole or not at all."""
+    from cutwise.io.files import write_text
+
+    html = None
+    if with_report:
+        from cutwise.app.report import render
+
+        html = render(result)
+    folder.mkdir(parents=True, exist_ok=True)
+    files = {"run": str(result.save(folder / "run.nc"))}
+    if html is not None:
+        files["report"] = str(write_text(folder / "report.html", html))
+    return files
+
+
+def _folder_name(name: str) -> str:
+    """A scenario name as one folder name on every system."""
+    safe = "".join("_" if letter in '<>:"/\\|?*' or ord(letter) < 32 else letter for letter in name)
+    return safe.strip(" .") or "unnamed"
+
+
+def _writable(folder: Path) -> None:
+    """Refuse a folder that cannot be made or written to, before any time is spent on the run."""
+    import os
+
+    place = folder.absolute()
+    while not place.exists() and place != place.parent:
+        place = place.parent
+    if not place.is_dir():
+        _refuse(f"{folder}: {place} is a file, not a folder; name another folder with -o")
+    if not os.access(place, os.W_OK | os.X_OK):
+        _refuse(f"{folder}: may not be written to (permission denied); name another folder with -o")
+
+
+def _refuse(message: str) -> NoReturn:
+    print(message, file=sys.stderr)
+    raise typer.Exit(BAD_INPUT)
+
+
+def _explain(error: Exception) -> int:
+    """Say in plain words what went wrong; the exit code for it."""
+    from cutwise.results import SolverFailure
+    from cutwise.spec.faults import ScenarioFault
+
+    if isinstance(error, ScenarioFault):
+        print(error, file=sys.stderr)
+        return BAD_INPUT
+    if isinstance(error, SolverFailure):
+        print(f"the solver failed: {error}", file=sys.stderr)
+        return SOLVER_FAILED
+    if isinstance(error, OSError):
+        place = f"{error.filename}: " if error.filename else ""
+        print(f"{place}{error.strerror or error}", file=sys.stderr)
+        return BAD_INPUT
+    print(
+        f"cutwise stopped on an error of its own, {type(error).__name__}: {error}\n"
+        "please report it with the output of: cutwise --debug ...",
+        file=sys.stderr,
+    )
+    return SOLVER_FAILED
+
+
+def main(arguments: "Sequence[str] | None" = None) -> NoReturn:
+    """Run the command line; leaves with the exit code."""
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    debug = "--debug" in given  # it may stand anywhere
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="replace")  # a terminal that lacks a letter gets a question mark, not a traceback
+    try:
+        app([argument for argument in given if argument != "--debug"], prog_name="cutwise")
+    except KeyboardInterrupt:
+        code = INTERRUPTED
+    except SystemExit as left:
+        code = left.code if isinstance(left.code, int) else OK
+    except BrokenPipeError:
+        sys.stderr.close()
+        code = OK
+    except Exception as error:
+        if debug:
+            raise
+        code = _explain(error)
+    if code == INTERRUPTED:
+        print("interrupted", file=sys.stderr)
+    sys.exit(code)

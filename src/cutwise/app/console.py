@@ -1,0 +1,162 @@
+"""What the command line shows: tables, verdicts and progress; plain text when it is not a terminal that reads."""
+
+import threading
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+import rich.console
+from rich import box
+from rich.markup import escape
+from rich.table import Table
+from rich.text import Text
+
+from cutwise import units
+from cutwise.app.wording import against, requirement, verdict_line
+
+if TYPE_CHECKING:
+    from cutwise.app.installation import Finding
+    from cutwise.io.library import Entry
+    from cutwise.process.selfchecks import Outcome
+    from cutwise.results import Check, Result
+    from cutwise.spec.scenario import Scenario
+
+_PATIENCE = 2.0  # [s] a progress bar appears only after this
+_COLOURS = {"pass": "bold green", "fail": "bold red", "none": "bold"}
+
+
+class Console:
+    """Standard output for results, standard error for everything that is not a result."""
+
+    def __init__(self) -> None:
+        self.out = rich.console.Console(highlight=False, soft_wrap=True)
+        self.err = rich.console.Console(highlight=False, soft_wrap=True, stderr=True)
+
+    def table(self, title: str, columns: Sequence[str], rows: Iterable[Sequence[str]], right: Sequence[str] = ()) -> None:
+        """A table; when piped aligned columns of plain text, never cut off."""
+        rows = list(rows)
+        used = [i for i in range(len(columns)) if any(row[i] for row in rows)]
+        names, rows = [columns[i] for i in used], [[row[i] for i in used] for row in rows]
+        if title:
+            self.line(title, "bold")
+        if not self.out.is_terminal:
+            self._plain(names, rows, right)
+            return
+        table = Table(header_style="bold", box=box.SIMPLE_HEAD, pad_edge=False)
+        for name in names:
+            table.add_column(name, justify="right" if name in right else "left")
+        for row in rows:
+            table.add_row(*row)
+        self.out.print(table, soft_wrap=False)
+
+    def _plain(self, names: Sequence[str], rows: Sequence[Sequence[str]], right: Sequence[str]) -> None:
+        cells = [[Text.from_markup(cell).plain for cell in row] for row in (names, *rows)]
+        widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+        for row in cells:
+            aligned = (c.rjust(w) if n in right else c.ljust(w) for n, c, w in zip(names, row, widths, strict=True))
+            self.line("  ".join(aligned).rstrip())
+
+    def line(self, text: str = "", style: str | None = None) -> None:
+        """One line of plain text."""
+        self.out.print(text, style=style, markup=False)
+
+    def checked(self, file: str, scenario: "Scenario", unusual: Sequence[str]) -> None:
+        """What ``check`` says about a scenario without fault."""
+        statuses = Counter(origin.status for origin in scenario.origins.values())
+        self.line(f"{file}: no fault ({scenario.process}, {scenario.name})")
+        self.line(f"{sum(statuses.values())} values, {statuses['assumed']} of them assumed")
+        for notice in unusual:
+            self.line(f"unusual: {notice}", "yellow")
+
+    def result(self, result: "Result", files: Mapping[str, str]) -> None:
+        """Measures, verdict, warnings, and where the files are."""
+        checks = {check.measure: check for check in result.checks}
+        rows = []
+        for name, measure in result.measures.items():
+            check = checks.pop(name, None)
+            number, unit = units.displayed(measure.value, measure.dimension)
+            rows.append((name, f"{number:.5g}", unit, *_judged(check)))
+        rows += [(name, "not available", "", *_judged(check)) for name, check in checks.items()]
+        self.table(
+            f"{result.scenario.name} ({result.scenario.process})",
+            ("measure", "value", "unit", "requirement", "result"), rows, right=("value",),
+        )  # fmt: skip
+        self.line()
+        for reason in result.infeasible:
+            self.line(f"infeasible: {reason}", "red")
+        for warning in result.warnings:
+            self.line(f"warning: {warning}", "yellow")
+        if result.assumed:
+            count, total = len(result.assumed), len(result.scenario.origins)
+            self.line(f"{count} of {total} input values are assumed: nobody has measured or published them (see the report)")
+        for kind, place in files.items():
+            self.line(f"{kind}: {place}")
+        self.line(verdict_line(result), _COLOURS[result.verdict])
+
+    def shelf(self, kind: str, entries: "Iterable[Entry]") -> None:
+        """The entries of a library shelf."""
+        rows = [(f"  {entry.name}", escape(entry.describes)) for entry in entries]
+        self.table(kind, ("  name", "describes"), rows or [("  (empty)", "")])
+        self.line()
+
+    def entry(self, entry: "Entry") -> None:
+        """The values of a library entry with their sources."""
+        self.line(f"{entry.shelf}/{entry.name}", "bold")
+        self.line(entry.describes)
+        self.line(f"file: {entry.file}")
+        rows = [(key, escape(text), origin.status, escape(origin.source)) for key, text, origin in entry.origins()]
+        self.table("", ("key", "value", "status", "source"), rows)
+
+    def findings(self, findings: "Iterable[Finding]") -> None:
+        """What ``doctor`` found."""
+        rows = [(_mark(f.good), f.subject, escape(f.found), escape("" if f.good else f.remedy)) for f in findings]
+        self.table("", ("", "subject", "found", "remedy"), rows)
+
+    def outcomes(self, outcomes: "Sequence[Outcome]") -> None:
+        """What ``selftest`` computed, and how far it is from what is known."""
+        rows = []
+        for check, found, passed in outcomes:
+            shown = [units.show(value, check.dimension, 6) for value in (found, check.expected)]
+            deviation = units.show(found - check.expected, check.dimension, 2)
+            allowed = units.show(check.tolerance, check.dimension, 2)
+            rows.append((_mark(passed), escape(check.name), *shown, deviation, allowed, escape(check.source)))
+        columns = ("", "check", "found", "expected", "deviation", "allowed", "source")
+        self.table("", columns, rows, right=columns[2:6])
+        failed = sum(not outcome.passed for outcome in outcomes)
+        self.line()
+        self.line(f"{len(outcomes) - failed} of {len(outcomes)} checks pass", "bold red" if failed else "bold green")
+
+    @contextmanager
+    def progress(self, what: str) -> Iterator[Callable[[float], None]]:
+        """A progress bar on standard error, if that is a terminal and it takes longer than two seconds."""
+        if not self.err.is_terminal:
+            yield lambda share: None  # noqa: ARG005
+            return
+        from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+        bar = Progress(
+            TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:>3.0f} %"), TimeElapsedColumn(),
+            console=self.err, transient=True,
+        )  # fmt: skip
+        task = bar.add_task(escape(what), total=1.0)
+        late = threading.Timer(_PATIENCE, bar.start)
+        late.daemon = True
+        late.start()
+        try:
+            yield lambda share: bar.update(task, completed=share)
+        finally:
+            late.cancel()
+            late.join()
+            bar.stop()
+
+
+def _mark(good: bool) -> str:
+    return "[green]pass[/green]" if good else "[bold red]FAIL[/bold red]"
+
+
+def _judged(check: "Check | None") -> tuple[str, str]:
+    if check is None:
+        return "", ""
+    return requirement(check), _mark(check.passed) + against(check)
+

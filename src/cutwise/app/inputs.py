@@ -1,0 +1,89 @@
+"""The inputs of a run as a reader wants them: value, meaning, where from; and the scenario as text to run again."""
+
+import io
+import json
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+from cutwise import units
+from cutwise.spec import fields
+from cutwise.spec.faults import dotted
+from cutwise.spec.scenario import Scenario
+
+_STATUS = {
+    "measured": "measured", "catalogue": "catalogue", "paper": "paper", "assumed": "assumed", "user": "scenario",
+    "default": "default",
+}  # fmt: skip
+
+
+class Input(NamedTuple):
+    """One input value."""
+
+    section: str
+    key: str
+    shown: str
+    meaning: str
+    status: str
+    source: str
+
+
+def inputs(scenario: Scenario) -> Iterator[Input]:
+    """Every input value of a scenario, those that were left to their default included."""
+    origins = scenario.origins
+    for path, info, value in fields.leaves(scenario):
+        if path[0] in ("name", "process", "requirements") or path[-1] == "library":
+            continue
+        key = dotted(path)
+        origin = origins.get(key)
+        dimension = fields.dimension(info)
+        shown = origin.text if origin is not None and origin.text else _shown(value, dimension)
+        status = origin.status if origin is not None else "default"
+        source = origin.source if origin is not None else ""
+        if origin is not None and origin.library:
+            source = f"{source} (library: {origin.library})" if source else f"library: {origin.library}"
+        yield Input(str(path[0]), key, shown, info.description or "", _STATUS[status], source)
+
+
+def _shown(value: Any, dimension: str | None) -> str:
+    if isinstance(value, float | int) and not isinstance(value, bool):
+        return units.show(value, dimension) if dimension else f"{value:g}"
+    if isinstance(value, list | tuple) and len(value) > 6:
+        return f"{len(value)} values"
+    return str(value)
+
+
+def as_json(scenario: Scenario) -> str:
+    """The scenario as JSON that is safe inside a ``<script>`` element."""
+    text = json.dumps(scenario.document(), indent=1)
+    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+
+
+def as_yaml(scenario: Scenario) -> str:
+    """The scenario as YAML that a person reads and ``cutwise run`` takes."""
+    from ruamel.yaml import YAML
+
+    yaml = YAML()
+    yaml.width = 4096
+    yaml.indent(mapping=2, sequence=4, offset=2)
+    stream = io.StringIO()
+    yaml.dump(_laid_out(scenario.document()), stream)
+    return stream.getvalue()
+
+
+def _laid_out(value: Any) -> Any:
+    """Mappings and lists with values that stand in one line written in one line."""
+    from ruamel.yaml.comments import CommentedMap, CommentedSeq
+
+    if isinstance(value, Mapping):
+        block = CommentedMap({key: _laid_out(item) for key, item in value.items()})
+        if block and not any(isinstance(item, CommentedMap) for item in block.values()):
+            sourced = "value" in block and "status" in block
+            if sourced or set(block) <= {"min", "max"}:
+                block.fa.set_flow_style()
+        return block
+    if isinstance(value, list | tuple):
+        row = CommentedSeq(_laid_out(item) for item in value)
+        if not any(isinstance(item, CommentedMap) for item in row):
+            row.fa.set_flow_style()
+        return row
+    return value

@@ -1,0 +1,185 @@
+"""The HTML report of a run: one file that needs nothing else, to be read, printed, sent on and run again."""
+
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from datetime import datetime
+from functools import lru_cache
+from importlib.resources import files
+from itertools import groupby
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import jinja2
+
+import cutwise
+from cutwise import references, units
+from cutwise.app import inputs
+from cutwise.app.plots import PLOTS
+from cutwise.app.plots.figures import COLOURS, Plot, svg
+from cutwise.app.wording import against, margin, requirement, verdict_line
+
+if TYPE_CHECKING:
+    from cutwise.results import Check, Measure, Result
+
+_DOI = re.compile(r"\bdoi[ :]+(10\.\d{4,}/\S+?)(?=[,;.]?(?:\s|$))")
+_HEADINGS = {
+    "worst": "Worst places",
+    "band": "Where in the band the run ended",
+}
+
+
+class Gauge(NamedTuple):
+    """Where a value stands between its limits, in percent of the width of a bar."""
+
+    allowed_from: float
+    allowed_to: float
+    value: float
+
+
+def render(result: "Result", *, written: datetime | None = None) -> str:
+    """The report of a result as one HTML document without any outside request.
+
+    ``written`` is the time printed on it; now if left out.
+    """
+    scenario = result.scenario
+    rows = list(inputs.inputs(scenario))
+    return _template().render(
+        version=cutwise.__version__,
+        written=(written or datetime.now().astimezone()).strftime("%Y-%m-%d %H:%M"),
+        scenario=scenario,
+        process=(type(scenario).__doc__ or scenario.process).strip().splitlines()[0].rstrip("."),
+        result=result,
+        verdict=verdict_line(result),
+        checks=[_checked(check, result) for check in result.checks],
+        headlines=list(_headlines(result)),
+        measures=list(_measured(result.measures)),
+        convergence=list(_converged(result)),
+        sections=[(name, list(group)) for name, group in groupby(rows, key=lambda row: row.section)],
+        statuses={status: sum(row.status == status for row in rows) for status in dict.fromkeys(r.status for r in rows)},
+        total=len(rows),
+        plots=list(_drawn(PLOTS.get(scenario.process, ()), result)),
+        notes=[(_HEADINGS.get(name, _titled(name)), _lines(text)) for name, text in _worst_first(result.notes)],
+        references=[_cited(references.SOURCES[key]) for key in result.references if key in references.SOURCES],
+        scenario_yaml=inputs.as_yaml(scenario),
+        scenario_json=inputs.as_json(scenario),
+        colours=COLOURS,
+    )
+
+
+@lru_cache(maxsize=1)
+def _template() -> jinja2.Template:
+    environment = jinja2.Environment(
+        autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined
+    )
+    environment.filters["breakable"] = _breakable
+    return environment.from_string((files("cutwise.app") / "templates" / "report.html.j2").read_text(encoding="utf-8"))
+
+
+def _breakable(name: str) -> str:
+    """A long name that may break after an underscore or a dot."""
+    from markupsafe import Markup, escape
+
+    return Markup(re.sub(r"([_.])", r"\1<wbr>", str(escape(name))))
+
+
+def _checked(check: "Check", result: "Result") -> dict[str, Any]:
+    measure = result.measures.get(check.measure)
+    room = margin(check)
+    return {
+        "measure": check.measure,
+        "meaning": measure.description if measure else "",
+        "value": "not available" if check.value is None else units.show(check.value, check.dimension, 4),
+        "requirement": requirement(check),
+        "margin": "" if room is None else units.show(room, check.dimension, 3),
+        "passed": check.passed,
+        "missed": against(check).strip(),
+        "gauge": _gauge(check),
+    }
+
+
+def _gauge(check: "Check") -> Gauge | None:
+    """Bar that spans the limits, the value and a margin; open limits run to the end of the bar."""
+    if check.value is None:
+        return None
+    limits = [limit for limit in (check.minimum, check.maximum) if limit is not None]
+    marks = [check.value, *limits, *([0.0] if len(limits) == 1 else [])]
+    span = max(marks) - min(marks) or max(abs(marks[0]), 1.0)
+    low, high = min(marks) - 0.15 * span, max(marks) + 0.15 * span
+
+    def place(value: float) -> float:
+        return round(100.0 * (value - low) / (high - low), 2)
+
+    start = 0.0 if check.minimum is None else place(check.minimum)
+    return Gauge(start, 100.0 if check.maximum is None else place(check.maximum), place(check.value))
+
+
+def _headlines(result: "Result", count: int = 4) -> Iterator[tuple[str, str, str]]:
+    """Name, value and meaning of the measures that say most: those with a requirement, then the first ones."""
+    names = [check.measure for check in result.checks if check.measure in result.measures]
+    names += [name for name in result.measures if name not in names]
+    for name in names[:count]:
+        measure = result.measures[name]
+        yield name, units.show(measure.value, measure.dimension, 3), measure.description
+
+
+def _measured(measures: Mapping[str, "Measure"]) -> Iterator[dict[str, str]]:
+    """Rows of the table of measures; components of one quantity share a row."""
+    placed: set[str] = set()
+    for name, measure in measures.items():
+        stem = re.sub(r"_[xyz]$", "", name)
+        axes = [axis for axis in "xyz" if f"{stem}_{axis}" in measures] if stem != name else []
+        if stem in placed:
+            continue
+        placed.add(stem)
+        unit = units.displayed(0.0, measure.dimension)[1]
+        if len(axes) < 2:
+            placed.add(name)
+            yield {"name": name, "value": f"{units.displayed(measure.value, measure.dimension)[0]:.4g}", "unit": unit,
+                   "meaning": measure.description}  # fmt: skip
+            continue
+        values = (units.displayed(measures[f"{stem}_{axis}"].value, measure.dimension)[0] for axis in axes)
+        meaning = re.sub(r",? [xyz] direction$", "", measure.description)
+        yield {"name": f"{stem}_{'|'.join(axes)}", "value": " | ".join(f"{value:.4g}" for value in values), "unit": unit,
+               "meaning": meaning}  # fmt: skip
+
+
+def _converged(result: "Result") -> Iterator[dict[str, str]]:
+    """Rows of the table of changes with the halved step, the largest relative change first."""
+    rows = []
+    for name, change in result.convergence.items():
+        measure = result.measures.get(name)
+        if measure is None:
+            continue
+        share = abs(change / measure.value) if measure.value else (0.0 if change == 0.0 else float("inf"))
+        rows.append((share, name, measure, change))
+    for share, name, measure, change in sorted(rows, key=lambda row: -row[0]):
+        yield {
+            "name": name,
+            "value": units.show(measure.value, measure.dimension, 5),
+            "change": "0" if change == 0.0 else units.show(change, measure.dimension, 2),
+            "share": "" if share == float("inf") else "0" if share == 0.0 else f"{100.0 * share:.2g} %",
+        }
+
+
+def _drawn(plots: Iterable[Plot], result: "Result") -> Iterator[dict[str, str]]:
+    for number, plot in enumerate(plots, start=1):
+        if plot.applies(result):
+            title = f"{plot.title}. {plot.caption}"
+            yield {"title": plot.title, "caption": plot.caption, "svg": svg(plot.draw, result, f"plot{number}", title)}
+
+
+def _worst_first(notes: Mapping[str, Any]) -> list[tuple[str, Any]]:
+    return sorted(notes.items(), key=lambda note: (note[0] != "worst", note[0] != "band"))
+
+
+def _lines(text: Any) -> list[str]:
+    """A note is a text or a list of them."""
+    return [str(line) for line in text] if isinstance(text, list | tuple) else str(text).splitlines()
+
+
+def _titled(name: str) -> str:
+    return name.replace("_", " ").capitalize()
+
+
+def _cited(source: references.Source) -> dict[str, Any]:
+    doi = _DOI.search(source.citation)
+    return {"source": source, "doi": doi.group(1) if doi else ""}

@@ -1,0 +1,50 @@
+"""Verdict and requirements in words, the same on the command line and in the report."""
+
+from typing import TYPE_CHECKING
+
+from cutwise import units
+
+if TYPE_CHECKING:
+    from cutwise.results import Check, Result
+
+
+def requirement(check: "Check") -> str:
+    """The limits of a requirement: ``-0.05 mm to 0.05 mm``, ``at most 340 W``."""
+    low, high = (units.show(limit, check.dimension) if limit is not None else "" for limit in (check.minimum, check.maximum))
+    if low and high:
+        return f"{low} to {high}"
+    return f"at most {high}" if high else f"at least {low}"
+
+
+def against(check: "Check") -> str:
+    """By how much a failed requirement is missed."""
+    if check.passed:
+        return ""
+    if check.value is None:
+        return " (the run has no such measure)"
+    return f" by {units.show(-margin(check), check.dimension, 3)}"  # type: ignore[operator]
+
+
+def margin(check: "Check") -> float | None:
+    """Distance from the nearer limit in SI, negative when it is violated; None without a value."""
+    if check.value is None:
+        return None
+    distances = []
+    if check.minimum is not None:
+        distances.append(check.value - check.minimum)
+    if check.maximum is not None:
+        distances.append(check.maximum - check.value)
+    return min(distances)
+
+
+def verdict_line(result: "Result") -> str:
+    """The verdict in one line, with what failed."""
+    if result.infeasible:
+        return f"FAIL: the operation cannot be done ({len(result.infeasible)} conditions violated)"
+    failed = [check.measure for check in result.checks if not check.passed]
+    if failed:
+        return f"FAIL: {len(failed)} of {len(result.checks)} requirements not met: {', '.join(failed)}"
+    if not result.checks:
+        return "no verdict: the scenario has no requirements"
+    count = len(result.checks)
+    return f"PASS: {'the requirement is' if count == 1 else f'all {count} requirements are'} met"

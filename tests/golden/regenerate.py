@@ -1,0 +1,33 @@
+"""Write the golden files anew: python tests/golden/regenerate.py. Read the diff before you commit it."""
+
+import json
+import sys
+from pathlib import Path
+
+HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE.parent.parent / "src"))
+
+
+def golden(scenario: Path) -> dict[str, object]:
+    """What a golden file holds: verdict, warnings and measures in SI to nine figures."""
+    from cutwise.io.scenario import load
+    from cutwise.process.recipes import simulate
+
+    result = simulate(load(scenario))
+    return {
+        "verdict": result.verdict,
+        "warnings": list(result.warnings),
+        "measures": {name: float(f"{measure.value:.9g}") for name, measure in result.measures.items()},
+    }
+
+
+def examples() -> list[Path]:
+    """Every example scenario."""
+    return sorted((HERE.parent.parent / "examples").glob("*.yaml"))
+
+
+if __name__ == "__main__":
+    for path in examples():
+        target = HERE / f"{path.stem}.json"
+        target.write_text(json.dumps(golden(path), indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+        print(target.name)

@@ -1,0 +1,66 @@
+"""Every key of a scenario is described and shown by an example that is itself allowed; no physics by default."""
+
+import pytest
+from pydantic import TypeAdapter
+
+from cutwise import units
+from cutwise.io.tree import compose
+from cutwise.spec import fields
+from cutwise.spec.kinds import ALIASES, KINDS
+
+KEYS = [(kind, path, info) for kind, model in KINDS.items() for path, info in fields.keys(model)]
+BARE = [(path, info) for _, path, info in KEYS]
+NAMES = [".".join((kind, *path)) for kind, path, _ in KEYS]
+
+# How the run is done, or what counts as ideal; everything else comes from the engineer or a library.
+WITHOUT_PHYSICS = {
+    "name", "process", "requirements", "library", "milling", "lead_out_time", "path_error", "tolerance", "axial_start",
+    "slices", "seed", "force", "time_step", "runout_angle", "numerics", "engagement",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("path", "info"), BARE, ids=NAMES)
+def test_every_key_has_a_description_and_a_value_an_example(path, info):
+    assert info.description
+    if not fields.sections(info) or fields.dimension(info):
+        assert info.examples or path[-1] == "process"
+
+
+@pytest.mark.parametrize(("kind", "path", "info"), KEYS, ids=NAMES)
+def test_examples_and_usual_ranges_are_allowed(kind, path, info):
+    if path[-1] in ("requirements", "min", "max") or (fields.sections(info) and not fields.dimension(info)):
+        return
+    for example in info.examples or ():
+        tree, faults = compose(str(example), "example")
+        assert not faults
+        owner = KINDS[kind] if len(path) == 1 else next(iter(_owners(KINDS[kind], path)))
+        TypeAdapter(owner.model_fields[path[-1]].rebuild_annotation()).validate_python(tree.plain())
+    usual, dimension = fields.usual(info), fields.dimension(info)
+    if usual is not None and dimension is not None:
+        ends = [units.parse(end, dimension) for end in (usual.low, usual.high) if end is not None]
+        assert ends == sorted(ends)
+
+
+def _owners(model, path):
+    info = fields.field_at(model, path[:-1])
+    for section in fields.inner(info):
+        if path[-1] in section.model_fields:
+            yield section
+
+
+@pytest.mark.parametrize(("path", "info"), BARE, ids=NAMES)
+def test_no_default_is_a_guess_about_physics(path, info):
+    given_by_default = not info.is_required() and info.default is not None
+    assert not given_by_default or path[-1] in WITHOUT_PHYSICS
+
+
+def test_every_measure_has_a_known_dimension_and_a_description():
+    for model in KINDS.values():
+        for name, measure in model.measures.items():
+            assert measure.dimension in units.DIMENSIONS, name
+            assert measure.description
+
+
+def test_aliases_mean_something():
+    assert set(ALIASES.values()) <= set(KINDS)
+    assert not set(ALIASES) & set(KINDS)

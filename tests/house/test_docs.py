@@ -1,0 +1,135 @@
+"""The documentation tells the truth: its examples run, its links lead somewhere, its tables are up to date."""
+
+import importlib.util
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from urllib.parse import unquote
+
+import pytest
+
+from cutwise.io.scenario import parse
+from cutwise.spec.kinds import KINDS
+
+ROOT = Path(__file__).parent.parent.parent
+PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), *(ROOT / "benchmarks").glob("*.md")])
+_BLOCK = re.compile(r"^```(\w*)\n(.*?)^```", re.DOTALL | re.MULTILINE)
+_LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
+_COMMAND = re.compile(r"^(?:\$ )?(cutwise .*)$", re.MULTILINE)
+_REGISTRY = re.compile(r"pypi\.|simple/|--index-url|--find-links|conda\.|npmjs|crates\.io", re.IGNORECASE)
+_MACHINE = re.compile(r"(?<![\w.])/(?:work|root|home|tmp|opt|Users)/|\b[A-Z]:\\")
+
+
+def name(page):
+    return str(page.relative_to(ROOT))
+
+
+def blocks(page, *languages):
+    return [body for language, body in _BLOCK.findall(page.read_text(encoding="utf-8")) if language in languages]
+
+
+def commands(page):
+    return [command for body in blocks(page, "console", "sh") for command in _COMMAND.findall(body)]
+
+
+@pytest.fixture
+def desk(tmp_path, monkeypatch):
+    """An empty folder with the examples in it, to work in."""
+    shutil.copytree(ROOT / "examples", tmp_path / "examples")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("MPLBACKEND", "agg")
+    monkeypatch.setenv("PYTHONPATH", str(ROOT / "src"))
+    return tmp_path
+
+
+def load_script(path):
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", [page for page in PAGES if blocks(page, "python")], ids=name)
+def test_python_examples_run(page, desk):
+    """The blocks of a page in their order, one after the other as a reader would type them."""
+    code = "\n".join(blocks(page, "python"))
+    run = subprocess.run([sys.executable, "-c", code], cwd=desk, capture_output=True, text=True, timeout=300)
+    assert run.returncode == 0, run.stderr
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", [page for page in PAGES if commands(page)], ids=name)
+def test_commands_run(page, desk):
+    """Exit code 1, a requirement that fails, is an honest end too."""
+    for command in commands(page):
+        words = [sys.executable, "-m", "cutwise.app", *shlex.split(command)[1:]]
+        run = subprocess.run(words, cwd=desk, capture_output=True, text=True, timeout=300)
+        assert run.returncode in (0, 1), f"{command}\n{run.stdout}{run.stderr}"
+        assert "Traceback" not in run.stderr
+
+
+@pytest.mark.parametrize(
+    "text", [body for page in PAGES for body in blocks(page, "yaml") if re.search(r"^process:", body, re.MULTILINE)]
+)
+def test_scenarios_in_the_documentation_are_scenarios(text):
+    assert parse(text).process == "deburr"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name)
+def test_links_lead_somewhere(page):
+    text = page.read_text(encoding="utf-8")
+    for link in _LINK.findall(_BLOCK.sub("", text)):
+        if link.startswith(("http://", "https://", "mailto:")):
+            continue
+        file, _, anchor = unquote(link).partition("#")
+        target = (page.parent / file).resolve() if file else page
+        assert target.exists(), link
+        if anchor:
+            assert anchor in anchors(target), link
+
+
+def anchors(page):
+    """Names of the headings as GitHub makes them."""
+    titles = re.findall(r"^#+ (.*)$", page.read_text(encoding="utf-8"), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name)
+def test_no_place_of_one_machine(page):
+    text = page.read_text(encoding="utf-8")
+    assert not _MACHINE.findall(text)
+    assert not _REGISTRY.findall(text)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name)
+def test_tables_are_up_to_date(page):
+    """To bring them up to date: python docs/tables.py."""
+    text = page.read_text(encoding="utf-8")
+    assert load_script(ROOT / "docs" / "tables.py").filled(text) == text
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_process_has_its_reference(kind):
+    """A page of keys and a table of measures, as comments that docs/tables.py fills in."""
+    keys = ROOT / "docs" / "reference" / f"scenario-{kind}.md"
+    assert f"<!-- table: keys.{kind} -->" in keys.read_text(encoding="utf-8")
+    measures = ROOT / "docs" / "reference" / "measures.md"
+    assert f"<!-- table: measures.{kind} -->" in measures.read_text(encoding="utf-8")
+
+
+@pytest.mark.slow
+def test_pictures_are_drawn_by_the_program():
+    """Every picture has a function that draws it, and what it shows is what the theory page says."""
+    draw = load_script(ROOT / "docs" / "pictures" / "draw.py")
+    assert set(draw.PICTURES) == {path.name for path in (ROOT / "docs" / "pictures").glob("*.svg")}
+    page = (ROOT / "docs/theory/deburring.md").read_text(encoding="utf-8")
+    for law in draw.LAWS:
+        row = next(line for line in page.splitlines() if line.startswith("|") and f"(`{law}`)" in line and "," in line)
+        said = [tuple(float(x) for x in cell.split(",")) for cell in row.strip("|").split("|")[1:]]
+        for frequency, (height, mean) in list(zip(draw.FREQUENCIES, said, strict=True))[1:]:
+            found = draw.absorbed(frequency, law)
+            assert found == pytest.approx((height, mean), abs=1.5e-3), (law, frequency)

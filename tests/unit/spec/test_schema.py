@@ -1,0 +1,62 @@
+"""The JSON schema admits what the loader admits, and complains about what it refuses."""
+
+import copy
+
+import jsonschema
+import pytest
+
+from cutwise.spec.kinds import KINDS
+from cutwise.spec.schema import schema
+
+
+@pytest.fixture(scope="module")
+def validator():
+    found = schema()
+    jsonschema.Draft202012Validator.check_schema(found)
+    return jsonschema.Draft202012Validator(found)
+
+
+@pytest.mark.parametrize(
+    "overrides",
+    [
+        (),
+        ("requirements={surface_error_max: {max: 0.05 mm}, fraction_ideal: {min: 0.9}}",),
+        ("operation.path_error={amplitude: 0.2 mm, frequency: 2 Hz}", "spindle.gravity=-y"),
+        ("operation.path_error={columns: {'t [s]': [0, 1], 'error [mm]': [0, 1]}}", "spindle.gravity=[0, 3, 4]"),
+        ("part.burr.height={mean: 1 mm, deviation: 0.1 mm, correlation_length: 5 mm, seed: 3}",),
+    ],
+)
+def test_documents_are_valid(validator, scenario_with, overrides):
+    validator.validate(scenario_with(*overrides).document())
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "valid"),
+    [
+        ("feed", "80 mm/s", True),
+        ("feed", {"value": "80 mm/s", "status": "paper", "source": "x"}, True),
+        ("feed", 80, False),
+        ("fed", "80 mm/s", False),
+        ("milling", "sideways", False),
+        ("path_error", "error.csv", True),
+        ("path_error", {"table": "error.csv"}, True),
+        ("path_error", "maybe", False),
+    ],
+)
+def test_while_typing(validator, scenario_with, key, value, valid):
+    document = copy.deepcopy(scenario_with().document())
+    document["operation"][key] = value
+    assert validator.is_valid(document) == valid
+
+
+def test_library_values_may_be_left_out(validator, scenario_with):
+    document = scenario_with().document()
+    document["spindle"] = {"library": "default"}
+    validator.validate(document)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_key_is_described(kind):
+    for name, definition in schema(kind)["$defs"].items():
+        for key, value in definition.get("properties", {}).items():
+            assert "description" in value or name == "Sourced", (name, key)
