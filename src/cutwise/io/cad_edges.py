@@ -27,8 +27,8 @@ FloatArray = NDArray[np.float64]
 
 _MEET = 2e-5  # [m] edge ends closer than this are one corner
 _STRAIGHT_ON = math.cos(SMOOTH_ANGLE)  # a chain goes on where tangents agree this well
-_SPACING = {"curved": 1e-4, "free": 4e-4, "straight": 5e-4}  # [m] between samples of an edge
-_FEWEST, _MOST = 16, 400
+_COARSER = {"curved": 1.0, "free": 4.0, "straight": 5.0}  # spacing of samples by the kind of edge
+_FEWEST, _MOST = 16, 1200
 
 
 class EdgeChain(NamedTuple):
@@ -58,7 +58,7 @@ class _Piece(NamedTuple):
     normal: FloatArray  # shape (n, 2, 3)
 
 
-def sharp_chains(model: Topology, *, reach: float = 1.5e-3) -> tuple[EdgeChain, ...]:
+def sharp_chains(model: Topology, *, reach: float = 1.5e-3, spacing: float = 1e-4) -> tuple[EdgeChain, ...]:
     """All convex sharp edges of a part, chained by position and tangent across seams and splits.
 
     Parameters
@@ -67,15 +67,17 @@ def sharp_chains(model: Topology, *, reach: float = 1.5e-3) -> tuple[EdgeChain, 
         The part.
     reach : float
         How far from the edge the sections of free-form surfaces must hold [m].
+    spacing : float
+        Distance of samples on curved edges [m]; straight and free-form ones are sampled more thinly.
     """
-    pieces = [_piece(model, edge) for edge in model.edges if edge.kind == CONVEX]
+    pieces = [_piece(model, edge, spacing) for edge in model.edges if edge.kind == CONVEX]
     chains = []
     for number, links in enumerate(_linked(pieces), start=1):
         chains.append(_chain(model, number, pieces, links, reach))
     return tuple(chains)
 
 
-def _piece(model: Topology, edge: Edge) -> _Piece:
+def _piece(model: Topology, edge: Edge, spacing: float) -> _Piece:
     """Samples of an edge; its points are moved to where both faces really are."""
     first, last = curve_range(edge.shape)
     faces = [model.faces[i] for i in edge.faces]
@@ -83,7 +85,7 @@ def _piece(model: Topology, edge: Edge) -> _Piece:
     types = occ("GeomAbs").GeomAbs_CurveType
     straight = occ("BRepAdaptor").BRepAdaptor_Curve(edge.shape).GetType() == types.GeomAbs_Line
     free = any(face.kind == FREE_FORM for face in faces)
-    spacing = _SPACING["free" if free else "straight" if straight else "curved"]
+    spacing *= _COARSER["free" if free else "straight" if straight else "curved"]
     count = int(np.clip(lengths(rough, closed=False).sum() / spacing, _FEWEST, _MOST)) + 1
     at = np.linspace(first, last, count)
     point, slope = curve_points(edge.shape, at)

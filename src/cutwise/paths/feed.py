@@ -4,6 +4,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from cutwise.maths.curves import FloatArray
@@ -65,17 +66,29 @@ def points_for(path: ChamferPath, tolerance: float) -> int:
     return max(8, math.ceil(len(path.centre) * math.sqrt(chord_error(path) / tolerance)))
 
 
-def parameters_for(path: ChamferPath, tolerance: float) -> FloatArray:
-    r"""Parameters at distances :math:`\Delta s \approx \sqrt{8 \varepsilon / \kappa_S}`, no more than 1 mm [rad or m]."""
+def samples_for(path: ChamferPath, tolerance: float) -> NDArray[np.int64]:
+    r"""Samples of a path to keep, at distances :math:`\Delta s \approx \sqrt{8 \varepsilon / \kappa_S}`, at most 1 mm.
+
+    Never more than every other sample, so that there are samples between the kept ones to prove the path at.
+    """
     curve, at = _centre_curve(path)
     kappa = np.maximum(_curvature(curve, at), 8.0 * tolerance / 1e-6)
-    speed = np.linalg.norm(curve(at, 1), axis=1)
-    density = speed * np.sqrt(kappa / (8.0 * tolerance))
+    density = np.linalg.norm(curve(at, 1), axis=1) * np.sqrt(kappa / (8.0 * tolerance))
     count = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]) * np.diff(at))])
     closed = path.frames.closed
-    pieces = max(8 if closed else 2, math.ceil(count[-1]))
-    wanted = np.linspace(0.0, count[-1], pieces + 1)
-    return np.interp(wanted[:-1] if closed else wanted, count, at)
+    wanted = max(8 if closed else 3, math.ceil(count[-1]) + (0 if closed else 1))
+    return thinned(len(path.centre), np.interp(np.linspace(0.0, count[-1], wanted + closed), count, np.arange(len(at))),
+                   closed=closed)  # fmt: skip
+
+
+def thinned(total: int, wanted: FloatArray, *, closed: bool) -> NDArray[np.int64]:
+    """Sample numbers nearest to wanted places, no two of them neighbours; an open path keeps its ends."""
+    last = total if closed else total - 1
+    kept = [0]
+    for place in np.rint(wanted[1:]).astype(int):
+        if place - kept[-1] >= 2 and place <= last - 2:
+            kept.append(int(place))
+    return np.array(kept if closed else [*kept, last], np.int64)
 
 
 def _centre_curve(path: ChamferPath) -> tuple[CubicSpline, FloatArray]:

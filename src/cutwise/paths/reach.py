@@ -211,7 +211,7 @@ def remedies(
             )
     if BALL_ENTERS in failed:
         found.append(
-            f"a ball of less than {(part.hole_radius - clearance) * 1e3:.4g} mm radius passes the hole (tool.ball_radius)"
+            f"a ball of less than {(part.hole_radius - clearance) * 1e3:.4g} mm radius (tool.ball_radius) passes the hole"
         )
     if GOUGE in failed:
         found.append(

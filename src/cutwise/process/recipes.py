@@ -2,9 +2,10 @@
 
 from collections.abc import Callable, Mapping
 
-from cutwise.process import assemble, deburring, remarks
+from cutwise.process import assemble, chamfer, deburring, remarks
 from cutwise.process.convergence import change_on_halved_step
 from cutwise.results import Measure, Result, judge
+from cutwise.spec.chamfer import ChamferScenario
 from cutwise.spec.deburring import DeburringScenario
 from cutwise.spec.scenario import Scenario
 
@@ -50,7 +51,24 @@ def deburring_measures(scenario: DeburringScenario) -> Mapping[str, float]:
 _STUDY_STEP = 50e-6  # [s] moves the edge error by 0.03 µm
 
 MEASURES: Mapping[str, Callable[..., Mapping[str, float]]] = {"deburr": deburring_measures}
-RECIPES: Mapping[str, Callable[..., Result]] = {"deburr": deburr}
+def chamfer_path(scenario: ChamferScenario, progress: Progress | None = None) -> Result:
+    """Chamfer of constant width: path, proof by sweep, forces along it, and a spindle that yields to them."""
+    del progress  # over in a second
+    done = chamfer.run(scenario)
+    found = chamfer.measures(scenario, done)
+    return collect(
+        scenario,
+        found,
+        stages=chamfer.stages(done),
+        warnings=chamfer.warnings(scenario, done, found),
+        infeasible=done.infeasible,
+        limits=chamfer.LIMITS,
+        notes=chamfer.notes(done),
+        references=("sato2016", "altintas2012") if done.forces else ("sato2016",),
+    )
+
+
+RECIPES: Mapping[str, Callable[..., Result]] = {"deburr": deburr, "chamfer": chamfer_path}
 
 
 def simulate(scenario: Scenario, progress: Progress | None = None) -> Result:

@@ -86,7 +86,7 @@ class ChamferPart(Spec):
     block: Block | None = Field(default=None, description="a drilled block, made and read back as STEP")
     edges: str = Field(
         default="all",
-        description="which edges: outer or inner (pipe); all, outer, inner, hole:N, edge:N, joined by commas (CAD part)",
+        description="which edges: outer or inner (pipe); all, outer, inner, hole:N, edge:N, by commas (CAD part)",
         examples=["inner"],
     )
 
@@ -186,7 +186,8 @@ class ChamferOperation(Spec):
         default=5e-3, description="how far the tool goes clear of the edge", examples=["5 mm"], gt=0
     )
     preset: Length = Field(
-        default=0.0, description="how much deeper than nominal the path is, across the tool axis, for a compliant spindle",
+        default=0.0,
+        description="how much deeper than nominal the path is, across the tool axis, for a compliant spindle",
         examples=["0 mm"],
     )  # fmt: skip
     part_error: Length = Field(

@@ -1,4 +1,4 @@
-"""Cutting forces of a ball end through the one flute kernel: every axial disc is a thin mill with turned coefficients."""
+"""Cutting forces of a ball end through the one flute kernel: an axial disc is a thin mill with turned coefficients."""
 
 import math
 
@@ -30,8 +30,9 @@ def disc_coefficients(chi: float, k: EdgeCoefficients) -> EdgeCoefficients:
 
 @compiled
 def disc_force(
-    lo: float, hi: float, z: float, height: float, ball_radius: float, chip: float, flutes: int, k: EdgeCoefficients
-) -> FluteForce:
+    lo: float, hi: float, z: float, height: float, ball_radius: float, chip: float, theta: float, flutes: int,
+    k: EdgeCoefficients,
+) -> FluteForce:  # fmt: skip
     r"""Force of one disc of a ball averaged over a tooth period.
 
     The chip is :math:`c \sin\chi` thick along the sphere normal and the edge in the disc :math:`dz / \sin\chi` long.
@@ -44,8 +45,8 @@ def disc_force(
         Height of the disc above the ball centre, and its thickness [m].
     ball_radius : float
         [m].
-    chip : float
-        Feed per tooth c [m].
+    chip, theta : float
+        Feed per tooth c [m] and feed direction [rad].
     flutes : int
         Number of flutes.
     k : EdgeCoefficients
@@ -55,4 +56,4 @@ def disc_force(
         return FluteForce(0.0, 0.0, 0.0, 0.0)
     chi = math.acos(z / ball_radius)
     s = math.sin(chi)
-    return mean_force(lo, hi, chip * s, 0.0, height / s, flutes, disc_coefficients(chi, k))
+    return mean_force(lo, hi, chip * s, theta, height / s, flutes, disc_coefficients(chi, k))
