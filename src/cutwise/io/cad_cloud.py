@@ -69,13 +69,17 @@ def cloud(model: Topology, net: Mesh, near: FloatArray, radius: float, fine: flo
         Spacing there, and elsewhere [m].
     """
     corner, owner = net.corner, net.face
-    tree = KDTree(near) if len(near) else None
+    tree = KDTree(near[:: max(1, len(near) // 4000)]) if len(near) else None
     done, owners = [], []
     while len(corner):
         side = np.linalg.norm(corner - np.roll(corner, -1, axis=1), axis=2)
         longest = side.max(axis=1)
         middle = corner.mean(axis=1)
-        apart = tree.query(middle)[0] - longest if tree else np.full(len(corner), np.inf)
+        apart = np.full(len(corner), np.inf)
+        large = longest > fine
+        if tree and large.any():
+            bound = radius + float(longest.max())
+            apart[large] = tree.query(middle[large], distance_upper_bound=bound)[0] - longest[large]
         small = longest <= np.where(apart < radius, fine, coarse)
         done.append(middle[small])
         owners.append(owner[small])

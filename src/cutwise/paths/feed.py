@@ -76,7 +76,7 @@ def samples_for(path: ChamferPath, tolerance: float) -> NDArray[np.int64]:
     density = np.linalg.norm(curve(at, 1), axis=1) * np.sqrt(kappa / (8.0 * tolerance))
     count = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]) * np.diff(at))])
     closed = path.frames.closed
-    wanted = max(8 if closed else 3, math.ceil(count[-1]) + (0 if closed else 1))
+    wanted = max(8 if closed else 3, math.ceil(1.15 * count[-1]) + (0 if closed else 1))
     return thinned(len(path.centre), np.interp(np.linspace(0.0, count[-1], wanted + closed), count, np.arange(len(at))),
                    closed=closed)  # fmt: skip
 

@@ -20,6 +20,7 @@ from cutwise.spec.chamfer import ChamferScenario
 GOUGE_LIMIT = 2e-6  # [m]
 _AXIS_SAMPLES = 24  # of a path, for the choice of the tool axis
 _SHORTEST = 4  # samples of a path worth having
+_ROD_LENGTH = 0.06  # [m] of the rod above the ball that is looked at
 _STEP_Z = 1e-7  # [m] of the set-up sensitivity
 
 
@@ -115,7 +116,7 @@ def plan_chain(scenario: ChamferScenario, work: EdgeWork) -> EdgePlan:
         except NoPathError as fault:
             reasons[str(fault)] = 0.0
             continue
-        clear = _sample_gouge(work, dense, tool.ball_radius) <= GOUGE_LIMIT + work.cloud_error
+        clear = _clear_samples(work, dense, tool.ball_radius)
         if not clear.all():
             reasons["the ball would gouge a neighbouring face (corner, concave neighbour or too large a ball)"] = 0.0
         for part in runs(frames, clear):
@@ -147,19 +148,23 @@ def runs(frames: EdgeFrames, good: FloatArray) -> list[EdgeFrames]:
     return [part_of(frames, slice(a, b)) for a, b in edges.reshape(-1, 2) if b - a >= _SHORTEST]
 
 
-def _sample_gouge(work: EdgeWork, path: ChamferPath, ball_radius: float) -> FloatArray:
-    """Gouge of the ball at each sample of a path [m]."""
-    tree = KDTree(path.centre)
-    near = work.cloud[tree.query(work.cloud, distance_upper_bound=ball_radius)[0] < ball_radius]
+def _clear_samples(work: EdgeWork, path: ChamferPath, ball_radius: float) -> FloatArray:
+    """At which samples of a path the ball cuts nothing beyond the chamfer; both ends of a gouging segment count."""
+    clear = np.ones(len(path.centre), bool)
+    near = _within(work, path.centre, ball_radius)
     if not len(near):
-        return np.zeros(len(path.centre))
-    leg = float(path.leg.max())
-    band = sweep.GOUGE_BAND * leg + sweep.GOUGE_MARGIN + work.cloud_error
-    apart = sweep.distances_to(_line(path.frames), near)
-    beyond = near[apart > band]
-    if not len(beyond):
-        return np.zeros(len(path.centre))
-    return np.maximum(0.0, ball_radius - KDTree(beyond).query(path.centre)[0])
+        return clear
+    band = sweep.GOUGE_BAND * float(path.leg.max()) + sweep.GOUGE_MARGIN + work.cloud_error
+    near = near[sweep.distances_to(_line(path.frames), near) > band]
+    line = np.vstack([path.centre, path.centre[:1]]) if path.frames.closed else path.centre
+    if not len(near):
+        return clear
+    deep = near[sweep.distances_to(line, near) < ball_radius - 0.5 * GOUGE_LIMIT - work.cloud_error]
+    if len(deep):
+        nearest = KDTree(path.centre).query(deep)[1]
+        steps = nearest[:, None] + np.array([-1, 0, 1])
+        clear[steps % len(clear) if path.frames.closed else np.clip(steps, 0, len(clear) - 1)] = False
+    return clear
 
 
 def _line(frames: EdgeFrames) -> FloatArray:
@@ -205,6 +210,8 @@ def _plan_run(scenario: ChamferScenario, work: EdgeWork, frames: EdgeFrames, cut
     kept = _at(dense, keep)
     between = np.setdiff1d(np.arange(len(dense.centre)), keep)
     inside = between if oriented.closed else between[(between > 0) & (between < len(dense.centre) - 1)]
+    if len(inside) > 2 * MEASURED:
+        inside = inside[np.unique(np.linspace(0, len(inside) - 1, 2 * MEASURED).astype(int))]
     at = part_of(oriented, inside)  # type: ignore[arg-type]
     return _proven(scenario, work, kept, axis, cut.tilt, at, [*reach.tool_margins(tool), *margins], rod)
 
@@ -243,7 +250,12 @@ def _cad_margins(
     some = np.unique(np.linspace(0, len(path.centre) - 1, _AXIS_SAMPLES).astype(int))
     if not knife.met and knife.value < -math.radians(30.0):
         return (knife,), None
-    rod = sweep.rod_clearance(work.cloud, path.centre[some], axis, tool.ball_radius, tool.rod_radius)
+    middle = path.centre.mean(axis=0)
+    extent = float(np.linalg.norm(path.centre - middle, axis=1).max()) + _ROD_LENGTH
+    beside = np.asarray(work.thin.data)[work.thin.query_ball_point(middle, extent)]
+    rod = sweep.rod_clearance(
+        beside, path.centre[some], axis, tool.ball_radius, tool.rod_radius, rod_length=_ROD_LENGTH
+    )
     if rod is None:
         return (knife,), None
     room = reach.Margin(reach.ROD_PART, rod - clearance - work.cloud_error, False, "the rod must clear the part")
@@ -260,7 +272,7 @@ def _proven(
     span = 2.0 * float(path.leg.max())
     found = sweep.swept_chamfer(at, path.centre, radius, span, closed=closed)
     gouge = sweep.gouge(
-        _within(work.cloud, path.centre, radius), _line(work.nodes), path.centre, radius, float(path.leg.max()),
+        _within(work, path.centre, radius), _line(work.nodes), path.centre, radius, float(path.leg.max()),
         closed=closed, band=sweep.GOUGE_MARGIN + work.cloud_error,
     )  # fmt: skip
     limit = GOUGE_LIMIT + work.cloud_error
@@ -282,6 +294,10 @@ def _proven(
     )  # fmt: skip
 
 
-def _within(cloud: FloatArray, centre: FloatArray, radius: float) -> FloatArray:
-    """The points of a cloud that the ball may reach."""
-    return cloud[np.isfinite(KDTree(centre).query(cloud, distance_upper_bound=1.2 * radius)[0])]
+def _within(work: EdgeWork, centre: FloatArray, radius: float) -> FloatArray:
+    """The points on the part that the ball may reach."""
+    gap = float(np.linalg.norm(np.diff(centre, axis=0), axis=1).max()) if len(centre) > 1 else 0.0
+    skip = max(1, int(0.3 * radius / gap)) if gap > 0.0 else 1
+    found = work.tree.query_ball_point(centre[::skip], 1.05 * radius + skip * gap)
+    index = np.unique(np.concatenate([np.asarray(one, np.int64) for one in found]))
+    return np.asarray(work.tree.data)[index]

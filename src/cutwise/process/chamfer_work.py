@@ -8,6 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from scipy.spatial import KDTree
+
 from cutwise.io import cad, cad_cloud, cad_edges, cad_parts, step
 from cutwise.maths.curves import FloatArray
 from cutwise.maths.edges import EdgeFrames
@@ -17,7 +19,7 @@ from cutwise.spec.chamfer import Block, ChamferScenario
 
 _NODES = 512  # of the analytic edge, from which the envelope interpolates
 MEASURED = 73  # places at which a pipe edge is measured, off the path points
-_FINE = 0.2  # spacing of the cloud near an edge, in ball radii
+_FINE = 0.3  # spacing of the cloud near an edge, in ball radii
 _AXES = {
     "+x": (1.0, 0.0, 0.0), "-x": (-1.0, 0.0, 0.0), "+y": (0.0, 1.0, 0.0),
     "-y": (0.0, -1.0, 0.0), "+z": (0.0, 0.0, 1.0), "-z": (0.0, 0.0, -1.0),
@@ -32,7 +34,8 @@ class EdgeWork(NamedTuple):
     nodes: EdgeFrames  # dense samples
     frames_at: Callable[[FloatArray], EdgeFrames] | None  # the exact edge at any parameter; None: only the samples
     axes: tuple[FloatArray, ...]  # directions of the rod to choose from, the preferred one first
-    cloud: FloatArray  # [m] points on the part, shape (p, 3)
+    tree: KDTree  # points on the part [m]
+    thin: KDTree  # fewer of them, for the rod [m]
     cloud_error: float  # [m]
     foot: FloatArray | None  # [m] a point of the hole axis, if the edge is at a hole
 
@@ -64,9 +67,9 @@ def pipe_work(part: PipeHole, scenario: ChamferScenario) -> EdgeWork:
     nodes = pipe_edge(part, one_turn(_NODES), inner=inner)
     wanted = scenario.tool.axis
     axis = part.drill_axis if wanted == "auto" else np.array(_AXES[wanted])
-    cloud = pipe_cloud(part, 2.5 * radius, max(_FINE * 0.5 * radius, part.radius / 400.0))
+    cloud = pipe_cloud(part, 2.5 * radius, max(0.1 * radius, part.radius / 400.0))
     return EdgeWork(
-        f"{scenario.part.edges} edge", 1, nodes, lambda theta: pipe_edge(part, theta, inner=inner), (axis,), cloud, 0.0,
+        f"{scenario.part.edges} edge", 1, nodes, lambda theta: pipe_edge(part, theta, inner=inner), (axis,), KDTree(cloud), KDTree(cloud), 0.0,
         np.array([part.eccentricity, 0.0, 0.0]),
     )  # fmt: skip
 
@@ -105,18 +108,28 @@ def cad_work(scenario: ChamferScenario) -> CadWork:
     model = cad.topology(read_part(scenario))
     radius = scenario.tool.ball_radius
     tolerance = scenario.path.chord_tolerance or 2e-6
-    spacing = float(np.clip(0.5 * math.sqrt(8.0 * tolerance * radius), 2e-5, 2e-4))
+    spacing = float(np.clip(0.25 * math.sqrt(8.0 * tolerance * radius), 2e-5, 2e-4))
     chains = cad_edges.sharp_chains(model, reach=2.5 * scenario.chamfer.width, spacing=spacing)
     chosen = cad_edges.select(chains, scenario.part.edges)
     net = cad_cloud.mesh(model)
     near = np.vstack([chain.frames.point for chain in chosen])
     size = float(np.ptp(net.corner.reshape(-1, 3), axis=0).max())
-    points = cad_cloud.cloud(model, net, near, 1.3 * radius, _FINE * radius, max(size / 80.0, radius))
-    return CadWork(model, chains, tuple(_chain_work(model, chain, points, scenario.tool.axis) for chain in chosen))
+    points = cad_cloud.cloud(model, net, near, 1.15 * radius, _FINE * radius, max(size / 80.0, radius))
+    tree = KDTree(points.point)
+    thin = KDTree(_spread(points.point, 0.5 * scenario.tool.rod_radius))
+    works = [_chain_work(model, chain, tree, thin, points.error, scenario.tool.axis) for chain in chosen]
+    return CadWork(model, chains, tuple(works))
+
+
+def _spread(point: FloatArray, spacing: float) -> FloatArray:
+    """One point of each cube of a grid."""
+    cell = np.floor((point - point.min(axis=0)) / spacing).astype(np.int64)
+    size = cell.max(axis=0) + 1
+    return point[np.unique((cell[:, 0] * size[1] + cell[:, 1]) * size[2] + cell[:, 2], return_index=True)[1]]
 
 
 def _chain_work(
-    model: cad.Topology, chain: cad_edges.EdgeChain, points: cad_cloud.Cloud, wanted: str
+    model: cad.Topology, chain: cad_edges.EdgeChain, tree: KDTree, thin: KDTree, error: float, wanted: str
 ) -> EdgeWork:  # fmt: skip
     foot = None
     axes = [np.array(axis) for axis in _AXES.values()]
@@ -127,5 +140,5 @@ def _chain_work(
     if wanted != "auto":
         axes = [np.array(_AXES[wanted])]
     return EdgeWork(
-        f"edge {chain.number}", chain.number, chain.frames, None, tuple(axes), points.point, points.error, foot
+        f"edge {chain.number}", chain.number, chain.frames, None, tuple(axes), tree, thin, error, foot
     )

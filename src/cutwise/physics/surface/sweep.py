@@ -16,7 +16,7 @@ from cutwise.maths.curves import FloatArray
 from cutwise.maths.edges import EdgeFrames
 from cutwise.maths.surfaces import section_height
 
-_BISECTIONS = 60
+_BISECTIONS = 45
 _SCAN = 24  # steps in which the border is bracketed
 GOUGE_BAND = 1.02  # gouges are looked for beyond this multiple of the longest leg
 GOUGE_MARGIN = 3e-6  # [m] added to that
