@@ -17,15 +17,19 @@ if TYPE_CHECKING:
     from cutwise.process.recipes import simulate as simulate
     from cutwise.results import Result as Result
     from cutwise.spec.faults import ScenarioFault as ScenarioFault
+    from cutwise.study.advice import advise as advise
+    from cutwise.study.sweep import sweep as sweep
 
 _HOMES = {
     "Result": "cutwise.results",
     "ScenarioFault": "cutwise.spec.faults",
     "load": "cutwise.io.scenario",
+    "advise": "cutwise.study.advice",
     "simulate": "cutwise.process.recipes",
+    "sweep": "cutwise.study.sweep",
 }
 
-__all__ = ["Result", "ScenarioFault", "__version__", "load", "simulate"]
+__all__ = ["Result", "ScenarioFault", "__version__", "advise", "load", "simulate", "sweep"]
 
 
 def __getattr__(name: str) -> Any:

@@ -169,10 +169,15 @@ def parse(text: object, dimension: str) -> float:
     number, unit = match.groups()
     if not unit:
         raise UnitFault(f'{text} has no unit; write it as text with a unit, for example "{_with_unit(number, wanted)}"')
-    scale = factor(unit, dimension)
-    value = float(number.replace("_", ""))
+    value = converted(float(number.replace("_", "")), unit, dimension)
     if math.isinf(value):
         raise UnitFault(f"{text} is too large to be a number")
+    return value
+
+
+def converted(value: float, unit: str, dimension: str) -> float:
+    """SI value of a number in a unit; raises UnitFault as :func:`factor` does."""
+    scale = factor(unit, dimension)
     return value * scale if scale >= 1.0 else value / (1.0 / scale)  # 50 µm is 5e-05 then, not 4.9999999999999996e-05
 
 

@@ -3,14 +3,14 @@
 import math
 
 import numpy as np
-from peers.cells import end_error, r0
-from peers.flute import sliced_force
 
 from cutwise.maths.curves import constant
 from cutwise.physics.cutting.flute import EdgeCoefficients, Mill, tooth_force
 from cutwise.physics.surface.edge import machined_profile
 from cutwise.process.deburring import _profile_points
 from cutwise.process.loops import run_compliant_edge
+from peers.cells import end_error, r0
+from peers.flute import sliced_force
 
 
 def slope(steps, errors):

@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
-from peers.cells import MM, end_error, error_at_tool, r0
 
+from cutwise.physics.motion.edge import programmed_motion
 from cutwise.physics.structure.pistons import NO_FRICTION, PRESLIDING, REGULARISED, SET_VALUED
 from cutwise.process.loops import TOOTH_RESOLVED, run_compliant_edge
+from peers.cells import MM, end_error, error_at_tool, r0
 
 
 def test_stiff_seals_are_coulomb():
@@ -115,3 +116,11 @@ def test_seal_damping_changes_no_equilibrium():
 def test_damped_seals_do_not_move_with_the_step():
     coarse, fine = (end_error(law=PRESLIDING, damping=100.0, arm=0.1, time_step=dt) for dt in (40e-6, 5e-6))
     assert coarse == pytest.approx(fine, abs=2e-4)
+
+
+def test_without_lead_out_the_tool_stays_at_its_preset():
+    """Tooth by tooth, forces are asked for beyond the last step: the programmed motion goes on there."""
+    cell = r0()
+    after = programmed_motion(cell.path, cell.path.duration + 1e-4)
+    assert after.height == -cell.path.preset
+    assert after.climb == 0.0

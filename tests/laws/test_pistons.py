@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from peers.cells import MM, end_error, ring
 from scipy.optimize import minimize
 
 from cutwise.physics.structure import pistons
+from peers.cells import MM, end_error, ring
 
 
 def potential(ring_, state, q, free, dt):

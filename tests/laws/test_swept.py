@@ -2,15 +2,15 @@
 
 import numpy as np
 import pytest
-from peers.cells import MM, error_at_tool, r0
 
+from cutwise.maths.curves import constant
 from cutwise.physics.cutting.flute import EdgeCoefficients, mean_force
 from cutwise.physics.cutting.uneven import LINEAR, NO_KIENZLE, Edges
 from cutwise.physics.engagement.arc import layer_arcs
 from cutwise.physics.engagement.swept import stand
-from cutwise.maths.curves import constant
 from cutwise.process.loops import run_compliant_edge
 from cutwise.process.swept import run_swept_edge, strip_force
+from peers.cells import MM, error_at_tool, r0
 
 
 def rigid_pass(depth, speed=0.08, length=8 * MM, dt=10e-6, climb=0.0):

@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 import sympy as sp
-from peers.flute import sliced_force, trochoid_forces
 
 from cutwise.physics.cutting.flute import EdgeCoefficients, Mill, feed_direction, mean_force, tooth_force
 from cutwise.physics.engagement.arc import immersion_half_angle, layer_arcs
+from peers.flute import sliced_force, trochoid_forces
 
 PAPER = EdgeCoefficients(2.0e9, 1.2e9, 0.8e9, 0.0, 0.0, 0.0)
 MILL = Mill(4e-3, 20, math.radians(20.0))
@@ -49,14 +49,18 @@ def test_eq6_fy_as_printed_has_the_wrong_sign_of_k_tc():
 
 def test_eq10_as_printed_repeats_fx_and_drops_the_edge_terms():
     """Misprint: the printed F_y line is the F_x line; the sliced integral of Eqs. (3)-(5), (9) says otherwise."""
-    c, k, ktc, krc, kac, kte, kre, kae, phi, theta = _symbols()
-    dx, dy, dz = _integrand(theta)
+    c, k, ktc, krc, _, kte, kre, kae, phi, theta = _symbols()
+    dx, dy, _ = _integrand(theta)
     shear_x = ktc * (-phi * sp.sin(theta) / 2 - sp.cos(2 * phi - theta) / 4)
     shear_x += krc * (phi * sp.cos(theta) / 2 - sp.sin(2 * phi - theta) / 4)
     printed_fx = printed_fy = c / k * shear_x
-    fy = c / k * (
-        -ktc * (phi * sp.cos(theta) / 2 - sp.sin(2 * phi - theta) / 4)
-        - krc * (phi * sp.sin(theta) / 2 + sp.cos(2 * phi - theta) / 4)
+    fy = (
+        c
+        / k
+        * (
+            -ktc * (phi * sp.cos(theta) / 2 - sp.sin(2 * phi - theta) / 4)
+            - krc * (phi * sp.sin(theta) / 2 + sp.cos(2 * phi - theta) / 4)
+        )
     )
     edges = {kte: 0, kre: 0, kae: 0}
     assert sp.simplify(-k * sp.diff(printed_fx, phi) - dx.subs(edges)) == 0

@@ -6,12 +6,12 @@ assumed geometry (docs/theory/deburring.md).
 
 import numpy as np
 import pytest
-from peers.cells import MM, end_error, error_at_tool, r0, ring
 
 from cutwise.physics.structure.pistons import NO_FRICTION, PRESLIDING, REGULARISED
 from cutwise.physics.structure.statics import characteristic
 from cutwise.process.loops import run_compliant_edge
 from cutwise.process.plateaus import band
+from peers.cells import MM, end_error, error_at_tool, r0, ring
 
 
 def close(reference):
@@ -139,7 +139,9 @@ def _wave(frequency, **changes):
     return np.ptp(error), error.mean()
 
 
-@pytest.mark.parametrize(("travel", "expected"), [(5e-6, -0.0102), (10e-6, -0.0107), (50e-6, -0.0124), (100e-6, -0.0129)])
+@pytest.mark.parametrize(
+    ("travel", "expected"), [(5e-6, -0.0102), (10e-6, -0.0107), (50e-6, -0.0124), (100e-6, -0.0129)]
+)
 def test_presliding_rows(travel, expected):
     assert end_error(law=PRESLIDING, travel=travel) == pytest.approx(expected, abs=2e-4)
 

@@ -31,7 +31,9 @@ app = typer.Typer(
 ScenarioFile = Annotated[Path, typer.Argument(metavar="FILE", help="scenario (YAML or JSON), run file or HTML report")]
 Overrides = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="KEY=VALUE", help="replace a value, for example operation.feed='60 mm/s'; repeatable"),
+    typer.Option(
+        "--set", metavar="KEY=VALUE", help="replace a value, for example operation.feed='60 mm/s'; repeatable"
+    ),
 ]
 
 
@@ -49,7 +51,8 @@ def _options(
 def new(
     kind: Annotated[str, typer.Argument(metavar="KIND", help="process, for example deburr")],
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="FILE", help="where to write it; default KIND.yaml, - prints it")
+        Path | None,
+        typer.Option("-o", "--output", metavar="FILE", help="where to write it; default KIND.yaml, - prints it"),
     ] = None,
 ) -> None:
     """Write a commented scenario to begin with."""
@@ -86,10 +89,18 @@ def run(
     file: ScenarioFile,
     overrides: Overrides = None,
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="DIR", help="folder for run.nc and report.html; default cutwise-runs/NAME")
+        Path | None,
+        typer.Option(
+            "-o", "--output", metavar="DIR", help="folder for run.nc and report.html; default cutwise-runs/NAME"
+        ),
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="print one JSON object (SI) and nothing else on standard output")] = False,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="print one JSON object (SI) and nothing else on standard output")
+    ] = False,
     report: Annotated[bool, typer.Option("--report/--no-report", help="write the HTML report")] = True,
+    advice: Annotated[
+        bool, typer.Option("--advice/--no-advice", help="run variants for advice and sensitivities where that is quick")
+    ] = True,
 ) -> None:
     """Simulate a scenario and hold the result against its requirements."""
     from cutwise.app.console import Console
@@ -100,7 +111,7 @@ def run(
     _writable(folder)
     console = Console()
     with console.progress(scenario.name) as progress:
-        result = _simulated(scenario, progress)
+        result = _simulated(scenario, progress, advice)
         files = _written(result, folder, report)
     if as_json:
         import json
@@ -115,7 +126,8 @@ def run(
 def report(
     run_file: Annotated[Path, typer.Argument(metavar="RUN", help="run file, or the folder that holds run.nc")],
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="FILE", help="where to write it; default report.html beside it")
+        Path | None,
+        typer.Option("-o", "--output", metavar="FILE", help="where to write it; default report.html beside it"),
     ] = None,
 ) -> None:
     """Write the HTML report of a finished run again."""
@@ -134,6 +146,69 @@ def report(
         _refuse(f"{source}: is not a run file of cutwise; name the run.nc of a finished run")
     write_text(target, render(result))
     print(target)
+
+
+@app.command()
+def advise(
+    file: ScenarioFile,
+    overrides: Overrides = None,
+    limits: Annotated[
+        list[str] | None,
+        typer.Option("--limit", metavar="KEY=LOW..HIGH",
+                     help="a setting that may be turned and how far, for example operation.feed='40 mm/s..90 mm/s'; "
+                     "repeatable; default: the usual ones of the process"),
+    ] = None,
+) -> None:  # fmt: skip
+    """Find by many runs which settings meet the requirements, or how much room there is, and which assumptions matter."""
+    from cutwise.app.console import Console
+    from cutwise.io.scenario import load
+    from cutwise.study.advice import advise as advice
+    from cutwise.study.advice import read_limits
+    from cutwise.study.sensitivity import assumed_sensitivity
+
+    scenario = load(file, overrides or ())
+    if not scenario.requirements:
+        _refuse(f"{file}: has no requirements to advise on; add some, for example surface_error_max: {{max: 0.05 mm}}")
+    levers = read_limits(scenario, limits or ())
+    console = Console()
+    with console.progress(scenario.name):
+        found, weights = advice(scenario, levers), assumed_sensitivity(scenario)
+    console.advice(scenario, found, weights)
+
+
+@app.command()
+def sweep(
+    file: ScenarioFile,
+    over: Annotated[
+        list[str],
+        typer.Option("--over", metavar="KEY=VALUE,VALUE,...",
+                     help="values of a key, for example spindle.pressure='3 bar,4 bar,5 bar'; repeat for a grid"),
+    ],
+    overrides: Overrides = None,
+    measure: Annotated[
+        list[str] | None, typer.Option("--measure", metavar="NAME", help="measures to show; default those required")
+    ] = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="FILE", help="write all measures (SI) to a .csv or .nc file")
+    ] = None,
+) -> None:  # fmt: skip
+    """Run a scenario over values of its keys and print a table."""
+    from cutwise.app.console import Console
+    from cutwise.io.scenario import load
+    from cutwise.study.sweep import parse_values, save, shown_measures
+    from cutwise.study.sweep import sweep as swept
+
+    scenario = load(file, overrides or ())
+    values = parse_values(over)
+    names = shown_measures(scenario, measure or ())
+    if output is not None and output.suffix not in (".csv", ".nc"):
+        _refuse(f"{output}: write a .csv or a .nc file")
+    console = Console()
+    with console.progress(f"sweep of {scenario.name}") as progress:
+        table = swept(scenario, values, progress)
+    console.sweep(scenario, table, names)
+    if output is not None:
+        print(save(table, output))
 
 
 @app.command()
@@ -198,10 +273,12 @@ def selftest() -> None:
     raise typer.Exit(OK if all(outcome.passed for outcome in found) else REQUIREMENT_FAILED)
 
 
-def _simulated(scenario: "Scenario", progress: Any) -> "Result":
+def _simulated(scenario: "Scenario", progress: Any, advice: bool) -> "Result":
     from cutwise.process.recipes import simulate
+    from cutwise.study.review import reviewed
 
-    return simulate(scenario, progress)
+    result = simulate(scenario, progress)
+    return reviewed(result) if advice else result
 
 
 def _written(result: "Result", folder: Path, with_report: bool) -> dict[str, str]:

@@ -1,9 +1,9 @@
 """What the command line shows: tables, verdicts and progress; plain text when it is not a terminal that reads."""
 
 import threading
-from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from itertools import product
 from typing import TYPE_CHECKING
 
 import rich.console
@@ -13,9 +13,12 @@ from rich.table import Table
 from rich.text import Text
 
 from cutwise import units
-from cutwise.app.wording import against, requirement, verdict_line
+from cutwise.app.inputs import inputs
+from cutwise.app.wording import against, requirement, sensitivity_line, verdict_line
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from cutwise.app.installation import Finding
     from cutwise.io.library import Entry
     from cutwise.process.selfchecks import Outcome
@@ -33,7 +36,9 @@ class Console:
         self.out = rich.console.Console(highlight=False, soft_wrap=True)
         self.err = rich.console.Console(highlight=False, soft_wrap=True, stderr=True)
 
-    def table(self, title: str, columns: Sequence[str], rows: Iterable[Sequence[str]], right: Sequence[str] = ()) -> None:
+    def table(
+        self, title: str, columns: Sequence[str], rows: Iterable[Sequence[str]], right: Sequence[str] = ()
+    ) -> None:
         """A table; when piped aligned columns of plain text, never cut off."""
         rows = list(rows)
         used = [i for i in range(len(columns)) if any(row[i] for row in rows)]
@@ -63,9 +68,8 @@ class Console:
 
     def checked(self, file: str, scenario: "Scenario", unusual: Sequence[str]) -> None:
         """What ``check`` says about a scenario without fault."""
-        statuses = Counter(origin.status for origin in scenario.origins.values())
         self.line(f"{file}: no fault ({scenario.process}, {scenario.name})")
-        self.line(f"{sum(statuses.values())} values, {statuses['assumed']} of them assumed")
+        self.line(_assumed(scenario))
         for notice in unusual:
             self.line(f"unusual: {notice}", "yellow")
 
@@ -87,12 +91,32 @@ class Console:
             self.line(f"infeasible: {reason}", "red")
         for warning in result.warnings:
             self.line(f"warning: {warning}", "yellow")
-        if result.assumed:
-            count, total = len(result.assumed), len(result.scenario.origins)
-            self.line(f"{count} of {total} input values are assumed: nobody has measured or published them (see the report)")
+        self.line(_assumed(result.scenario))
+        self.advice(result.scenario, result.advice, result.sensitivity)
         for kind, place in files.items():
             self.line(f"{kind}: {place}")
         self.line(verdict_line(result), _COLOURS[result.verdict])
+
+    def sweep(self, scenario: "Scenario", table: "xr.Dataset", names: "Sequence[str]") -> None:
+        """Measures over all combinations of values."""
+        keys = list(table.dims)
+        known = scenario.measures
+        rows = []
+        for point in product(*(table[key].values for key in keys)):
+            here = table.sel(dict(zip(keys, point, strict=True)))
+            shown = (
+                units.show(float(here[n]), known[n].dimension) if n in here and here[n] == here[n] else "-"
+                for n in names
+            )
+            rows.append((*map(str, point), *shown))
+        self.table(f"{scenario.name} ({scenario.process})", (*map(str, keys), *names), rows)
+
+    def advice(self, scenario: "Scenario", advice: Sequence[str], sensitivity: Mapping[str, float]) -> None:
+        """What to change, or how much room there is, and which assumed values matter."""
+        for sentence in advice:
+            self.line(f"advice: {sentence}")
+        if sensitivity:
+            self.line(sensitivity_line(scenario, sensitivity))
 
     def shelf(self, kind: str, entries: "Iterable[Entry]") -> None:
         """The entries of a library shelf."""
@@ -151,6 +175,16 @@ class Console:
             bar.stop()
 
 
+def _assumed(scenario: "Scenario") -> str:
+    statuses = [row.status for row in inputs(scenario)]
+    count = statuses.count("assumed")
+    if not count:
+        return f"{len(statuses)} input values, none of them assumed"
+    return (
+        f"{count} of {len(statuses)} input values are assumed: neither measured nor published (the report lists them)"
+    )
+
+
 def _mark(good: bool) -> str:
     return "[green]pass[/green]" if good else "[bold red]FAIL[/bold red]"
 
@@ -159,4 +193,3 @@ def _judged(check: "Check | None") -> tuple[str, str]:
     if check is None:
         return "", ""
     return requirement(check), _mark(check.passed) + against(check)
-

@@ -29,7 +29,9 @@ def examine() -> Iterator[Finding]:
     """Look at everything, one after the other; nothing raises."""
     yield Finding("cutwise", f"{cutwise.__version__} in {Path(cutwise.__file__).parent}", True)
     python = platform.python_version()
-    yield Finding("python", f"{python} on {platform.platform()}", sys.version_info >= (3, 11), "use Python 3.11 or newer")
+    yield Finding(
+        "python", f"{python} on {platform.platform()}", sys.version_info >= (3, 11), "use Python 3.11 or newer"
+    )
     for name in _NEEDED:
         yield _package(name)
     yield _tried("library", _library, "install cutwise again: its library files are damaged")

@@ -19,6 +19,7 @@ from cutwise.app.wording import against, margin, requirement, verdict_line
 
 if TYPE_CHECKING:
     from cutwise.results import Check, Measure, Result
+    from cutwise.spec.scenario import Scenario
 
 _DOI = re.compile(r"\bdoi[ :]+(10\.\d{4,}/\S+?)(?=[,;.]?(?:\s|$))")
 _HEADINGS = {
@@ -52,9 +53,13 @@ def render(result: "Result", *, written: datetime | None = None) -> str:
         checks=[_checked(check, result) for check in result.checks],
         headlines=list(_headlines(result)),
         measures=list(_measured(result.measures)),
-        convergence=list(_converged(result)),
+        sensitivity=[(key, units.show(change, _focus(scenario), 2)) for key, change in result.sensitivity.items()],
+        moved=list(_converged(result)),
+        unmoved=[name for name, change in result.convergence.items() if change == 0.0],
         sections=[(name, list(group)) for name, group in groupby(rows, key=lambda row: row.section)],
-        statuses={status: sum(row.status == status for row in rows) for status in dict.fromkeys(r.status for r in rows)},
+        statuses={
+            status: sum(row.status == status for row in rows) for status in dict.fromkeys(r.status for r in rows)
+        },
         total=len(rows),
         plots=list(_drawn(PLOTS.get(scenario.process, ()), result)),
         notes=[(_HEADINGS.get(name, _titled(name)), _lines(text)) for name, text in _worst_first(result.notes)],
@@ -143,20 +148,20 @@ def _measured(measures: Mapping[str, "Measure"]) -> Iterator[dict[str, str]]:
 
 
 def _converged(result: "Result") -> Iterator[dict[str, str]]:
-    """Rows of the table of changes with the halved step, the largest relative change first."""
+    """Rows of the table of changes with the halved step: what moved, the largest relative change first."""
     rows = []
     for name, change in result.convergence.items():
         measure = result.measures.get(name)
-        if measure is None:
+        if measure is None or change == 0.0:
             continue
-        share = abs(change / measure.value) if measure.value else (0.0 if change == 0.0 else float("inf"))
+        share = abs(change / measure.value) if measure.value else float("inf")
         rows.append((share, name, measure, change))
     for share, name, measure, change in sorted(rows, key=lambda row: -row[0]):
         yield {
             "name": name,
             "value": units.show(measure.value, measure.dimension, 5),
-            "change": "0" if change == 0.0 else units.show(change, measure.dimension, 2),
-            "share": "" if share == float("inf") else "0" if share == 0.0 else f"{100.0 * share:.2g} %",
+            "change": units.show(change, measure.dimension, 2),
+            "share": "" if share == float("inf") else f"{100.0 * share:.2g} %",
         }
 
 
@@ -165,6 +170,11 @@ def _drawn(plots: Iterable[Plot], result: "Result") -> Iterator[dict[str, str]]:
         if plot.applies(result):
             title = f"{plot.title}. {plot.caption}"
             yield {"title": plot.title, "caption": plot.caption, "svg": svg(plot.draw, result, f"plot{number}", title)}
+
+
+def _focus(scenario: "Scenario") -> str:
+    """Dimension of the measure that matters most."""
+    return scenario.measures[scenario.focus].dimension
 
 
 def _worst_first(notes: Mapping[str, Any]) -> list[tuple[str, Any]]:

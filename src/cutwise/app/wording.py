@@ -1,16 +1,20 @@
 """Verdict and requirements in words, the same on the command line and in the report."""
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from cutwise import units
 
 if TYPE_CHECKING:
     from cutwise.results import Check, Result
+    from cutwise.spec.scenario import Scenario
 
 
 def requirement(check: "Check") -> str:
     """The limits of a requirement: ``-0.05 mm to 0.05 mm``, ``at most 340 W``."""
-    low, high = (units.show(limit, check.dimension) if limit is not None else "" for limit in (check.minimum, check.maximum))
+    low, high = (
+        units.show(limit, check.dimension) if limit is not None else "" for limit in (check.minimum, check.maximum)
+    )
     if low and high:
         return f"{low} to {high}"
     return f"at most {high}" if high else f"at least {low}"
@@ -48,3 +52,10 @@ def verdict_line(result: "Result") -> str:
         return "no verdict: the scenario has no requirements"
     count = len(result.checks)
     return f"PASS: {'the requirement is' if count == 1 else f'all {count} requirements are'} met"
+
+
+def sensitivity_line(scenario: "Scenario", sensitivity: Mapping[str, float], count: int = 3) -> str:
+    """Which assumed values move the result most when they are off by a tenth."""
+    dimension = scenario.measures[scenario.focus].dimension
+    most = [f"{key} by {units.show(change, dimension, 2)}" for key, change in list(sensitivity.items())[:count]]
+    return f"assumed values that move {scenario.focus} most when they are off by 10 %: {'; '.join(most)}"

@@ -1,4 +1,4 @@
-"""Reading text files that an engineer names, with plain words for all that can be wrong with one; writing them whole."""
+"""Reading the text files that an engineer names, with plain words for what can be wrong; writing them whole."""
 
 from difflib import get_close_matches
 from pathlib import Path

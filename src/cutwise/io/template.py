@@ -17,22 +17,6 @@ from cutwise.spec.scenario import Scenario
 
 _WIDTH = 110
 
-# What a new scenario says, and in which words, where the example of the field is not what to begin with.
-STARTS: Mapping[str, Mapping[str, str]] = {
-    "deburr": {
-        "operation.feed": "40 mm/s",
-        "operation.spindle_speed": "30000 rpm",
-        "operation.length": "60 mm",
-        "operation.path_error": "{amplitude: 0.1 mm, frequency: 1 Hz}",
-        "part.burr.height": "0.3 mm",
-        "part.burr.width": "0.3 mm",
-        "part.contact_length": "5 mm",
-        "tool.library": "berselli2016",
-        "material.library": "deburr_aluminium",
-        "spindle.library": "default",
-        "requirements": "{surface_error_max: {max: 0.1 mm}, surface_error_min: {min: -0.1 mm}}",
-    },
-}
 _LEFT_OUT = ("library", "name", "process")
 
 
@@ -55,8 +39,8 @@ def template(kind: str) -> str:
         "# Every quantity has its unit. A value may also be written {value: 80 mm/s, status: measured, source: ...}.",
         f"name: new_{kind}",
         f"process: {kind}",
-        *_body(model, (), STARTS.get(kind, {})),
-        *_requirements(model, STARTS.get(kind, {}).get("requirements", "")),
+        *_body(model, (), model.starts),
+        *_requirements(model, model.starts.get("requirements", "")),
     ]
     return "\n".join(lines) + "\n"
 

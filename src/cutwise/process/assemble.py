@@ -54,7 +54,9 @@ def deburring_cell(scenario: DeburringScenario) -> EdgeCell:
         _FORCE[scenario.numerics.force],
     )
     top = float(layers.burr_height.value.max())
-    return EdgeCell(edge_pass(operation, top), layers, cutter, piston_ring(scenario.spindle), scenario.spindle.tool_reach)
+    return EdgeCell(
+        edge_pass(operation, top), layers, cutter, piston_ring(scenario.spindle), scenario.spindle.tool_reach
+    )
 
 
 def edge_profile(size: float | Table | RandomField, length: float) -> Polyline:

@@ -22,6 +22,8 @@ from cutwise.spec.deburring import DeburringScenario
 _SETTLED = 5e-6  # [m] band of the settling time
 _TOOTH_SAMPLES = 32
 _TOOTH_PLACES = 1000
+_TOOTH_CURVE = 64  # samples of a tooth period in the curve
+_TOOTH_PERIODS = 4
 _AXES = ("x", "y", "z")
 
 
@@ -53,7 +55,7 @@ def run_for(scenario: DeburringScenario, cell: EdgeCell) -> Callable[..., EdgeHi
     return run_swept_edge if memory_needed(cell) and columns_carry(cell) else run_compliant_edge
 
 
-def evaluate(scenario: DeburringScenario, cell: EdgeCell, history: EdgeHistory) -> EdgeRun:
+def evaluate(cell: EdgeCell, history: EdgeHistory) -> EdgeRun:
     """Surface, band and static characteristic of a pass."""
     strips, radius = cell.layers.strips, cell.cutter.mill.radius
     width = np.interp(history.motion.position, cell.layers.burr_width.at, cell.layers.burr_width.value)
@@ -80,8 +82,8 @@ def evaluate(scenario: DeburringScenario, cell: EdgeCell, history: EdgeHistory) 
 
 
 def _profile_points(centre: FloatArray) -> int:
-    """About 10 µm between points of the profile, within reason."""
-    return int(min(50_000, max(2000, np.ptp(centre[:, 0]) / 10e-6)))
+    """About 20 µm between points of the profile, within reason."""
+    return int(min(50_000, max(2000, np.ptp(centre[:, 0]) / 20e-6)))
 
 
 def _between(run: EdgeRun, first: int, last: int) -> FloatArray:
@@ -164,6 +166,13 @@ def tooth_history(run: EdgeRun, rows: FloatArray, samples: int, periods: int) ->
     return time, forces.reshape(*time.shape, 6)
 
 
+def _last_rows(run: EdgeRun) -> int:
+    """A row of the steady part after which some tooth periods still fit in."""
+    cutter, time = run.cell.cutter, run.history.motion.time
+    room = _TOOTH_PERIODS * 2.0 * math.pi / (cutter.mill.flutes * cutter.spindle_speed)
+    return max(0, int(np.searchsorted(time, time[run.steady.stop - 1] - room)) - 1)
+
+
 def _tooth_peaks(run: EdgeRun) -> list[float]:
     """Largest burr force tooth by tooth over the whole pass, from one tooth period at each of many places [N]."""
     rows = np.unique(np.linspace(0, run.history.motion.time.size - 1, _TOOTH_PLACES).astype(int))
@@ -176,7 +185,7 @@ def stages(run: EdgeRun) -> xr.DataTree:
     h = run.history
     time = ("time", h.motion.time, "s", "time")
     pistons = np.arange(h.response.travel.shape[1])
-    tooth_time, tooth = tooth_history(run, np.array([run.steady.stop - 1]), 64, 4)
+    tooth_time, tooth = tooth_history(run, np.array([_last_rows(run)]), _TOOTH_CURVE, _TOOTH_PERIODS)
     cutter = run.cell.cutter
     groups = {
         "motion": labelled(time, {

@@ -221,9 +221,7 @@ def advance_edge(
         tool = programmed_motion(path, time)
         width = polyline_value(burr_width, tool.position)
         here = cutting_forces(cutter, burr_height, width, strips, reach, path.feed, tool, tilt, time, force)
-        qx, qy, vx, vy, sweeps = piston_step(
-            ring, pistons, tilt[0], tilt[1], tilt[2], tilt[3], force[7], force[8], dt
-        )
+        qx, qy, vx, vy, sweeps = piston_step(ring, pistons, tilt[0], tilt[1], tilt[2], tilt[3], force[7], force[8], dt)
         record(rows, row, part, 1.0 / stride, time, tool, here, tilt, travel, force, sweeps)
         tilt[0], tilt[1], tilt[2], tilt[3] = qx, qy, vx, vy
         part += 1

@@ -26,7 +26,7 @@ LIMITS = (
 
 def warnings(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, float]) -> tuple[str, ...]:
     """Everything that the engineer should know before he trusts the numbers."""
-    return tuple([*notices(scenario), *_structure(run), *_process(scenario, run, found), *_numerics(run)])
+    return (*notices(scenario), *_structure(run), *_process(scenario, run, found), *_numerics(run))
 
 
 def _structure(run: EdgeRun) -> Iterator[str]:
@@ -62,7 +62,7 @@ def _process(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, floa
             "the spindle does not break away: the mill cuts like a rigid tool, to the preset; lower the pressure if "
             "compliance is wanted"
         )
-    share = band_share(run, found)
+    share = band_share(found)
     if share is not None and share > _LATCHED:
         yield (
             f"friction holds the tool {share:.0%} of the way from the loading to the unloading plateau: an overshoot "
@@ -94,7 +94,7 @@ def halved_step(change: Mapping[str, float]) -> Iterator[str]:
         yield f"{name} moves by {units.show(value, 'small_length', 3)} when the time step is halved; use a smaller one"
 
 
-def band_share(run: EdgeRun, found: Mapping[str, float]) -> float | None:
+def band_share(found: Mapping[str, float]) -> float | None:
     """Where the run ended between the loading (0) and the unloading plateau (1)."""
     low, high = found.get("surface_error_loaded"), found.get("surface_error_unloaded")
     if low is None or high is None or high - low < 1e-9:
@@ -109,13 +109,13 @@ def notes(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, float])
         if swept(scenario, run)
         else "The engagement was taken from immersion arcs of the present position of the mill (no surface memory)."
     }
-    share = band_share(run, found)
-    show = units.show
+    share = band_share(found)
     if share is not None:
         told["band"] = (
-            f"The equilibrium under friction is not a point but a band: from {show(found['surface_error_loaded'], 'small_length', 4)} "
-            f"(loading plateau) to {show(found['surface_error_unloaded'], 'small_length', 4)} (unloading plateau). This run "
-            f"ended at {show(found['surface_error_mean'], 'small_length', 4)}, {share:.1%} of the way; the history decides where."
+            "The equilibrium under friction is not a point but a band: from "
+            f"{_error(found['surface_error_loaded'])} (loading plateau) to "
+            f"{_error(found['surface_error_unloaded'])} (unloading plateau). This run ended at "
+            f"{_error(found['surface_error_mean'])}, {share:.1%} of the way; the history decides where."
         )
     w, error = run.surface.position, run.surface.error
     after = w >= run.centre[int(np.searchsorted(run.history.motion.time, run.cell.path.lead_in)), 0]
@@ -124,7 +124,11 @@ def notes(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, float])
         w, error = w[after & before], error[after & before]
         deep, high = int(error.argmin()), int(error.argmax())
         told["worst"] = (
-            f"After the lead-in the deepest place is {show(error[deep], 'small_length', 4)} at w = {show(w[deep], 'length')}, "
-            f"the highest {show(error[high], 'small_length', 4)} at w = {show(w[high], 'length')}."
+            f"After the lead-in the deepest place is {_error(error[deep])} at w = {units.show(w[deep], 'length')}, "
+            f"the highest {_error(error[high])} at w = {units.show(w[high], 'length')}."
         )
     return told
+
+
+def _error(value: float) -> str:
+    return units.show(value, "small_length", 4)

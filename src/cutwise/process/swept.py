@@ -109,9 +109,7 @@ def advance_swept_edge(
             cutter, burr_height, tool.position + arm * tilt[0], tool.height + arm * tilt[1],
             path.feed + arm * tilt[2], tool.climb + arm * tilt[3],
         )  # fmt: skip
-        qx, qy, vx, vy, sweeps = piston_step(
-            ring, pistons, tilt[0], tilt[1], tilt[2], tilt[3], force[7], force[8], dt
-        )
+        qx, qy, vx, vy, sweeps = piston_step(ring, pistons, tilt[0], tilt[1], tilt[2], tilt[3], force[7], force[8], dt)
         record(rows, row, part, 1.0 / stride, time, tool, here, tilt, pistons.travel, force, sweeps)
         tilt[0], tilt[1], tilt[2], tilt[3] = qx, qy, vx, vy
         part += 1

@@ -26,6 +26,21 @@ class DeburringScenario(Scenario):
     """Deburring one edge with a pneumatic compliant spindle (Berselli et al. 2016)."""
 
     measures: ClassVar[Mapping[str, MeasureSpec]] = DEBURRING
+    starts: ClassVar[Mapping[str, str]] = {
+        "operation.feed": "50 mm/s",
+        "operation.spindle_speed": "30000 rpm",
+        "operation.length": "80 mm",
+        "operation.lead_in_time": "0.5 s",
+        "operation.clearance": "0.2 mm",
+        "operation.path_error": "{amplitude: 0.1 mm, frequency: 1 Hz}",
+        "part.burr.height": "0.3 mm",
+        "part.burr.width": "0.3 mm",
+        "part.contact_length": "10 mm",
+        "tool.library": "berselli2016",
+        "material.library": "deburr_aluminium",
+        "spindle.library": "default",
+        "requirements": "{surface_error_max: {max: 0.1 mm}, surface_error_min: {min: -0.1 mm}}",
+    }
     levers: ClassVar[Mapping[str, tuple[str, str]]] = {
         "spindle.pressure": ("2 bar", "6.5 bar"),
         "operation.feed": ("20 mm/s", "200 mm/s"),

@@ -45,62 +45,86 @@ def sections(info: FieldInfo) -> list[type[Spec]]:
 
 
 def dimension(info: FieldInfo) -> str | None:
-    """Dimension of a quantity field."""
-    for _, metadata in of_field(info):
-        for item in metadata:
-            if isinstance(item, Quantity):
-                return item.dimension
-    return None
+    """Dimension of a quantity field, or of the entries of a list of quantities."""
+    return next((item.dimension for item in _metadata(info) if isinstance(item, Quantity)), None)
 
 
 def usual(info: FieldInfo) -> Usual | None:
     """Usual range of a field."""
-    for _, metadata in of_field(info):
-        for item in metadata:
-            if isinstance(item, Usual):
-                return item
-    return None
+    return next((item for item in _metadata(info) if isinstance(item, Usual)), None)
 
 
-def field_at(model: type[Spec], path: Path) -> FieldInfo | None:
-    """The field that a path names, looked up through every alternative."""
-    if not path or not isinstance(path[0], str):
-        return None
-    info = model.model_fields.get(path[0])
-    if info is None or len(path) == 1:
-        return info
-    for section in inner(info):
-        rest = path[2:] if isinstance(path[1], int) else path[1:]
-        found = field_at(section, rest)
-        if found is not None:
-            return found
-    return None
+def _metadata(info: FieldInfo) -> Iterator[Any]:
+    for kind, metadata in of_field(info):
+        yield from metadata
+        for _, inside in _entries(kind):
+            yield from inside
+
+
+def _entries(kind: Any) -> Iterator[tuple[Any, tuple[Any, ...]]]:
+    """The types of the entries of a list or mapping type."""
+    origin, arguments = get_origin(kind), get_args(kind)
+    if origin in (tuple, list):
+        yield from alternatives(arguments[0])
+    elif origin is dict:
+        yield from alternatives(arguments[1])
 
 
 def inner(info: FieldInfo) -> Iterator[type[Spec]]:
     """Specifications inside a field: its sections, or the entries of a list or mapping of sections."""
-    for kind, metadata in of_field(info):
-        if isinstance(kind, type) and issubclass(kind, Spec):
-            yield kind
-        elif get_origin(kind) in (tuple, list):
-            for member, _ in alternatives(get_args(kind)[0], metadata):
-                if isinstance(member, type) and issubclass(member, Spec):
-                    yield member
+    for kind, _ in of_field(info):
+        for found in (kind, *(entry for entry, _ in _entries(kind))):
+            if isinstance(found, type) and issubclass(found, Spec):
+                yield found
+
+
+def field_at(model: type[Spec], path: Path) -> FieldInfo | None:
+    """The field that a path names, through every alternative; an entry of a list has the field of the list."""
+    info = model.model_fields.get(str(path[0])) if path else None
+    if info is None or len(path) == 1:
+        return info
+    return next((found for kind, _ in of_field(info) if (found := _below(kind, path[1:], info)) is not None), None)
+
+
+def _below(kind: Any, path: Path, info: FieldInfo) -> FieldInfo | None:
+    """The field at a path inside of a type; ``info`` is the field that the type belongs to."""
+    if not path:
+        return info
+    if isinstance(kind, type) and issubclass(kind, Spec):
+        return field_at(kind, path)
+    entries = (_below(entry, path[1:], info) for entry, _ in _entries(kind))
+    return next((found for found in entries if found is not None), None)
 
 
 def keys(model: type[Spec], before: Path = ()) -> Iterator[tuple[Path, FieldInfo]]:
-    """Every key of a specification with its field, sections before what is in them."""
+    """Every key of a specification with its field, sections before what is in them; lists without their numbers."""
     for name, info in model.model_fields.items():
         yield (*before, name), info
-        for section in sections(info):
+        listed = [] if get_origin(info.annotation) is dict else inner(info)
+        for section in listed:
             yield from keys(section, (*before, name))
 
 
-def leaves(spec: Spec, before: Path = ()) -> Iterator[tuple[Path, FieldInfo, Any]]:
-    """Every value of a specification that was given or has a default, with its field."""
-    for name, info in type(spec).model_fields.items():
+def specs(spec: Spec, before: Path = ()) -> Iterator[tuple[Path, Spec]]:
+    """A specification and all those inside of it."""
+    yield before, spec
+    for name in type(spec).model_fields:
         value = getattr(spec, name)
         if isinstance(value, Spec):
-            yield from leaves(value, (*before, name))
-        elif value is not None and not isinstance(value, Mapping):
-            yield (*before, name), info, value
+            yield from specs(value, (*before, name))
+        elif isinstance(value, tuple | Mapping):
+            for step, entry in value.items() if isinstance(value, Mapping) else enumerate(value):
+                if isinstance(entry, Spec):
+                    yield from specs(entry, (*before, name, step))
+
+
+def leaves(spec: Spec) -> Iterator[tuple[tuple[str, ...], FieldInfo, Any]]:
+    """Every value outside of lists that was given or has a default, with its path and field."""
+    for before, section in specs(spec):
+        names = tuple(step for step in before if isinstance(step, str))
+        if len(names) < len(before):
+            continue
+        for name, info in type(section).model_fields.items():
+            value = getattr(section, name)
+            if value is not None and not isinstance(value, Spec | Mapping):
+                yield (*names, name), info, value

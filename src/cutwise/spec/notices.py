@@ -1,31 +1,31 @@
 """Warnings about values that are possible but unusual, with what is usual."""
 
 from collections.abc import Iterator
-from typing import Any
 
 from pydantic.fields import FieldInfo
 
 from cutwise import units
 from cutwise.spec import fields
-from cutwise.spec.base import Spec, Usual
+from cutwise.spec.base import Usual
 from cutwise.spec.faults import Path, dotted
 from cutwise.spec.scenario import Scenario
 
 
 def notices(scenario: Scenario) -> tuple[str, ...]:
     """What is unusual about a scenario, one line each: the key, the value, what is usual."""
-    unusual = [f"{dotted(path)}: {message}" for path, message in _unusual_values(scenario)]
-    return (*unusual, *(f"{dotted(path)}: {message}" for path, message in _remarks(scenario, ())))
+    found = [*_unusual_values(scenario), *_remarks(scenario)]
+    return tuple(f"{dotted(path)}: {message}" for path, message in found)
 
 
 def _unusual_values(scenario: Scenario) -> Iterator[tuple[Path, str]]:
-    for path, info, value in fields.leaves(scenario):
-        usual, dimension = fields.usual(info), fields.dimension(info)
-        if usual is None or not isinstance(value, int | float):
-            continue
-        low, high = (_bound(end, dimension) for end in (usual.low, usual.high))
-        if (low is not None and value < low * (1 - 1e-9)) or (high is not None and value > high * (1 + 1e-9)):
-            yield path, f"{_shown(value, info)} is unusual; usual is {range_text(usual)}"
+    for before, spec in fields.specs(scenario):
+        for name, info in type(spec).model_fields.items():
+            usual, dimension, value = fields.usual(info), fields.dimension(info), getattr(spec, name)
+            if usual is None or not isinstance(value, int | float):
+                continue
+            low, high = (_bound(end, dimension) for end in (usual.low, usual.high))
+            if (low is not None and value < low * (1 - 1e-9)) or (high is not None and value > high * (1 + 1e-9)):
+                yield (*before, name), f"{_shown(value, info)} is unusual; usual is {range_text(usual)}"
 
 
 def range_text(usual: Usual) -> str:
@@ -46,10 +46,7 @@ def _shown(value: float, info: FieldInfo) -> str:
     return units.show(value, dimension) if dimension else str(value)
 
 
-def _remarks(spec: Spec, before: Path) -> Iterator[tuple[Path, str]]:
-    for path, message in spec.remarks():
-        yield (*before, *path), message
-    for name in type(spec).model_fields:
-        value: Any = getattr(spec, name)
-        if isinstance(value, Spec):
-            yield from _remarks(value, (*before, name))
+def _remarks(scenario: Scenario) -> Iterator[tuple[Path, str]]:
+    for before, spec in fields.specs(scenario):
+        for path, message in spec.remarks():
+            yield (*before, *path), message

@@ -42,6 +42,9 @@ class Scenario(Spec):
     """The base of the scenarios of all processes."""
 
     measures: ClassVar[Mapping[str, MeasureSpec]] = {}
+    starts: ClassVar[Mapping[str, str]] = {}
+    """Dotted keys that a new scenario says in other words than the example of the field, or that it needs besides the
+    required ones."""
     levers: ClassVar[Mapping[str, tuple[str, str]]] = {}
     """What an engineer would turn, as dotted keys, each with the limits within which advice looks."""
     focus: ClassVar[str] = ""

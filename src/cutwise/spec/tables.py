@@ -149,5 +149,5 @@ class Table(Spec):
 
     def _si(self, wanted: Sequence[Column]) -> tuple[float, ...]:
         title, column = self._column(wanted)
-        unit = titled(title)[1]
-        return tuple(units.parse(f"{value!r} {unit}", column.dimension) for value in self.columns[title])
+        unit = titled(title)[1] or ""
+        return tuple(units.converted(value, unit, column.dimension) for value in self.columns[title])

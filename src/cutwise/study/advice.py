@@ -1,6 +1,6 @@
 """Advice: which setting brings a run within its requirements, or how much room is left in each, by running again."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache
 from itertools import combinations
 from typing import NamedTuple
@@ -10,7 +10,7 @@ import numpy as np
 from cutwise import units
 from cutwise.process.recipes import quick_measures
 from cutwise.spec import fields
-from cutwise.spec.faults import ScenarioFault
+from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.spec.scenario import Scenario
 from cutwise.study.sensitivity import changed
 
@@ -86,6 +86,45 @@ def propose(
     if not found and pairs:
         found = [s for pair in combinations(levers, 2) if (s := _nearest_pair(pair, margin)) is not None]
     return [_proposal(scenario, levers, settings) for settings in found]
+
+
+def read_limits(scenario: Scenario, texts: Sequence[str]) -> dict[str, tuple[str, str]]:
+    """``key=low..high`` as limits of levers; none given, the levers of the process.
+
+    Raises
+    ------
+    ScenarioFault
+        Everything that is wrong with the texts.
+    """
+    given = {".".join(path): info for path, info, _ in fields.leaves(scenario)}
+    limits: dict[str, tuple[str, str]] = {}
+    faults = []
+    for text in texts:
+        key, _, span = text.partition("=")
+        low, dots, high = (part.strip() for part in span.partition(".."))
+        place = f"--limit {key}"
+        dimension = fields.dimension(given[key]) if key in given else None
+        if dimension is None:
+            faults.append(Fault((), "is not a quantity of this scenario", file=place))
+        elif not dots:
+            faults.append(Fault((), "is not of the form dotted.key=low..high", file=place))
+        else:
+            faults += _limit_faults(low, high, dimension, place)
+            limits[key] = (low, high)
+    if faults:
+        raise ScenarioFault(faults)
+    return limits or dict(scenario.levers)
+
+
+def _limit_faults(low: str, high: str, dimension: str, place: str) -> Iterator[Fault]:
+    ends = []
+    for end in (low, high):
+        try:
+            ends.append(units.parse(end, dimension))
+        except units.UnitFault as fault:
+            yield Fault((), str(fault), file=place)
+    if len(ends) == 2 and ends[0] >= ends[1]:
+        yield Fault((), f"{low} is not below {high}", file=place)
 
 
 def _levers(scenario: Scenario, limits: Mapping[str, tuple[str, str]]) -> Iterator[Lever]:

@@ -28,6 +28,10 @@ def reviewed(result: Result, *, patience: float = _PATIENCE) -> Result:
     start = time.process_time()
     quick_measures(result.scenario)
     if (time.process_time() - start) * _RUNS > patience:
-        note = "advice and sensitivities need many further runs of this slow scenario; ask for them with: cutwise advise"
+        note = (
+            "advice and sensitivities need many further runs of this slow scenario; ask for them with: cutwise advise"
+        )
         return replace(result, notes={**result.notes, "advice": note})
-    return replace(result, advice=advise(result.scenario, pairs=False), sensitivity=assumed_sensitivity(result.scenario))
+    return replace(
+        result, advice=advise(result.scenario, pairs=False), sensitivity=assumed_sensitivity(result.scenario)
+    )

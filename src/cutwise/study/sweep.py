@@ -1,7 +1,9 @@
 """Sweeps: the measures of a scenario over values of one or more of its keys."""
 
 from collections.abc import Callable, Mapping, Sequence
+from difflib import get_close_matches
 from itertools import product
+from pathlib import Path
 
 import numpy as np
 import xarray as xr
@@ -65,3 +67,70 @@ def sweep(
         if any(name in row for row in rows)
     }  # fmt: skip
     return xr.Dataset(data, {key: list(values[key]) for key in keys}, {"scenario": scenario.name})
+
+
+def parse_values(texts: Sequence[str]) -> dict[str, list[str]]:
+    """``key=value,value,...`` as keys and their values.
+
+    Raises
+    ------
+    ScenarioFault
+        A text of another form, or a key given twice.
+    """
+    values: dict[str, list[str]] = {}
+    faults = []
+    for text in texts:
+        key, sign, rest = text.partition("=")
+        key = key.strip()
+        found = [value.strip() for value in rest.split(",") if value.strip()]
+        if not sign or not key or not found:
+            faults.append(Fault((), "is not of the form dotted.key=value,value,...", file=f"--over {text}"))
+        elif key in values:
+            faults.append(Fault((), "is given twice; write all values behind one --over", file=f"--over {key}"))
+        else:
+            values[key] = found
+    if faults:
+        raise ScenarioFault(faults)
+    return values
+
+
+def shown_measures(scenario: Scenario, names: Sequence[str]) -> list[str]:
+    """The measures asked for, or those that the scenario limits, or the one its process is about.
+
+    Raises
+    ------
+    ScenarioFault
+        A name that is no measure of the process.
+    """
+    known = type(scenario).measures
+    wrong = [name for name in names if name not in known]
+    if wrong:
+        raise ScenarioFault([_unknown(name, list(known)) for name in wrong])
+    return list(names) or list(scenario.requirements) or [scenario.focus or next(iter(known))]
+
+
+def _unknown(name: str, known: list[str]) -> Fault:
+    near = get_close_matches(name, known, n=1)
+    hint = f"did you mean {near[0]}?" if near else f"there are {', '.join(known)}"
+    return Fault((), f"unknown measure; {hint}", file=f"--measure {name}")
+
+
+def save(table: xr.Dataset, path: Path) -> Path:
+    """Write a sweep as CSV (one row a run, units in the header) or netCDF; whole or not at all."""
+    partial = path.with_name(path.name + ".part")
+    try:
+        if path.suffix == ".csv":
+            frame = table.to_dataframe().reset_index()
+            frame.columns = [_headed(table, str(name)) for name in frame.columns]
+            frame.to_csv(partial, index=False)
+        else:
+            table.to_netcdf(partial, engine="h5netcdf")
+        partial.replace(path)
+    finally:
+        partial.unlink(missing_ok=True)
+    return path
+
+
+def _headed(table: xr.Dataset, name: str) -> str:
+    unit = table[name].attrs.get("units", "")
+    return f"{name} [{unit}]" if unit else name

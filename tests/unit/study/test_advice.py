@@ -18,7 +18,9 @@ def scenario(examples):
     return make
 
 
-@pytest.mark.parametrize("fault", ["operation.feed=120 mm/s", "operation.lead_in_time=0.05 s", "spindle.pressure=3 bar"])
+@pytest.mark.parametrize(
+    "fault", ["operation.feed=120 mm/s", "operation.lead_in_time=0.05 s", "spindle.pressure=3 bar"]
+)
 def test_a_proposal_keeps_its_promise(scenario, fault):
     failing = scenario(fault)
     assert slack(failing, quick_measures(failing)) < 0

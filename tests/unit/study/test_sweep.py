@@ -15,9 +15,9 @@ def test_sweep_over_two_keys(examples):
     here = table.surface_error_mean.sel({"spindle.pressure": "5 bar", "operation.feed": "80 mm/s"})
     assert float(here) == quick_measures(scenario)["surface_error_mean"]
     assert table.surface_error_mean.attrs["units"] == "m"
-    assert float(table.surface_error_mean.sel({"spindle.pressure": "4 bar", "operation.feed": "80 mm/s"})) == pytest.approx(
-        0.170e-3, rel=0.03
-    )
+    assert float(
+        table.surface_error_mean.sel({"spindle.pressure": "4 bar", "operation.feed": "80 mm/s"})
+    ) == pytest.approx(0.170e-3, rel=0.03)
 
 
 def test_all_faults_before_anything_runs(examples):

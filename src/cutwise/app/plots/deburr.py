@@ -7,7 +7,19 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from cutwise.app.plots.figures import (
-    BAD, GOOD, INK, SERIES, SHADE, SOFT, ZONE, Plot, curve, figure, legend_above, line_note, scale,
+    BAD,
+    GOOD,
+    INK,
+    SERIES,
+    SHADE,
+    SOFT,
+    ZONE,
+    Plot,
+    curve,
+    figure,
+    legend_above,
+    line_note,
+    scale,
 )  # fmt: skip
 
 if TYPE_CHECKING:
@@ -39,6 +51,7 @@ def error_over_time(result: "Result") -> Figure:
     """Edge error at the tool over time, with the plateaus between which friction can hold it (Fig. 16)."""
     error = result["surface"]["error_at_tool"]
     factor, unit = scale("length")
+    tolerance = factor * result.scenario.operation.tolerance  # type: ignore[attr-defined]
     drawn = figure(3.3)
     axes = drawn.subplots()
     _lead_in(axes, result)
@@ -47,8 +60,9 @@ def error_over_time(result: "Result") -> Figure:
     for name, colour in _PLATEAUS:
         measure = result.measures.get(f"surface_error_{name}")
         if measure is not None:
-            line_note(axes, factor * measure.value, f"{name} {factor * measure.value:.3g} {unit}", colour,
-                      above=name != "loaded")  # fmt: skip
+            value, below = factor * measure.value, name == "loaded"
+            clear = min(value, -tolerance) if below else value
+            line_note(axes, value, f"{name} {value:.3g} {unit}", colour, above=not below, text_at=clear)
     axes.set(xlabel="time [s]", ylabel=f"edge error e [{unit}]")
     axes.margins(x=0, y=0.12)
     return drawn
@@ -64,11 +78,12 @@ def error_along_edge(result: "Result") -> Figure:
     axes = drawn.subplots()
     axes.axvspan(factor * w[0], factor * start, color=SHADE, linewidth=0)
     _tolerance(axes, result)
-    curve(axes, factor * w, factor * burr, color=SOFT, linestyle=":", linewidth=1.2, label="burr before the pass")
     curve(axes, factor * w, factor * error, color=INK, label="edge error after the pass")
     settled = error[w >= start] if (w >= start).any() else error
     low, high = min(settled.min(), -1.3 * tolerance), max(settled.max(), 1.3 * tolerance)
     room = 0.15 * (high - low)
+    if burr.min() < high + room:
+        curve(axes, factor * w, factor * burr, color=SOFT, linestyle=":", linewidth=1.2, label="burr before the pass")
     axes.set(xlabel=f"way along the edge w [{unit}]", ylabel=f"edge error e [{unit}]")
     axes.set_xlim(factor * w[0], factor * w[-1])
     axes.set_ylim(factor * (low - room), factor * (high + room))
@@ -83,11 +98,13 @@ def band(result: "Result") -> Figure:
     """Where between the plateaus the run ended."""
     factor, unit = scale("length")
     value = {name: factor * result.measures[f"surface_error_{name}"].value for name in ("loaded", "unloaded", "mean")}
-    drawn = figure(1.35)
+    drawn = figure(1.5)
     axes = drawn.subplots()
     tolerance = factor * result.scenario.operation.tolerance  # type: ignore[attr-defined]
     axes.axvspan(-tolerance, tolerance, color=ZONE, linewidth=0)
-    axes.plot([value["loaded"], value["unloaded"]], [0, 0], color=SERIES[0], linewidth=7, solid_capstyle="butt", alpha=0.35)
+    axes.plot(
+        [value["loaded"], value["unloaded"]], [0, 0], color=SERIES[0], linewidth=7, solid_capstyle="butt", alpha=0.35
+    )
     for name, text, side in (("loaded", "loading plateau", "right"), ("unloaded", "unloading plateau", "left")):
         axes.plot(value[name], 0, "|", color=SERIES[0], markersize=16, markeredgewidth=2)
         axes.annotate(f"{text}\n{value[name]:.3g} {unit}", (value[name], 0), xytext=(-8 if side == "right" else 8, 0),
@@ -98,7 +115,7 @@ def band(result: "Result") -> Figure:
         axes.annotate(f"frictionless {factor * frictionless.value:.3g} {unit}", (factor * frictionless.value, 0),
                       xytext=(0, -9), textcoords="offset points", ha="center", va="top", fontsize=8, color=SOFT)  # fmt: skip
     axes.plot(value["mean"], 0, "o", color=INK, markersize=8)
-    axes.annotate(f"this run {value['mean']:.3g} {unit}", (value["mean"], 0), xytext=(0, 9),
+    axes.annotate(f"this run {value['mean']:.3g} {unit}", (value["mean"], 0), xytext=(0, 15),
                   textcoords="offset points", ha="center", va="bottom", fontsize=8.5, weight="bold")  # fmt: skip
     axes.set(xlabel=f"edge error e [{unit}]; shaded: within the tolerance", yticks=[], ylim=(-1, 1))
     axes.margins(x=0.22)
@@ -114,6 +131,8 @@ def spindle_motion(result: "Result") -> Figure:
     factor, unit = scale("length")
     drawn = figure(6.0)
     top, middle, bottom = drawn.subplots(3, 1, sharex=True, height_ratios=(1.0, 1.0, 0.8))
+    _lead_in(top, result)
+    _lead_in(middle, result, name="")
     for axis, colour in zip("xy", SERIES, strict=False):
         curve(top, time, factor * structure["tip_deflection"].sel(axis2=axis).values, color=colour, label=_AXES[axis])
     top.set(ylabel=f"tip deflection [{unit}]")
@@ -127,7 +146,7 @@ def spindle_motion(result: "Result") -> Figure:
     legend_above(middle, travel.shape[1])
     _piston_states(bottom, time, travel, stroke)
     bottom.set(xlabel="time [s]", ylabel="piston", yticks=range(travel.shape[1]))
-    bottom.margins(x=0)
+    bottom.set_xlim(time[0], time[-1])
     bottom.grid(visible=False)
     legend_above(bottom, len(_STATES))
     return drawn
@@ -138,7 +157,9 @@ def static_characteristic(result: "Result") -> Figure:
     structure = result["structure"].dataset
     length, length_unit = scale("length")
     force, force_unit = scale("force")
-    levels = {name: force * structure.attrs[f"{name}_force"] for name in ("breakaway", "loading", "unloading", "return")}
+    levels = {
+        name: force * structure.attrs[f"{name}_force"] for name in ("breakaway", "loading", "unloading", "return")
+    }
     stop = length * structure.attrs["stop"]
     ceiling = 1.3 * max(levels.values())
     drawn = figure(3.6)
@@ -146,8 +167,11 @@ def static_characteristic(result: "Result") -> Figure:
     _run_on_characteristic(axes, result)
     at = length * structure["displacement"].values
     loading, unloading = (force * structure[f"characteristic_{branch}"].values for branch in ("loading", "unloading"))
-    axes.plot([*at, stop], [*loading, ceiling], color=SERIES[1], linewidth=2, label="loading branch")
-    axes.plot([stop, *at[::-1]], [loading[-1], *unloading[::-1]], color=SERIES[3], linewidth=2, label="unloading branch")
+    axes.plot([0, 0, *at[1:], stop], [0, levels["breakaway"], *loading[1:], ceiling], color=SERIES[1], linewidth=2,
+              label="loading branch")  # fmt: skip
+    axes.plot(
+        [stop, *at[::-1]], [loading[-1], *unloading[::-1]], color=SERIES[3], linewidth=2, label="unloading branch"
+    )
     if "characteristic_frictionless" in structure:
         axes.plot(at[1:], force * structure["characteristic_frictionless"].values[1:], color=SOFT, linestyle="--",
                   linewidth=1.2, label="frictionless")  # fmt: skip
@@ -158,7 +182,9 @@ def static_characteristic(result: "Result") -> Figure:
     for name, colour in (("loading", SERIES[1]), ("unloading", SERIES[3])):
         axes.annotate(f"{levels[name]:.3g} {force_unit}", (0.93 * stop, levels[name]), xytext=(0, 4), ha="right",
                       textcoords="offset points", color=colour, fontsize=8.5)  # fmt: skip
-    axes.annotate("stop", (stop, ceiling), xytext=(-4, -2), textcoords="offset points", ha="right", va="top", color=SOFT)
+    axes.annotate(
+        "stop", (stop, ceiling), xytext=(-4, -2), textcoords="offset points", ha="right", va="top", color=SOFT
+    )
     axes.set(xlabel=f"displacement of the tip [{length_unit}]", ylabel=f"lateral force at the tip [{force_unit}]")
     axes.set_xlim(-0.02 * stop, 1.03 * stop)
     axes.set_ylim(0, ceiling)
@@ -183,11 +209,11 @@ def tooth_forces(result: "Result") -> Figure:
     return drawn
 
 
-def _lead_in(axes: Axes, result: "Result") -> None:
+def _lead_in(axes: Axes, result: "Result", name: str = "lead-in") -> None:
     end = result.scenario.operation.lead_in_time  # type: ignore[attr-defined]
     if end > 0.0:
         axes.axvspan(0.0, end, color=SHADE, linewidth=0)
-        axes.annotate("lead-in", (0.0, 1), xycoords=("data", "axes fraction"), xytext=(4, -4),
+        axes.annotate(name, (0.0, 1), xycoords=("data", "axes fraction"), xytext=(4, -4),
                       textcoords="offset points", va="top", color=SOFT, fontsize=8)  # fmt: skip
 
 
@@ -234,7 +260,7 @@ def _piston_states(axes: Axes, time: np.ndarray, travel: np.ndarray, stroke: flo
     extended = np.maximum(travel[first], travel[last]) <= largest
     stopped = (travel[last] >= stroke - largest) if stroke is not None else np.zeros_like(extended)
     conditions = {"at rest, extended": extended, "at the stop": stopped & ~moving, "sliding": moving & ~extended}
-    state = np.select([c for c in conditions.values()], range(3), 3)
+    state = np.select(list(conditions.values()), range(3), 3)
     for code, name in enumerate((*conditions, "stuck")):
         label: str | None = name
         for piston in range(travel.shape[1]):

@@ -3,6 +3,7 @@
 import io
 import re
 from collections.abc import Callable
+from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
 import matplotlib as mpl
@@ -81,7 +82,7 @@ def decimate(x: np.ndarray, y: np.ndarray, bins: int = 500) -> tuple[np.ndarray,
         return x, y
     edges = np.linspace(0, x.size, bins + 1).astype(int)
     kept: list[int] = []
-    for start, stop in zip(edges[:-1], edges[1:], strict=True):
+    for start, stop in pairwise(edges):
         part = y[start:stop]
         finite = np.where(np.isnan(part), 0.0, part)
         kept += sorted({start, start + int(finite.argmin()), start + int(finite.argmax()), stop - 1})
@@ -104,11 +105,13 @@ def _without_flats(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray
     return x[keep], y[keep]
 
 
-def line_note(axes: Axes, y: float, text: str, colour: str, *, above: bool = True, style: str = "--") -> None:
-    """A horizontal line with its name at the right end."""
-    axes.axhline(y, color=colour, linewidth=1.0, linestyle=style)
+def line_note(
+    axes: Axes, y: float, text: str, colour: str, *, above: bool = True, text_at: float | None = None
+) -> None:
+    """A horizontal line with its name at the right end, at the height of the line or at another."""
+    axes.axhline(y, color=colour, linewidth=1.0, linestyle="--")
     axes.annotate(
-        text, (1.0, y), xycoords=("axes fraction", "data"), xytext=(-2, 3 if above else -3),
+        text, (1.0, y if text_at is None else text_at), xycoords=("axes fraction", "data"), xytext=(-2, 3 if above else -3),
         textcoords="offset points", ha="right", va="bottom" if above else "top", color=colour, fontsize=8,
     )  # fmt: skip
 
@@ -133,6 +136,7 @@ def svg(draw: Draw, result: "Result", name: str, title: str) -> str:
     text = stream.getvalue()
     text = text[text.index("<svg") :]
     text = re.sub(r'\s+xmlns(:\w+)?="[^"]*"', "", text, count=2)
+    text = re.sub(r'\bd="[^"]*"', _rounded, text)
     text = re.sub(r'\bid="', f'id="{name}-', text)
     text = re.sub(r'(xlink:href="#|url\(#)', rf"\g<1>{name}-", text)
     for variable, colour in COLOURS.items():
@@ -140,6 +144,11 @@ def svg(draw: Draw, result: "Result", name: str, title: str) -> str:
     text = re.sub(r'width="[\d.]+pt" height="[\d.]+pt"', f'role="img" aria-labelledby="{name}-title"', text, count=1)
     head, mark, body = text.partition(">")
     return f'{head}{mark}<title id="{name}-title">{_escaped(title)}</title>{body}'
+
+
+def _rounded(path: re.Match[str]) -> str:
+    """A path to a hundredth of a point, which is finer than any screen or printer."""
+    return re.sub(r"-?\d+\.\d{3,}", lambda number: f"{float(number[0]):.2f}".rstrip("0").rstrip("."), path[0])
 
 
 def _escaped(text: str) -> str:

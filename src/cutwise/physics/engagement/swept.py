@@ -23,9 +23,7 @@ class Columns(NamedTuple):
     pitch: float  # [m] between columns
 
 
-def stand(
-    burr: Polyline, start: float, end: float, pitch: float, burr_strips: int, work_strips: int
-) -> Columns:
+def stand(burr: Polyline, start: float, end: float, pitch: float, burr_strips: int, work_strips: int) -> Columns:
     """Uncut burr strips, then work strips, over a stretch of the edge."""
     position = np.arange(start, end + pitch, pitch)
     height = np.zeros((burr_strips + work_strips, position.size))
@@ -35,12 +33,14 @@ def stand(
 
 
 @compiled
-def columns_in_reach(x: float, bottom: float, radius: float, top: float, start: float, pitch: float, count: int) -> tuple[int, int]:
+def columns_in_reach(
+    x: float, bottom: float, radius: float, top: float, start: float, pitch: float, count: int
+) -> tuple[int, int]:
     """First and last column (exclusive) below which the mill circle may reach under a height ``top``."""
     depth = top - bottom
     if depth <= 0.0:
         return 0, 0
     reach = radius if depth >= radius else math.sqrt(depth * (2.0 * radius - depth))
-    first = max(0, int(math.ceil((x - reach - start) / pitch)))
-    last = min(count, int(math.floor((x + reach - start) / pitch)) + 1)
+    first = max(0, math.ceil((x - reach - start) / pitch))
+    last = min(count, math.floor((x + reach - start) / pitch) + 1)
     return first, last

@@ -58,7 +58,7 @@ def programmed_motion(path: EdgePass, time: float) -> ToolMotion:
         phase = math.pi * time / path.lead_in
         height = low + lift * 0.5 * (1.0 + math.cos(phase))
         climb = -lift * 0.5 * math.sin(phase) * math.pi / path.lead_in
-    elif time > path.duration - path.lead_out:
+    elif path.lead_out > 0.0 and time > path.duration - path.lead_out:
         phase = math.pi * (time - path.duration + path.lead_out) / path.lead_out
         height = low + lift * 0.5 * (1.0 - math.cos(phase))
         climb = lift * 0.5 * math.sin(phase) * math.pi / path.lead_out

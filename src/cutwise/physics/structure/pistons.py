@@ -165,9 +165,12 @@ def contact_force(
     rest = free_return(piston, limit, old, anchor, dt)
     if free <= rest:
         return 0.0
-    hold = 1.0 + yielding * piston.damping / dt  # viscous force (s - old) / dt folded into the free position
-    damped = (free + (hold - 1.0) * old) / hold
-    s = pushed_position(piston, limit, damped, yielding / hold, old, anchor, dt)
+    if piston.damping == 0.0:
+        s = pushed_position(piston, limit, free, yielding, old, anchor, dt)
+    else:
+        hold = 1.0 + yielding * piston.damping / dt  # viscous force (s - old) / dt folded into the free position
+        damped = (free + (hold - 1.0) * old) / hold
+        s = pushed_position(piston, limit, damped, yielding / hold, old, anchor, dt)
     s = min(max(s, rest), piston.stroke)
     return (free - s) / yielding
 
@@ -223,7 +226,7 @@ def step(
         if sweeps == _PATIENCE and piston.law != PRESLIDING and piston.law != REGULARISED:
             rx = dt * vx + gain * (mx + ring.moment_x)
             ry = dt * vy + gain * (my + ring.moment_y)
-            if stays(ring, state, qx, qy, rx / lever, ry / lever):
+            if stays(ring.arm, piston, direction, travel, limits, qx, qy, rx / lever, ry / lever):
                 new_x, new_y = qx, qy
                 break
         sweeps += 1
@@ -255,7 +258,10 @@ def step(
 
 
 @compiled
-def stays(ring: PistonRing, state: RingState, qx: float, qy: float, rx: float, ry: float) -> bool:
+def stays(
+    arm: float, piston: Piston, direction: FloatArray, travel: FloatArray, limits: FloatArray,
+    qx: float, qy: float, rx: float, ry: float,
+) -> bool:  # fmt: skip
     r"""Whether the pistons can hold the motor where it is.
 
     All kinks of the convex program meet in the present tilt, where Gauss-Seidel may shift forces between the pistons
@@ -264,28 +270,32 @@ def stays(ring: PistonRing, state: RingState, qx: float, qy: float, rx: float, r
 
     Parameters
     ----------
-    ring, state : PistonRing, RingState
-        The device and its state, limits of the step included.
+    arm : float
+        Moment arm of the pistons [m].
+    piston : Piston
+        One piston.
+    direction, travel, limits : array
+        Directions, positions [m] and friction limits [N] of the pistons; not the tuples that hold them, whose
+        references numba would count in every step.
     qx, qy : float
         Present tilt [rad].
     rx, ry : float
         Resultant that the pistons have to give [N].
     """
-    n = state.travel.size
-    piston = ring.piston
+    n = travel.size
     for k in range(n):
         for side in range(2):
             sign = 1.0 - 2.0 * side
-            ux, uy = -sign * ring.direction[k, 1], sign * ring.direction[k, 0]
+            ux, uy = -sign * direction[k, 1], sign * direction[k, 0]
             reach = 0.0
             for i in range(n):
-                nx, ny = ring.direction[i, 0], ring.direction[i, 1]
-                face = ring.arm * (nx * qx + ny * qy)
-                at = state.travel[i]
+                nx, ny = direction[i, 0], direction[i, 1]
+                face = arm * (nx * qx + ny * qy)
+                at = travel[i]
                 if face < at - _TOUCH:
                     continue
-                high = piston.pressure_force + state.limit[i]
-                low = 0.0 if at <= 0.0 else max(0.0, piston.pressure_force - state.limit[i])
+                high = piston.pressure_force + limits[i]
+                low = 0.0 if at <= 0.0 else max(0.0, piston.pressure_force - limits[i])
                 along = nx * ux + ny * uy
                 if at >= piston.stroke and along > 0.0:
                     return False
