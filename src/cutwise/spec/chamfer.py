@@ -235,6 +235,17 @@ class ChamferScenario(Scenario):
 
     measures: ClassVar[Mapping[str, MeasureSpec]] = CHAMFER
     focus: ClassVar[str] = "width_min"
+    starts: ClassVar[Mapping[str, str]] = {
+        "part.pipe.radius": "15 mm",
+        "part.pipe.wall": "2 mm",
+        "part.pipe.hole_radius": "4 mm",
+        "part.edges": "inner",
+        "chamfer.width": "0.3 mm",
+        "tool.library": "sato2016",
+        "operation.contact_feed": "200 mm/min",
+        "path.points": "720",
+        "requirements": "{width_min: {min: 0.295 mm}, width_max: {max: 0.305 mm}, gouge_max: {max: 2 um}}",
+    }
 
     process: Literal["chamfer"] = Field(description="which operation is simulated", examples=["chamfer"])
     part: ChamferPart = Field(description="the part and its edges")
