@@ -95,9 +95,13 @@ def test_width_error_is_of_second_order_in_the_points(chamfer):
 
 @pytest.mark.parametrize(
     ("overrides", "reason"),
-    [(["chamfer.width=0.5 mm", "chamfer.tilt=0 deg"], "rod"), (["tool.rod_radius=1.4 mm", "tool.knife_limit_angle=44.5 deg", "chamfer.tilt=0 deg"], "rod"),
-     (["tool.knife_limit_angle=45 deg", "chamfer.tilt=0 deg"], "knife"), (["tool.ball_radius=4.2 mm", "tool.rod_radius=2 mm"], "hole")],
-)  # fmt: skip
+    [
+        (["chamfer.width=0.5 mm", "chamfer.tilt=0 deg"], "rod"),
+        (["tool.rod_radius=1.4 mm", "tool.knife_limit_angle=44.5 deg", "chamfer.tilt=0 deg"], "rod"),
+        (["tool.knife_limit_angle=45 deg", "chamfer.tilt=0 deg"], "knife"),
+        (["tool.ball_radius=4.2 mm", "tool.rod_radius=2 mm"], "hole"),
+    ],
+)
 def test_failure_cases_fail_for_their_reason(chamfer, overrides, reason):
     result = chamfer(*overrides, "setup=null")
     assert result.verdict == "fail"

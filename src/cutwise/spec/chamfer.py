@@ -242,6 +242,8 @@ class ChamferScenario(Scenario):
         "part.edges": "inner",
         "chamfer.width": "0.3 mm",
         "tool.library": "sato2016",
+        "operation.spindle_speed": "10000 rpm",
+        "material.library": "deburr_aluminium",
         "operation.contact_feed": "200 mm/min",
         "path.points": "720",
         "requirements": "{width_min: {min: 0.295 mm}, width_max: {max: 0.305 mm}, gouge_max: {max: 2 um}}",
