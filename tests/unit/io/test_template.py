@@ -30,6 +30,7 @@ def test_every_key_that_is_commented_out_may_be_written(kind):
             "there are",
             "duration",
             "step",
+            "block",
             "centre_feed",
             "chord_tolerance",
         ) or not _is_value(line):
