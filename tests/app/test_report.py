@@ -2,6 +2,7 @@
 
 import re
 from html.parser import HTMLParser
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,7 +12,9 @@ from cutwise.app.plots import PLOTS
 from cutwise.app.plots.figures import COLOURS, decimate
 from cutwise.app.report import render
 from cutwise.io.scenario import load, parse, revised
+from cutwise.process.recipes import simulate
 
+EXAMPLES = sorted((Path(__file__).parent.parent.parent / "examples").glob("*.yaml"))
 VOID = {"meta", "link", "br", "hr", "img", "input", "col", "wbr", "area", "base", "embed", "source", "track"}
 
 
@@ -48,12 +51,32 @@ def outline(html):
 
 
 def test_page_is_well_formed(outline):
+    well_formed(outline)
+
+
+def test_nothing_is_loaded_from_outside(outline, html):
+    asks_for_nothing(outline, html)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
+def test_report_of_every_example(example):
+    """Whatever the process draws: a page that is well formed, asks for nothing and holds its scenario."""
+    result = simulate(load(example))
+    page = render(result)
+    well_formed(Outline(page))
+    asks_for_nothing(Outline(page), page)
+    assert page.count("<figure>") == sum(plot.applies(result) for plot in PLOTS[result.scenario.process])
+    assert parse(inputs.as_yaml(result.scenario)) == result.scenario
+
+
+def well_formed(outline):
     assert outline.crossed == []
     assert outline.open == []
     assert len(outline.ids) == len(set(outline.ids))
 
 
-def test_nothing_is_loaded_from_outside(outline, html):
+def asks_for_nothing(outline, html):
     """Links that a reader follows are no requests; everything else that names an address is one."""
     for tag, attributes in outline.elements:
         for name in ("src", "href", "xlink:href", "data", "action", "poster", "srcset"):

@@ -44,7 +44,9 @@ def inputs(scenario: Scenario) -> Iterator[Input]:
         source = origin.source if origin is not None else ""
         if origin is not None and origin.library:
             source = f"{source} (library: {origin.library})" if source else f"library: {origin.library}"
-        yield Input(str(path[0]), key, shown, info.description or "", _STATUS[status], source)
+        yield Input(
+            str(path[0]) if len(path) > 1 else "general", key, shown, info.description or "", _STATUS[status], source
+        )
 
 
 def _values(scenario: Scenario) -> Iterator[tuple[Path, FieldInfo, Any]]:

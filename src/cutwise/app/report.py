@@ -5,7 +5,6 @@ from collections.abc import Iterable, Iterator, Mapping
 from datetime import datetime
 from functools import lru_cache
 from importlib.resources import files
-from itertools import groupby
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jinja2
@@ -59,7 +58,7 @@ def render(result: "Result", *, written: datetime | None = None) -> str:
         sensitivity=list(_weighed(result)),
         moved=list(_converged(result)),
         unmoved=[name for name, change in result.convergence.items() if change == 0.0],
-        sections=[(name, list(group)) for name, group in groupby(rows, key=lambda row: row.section)],
+        sections=_by_section(rows),
         statuses={
             status: sum(row.status == status for row in rows) for status in dict.fromkeys(r.status for r in rows)
         },
@@ -71,6 +70,13 @@ def render(result: "Result", *, written: datetime | None = None) -> str:
         scenario_json=inputs.as_json(scenario),
         colours=COLOURS,
     )
+
+
+def _by_section(rows: Iterable[inputs.Input]) -> dict[str, list[inputs.Input]]:
+    found: dict[str, list[inputs.Input]] = {}
+    for row in rows:
+        found.setdefault(row.section, []).append(row)
+    return found
 
 
 @lru_cache(maxsize=1)

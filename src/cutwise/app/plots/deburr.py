@@ -284,7 +284,8 @@ def _spans(present: np.ndarray) -> np.ndarray:
 PLOTS = [
     Plot(
         "Burr force over time",
-        "Mean over a tooth of the force that the burr exerts on the tool; the shaded part is the lead-in.",
+        "Force of the burr on the tool, mean over a tooth: x along the feed, y from the work to the tool, z along the "
+        "spindle toward the motor. The shaded part is the lead-in.",
         burr_forces, ("cutting/burr_force",),
     ),
     Plot(
