@@ -1,0 +1,1 @@
+"""Programs for machines and robots."""
