@@ -20,6 +20,7 @@ from cutwise.physics.surface.sweep import swept_chamfer
 from cutwise.process.assemble import piston_ring
 from cutwise.process.chamfer_loop import BallEnd, PassForces, Yielding, pass_forces, sections, yielding_pass
 from cutwise.process.chamfer_plan import EdgePath, EdgePlan, chamfer_of, plan_chain, plan_pipe
+from cutwise.process.chamfer_program import moves
 from cutwise.process.chamfer_setup import SetupBand, setup_band
 from cutwise.process.chamfer_work import cad_work, cutter, pipe_hole, pipe_work
 from cutwise.process.labels import labelled
@@ -297,13 +298,14 @@ def notes(done: ChamferRun) -> Mapping[str, str]:
     return said
 
 
-def stages(done: ChamferRun) -> xr.DataTree:
+def stages(scenario: ChamferScenario, done: ChamferRun) -> xr.DataTree:
     """Paths, contacts, forces and widths as labelled arrays, all paths one after another."""
     paths = done.paths
     if not paths:
         return xr.DataTree()
     groups = {
-        "motion": _motion(paths), "engagement": _engagement(paths, done.forces), "surface": _surface(done)
+        "motion": _motion(paths), "engagement": _engagement(paths, done.forces), "surface": _surface(done),
+        "program": moves(paths, scenario.operation.retract),
     }  # fmt: skip
     at = _station(paths)
     if done.forces:

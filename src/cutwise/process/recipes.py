@@ -172,7 +172,7 @@ def chamfer_path(scenario: ChamferScenario, progress: Progress | None = None) ->
     return collect(
         scenario,
         found,
-        stages=chamfer.stages(done),
+        stages=chamfer.stages(scenario, done),
         warnings=chamfer.warnings(scenario, done, found),
         infeasible=done.infeasible,
         limits=chamfer.LIMITS,
