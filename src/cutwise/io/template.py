@@ -52,6 +52,8 @@ def _body(section: type[Spec], path: Path, starts: Mapping[str, str]) -> Iterato
             continue
         here = (*path, name)
         inner = fields.sections(info)
+        if inner and not info.is_required() and info.default is None and not _begun(here, starts):
+            continue  # a section that may be left out, and that the beginner's scenario does without
         if len(inner) == 1 and len(list(fields.of_field(info))) == 1:
             yield "" if not path else f"{indent}# {info.description}"
             if not path:
@@ -63,6 +65,10 @@ def _body(section: type[Spec], path: Path, starts: Mapping[str, str]) -> Iterato
                 yield from _body(inner[0], here, starts)
             continue
         yield from _value(info, here, starts)
+
+
+def _begun(path: Path, starts: Mapping[str, str]) -> bool:
+    return any(key == dotted(path) or key.startswith(f"{dotted(path)}.") for key in starts)
 
 
 def _value(info: FieldInfo, path: Path, starts: Mapping[str, str]) -> Iterator[str]:

@@ -234,6 +234,15 @@ class ChamferScenario(Scenario):
     """A chamfer of constant width along the edges of a drilled pipe or a CAD part (Sato et al. 2016)."""
 
     measures: ClassVar[Mapping[str, MeasureSpec]] = CHAMFER
+    starts: ClassVar[Mapping[str, str]] = {
+        "part.pipe.radius": "15 mm",
+        "part.edges": "inner",
+        "operation.contact_feed": "200 mm/min",
+        "operation.spindle_speed": "10000 rpm",
+        "path.chord_tolerance": "2 um",
+        "tool.library": "ball_4mm",
+        "requirements": "{width_min: {min: 0.28 mm}, width_max: {max: 0.32 mm}}",
+    }
     focus: ClassVar[str] = "width_min"
 
     process: Literal["chamfer"] = Field(description="which operation is simulated", examples=["chamfer"])
