@@ -37,7 +37,7 @@ def measures(process: str) -> str:
 
 
 def _unit(dimension: str, which: str) -> str:
-    return units.pretty(getattr(units.DIMENSIONS[dimension], which)) or "1"
+    return units.pretty(getattr(units.DIMENSIONS[dimension], which)) or "none"
 
 
 def keys(process: str) -> str:
@@ -89,7 +89,11 @@ TABLES: Mapping[str, Callable[[], str]] = {
     **{f"measures.{kind}": partial(measures, kind) for kind in KINDS},
     **{f"keys.{kind}": partial(keys, kind) for kind in KINDS},
     "errata.berselli2016": partial(errata, "berselli2016"),
+    "errata.garnier2017": partial(errata, "garnier2017"),
     "entry.spindles.berselli2016": partial(entry, "spindles.berselli2016"),
+    "errata.ozcan2017": partial(errata, "ozcan2017"),
+    "entry.machines.fadal2216": partial(entry, "machines.fadal2216"),
+    "entry.machines.cjme2023": partial(entry, "machines.cjme2023"),
 }
 
 

@@ -142,6 +142,91 @@ BERSELLI2016 = register(
     )
 )
 
+ERKORKMAZ2001 = register(
+    Source(
+        "erkorkmaz2001",
+        "K. Erkorkmaz, Y. Altintas, High speed CNC system design. Part II: modeling and identification of feed drives, "
+        "Int. J. Mach. Tools Manuf. 41 (2001)",
+        implements=("feed drive model, Stribeck friction law (form of the law)",),
+    )
+)
+
+OZCAN2017 = register(
+    Source(
+        "ozcan2017",
+        "A. Ozcan, E. Rivière-Lorphèvre, H. N. Huynh, F. Ducobu, O. Verlinden, E. Filippi, Modelling of pocket milling "
+        "operation considering cutting forces and CNC control inputs, Procedia CIRP 58 (2017) 239-244, "
+        "doi 10.1016/j.procir.2017.03.187",
+        implements=("Tables 1-3, Figs. 1-2: feed drives with PID control and feedforward",),
+        errata=(
+            Erratum(
+                "sec. 2.2",
+                "cutting feed rate up to 10160 mm/s",
+                "10160 mm/min, which is 400 in/min",
+                "tests/papers/test_ozcan2017.py::test_feed_range_must_be_per_minute",
+            ),
+            Erratum(
+                "Table 3",
+                "K_p 500 and K_i 70 (x), 462.539 and 64.75 (y)",
+                "rows exchanged, most probably; three readings are offered",
+                "tests/papers/test_ozcan2017.py::test_table3_as_printed_leaves_no_margin",
+            ),
+            Erratum(
+                "Table 1",
+                "B of the y axis 0.28438",
+                "0.028438, most probably: it makes the loops alike; the printed value is used",
+                "tests/papers/test_ozcan2017.py::test_table1_viscous_damping_of_y_slipped_a_decimal",
+            ),
+        ),
+    )
+)
+
+DEMEC = register(
+    Source(
+        "demec",
+        "P. Demeč, K. Madáč, Virtual machining - the mean of machine tools virtual prototyping, Technical University "
+        "of Košice (no year printed; project VEGA 1/4162/07)",
+        implements=(
+            "Eqs. 1, 8: ideal surface and tool vectors of a serial chain",
+            "Eqs. 2-7: first-order error of the tool point, by body",
+            "Eq. 9: machined surface",
+            "Eqs. 10-14: the vertical mill",
+        ),
+        errata=(
+            Erratum(
+                "Eq. 1",
+                "products to n-1 (tool) and i-1 (sum)",
+                "products to n and i",
+                "tests/papers/test_demec.py::test_eq_1_as_printed_drops_a_rotation_and_shifts_the_sum",
+            ),
+            Erratum(
+                "Eq. 5",
+                "product to n",
+                "product to i",
+                "tests/papers/test_demec.py::test_eq_5_with_the_printed_limit_contradicts_eq_2",
+            ),
+            Erratum(
+                "Eqs. 2, 3",
+                "errors of every body and of the part added",
+                "errors of bodies between part and ground, and the deformation of the part, taken off",
+                "tests/papers/test_demec.py::test_eq_2_literal_adds_what_the_table_takes_away",
+            ),
+            Erratum(
+                "Fig. 4 and conclusion",
+                "errors in Y and Z largest in the middle of the travel",
+                "not with physical signs: cutting force times error is convex along the travel",
+                "tests/papers/test_demec.py::test_figure_4_is_not_a_result_of_the_physical_signs",
+            ),
+            Erratum(
+                "practical demonstration",
+                "G1 upper part of table y, G2 bottom part of table x",
+                "T1 moves in x on T2: the letters of the axes are exchanged",
+                "tests/papers/test_demec.py::test_eqs_1_8_12_13_tool_point_and_vectors_of_the_example",
+            ),
+        ),
+    )
+)
+
 SATO2016 = register(
     Source(
         "sato2016",
@@ -154,9 +239,67 @@ SATO2016 = register(
         ),
         errata=(
             Erratum(
-                "Eq. 12", "N_H = (cos, sin, 0)", "points into the material; outward it is -(cos, sin, 0)",
+                "Eq. 12",
+                "N_H = (cos, sin, 0)",
+                "points into the material; outward it is -(cos, sin, 0)",
                 "tests/papers/test_sato2016.py::test_eq12_normal_points_into_the_material",
             ),
         ),
+    )
+)
+
+GARNIER2017 = register(
+    Source(
+        "garnier2017",
+        "S. Garnier, K. Subrin, K. Waiyagan, Modelling of robotic drilling, 16th CIRP Conference on Modelling of "
+        "Machining Operations, Procedia CIRP, 2017",
+        implements=(
+            "Eqs. 1-5: forces of lip elements, corrected; extended by torque, chisel edge, margin, entry and exit",
+            "sec. 3, 4 (outline only): elastic robot joints and their effect on the hole",
+        ),
+        errata=(
+            Erratum(
+                "Eq. 2, first matrix",
+                "cos p, sin p; sin p, cos p (determinant cos 2p)",
+                "a rotation about y by p: -sin p below, so that the lip is pushed inward",
+                "tests/papers/test_garnier2017.py::test_eq2_as_printed_is_no_rotation",
+            ),
+            Erratum(
+                "Eq. 4",
+                "F_a = 2 F_z = (F_n sin g - F_f cos g) cos p",
+                "twice that: two lips",
+                "tests/papers/test_garnier2017.py::test_eq4_as_printed_lacks_the_second_lip",
+            ),
+            Erratum(
+                "Eq. 5",
+                "chip section (R - r_a) f_z / cos p",
+                "(R - r_a) f_z; the printed one is 16.7 % too large at 118 degrees",
+                "tests/papers/test_garnier2017.py::test_eq5_as_printed_has_a_section_too_large",
+            ),
+            Erratum(
+                "sec. 2.1.1",
+                "R_3 from R_2 about z_2",
+                "about x_2, as the second matrix of Eq. 2 has it",
+                "tests/papers/test_garnier2017.py::test_rake_turns_about_the_lip",
+            ),
+        ),
+    )
+)
+
+CHEN_KAO2000 = register(
+    Source(
+        "chen_kao2000",
+        "S. F. Chen, I. Kao, Conservative congruence transformation for joint and Cartesian stiffness matrices of "
+        "robotic hands and fingers, The International Journal of Robotics Research 19 (2000)",
+        implements=("complementary stiffness of elastic joints under load, as a check",),
+    )
+)
+
+DUMAS2011 = register(
+    Source(
+        "dumas2011",
+        "C. Dumas, S. Caro, M. Cherif, S. Garnier, B. Furet, Joint stiffness identification of industrial serial "
+        "robots, Robotica, 2011",
+        implements=("Cartesian compliance J K^-1 J^T of elastic joints",),
     )
 )

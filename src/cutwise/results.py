@@ -95,6 +95,11 @@ class Result:
         """Dotted keys of the input values that nobody has measured or published."""
         return tuple(key for key, origin in self.scenario.origins.items() if origin.status == "assumed")
 
+    @property
+    def _focus_unit(self) -> str:
+        focus = self.measures.get(self.scenario.focus)
+        return focus.unit if focus is not None else ""
+
     def summary(self, files: Mapping[str, str] | None = None) -> dict[str, Any]:
         """The object that ``run --json`` prints: SI values, no NaN."""
         return {
@@ -108,7 +113,7 @@ class Result:
             "infeasible": list(self.infeasible),
             "convergence": dict(self.convergence),
             "advice": list(self.advice),
-            "sensitivity": dict(self.sensitivity),
+            "sensitivity": {"measure": self.scenario.focus, "unit": self._focus_unit, "change": dict(self.sensitivity)},
             "files": dict(files or {}),
         }
 
@@ -155,7 +160,7 @@ class Result:
             limits=tuple(json.loads(tree.attrs["limits"])),
             convergence=summary["convergence"],
             advice=tuple(summary["advice"]),
-            sensitivity=summary["sensitivity"],
+            sensitivity=summary["sensitivity"]["change"],
             references=tuple(json.loads(tree.attrs["references"])),
             notes=json.loads(tree.attrs["notes"]),
         )
@@ -178,3 +183,12 @@ def judge(scenario: Scenario, measures: Mapping[str, Measure]) -> "Iterable[Chec
         above = limit.min is None or measure.value >= limit.min
         below = limit.max is None or measure.value <= limit.max
         yield Check(name, measure.value, dimension, limit.min, limit.max, above and below)
+
+
+def judge_values(scenario: Scenario, values: Mapping[str, float]) -> bool:
+    """Whether bare values in SI meet every requirement on them; requirements on other measures do not count."""
+    return all(
+        (limit.min is None or values[name] >= limit.min) and (limit.max is None or values[name] <= limit.max)
+        for name, limit in scenario.requirements.items()
+        if name in values
+    )

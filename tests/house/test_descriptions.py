@@ -15,7 +15,16 @@ NAMES = [".".join((kind, *path)) for kind, path, _ in KEYS]
 # How the run is done, or what counts as ideal; everything else comes from the engineer or a library.
 WITHOUT_PHYSICS = {
     "name", "process", "requirements", "library", "milling", "lead_out_time", "path_error", "tolerance", "axial_start",
-    "slices", "seed", "force", "time_step", "runout_angle", "numerics", "engagement",
+    # chamfer: a plain pipe and cutter, the exact path, a set-up without error unless given
+    "eccentricity", "holes", "edges", "definition", "tier", "tilt", "clearance", "pole_limit_angle", "axis", "retract",
+    "preset", "part_error", "position", "radius", "wall", "angle", "ball_radius",
+    "slices", "seed", "force", "time_step", "runout", "runout_angle", "gravity", "numerics", "engagement",
+    "samples", "points", "diagonal_points", "orders", "convention", "weights", "feed_moment", "load", "at", "elements",
+    # drilling: flat plate where it lies, frames without a turn, one hole, the simple lip, postures by search
+    "inclination", "slope_direction", "x", "y", "z", "steps", "rotation", "flange_origin", "flange_rotation",
+    "urdf_remarks", "columns", "rows", "others", "lip_model", "lip_elements", "azimuths", "angle_step",
+    "redundancy_angle", "singularity_margin", "drill_torque_on_arm",
+    "lead", "turn", "compare", "path_mode", "reading", "modes", "substeps", "settling_time", "text", "act_on",
 }  # fmt: skip
 
 
@@ -42,10 +51,15 @@ def test_examples_and_usual_ranges_are_allowed(kind, path, info):
 
 
 def _owners(model, path):
-    info = fields.field_at(model, path[:-1])
-    for section in fields.inner(info):
-        if path[-1] in section.model_fields:
-            yield section
+    sections = [model]
+    for step in path[:-1]:
+        sections = [
+            below
+            for section in sections
+            if step in section.model_fields
+            for below in fields.inner(section.model_fields[step])
+        ]
+    return (section for section in sections if path[-1] in section.model_fields)
 
 
 @pytest.mark.parametrize(("path", "info"), BARE, ids=NAMES)

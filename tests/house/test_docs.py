@@ -72,11 +72,22 @@ def test_commands_run(page, desk):
         assert "Traceback" not in run.stderr
 
 
+def test_read_me_has_two_commands_and_ci_runs_the_second():
+    first, second = (body.strip() for body in blocks(ROOT / "README.md", "sh"))
+    environment, install, run = (part.strip() for part in first.split("&&"))
+    assert environment == "python3 -m venv .venv"
+    assert run == ".venv/bin/cutwise run examples/deburr_compliant_spindle.yaml"
+    assert second == f"{environment} && {install} && .venv/bin/python -m pytest -q"
+    ci = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
+    assert install.partition(" ")[2] in ci
+    assert ci.rstrip().endswith("-m pytest -q")
+
+
 @pytest.mark.parametrize(
     "text", [body for page in PAGES for body in blocks(page, "yaml") if re.search(r"^process:", body, re.MULTILINE)]
 )
 def test_scenarios_in_the_documentation_are_scenarios(text):
-    assert parse(text).process == "deburr"
+    assert parse(text).process in KINDS
 
 
 @pytest.mark.parametrize("page", PAGES, ids=name)

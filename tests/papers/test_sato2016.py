@@ -1,4 +1,7 @@
-"""Chamfer paths of constant width on a drilled pipe: identities and numbers of Sato et al. 2016, worked out."""
+"""Sato, Sato, Maekawa 2016: edges of a drilled pipe, and a chamfer of constant width along them.
+
+The sections of the paper with numbers are lost; the values are those of an independent program for the same case.
+"""
 
 import math
 
@@ -6,198 +9,120 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from cutwise.maths.edges import lengths
-from cutwise.paths.chamfer import Chamfer, chamfer_path, stand_off, width_slope
-from cutwise.paths.feed import chord_error, contact_feeds, points_for
-from cutwise.paths.pipe import NoEdgeError, PipeHole, edge_curvature, one_turn, pipe_edge
-from cutwise.paths.reach import (
-    BallCutter,
-    contact_angles,
-    knife_margin,
-    least_tilt,
-    planar_tilt,
-    rod_wall_clearance,
-    widest_chamfer,
-)
-from cutwise.physics.surface.sweep import swept_chamfer
-
-PIPE = PipeHole(0.015, 0.002, 0.004)
-BALL = 0.002
-OFF_NODE = 2 * np.pi * (np.arange(73) + 0.37) / 73
+from cutwise.io.scenario import load
+from cutwise.process.recipes import simulate
 
 
-def path_of(inner, *, width=0.3e-3, tier=2, points=2880, part=PIPE, ball=BALL, tilt=0.0, leg=False):
-    nodes = pipe_edge(part, one_turn(512), inner=inner)
-    frames = pipe_edge(part, one_turn(points), inner=inner)
-    return chamfer_path(frames, Chamfer(width, leg, tilt, tier), ball, nodes=nodes)
+@pytest.fixture(scope="module")
+def chamfer(examples):
+    def run(*overrides):
+        return simulate(load(examples / "chamfer_pipe_hole.yaml", list(overrides)))
+
+    return run
 
 
-def widths(path, *, inner, part=PIPE, ball=BALL, shift=(0, 0, 0)):
-    at = pipe_edge(part, OFF_NODE, inner=inner)
-    return swept_chamfer(at, path.centre + np.array(shift), ball, 2.2 * path.leg.max(), closed=True).width
+def value(result, name):
+    return result.measures[name].value
 
 
-def test_eq4_curvature_and_wedge_identities():
-    theta, radius, hole = sp.symbols("theta R r", positive=True)
-    edge = sp.Matrix([hole * sp.cos(theta), hole * sp.sin(theta), sp.sqrt(radius**2 - hole**2 * sp.cos(theta) ** 2)])
-    first, second = edge.diff(theta), edge.diff(theta, 2)
-    kappa = sp.sqrt(first.cross(second).dot(first.cross(second))) / sp.sqrt(first.dot(first)) ** 3
-    for place in (0.0, 0.4, 1.1, np.pi / 2):
-        expected = float(kappa.subs({theta: place, radius: 15, hole: 4}))
-        assert edge_curvature(PIPE, np.array([place]), inner=False)[0] == pytest.approx(1e3 * expected, rel=1e-12)
-    n_pipe = sp.Matrix([edge[0], 0, edge[2]]) / radius
-    n_hole = -sp.Matrix([sp.cos(theta), sp.sin(theta), 0])
-    assert sp.simplify(-n_pipe.dot(n_hole) - hole / radius * sp.cos(theta) ** 2) == 0
-    frames = pipe_edge(PIPE, one_turn(360), inner=False)
-    np.testing.assert_allclose(np.cos(frames.wedge), 4 / 15 * np.cos(one_turn(360)) ** 2, atol=1e-14)
+@pytest.fixture(scope="module")
+def inner(chamfer):
+    return chamfer()
 
 
 def test_eq12_normal_points_into_the_material():
-    """Misprint: the printed N_H = (cos, sin, 0) points from the hole into the material."""
-    frames = pipe_edge(PIPE, np.array([0.3]), inner=False)
-    printed = np.array([math.cos(0.3), math.sin(0.3), 0.0])
-    assert frames.normal[0, 1] @ printed == pytest.approx(-1.0)
-    material = frames.point[0] + 1e-4 * printed - 1e-4 * frames.normal[0, 0]
-    assert np.hypot(material[0], material[1]) > PIPE.hole_radius
+    """Misprint: N_H = (cos, sin, 0) of the hole points away from its axis, into the pipe wall, not into the air."""
+    theta = 0.7
+    on_edge = np.array([4.0 * math.cos(theta), 4.0 * math.sin(theta)])
+    printed = np.array([math.cos(theta), math.sin(theta)])
+    assert np.hypot(*(on_edge + 0.1 * printed)) > 4.0  # outside the hole: in the material
+    assert np.hypot(*(on_edge - 0.1 * printed)) < 4.0
+
+
+def test_wedge_angles_of_the_edges():
+    """cos phi = (r/R) cos^2 theta outside, -(r/R_I) cos^2 theta inside, from the normals of the two cylinders."""
+    rho, r, theta = sp.symbols("rho r theta", positive=True)
+    c, s = sp.cos(theta), sp.sin(theta)
+    h = sp.sqrt(rho**2 - r**2 * c**2)
+    pipe, hole = sp.Matrix([r * c, 0, h]) / rho, -sp.Matrix([c, s, 0])
+    assert sp.simplify(-pipe.dot(hole) - r / rho * c**2) == 0  # wedge angle is 180 degrees minus that of the normals
+
+
+def test_base_case_inner_edge(inner):
+    assert value(inner, "width_min") == pytest.approx(0.3e-3, abs=2e-8)
+    assert value(inner, "width_max") == pytest.approx(0.3e-3, abs=2e-8)
+    assert value(inner, "rod_clearance_min") == pytest.approx(0.054164e-3, abs=1e-9)
+    assert math.degrees(value(inner, "knife_margin_min")) == pytest.approx(1.999, abs=1e-3)
+    assert value(inner, "leg_ratio_max") == pytest.approx(1.0100, abs=1e-4)
+    assert math.degrees(value(inner, "wedge_angle_max")) == pytest.approx(107.920, abs=1e-3)
+    assert value(inner, "setup_sensitivity_z") == pytest.approx(1.484, abs=1e-3)
+    assert value(inner, "cycle_time") == pytest.approx(7.78, abs=0.01)
+    assert value(inner, "edge_length") / value(inner, "path_length") == pytest.approx(1.546, abs=1e-3)
+    assert value(inner, "gouge_max") == 0.0
+    assert inner.verdict == "pass"
+
+
+def test_base_case_outer_edge(chamfer):
+    outer = chamfer("part.edges=outer")
+    assert value(outer, "width_min") == pytest.approx(0.3e-3, abs=2e-8)
+    assert value(outer, "width_max") == pytest.approx(0.3e-3, abs=2e-8)
+    assert value(outer, "leg_ratio_max") == pytest.approx(1.0063, abs=1e-4)
+    assert math.degrees(value(outer, "wedge_angle_min")) == pytest.approx(74.534, abs=1e-3)
+    assert value(outer, "setup_sensitivity_z") == pytest.approx(-1.315, abs=1e-3)
+    assert value(outer, "edge_length") / value(outer, "path_length") == pytest.approx(1.426, abs=1e-3)
+    assert "rod_clearance_min" not in outer.measures
 
 
 @pytest.mark.parametrize(
-    ("inner", "at_0", "at_90"),
+    ("tier", "edge", "low", "high"),
+    [("tangent", "outer", 0.297594, 0.299999), ("surface", "outer", 0.299999, 0.300327),
+     ("tangent", "inner", 0.299998, 0.302071), ("surface", "inner", 0.299998, 0.300338)],
+)  # fmt: skip
+def test_tiers(chamfer, tier, edge, low, high):
+    result = chamfer(f"chamfer.tier={tier}", f"part.edges={edge}", "setup=null")
+    assert value(result, "width_min") == pytest.approx(low * 1e-3, abs=3e-9)
+    assert value(result, "width_max") == pytest.approx(high * 1e-3, abs=3e-9)
+
+
+def test_width_error_is_of_second_order_in_the_points(chamfer):
+    errors = []
+    for points in (90, 360):
+        result = chamfer(f"path.points={points}", "setup=null")
+        errors.append(max(abs(value(result, name) - 0.3e-3) for name in ("width_min", "width_max")))
+    assert errors == pytest.approx([2.62e-6, 0.163e-6], rel=0.02)
+    assert math.log(errors[0] / errors[1]) / math.log(4.0) == pytest.approx(2.0, abs=0.05)
+
+
+@pytest.mark.parametrize(
+    ("overrides", "reason"),
     [
-        (True, (2.4755920, 0, 11.2587496), (0, 2.6958355, 11.6958355)),
-        (False, (2.9117241, 0, 15.8849748), (0, 2.6958355, 16.3041645)),
+        (["chamfer.width=0.5 mm", "chamfer.tilt=0 deg"], "rod"),
+        (["tool.rod_radius=1.4 mm", "tool.knife_limit_angle=44.5 deg", "chamfer.tilt=0 deg"], "rod"),
+        (["tool.knife_limit_angle=45 deg", "chamfer.tilt=0 deg"], "knife"),
+        (["tool.ball_radius=4.2 mm", "tool.rod_radius=2 mm"], "hole"),
     ],
 )
-def test_base_case_centres_and_measured_width(inner, at_0, at_90):
-    path = path_of(inner)
-    np.testing.assert_allclose(1e3 * path.centre[0], at_0, atol=1e-6)
-    np.testing.assert_allclose(1e3 * path.centre[720], at_90, atol=1e-6)
-    found = widths(path, inner=inner)
-    assert abs(1e3 * found - 0.3).max() < 2e-5
-    assert (path.tier == 2).all()
+def test_failure_cases_fail_for_their_reason(chamfer, overrides, reason):
+    result = chamfer(*overrides, "setup=null")
+    assert result.verdict == "fail"
+    assert any(reason in text for text in result.infeasible), result.infeasible
 
 
 @pytest.mark.parametrize(
-    ("inner", "tier", "low", "high"),
-    [
-        (False, 0, 0.297594, 0.299999), (False, 1, 0.299999, 0.300327),
-        (True, 0, 0.299998, 0.302071), (True, 1, 0.299998, 0.300338),
-    ],
-)  # fmt: skip
-def test_tier_errors(inner, tier, low, high):
-    found = 1e3 * widths(path_of(inner, tier=tier), inner=inner)
-    assert found.min() == pytest.approx(low, abs=1.5e-6)
-    assert found.max() == pytest.approx(high, abs=1.5e-6)
+    ("overrides", "degrees"), [(["chamfer.width=0.5 mm"], 0.8808), (["tool.knife_limit_angle=45 deg"], 4.3012)]
+)
+def test_tilt_that_keeps_the_width(chamfer, overrides, degrees):
+    result = chamfer(*overrides, "setup=null")
+    assert math.degrees(value(result, "tilt")) == pytest.approx(degrees, abs=2e-3)
+    assert value(result, "width_max") - value(result, "width_min") < 2e-8
 
 
-@pytest.mark.parametrize("inner", [True, False])
-def test_order_two_in_the_number_of_points(inner):
-    error = [abs(widths(path_of(inner, points=n), inner=inner) - 0.3e-3).max() for n in (90, 360, 1440)]
-    slopes = [math.log(a / b) / math.log(4) for a, b in zip(error, error[1:], strict=False)]
-    assert slopes == pytest.approx([2.0, 2.0], abs=0.05)
-    assert 1e6 * error[0] == pytest.approx(2.62 if inner else 1.87, abs=0.01)
-
-
-def shortest(inner, tool, clearance, part, tier, points=2880):
-    def margin(cut):
-        path = path_of(inner, width=cut.width, tier=tier, part=part, ball=tool.ball_radius, tilt=cut.tilt, points=points)
-        return min(rod_wall_clearance(path, part, tool) - clearance, knife_margin(path, tool, part.drill_axis))
-
-    return margin
-
-
-@pytest.mark.parametrize(
-    ("width", "rod", "beta", "clearance", "degrees"),
-    [
-        (0.5, 1.25, 38.7, 0.0, 0.8808), (0.5, 1.25, 38.7, 0.1, 4.6349), (0.3, 1.25, 45.0, 0.0, 4.3012),
-        (0.3, 1.4, 38.7, 0.0, 3.7282), (0.3, 1.4, 38.7, 0.1, 7.8916), (0.3, 1.8, 38.7, 0.0, 23.459),
-    ],
-)  # fmt: skip
-def test_needed_tilt_closed_form_and_numeric(width, rod, beta, clearance, degrees):
-    neck = max(math.asin(rod / 2), math.radians(beta))
-    tool = BallCutter(BALL, rod * 1e-3, neck)
-    closed = planar_tilt(width * 1e-3, tool, clearance * 1e-3)
-    cut = Chamfer(width * 1e-3, tier=1)
-    wedge = pipe_edge(PIPE, one_turn(512), inner=True).wedge.max()
-    found = least_tilt(cut, shortest(True, tool, clearance * 1e-3, PIPE, 1, points=512), wedge)
-    assert math.degrees(closed) == pytest.approx(degrees, abs=6e-5 if degrees < 10 else 6e-4)
-    assert math.degrees(found) == pytest.approx(math.degrees(closed), abs=1e-9)
-
-
-@pytest.mark.parametrize(("tier", "degrees"), [(1, 0.4406), (2, 0.4498)])
-def test_needed_tilt_of_an_eccentric_hole_depends_on_the_tier(tier, degrees):
-    part = PIPE._replace(eccentricity=0.004)
-    tool = BallCutter(BALL, 0.00125, math.asin(0.625))
-    wedge = pipe_edge(part, one_turn(512), inner=True).wedge.max()
-    found = least_tilt(Chamfer(0.3e-3, tier=tier), shortest(True, tool, 0.0, part, tier), wedge)
-    assert math.degrees(found) == pytest.approx(degrees, abs=1e-4)
-
-
-def test_limits_and_failure_cases():
-    tool = BallCutter(BALL, 0.00125, math.radians(38.7))
-    base = path_of(True)
-    assert 1e3 * rod_wall_clearance(base, PIPE, tool) == pytest.approx(0.054164, abs=1e-6)
-    assert math.degrees(knife_margin(base, tool, PIPE.drill_axis)) == pytest.approx(1.999, abs=5e-4)
-    assert 1e3 * widest_chamfer(tool, 0.0) == pytest.approx(0.4389, abs=1e-4)
-    assert 1e3 * widest_chamfer(tool._replace(knife_limit=0.0), 0.0) == pytest.approx(0.4402, abs=1e-4)
-    assert 1e3 * rod_wall_clearance(path_of(True, width=0.5e-3), PIPE, tool) == pytest.approx(-0.0237, abs=5e-5)
-    oblique = PIPE._replace(inclination=math.radians(30))
-    path = path_of(True, part=oblique)
-    assert 1e3 * rod_wall_clearance(path, oblique, tool) == pytest.approx(-0.383, abs=1e-3)
-    assert math.degrees(contact_angles(path, oblique.drill_axis)[:, 1].min()) == pytest.approx(25.7, abs=0.05)
-    with pytest.raises(NoEdgeError, match="no closed edge"):
-        pipe_edge(PIPE._replace(eccentricity=0.010), one_turn(8), inner=True)
-    pipe_edge(PIPE._replace(eccentricity=0.010), one_turn(8), inner=False)
-
-
-def test_tilt_keeps_the_width():
-    found = 1e3 * widths(path_of(True, width=0.5e-3, tilt=math.radians(8)), inner=True)
-    assert abs(found - 0.5).max() < 4e-6
-
-
-def test_feeds_points_and_lengths():
-    for inner, ratios, ratio, counts, time in (
-        (True, (1.435, 1.804), 1.546, [39, 54, 86, 121, 171], 7.775),
-        (False, (1.340, 1.654), 1.426, [40, 56, 88, 124, 176], 7.793),
-    ):
-        path = path_of(inner)
-        feeds = contact_feeds(path, 0.2 / 60, at_contact=True)
-        found = feeds.contact / feeds.centre
-        assert (found.min(), found.max()) == pytest.approx(ratios, abs=5e-4)
-        edge = lengths(path.frames.point, closed=True).sum() / lengths(path.centre, closed=True).sum()
-        assert edge == pytest.approx(ratio, abs=5e-4)
-        assert feeds.time == pytest.approx(time, abs=1e-3)
-        assert [points_for(path, e * 1e-6) for e in (10, 5, 2, 1, 0.5)] == counts
-        assert chord_error(path) * 2880**2 * 1e3 == pytest.approx(14.49 if inner else 15.35, rel=2e-3)
-
-
-def test_sensitivity_to_depth():
-    for inner, expected in ((True, 1.484), (False, -1.315)):
-        path = path_of(inner)
-        up, down = (widths(path, inner=inner, shift=(0, 0, s * 1e-7)) for s in (1, -1))
-        slope = (up - down) / 2e-7
-        assert slope[np.argmax(abs(slope))] == pytest.approx(expected, abs=1e-3)
-    wedge = np.radians([74.534, 90.0, 107.92])
-    np.testing.assert_allclose(width_slope(0.3e-3, BALL, wedge), [-1.44, -1.86, -2.49], atol=5e-3)
-    assert stand_off(0.3e-3, BALL, np.array([np.pi / 2]))[0] == pytest.approx(1.844367e-3, abs=1e-9)
-
-
-def test_mirror_symmetry_and_the_plate_limit():
-    path = path_of(True, points=360)
-    mirrored = path.centre[(-np.arange(360)) % 360] * np.array([1, -1, 1])
-    np.testing.assert_allclose(path.centre, mirrored, atol=1e-15)
-    expected = 0.004 - stand_off(0.3e-3, BALL, np.array([np.pi / 2]))[0] / math.sqrt(2)
-    away = []
-    for radius in (10.0, 100.0):  # the wedge is off by (r/R) cos^2: first order in 1/R, zero at 90 degrees
-        flat = path_of(False, part=PipeHole(radius, 0.002, 0.004), points=36).centre
-        away.append(np.hypot(flat[:, 0], flat[:, 1]) - expected)
-    assert away[1].mean() == pytest.approx(1.5e-8, rel=0.02)
-    np.testing.assert_allclose(away[0], 10.0 * away[1], rtol=2e-3, atol=1e-12)
-
-
-def test_constant_leg_gives_the_tabled_widths():
-    for inner, low, high in ((False, 0.2557, 0.3000), (True, 0.3000, 0.3441)):
-        path = path_of(inner, width=0.3e-3 / math.sqrt(2), leg=True, tier=1)
-        np.testing.assert_allclose(path.leg, 0.3e-3 / math.sqrt(2), rtol=1e-12)
-        found = 1e3 * np.linalg.norm(path.contact[:, 0] - path.contact[:, 1], axis=1)
-        assert (found.min(), found.max()) == pytest.approx((low, high), abs=6e-5)
+def test_a_plate_gives_a_circle(chamfer):
+    """R to infinity: edge angle 90 degrees, all legs alike."""
+    plate = chamfer("part.pipe.radius=100 m", "part.edges=outer", "setup=null", "path.points=720")
+    assert math.degrees(value(plate, "wedge_angle_min")) == pytest.approx(90.0, abs=0.01)
+    assert value(plate, "leg_ratio_max") == pytest.approx(1.0, abs=1e-3)
+    legs = 0.3 / math.sqrt(2.0)
+    centre = math.sqrt(4.0 - 0.0225) - 0.15
+    assert value(plate, "path_length") == pytest.approx(2 * math.pi * (4.0 - centre / math.sqrt(2.0)) * 1e-3, rel=1e-4)
+    assert legs < 0.3

@@ -37,14 +37,20 @@ Overrides = Annotated[
 ]
 
 
-@app.callback()
-def _options(
-    debug: Annotated[bool, typer.Option("--debug", help="show the traceback of an error")] = False,  # noqa: ARG001
-    version: Annotated[bool, typer.Option("--version", help="show the version and exit", is_eager=True)] = False,
-) -> None:
-    if version:
+def _show_version(wanted: bool) -> None:
+    if wanted:
         print(f"cutwise {cutwise.__version__}")
         raise typer.Exit
+
+
+@app.callback()
+def _options(
+    debug: Annotated[bool, typer.Option("--debug", help="show the traceback of an error")] = False,
+    version: Annotated[
+        bool, typer.Option("--version", help="show the version and exit", is_eager=True, callback=_show_version)
+    ] = False,
+) -> None:
+    """Options of all commands; ``main`` looks for --debug itself, since it may stand anywhere."""
 
 
 @app.command()
@@ -163,6 +169,29 @@ def report(
 
 
 @app.command()
+def export(
+    run_file: Annotated[Path, typer.Argument(metavar="RUN", help="run file, or the folder that holds run.nc")],
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="DIR", help="where to write; default: export beside it")
+    ] = None,
+) -> None:
+    """Write the arrays of a finished run as CSV tables, and maps of the working space as VTK."""
+    import xarray as xr
+
+    from cutwise.io.export import export as write
+
+    source = run_file / "run.nc" if run_file.is_dir() else run_file
+    target = output or source.with_name("export")
+    _writable(target)
+    try:
+        stages = xr.open_datatree(source, engine="h5netcdf").load()
+    except (OSError, KeyError, ValueError):
+        _refuse(f"{source}: is not a run file of cutwise; name the run.nc of a finished run")
+    for path in write(stages, target):
+        print(path)
+
+
+@app.command()
 def advise(
     file: ScenarioFile,
     overrides: Overrides = None,
@@ -203,7 +232,7 @@ def sweep(
         list[str] | None, typer.Option("--measure", metavar="NAME", help="measures to show; default those required")
     ] = None,
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="FILE", help="write all measures (SI) to a .csv or .nc file")
+        Path | None, typer.Option("-o", "--output", metavar="FILE", help="write all measures (SI) as .csv or .nc")
     ] = None,
 ) -> None:  # fmt: skip
     """Run a scenario over values of its keys and print a table."""

@@ -4,6 +4,7 @@ import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from itertools import product
+from math import isnan, nan
 from typing import TYPE_CHECKING
 
 import rich.console
@@ -104,10 +105,8 @@ class Console:
         rows = []
         for point in product(*(table[key].values for key in keys)):
             here = table.sel(dict(zip(keys, point, strict=True)))
-            shown = (
-                units.show(float(here[n]), known[n].dimension) if n in here and here[n] == here[n] else "-"
-                for n in names
-            )
+            found = {name: float(here[name]) for name in names if name in here}
+            shown = ("-" if isnan(found.get(n, nan)) else units.show(found[n], known[n].dimension) for n in names)
             rows.append((*map(str, point), *shown))
         self.table(f"{scenario.name} ({scenario.process})", (*map(str, keys), *names), rows)
 

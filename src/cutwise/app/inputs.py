@@ -5,9 +5,12 @@ import json
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
+from pydantic.fields import FieldInfo
+
 from cutwise import units
 from cutwise.spec import fields
-from cutwise.spec.faults import dotted
+from cutwise.spec.base import Spec
+from cutwise.spec.faults import Path, dotted
 from cutwise.spec.scenario import Scenario
 
 _STATUS = {
@@ -30,7 +33,7 @@ class Input(NamedTuple):
 def inputs(scenario: Scenario) -> Iterator[Input]:
     """Every input value of a scenario, those that were left to their default included."""
     origins = scenario.origins
-    for path, info, value in fields.leaves(scenario):
+    for path, info, value in _values(scenario):
         if path[0] in ("name", "process", "requirements") or path[-1] == "library":
             continue
         key = dotted(path)
@@ -41,7 +44,19 @@ def inputs(scenario: Scenario) -> Iterator[Input]:
         source = origin.source if origin is not None else ""
         if origin is not None and origin.library:
             source = f"{source} (library: {origin.library})" if source else f"library: {origin.library}"
-        yield Input(str(path[0]), key, shown, info.description or "", _STATUS[status], source)
+        yield Input(
+            str(path[0]) if len(path) > 1 else "general", key, shown, info.description or "", _STATUS[status], source
+        )
+
+
+def _values(scenario: Scenario) -> Iterator[tuple[Path, FieldInfo, Any]]:
+    """Every value, those in lists of sections with their numbers."""
+    for before, section in fields.specs(scenario):
+        for name, info in type(section).model_fields.items():
+            value = getattr(section, name)
+            entries = value if isinstance(value, tuple) else (value,)
+            if value is not None and not any(isinstance(entry, Spec | Mapping) for entry in entries):
+                yield (*before, name), info, value
 
 
 def _shown(value: Any, dimension: str | None) -> str:

@@ -5,7 +5,6 @@ from collections.abc import Iterable, Iterator, Mapping
 from datetime import datetime
 from functools import lru_cache
 from importlib.resources import files
-from itertools import groupby
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jinja2
@@ -19,12 +18,15 @@ from cutwise.app.wording import against, margin, requirement, verdict_line
 
 if TYPE_CHECKING:
     from cutwise.results import Check, Measure, Result
-    from cutwise.spec.scenario import Scenario
 
 _DOI = re.compile(r"\bdoi[ :]+(10\.\d{4,}/\S+?)(?=[,;.]?(?:\s|$))")
 _HEADINGS = {
     "worst": "Worst places",
     "band": "Where in the band the run ended",
+    "plausibility": "Thrust and torque by other formulas",
+    "skating": "Does the tip hold?",
+    "cross_check": "Quasi-static cross-check",
+    "placement": "Where to put the part",
 }
 
 
@@ -53,10 +55,10 @@ def render(result: "Result", *, written: datetime | None = None) -> str:
         checks=[_checked(check, result) for check in result.checks],
         headlines=list(_headlines(result)),
         measures=list(_measured(result.measures)),
-        sensitivity=[(key, units.show(change, _focus(scenario), 2)) for key, change in result.sensitivity.items()],
+        sensitivity=list(_weighed(result)),
         moved=list(_converged(result)),
         unmoved=[name for name, change in result.convergence.items() if change == 0.0],
-        sections=[(name, list(group)) for name, group in groupby(rows, key=lambda row: row.section)],
+        sections=_by_section(rows),
         statuses={
             status: sum(row.status == status for row in rows) for status in dict.fromkeys(r.status for r in rows)
         },
@@ -68,6 +70,13 @@ def render(result: "Result", *, written: datetime | None = None) -> str:
         scenario_json=inputs.as_json(scenario),
         colours=COLOURS,
     )
+
+
+def _by_section(rows: Iterable[inputs.Input]) -> dict[str, list[inputs.Input]]:
+    found: dict[str, list[inputs.Input]] = {}
+    for row in rows:
+        found.setdefault(row.section, []).append(row)
+    return found
 
 
 @lru_cache(maxsize=1)
@@ -143,8 +152,8 @@ def _measured(measures: Mapping[str, "Measure"]) -> Iterator[dict[str, str]]:
             continue
         values = (units.displayed(measures[f"{stem}_{axis}"].value, measure.dimension)[0] for axis in axes)
         meaning = re.sub(r",? [xyz] direction$", "", measure.description)
-        yield {"name": f"{stem}_{'|'.join(axes)}", "value": " | ".join(f"{value:.4g}" for value in values), "unit": unit,
-               "meaning": meaning}  # fmt: skip
+        shown = " | ".join(f"{value:.4g}" for value in values)
+        yield {"name": f"{stem}_{'|'.join(axes)}", "value": shown, "unit": unit, "meaning": meaning}
 
 
 def _converged(result: "Result") -> Iterator[dict[str, str]]:
@@ -172,9 +181,11 @@ def _drawn(plots: Iterable[Plot], result: "Result") -> Iterator[dict[str, str]]:
             yield {"title": plot.title, "caption": plot.caption, "svg": svg(plot.draw, result, f"plot{number}", title)}
 
 
-def _focus(scenario: "Scenario") -> str:
-    """Dimension of the measure that matters most."""
-    return scenario.measures[scenario.focus].dimension
+def _weighed(result: "Result") -> Iterator[tuple[str, str]]:
+    """Assumed values that move the measure that matters most at all, and by how much."""
+    for key, change in result.sensitivity.items():
+        if change != 0.0:
+            yield key, units.show(change, result.scenario.measures[result.scenario.focus].dimension, 2)
 
 
 def _worst_first(notes: Mapping[str, Any]) -> list[tuple[str, Any]]:

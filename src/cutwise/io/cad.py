@@ -22,7 +22,7 @@ FREE, SEAM, DEGENERATE, SMOOTH, CONVEX, CONCAVE, CROWDED = (
 class Face(NamedTuple):
     """A face: its surface, and which side of it is air."""
 
-    index: int
+    index: int  # type: ignore[assignment]
     shape: Any
     evaluator: Any  # adaptor of OpenCascade, in mm
     reversed: bool
@@ -34,7 +34,7 @@ class Face(NamedTuple):
 class Edge(NamedTuple):
     """An edge between two faces."""
 
-    index: int
+    index: int  # type: ignore[assignment]
     shape: Any
     kind: str
     faces: tuple[int, ...]

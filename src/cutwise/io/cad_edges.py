@@ -168,7 +168,8 @@ def _chain(
     at = np.concatenate([[0.0], np.cumsum(step_lengths)])
     frames = edge_frames(
         at[:-1] if closed else at, parts["point"], parts["tangent"], np.ascontiguousarray(parts["normal"]),
-        surfaces=model.surfaces, face=parts["face"], period=at[-1] if closed else 0.0,
+        surfaces=model.surfaces, face=parts["face"],  # type: ignore[arg-type]
+        period=at[-1] if closed else 0.0,
         section=np.ascontiguousarray(parts["section"]),
     )  # fmt: skip
     frames, holes, where = _at_holes(model, frames)

@@ -54,6 +54,7 @@ def as_text(content: bytes, shown: str) -> str:
 def write_text(path: Path, text: str) -> Path:
     """Write a file whole or not at all: beside it first, then in its place."""
     partial = path.with_name(path.name + ".part")
+    path.parent.mkdir(parents=True, exist_ok=True)
     try:
         partial.write_text(text, encoding="utf-8", newline="\n")
         partial.replace(path)

@@ -12,7 +12,9 @@ from cutwise.spec.faults import Fault, ScenarioFault, dotted
 from cutwise.spec.scenario import Origin
 
 FOLDER = Path(__file__).parent.parent / "library"
-SHELVES = ("tools", "materials", "spindles", "path_errors", "machines", "robots")
+SHELVES = (
+    "tools", "materials", "spindles", "path_errors", "machines", "robots", "drills", "drilled_materials",
+)  # fmt: skip
 
 _KEYS = ("name", "describes", "values")
 
@@ -105,9 +107,12 @@ def read_entry(path: Path, shown: str, kind: str) -> Entry:
     return Entry(kind, name, describes, path, entry_values)
 
 
-def marked(node: Node, label: str) -> Node:
-    """The values of an entry, each knowing the entry that gave it."""
-    if isinstance(node.value, dict) and node.origin is None and "columns" not in node.value:
-        return replace(node, value={key: marked(item, label) for key, item in node.value.items()})
-    origin = node.origin or Origin("user", source=node.file)
+def marked(node: Node, label: str, inherited: Origin | None = None) -> Node:
+    """The values of an entry, each knowing the entry that gave it; what says nothing has the origin of its section."""
+    origin = node.origin or inherited
+    if isinstance(node.value, dict) and "columns" not in node.value:
+        return replace(node, value={key: marked(item, label, origin) for key, item in node.value.items()}, origin=None)
+    if isinstance(node.value, list) and any(isinstance(item.value, dict) for item in node.value):
+        return replace(node, value=[marked(item, label, origin) for item in node.value], origin=None)
+    origin = origin or Origin("user", source=node.file)
     return replace(node, origin=replace(origin, library=label))

@@ -12,15 +12,18 @@ from pydantic import ValidationError
 
 from cutwise.io import library
 from cutwise.io.files import as_text, read_bytes
+from cutwise.io.programs.interpreter import interpret
 from cutwise.io.tables import read_table
 from cutwise.io.tree import Node, compose, from_data, merged, origins, placed, unwrapped
+from cutwise.io.urdf import read_urdf
 from cutwise.io.wording import faults_of, unknown_key
 from cutwise.spec import faults as spec_faults
 from cutwise.spec import fields
 from cutwise.spec.base import LibrarySpec, Spec
 from cutwise.spec.faults import Fault, ScenarioFault, dotted, split_dotted
 from cutwise.spec.kinds import ALIASES, KINDS
-from cutwise.spec.scenario import Scenario
+from cutwise.spec.milling import Program
+from cutwise.spec.scenario import Origin, Scenario
 from cutwise.spec.tables import Table
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
@@ -232,9 +235,14 @@ def _without_displaced(node: Node, model: type[Spec]) -> Node:
             if key in value and value[key].layer < stronger:
                 del value[key]
     for name, info in model.model_fields.items():
-        for section in fields.sections(info):
-            if name in value:
-                value[name] = _without_displaced(value[name], section)
+        for section in fields.inner(info):
+            if name not in value:
+                continue
+            below = value[name]
+            if isinstance(below.value, list):
+                value[name] = replace(below, value=[_without_displaced(item, section) for item in below.value])
+            else:
+                value[name] = _without_displaced(below, section)
     return replace(node, value=value)
 
 
@@ -260,6 +268,8 @@ class _Assembly:
         """The section with its library entry merged in and its tables read."""
         if issubclass(section, LibrarySpec) and isinstance(node.value, dict):
             node = self._with_library(node, section, path)
+        if "urdf" in section.model_fields and isinstance(node.value, dict):
+            node = self._with_urdf(node, path)
         if not isinstance(node.value, dict):
             return node
         value = dict(node.value)
@@ -271,6 +281,8 @@ class _Assembly:
             sections = [kind for kind in fields.sections(info) if not issubclass(kind, Table)]
             if tables and (file := _table_file(value[name])) is not None:
                 value[name] = self._table(value[name], file, tables[0], here)
+            elif Program in sections and (file := _program_file(value[name])) is not None:
+                value[name] = self._program(value[name], file, here)
             elif value[name].value is None and sections and not tables:
                 value[name] = replace(value[name], value={})  # "part:" with nothing below it
                 value[name] = self.complete(value[name], sections[0], here)
@@ -307,6 +319,33 @@ class _Assembly:
         known = self._known_to_section(values, section, path)
         return merged(known, node)
 
+    def _with_urdf(self, node: Node, path: spec_faults.Path) -> Node:
+        """The section with the joints of its URDF file; a document has them written out already."""
+        file = node.value.get("urdf")
+        if file is None or not file.text or ("joints" in node.value and node.value["joints"].layer >= file.layer):
+            return node
+        place = self._file(file.text, file)
+        tip = node.value.get("tip_link")
+        try:
+            arm = read_urdf(place, str(place), tip.text if tip is not None and tip.text else None)
+        except ScenarioFault as fault:
+            self.incomplete.add(path)
+            here = (*path, "urdf")
+            self.faults += [
+                one if one.line is not None else file.fault(here, f"{one.file}: {one.message}") for one in fault.faults
+            ]
+            return node
+        read = {
+            "joints": [dict(joint) for joint in arm.joints],
+            "flange_origin": arm.flange["origin"],
+            "flange_rotation": arm.flange["rotation"],
+            "urdf_remarks": list(arm.remarks),
+        }
+        inlined = {key: from_data(value, file.file, file.layer) for key, value in read.items()}
+        origin = Origin("user", source=f"URDF {file.text}")
+        inlined = {key: replace(item, origin=origin) for key, item in inlined.items()}
+        return replace(node, value={**node.value, **inlined})
+
     def _entry(self, label: Node, shelf: str) -> library.Entry:
         name = label.text
         if "/" not in name and "\\" not in name and not name.endswith((".yaml", ".yml")):
@@ -333,6 +372,18 @@ class _Assembly:
             return Path(name)
         return self.folder / name
 
+    def _program(self, node: Node, file: Node, path: spec_faults.Path) -> Node:
+        """The text of a G-code program, checked block by block."""
+        place = self._file(file.text, file)
+        try:
+            text = as_text(read_bytes(place, str(place)), str(place))
+            interpret(text, str(place))
+        except ScenarioFault as fault:
+            self.faults += [one if one.line else file.fault(path, f"{one.file}: {one.message}") for one in fault.faults]
+            return node
+        inlined = from_data({"file": file.text, "text": text}, node.file, node.layer)
+        return replace(node, value=inlined.value)
+
     def _table(self, node: Node, file: Node, kind: type[Table], path: spec_faults.Path) -> Node:
         place = self._file(file.text, file)
         try:
@@ -345,6 +396,15 @@ class _Assembly:
             return node
         inlined = from_data({"columns": columns, "file": file.text}, node.file, node.layer)
         return replace(node, value=inlined.value)
+
+
+def _program_file(node: Node) -> Node | None:
+    """The node that names a G-code file, unless its text is there already (a document)."""
+    if isinstance(node.value, str):
+        return node
+    if isinstance(node.value, dict) and "file" in node.value and "text" not in node.value:
+        return node.value["file"]  # type: ignore[no-any-return]
+    return None
 
 
 def _table_file(node: Node) -> Node | None:

@@ -210,5 +210,5 @@ def mass_properties(part: StepPart, density: float) -> MassProperties:
     return MassProperties(
         density * total.Mass() * MM**3,
         (centre.X() * MM, centre.Y() * MM, centre.Z() * MM),
-        tuple(tuple(matrix.Value(i, j) * scale for j in (1, 2, 3)) for i in (1, 2, 3)),  # type: ignore[misc]
+        tuple(tuple(matrix.Value(i, j) * scale for j in (1, 2, 3)) for i in (1, 2, 3)),
     )

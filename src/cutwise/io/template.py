@@ -8,6 +8,7 @@ from textwrap import wrap
 from pydantic.fields import FieldInfo
 
 from cutwise.io import library
+from cutwise.io.tree import Node, as_one_line
 from cutwise.spec import fields
 from cutwise.spec.base import LibrarySpec, Spec
 from cutwise.spec.faults import Fault, Path, ScenarioFault, dotted
@@ -52,9 +53,14 @@ def _body(section: type[Spec], path: Path, starts: Mapping[str, str]) -> Iterato
             continue
         here = (*path, name)
         inner = fields.sections(info)
-        if inner and not info.is_required() and info.default is None and not _begun(here, starts):
-            continue  # a section that may be left out, and that the beginner's scenario does without
         if len(inner) == 1 and len(list(fields.of_field(info))) == 1:
+            if _left_out(info, here, starts) and path and info.examples:
+                yield from _value(info, here, starts)
+                continue
+            if _left_out(info, here, starts):
+                yield from ("",) if not path else ()
+                yield from _comment(f"{name}: {{{', '.join(inner[0].model_fields)}}} ({info.description})", indent)
+                continue
             yield "" if not path else f"{indent}# {info.description}"
             if not path:
                 yield f"# {info.description}"
@@ -67,8 +73,11 @@ def _body(section: type[Spec], path: Path, starts: Mapping[str, str]) -> Iterato
         yield from _value(info, here, starts)
 
 
-def _begun(path: Path, starts: Mapping[str, str]) -> bool:
-    return any(key == dotted(path) or key.startswith(f"{dotted(path)}.") for key in starts)
+def _left_out(info: FieldInfo, path: Path, starts: Mapping[str, str]) -> bool:
+    """Whether a section may be missing and the start says nothing about it."""
+    key = dotted(path)
+    optional = not info.is_required() and info.default is None and info.default_factory is None
+    return optional and not any(start == key or start.startswith(f"{key}.") for start in starts)
 
 
 def _value(info: FieldInfo, path: Path, starts: Mapping[str, str]) -> Iterator[str]:
@@ -105,9 +114,17 @@ def _from_library(section: type[LibrarySpec], path: Path, starts: Mapping[str, s
     yield f"{indent}library: {name}"
     values = there[name].values.value if name in there else {}
     for key, info in section.model_fields.items():
-        if key in values:
+        if key in values and not _has_sections(values[key]):
             brief = re.split(r"[:;(]", info.description or "")[0].strip()
-            yield f"{indent}# {f'{key}: {values[key].text}':<32} # {brief}"
+            yield f"{indent}# {f'{key}: {as_one_line(values[key])}':<32} # {brief}"
+        elif key not in _LEFT_OUT and dotted((*path, key)) in starts:
+            yield from _value(info, (*path, key), starts)
+
+
+def _has_sections(node: Node) -> bool:
+    return isinstance(node.value, dict) or (
+        isinstance(node.value, list) and any(isinstance(item.value, dict) for item in node.value)
+    )
 
 
 def _requirements(model: type[Scenario], start: str) -> Iterator[str]:

@@ -223,7 +223,17 @@ def unwrapped(node: Node, path: Path, faults: list[Fault]) -> Node:
 
 
 def merged(weak: Node, strong: Node) -> Node:
-    """Both trees in one; where both say something, the strong one wins. Tables are taken whole."""
+    """Both trees in one; where both say something, the strong one wins. Tables are taken whole.
+
+    Entries of a list are replaced one by one where the strong tree names them by number (``chain[2].weight``).
+    """
+    if isinstance(weak.value, list) and isinstance(strong.value, dict) and strong.value:
+        numbers = [int(key) if key.isdigit() else -1 for key in strong.value]
+        if all(0 <= number < len(weak.value) for number in numbers):
+            items = list(weak.value)
+            for number, node in zip(numbers, strong.value.values(), strict=True):
+                items[number] = merged(items[number], node)
+            return replace(weak, value=items)
     if not (isinstance(weak.value, dict) and isinstance(strong.value, dict)):
         return strong
     if any(key in node.value for node in (weak, strong) for key in ("columns", "table")):
@@ -259,4 +269,11 @@ def origins(node: Node, path: Path = (), inherited: Origin | None = None) -> Ite
         for place, item in enumerate(node.value):
             yield from origins(item, (*path, place), origin)
     else:
-        yield path, replace(origin or Origin("user"), text=node.text)
+        yield path, replace(origin or Origin("user"), text=as_one_line(node))
+
+
+def as_one_line(node: Node) -> str:
+    """A value as one would write it in one line."""
+    if isinstance(node.value, list):
+        return "[" + ", ".join(as_one_line(item) for item in node.value) + "]"
+    return node.text

@@ -103,9 +103,14 @@ def path_error_curve(operation: DeburringOperation) -> Cubic:
     return no_cubic()
 
 
+def linear_coefficients(material: Material) -> EdgeCoefficients:
+    """The straight-line law; an unknown axial pair counts as zero, and no axial force is reported then."""
+    return EdgeCoefficients(*(getattr(material, key) or 0.0 for key in LINEAR_KEYS))
+
+
 def edges(material: Material, tool: HelicalMill) -> Edges:
     """How the edges cut; an unknown axial pair counts as zero, and no axial force is reported then."""
-    linear = EdgeCoefficients(*(getattr(material, key) or 0.0 for key in LINEAR_KEYS))
+    linear = linear_coefficients(material)
     kienzle = Kienzle(*(getattr(material, key) or 0.0 for key in KIENZLE_KEYS))
     return Edges(_FORCE_LAW[material.law], linear, kienzle, tool.runout, tool.runout_angle)
 

@@ -115,9 +115,14 @@ def _pipe(scenario: ChamferScenario, part: PipeHole) -> _Planned:
     failed = [margin for margin in path.margins if not margin.met]
     tilt = None
     if failed and not path.tilt and not cut.leg:
+
         def shortest(tilted: "object") -> float:
             found = reach.path_margins(
-                chamfer_path(work.nodes, tilted, tool.ball_radius), part, tool, clearance, inner=inner  # type: ignore[arg-type]
+                chamfer_path(work.nodes, tilted, tool.ball_radius),
+                part,
+                tool,
+                clearance,
+                inner=inner,  # type: ignore[arg-type]
             )
             return min(m.value for m in found if m.code in (reach.ROD_WALL, reach.KNIFE))
 

@@ -281,7 +281,8 @@ def _proven(
         reach.Margin(reach.GOUGE, limit - max(0.0, gouge.depth), False, "the ball must not cut beyond the chamfer")
     )
     up, down = (
-        sweep.swept_chamfer(at, path.centre + s * _STEP_Z * axis, radius, span, closed=closed).width for s in (1.0, -1.0)
+        sweep.swept_chamfer(at, path.centre + s * _STEP_Z * axis, radius, span, closed=closed).width
+        for s in (1.0, -1.0)
     )
     slope = (up - down) / (2.0 * _STEP_Z)
     slope = slope[np.isfinite(slope)]

@@ -92,7 +92,9 @@ def perturbed_width(
         radius += size
     else:
         assert part is not None
-        key = {"pipe radius": "radius", "hole radius": "hole_radius", "wall": "wall", "inclination": "inclination"}[name]
+        key = {"pipe radius": "radius", "hole radius": "hole_radius", "wall": "wall", "inclination": "inclination"}[
+            name
+        ]
         other = part._replace(**{key: getattr(part, key) + size})
         at = pipe_edge(other, at.parameter, inner=scenario.part.edges == "inner")
     reach = 2.5 * float(path.path.leg.max()) + 3.0 * abs(size)

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-
 from scipy.spatial import KDTree
 
 from cutwise.io import cad, cad_cloud, cad_edges, cad_parts, step
@@ -69,7 +68,8 @@ def pipe_work(part: PipeHole, scenario: ChamferScenario) -> EdgeWork:
     axis = part.drill_axis if wanted == "auto" else np.array(_AXES[wanted])
     cloud = pipe_cloud(part, 2.5 * radius, max(0.1 * radius, part.radius / 400.0))
     return EdgeWork(
-        f"{scenario.part.edges} edge", 1, nodes, lambda theta: pipe_edge(part, theta, inner=inner), (axis,), KDTree(cloud), KDTree(cloud), 0.0,
+        f"{scenario.part.edges} edge", 1, nodes, lambda theta: pipe_edge(part, theta, inner=inner), (axis,),
+        KDTree(cloud), KDTree(cloud), 0.0,
         np.array([part.eccentricity, 0.0, 0.0]),
     )  # fmt: skip
 
@@ -139,6 +139,4 @@ def _chain_work(
         axes = [along, -along, *(a for a in axes if abs(a @ along) < 1.0 - 1e-9)]
     if wanted != "auto":
         axes = [np.array(_AXES[wanted])]
-    return EdgeWork(
-        f"edge {chain.number}", chain.number, chain.frames, None, tuple(axes), tree, thin, error, foot
-    )
+    return EdgeWork(f"edge {chain.number}", chain.number, chain.frames, None, tuple(axes), tree, thin, error, foot)

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from cutwise.maths.curves import FloatArray, largest_curvature
 from cutwise.physics.cutting.uneven import largest_radius
@@ -86,11 +87,24 @@ def _profile_points(centre: FloatArray) -> int:
     return int(min(50_000, max(2000, np.ptp(centre[:, 0]) / 20e-6)))
 
 
-def _between(run: EdgeRun, first: int, last: int) -> FloatArray:
-    """Edge errors between the places where the tool stood in two rows."""
+def between(run: EdgeRun, first: int, last: int) -> FloatArray:
+    """Edge errors between the places where the tool stood in two rows [m]."""
     w = run.surface.position
     here = (w >= run.centre[first, 0]) & (w <= run.centre[last, 0])
     return run.surface.error[here] if here.any() else run.error_at_tool[[last]]
+
+
+def places_after_lead_in(run: EdgeRun) -> NDArray[np.bool_]:
+    """Which points of the profile lie after the lead-in and before any lead-out."""
+    w, last = run.surface.position, run.steady.stop - 1
+    first = min(int(np.searchsorted(run.history.motion.time, run.cell.path.lead_in)), last)
+    return (w >= run.centre[first, 0]) & (w <= run.centre[last, 0])
+
+
+def after_lead_in(run: EdgeRun) -> FloatArray:
+    """Edge errors after the lead-in and before any lead-out [m]."""
+    inside = places_after_lead_in(run)
+    return run.surface.error[inside] if inside.any() else run.error_at_tool[[run.steady.stop - 1]]
 
 
 def measures(scenario: DeburringScenario, run: EdgeRun, *, tooth: bool = True) -> Mapping[str, float]:
@@ -98,13 +112,13 @@ def measures(scenario: DeburringScenario, run: EdgeRun, *, tooth: bool = True) -
     history, steady = run.history, run.steady
     last = steady.stop - 1
     found: dict[str, float | None] = {}
-    error = _between(run, steady.start, last)
+    error = between(run, steady.start, last)
     found["surface_error_mean"] = float(error.mean())
     found["surface_error_min"] = float(error.min())
     found["surface_error_max"] = float(error.max())
     for name, state in zip(("loaded", "unloaded", "frictionless"), run.band, strict=True):
         found[f"surface_error_{name}"] = None if state is None else state.error
-    found |= _fractions(scenario, run, last)
+    found |= _fractions(scenario, run)
     axial = scenario.material.K_ac is not None or scenario.material.k_a11 is not None
     for i, axis in enumerate(_AXES if axial else _AXES[:2]):
         found[f"burr_force_mean_{axis}"] = float(history.burr_force.mean[steady, i].mean())
@@ -128,10 +142,9 @@ def measures(scenario: DeburringScenario, run: EdgeRun, *, tooth: bool = True) -
     return {name: value for name, value in found.items() if value is not None and math.isfinite(value)}
 
 
-def _fractions(scenario: DeburringScenario, run: EdgeRun, last: int) -> dict[str, float]:
+def _fractions(scenario: DeburringScenario, run: EdgeRun) -> dict[str, float]:
     """Shares of the edge length after the lead-in that come out partial, ideal and excessive."""
-    first = int(np.searchsorted(run.history.motion.time, run.cell.path.lead_in))
-    error = _between(run, min(first, last), last)
+    error = after_lead_in(run)
     tolerance = scenario.operation.tolerance
     partial, excessive = float((error > tolerance).mean()), float((error < -tolerance).mean())
     return {

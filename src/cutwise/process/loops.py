@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cutwise.maths.compiled import compiled
+from cutwise.maths.compiled import compiled, inlined
 from cutwise.maths.curves import FloatArray, Polyline, polyline_value
 from cutwise.physics.cutting.flute import (
     FluteForce,
@@ -82,7 +82,7 @@ class Immersion(NamedTuple):
     arcs: LayerArcs
 
 
-@compiled
+@inlined
 def immersion_at(
     cutter: Cutter, burr_height: Polyline, x: float, height: float, speed_x: float, speed_y: float
 ) -> Immersion:
@@ -98,7 +98,7 @@ def immersion_at(
     )
 
 
-@compiled
+@inlined
 def arc_force_at(
     cutter: Cutter, chip: float, theta: float, lo: float, hi: float, z_lo: float, z_hi: float, time: float
 ) -> FluteForce:
@@ -111,21 +111,22 @@ def arc_force_at(
     if cutter.up_milling:
         lo, hi, theta = math.pi - hi, math.pi - lo, -theta
     mill, edges = cutter.mill, cutter.edges
-    rotation = (cutter.spindle_speed * time) % (2.0 * math.pi)
     even = even_and_linear(edges)
+    if even and cutter.force_law != TOOTH_RESOLVED:
+        force = mean_force(lo, hi, chip, theta, z_hi - z_lo, mill.flutes, edges.linear)
+        return mirrored(force) if cutter.up_milling else force
+    rotation = (cutter.spindle_speed * time) % (2.0 * math.pi)
     if cutter.force_law == TOOTH_RESOLVED:
         if even:
             force = tooth_force(rotation, lo, hi, chip, theta, z_lo, z_hi, mill, edges.linear)
         else:
             force = uneven_tooth_force(rotation, lo, hi, chip, theta, z_lo, z_hi, mill, edges)
-    elif even:
-        force = mean_force(lo, hi, chip, theta, z_hi - z_lo, mill.flutes, edges.linear)
     else:
         force = turning_mean_force(rotation, lo, hi, chip, theta, z_hi - z_lo, mill, edges)
     return mirrored(force) if cutter.up_milling else force
 
 
-@compiled
+@inlined
 def cutting_forces(
     cutter: Cutter, burr_height: Polyline, burr_width: float, strips: Strips, reach: float, feed: float,
     tool: ToolMotion, tilt: FloatArray, time: float, out: FloatArray,
@@ -172,7 +173,7 @@ def cutting_forces(
     return at_a
 
 
-@compiled
+@inlined
 def record(
     rows: FloatArray, row: int, part: int, share: float, time: float, tool: ToolMotion, here: Immersion,
     tilt: FloatArray, travel: FloatArray, force: FloatArray, sweeps: int,

@@ -2,11 +2,27 @@
 
 from collections.abc import Callable, Mapping
 
-from cutwise.process import assemble, chamfer, deburring, remarks
+from cutwise.process import (
+    assemble,
+    assemble_mill,
+    chamfer,
+    deburring,
+    drilling,
+    drilling_remarks,
+    drilling_stages,
+    machine,
+    machine_stages,
+    milling,
+    remarks,
+    remarks_mill,
+)
 from cutwise.process.convergence import change_on_halved_step
 from cutwise.results import Measure, Result, judge
 from cutwise.spec.chamfer import ChamferScenario
 from cutwise.spec.deburring import DeburringScenario
+from cutwise.spec.drilling import DrillingScenario
+from cutwise.spec.machine_scenario import MachineScenario
+from cutwise.spec.milling import MillingScenario
 from cutwise.spec.scenario import Scenario
 
 Progress = Callable[[float], None]
@@ -48,9 +64,106 @@ def deburring_measures(scenario: DeburringScenario) -> Mapping[str, float]:
     return _deburring_pass(scenario, max(step, _STUDY_STEP) if coarse else step, tooth=tooth)[1]
 
 
+def machine_errors(scenario: MachineScenario, progress: Progress | None = None) -> Result:
+    """Error budget of a machine: ideal pass, loaded pass (Demeč and Madáč, Eqs. 1-9), map of the working space."""
+    one_pass = machine.evaluate_pass(scenario) if scenario.path is not None else None
+    volume = machine.evaluate_volume(scenario)
+    found = machine_measures(scenario, one_pass, volume)
+    finer = machine.halved_spacing(scenario, one_pass) if one_pass is not None else {}
+    if progress is not None:
+        progress(1.0)
+    return collect(
+        scenario,
+        found,
+        stages=machine_stages.stages(one_pass, volume),
+        warnings=machine_stages.warnings(scenario, one_pass),
+        limits=machine_stages.LIMITS,
+        convergence={name: value - found[name] for name, value in finer.items()},
+        notes=machine_stages.notes(one_pass, volume),
+        references=("demec",),
+    )
+
+
+def mill(scenario: MillingScenario, progress: Progress | None = None) -> Result:
+    """Milling with CNC drives: look-ahead, drives and forces in one loop (Ozcan et al. 2017, sec. 2-3)."""
+    program = assemble_mill.read_program(scenario)
+    substeps = scenario.numerics.substeps
+    done = milling.run(scenario, substeps, _part(progress, 0.0, 0.3))
+    found = milling.measures(scenario, done)
+    finer = milling.measures(scenario, milling.run(scenario, 2 * substeps, _part(progress, 0.3, 0.9)))
+    change = change_on_halved_step(found, finer)
+    rows = milling.compare(scenario)
+    return collect(
+        scenario,
+        found,
+        stages=milling.stages(done, milling.comparison_table(rows, scenario.measures)),
+        warnings=(*remarks_mill.warnings(scenario, done, found), *remarks_mill.changed(change)),
+        limits=remarks_mill.LIMITS,
+        convergence=change,
+        notes=remarks_mill.notes(scenario, done, rows, program.notices if program else ()),
+        references=("ozcan2017", "altintas2012", "erkorkmaz2001"),
+    )
+
+
+def milling_measures(scenario: MillingScenario) -> Mapping[str, float]:
+    """The measures alone, for studies."""
+    return milling.measures(scenario, milling.run(scenario, scenario.numerics.substeps))
+
+
+def machine_measures(
+    scenario: MachineScenario,
+    one_pass: machine.MachinePass | None = None,
+    volume: machine.VolumeMap | None = None,
+) -> Mapping[str, float]:
+    """The measures alone; for studies they need nothing but the scenario."""
+    if one_pass is None and scenario.path is not None:
+        one_pass = machine.evaluate_pass(scenario)
+    if volume is None:
+        volume = machine.evaluate_volume(scenario)
+    of_pass = machine.pass_measures(one_pass) if one_pass is not None else {}
+    return {**of_pass, **(machine.volume_measures(volume) if volume is not None else {})}
+
+
 _STUDY_STEP = 100e-6  # [s] moves the edge error of the reference case by 0.07 µm
 
-MEASURES: Mapping[str, Callable[..., Mapping[str, float]]] = {"deburr": deburring_measures}
+
+def drill(scenario: DrillingScenario, progress: Progress | None = None) -> Result:
+    """Robotic drilling: postures, thrust and torque over depth, and the coupled cycle of every hole."""
+    run = _drilling_run(scenario, progress)
+    found = drilling.measures(scenario, run)
+    change = change_on_halved_step(found, drilling.convergence(scenario, run))
+    each = [drilling.hole_measures(scenario, run.cell, hole) if hole.outcome else None for hole in run.holes]
+    return collect(
+        scenario,
+        found,
+        stages=drilling_stages.stages(scenario, run, each),
+        warnings=(*drilling_remarks.warnings(scenario, run), *drilling_remarks.halved_step(found, change)),
+        infeasible=drilling_remarks.infeasible(scenario, run),
+        limits=drilling_remarks.LIMITS,
+        convergence=change,
+        notes=drilling_remarks.notes(scenario, run),
+        references=("garnier2017", "dumas2011", "chen_kao2000"),
+    )
+
+
+def _drilling_run(scenario: DrillingScenario, progress: Progress | None = None) -> drilling.DrillRun:
+    cell = drilling.drill_cell(scenario)
+    shift, places = drilling.place(scenario, cell)
+    holes = []
+    targets = drilling.targets(scenario.hole)
+    for count, target in enumerate(targets, 1):
+        moved = target._replace(position=target.position + shift)
+        holes.append(drilling.drill_one(scenario, cell, moved, scenario.numerics.time_step))
+        if progress is not None:
+            progress(count / len(targets))
+    return drilling.DrillRun(cell, tuple(holes), shift, places)
+
+
+def drilling_measures(scenario: DrillingScenario) -> Mapping[str, float]:
+    """The measures alone, for studies."""
+    return drilling.measures(scenario, _drilling_run(scenario))
+
+
 def chamfer_path(scenario: ChamferScenario, progress: Progress | None = None) -> Result:
     """Chamfer of constant width: path, proof by sweep, forces along it, and a spindle that yields to them."""
     del progress  # over in a second
@@ -68,7 +181,19 @@ def chamfer_path(scenario: ChamferScenario, progress: Progress | None = None) ->
     )
 
 
-RECIPES: Mapping[str, Callable[..., Result]] = {"deburr": deburr, "chamfer": chamfer_path}
+MEASURES: Mapping[str, Callable[..., Mapping[str, float]]] = {
+    "deburr": deburring_measures,
+    "drill": drilling_measures,
+    "machine": machine_measures,
+    "mill": milling_measures,
+}
+RECIPES: Mapping[str, Callable[..., Result]] = {
+    "chamfer": chamfer_path,
+    "deburr": deburr,
+    "drill": drill,
+    "machine": machine_errors,
+    "mill": mill,
+}
 
 
 def simulate(scenario: Scenario, progress: Progress | None = None) -> Result:

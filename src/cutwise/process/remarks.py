@@ -7,7 +7,8 @@ import numpy as np
 
 from cutwise import units
 from cutwise.physics.structure.pistons import SWEEPS
-from cutwise.process.deburring import EdgeRun, memory_needed, run_for
+from cutwise.process.deburring import EdgeRun, after_lead_in, between, memory_needed, places_after_lead_in, run_for
+from cutwise.process.loops import EdgeCell
 from cutwise.process.swept import run_swept_edge
 from cutwise.spec.deburring import DeburringScenario
 from cutwise.spec.notices import notices
@@ -62,12 +63,8 @@ def _process(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, floa
             "the spindle does not break away: the mill cuts like a rigid tool, to the preset; lower the pressure if "
             "compliance is wanted"
         )
-    share = band_share(found)
-    if share is not None and share > _LATCHED:
-        yield (
-            f"friction holds the tool {share:.0%} of the way from the loading to the unloading plateau: an overshoot "
-            "of the lead-in (or of the path error) has latched; lengthen the lead-in, or lower the start"
-        )
+    yield from _latched(run, found)
+    yield from _beyond_the_steady_part(scenario, run)
     index = found["path_memory_index"]
     if memory_needed(run.cell) and not swept(scenario, run):
         yield (
@@ -75,6 +72,43 @@ def _process(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, floa
             f"{units.show(run.cell.cutter.edges.runout, 'small_length')}), which the arcs leave out: trust the mean error, "
             "not the wave; numerics.engagement swept (with averaged force) keeps the surface"
         )
+
+
+def _latched(run: EdgeRun, found: Mapping[str, float]) -> Iterator[str]:
+    share = band_share(found)
+    if share is None or share <= _LATCHED:
+        return
+    where = f"friction holds the tool {share:.0%} of the way from the loading to the unloading plateau: "
+    if has_path_error(run.cell):
+        yield where + (
+            "the waves of the path error carry it there and back, and seal friction does not let it follow; a more "
+            "accurate path or seals of less friction help, a longer lead-in does not"
+        )
+    else:
+        yield where + "an overshoot of the lead-in has latched; lengthen the lead-in, or start lower"
+
+
+def has_path_error(cell: EdgeCell) -> bool:
+    """Whether the robot is off its path at all."""
+    return cell.path.error_amplitude != 0.0 or bool(np.any(cell.path.error_curve.coefficient))
+
+
+def _beyond_the_steady_part(scenario: DeburringScenario, run: EdgeRun) -> Iterator[str]:
+    """The measures are those of the last quarter; say so where the rest of the edge breaks what is required there."""
+    after = after_lead_in(run)
+    steady = between(run, run.steady.start, run.steady.stop - 1)
+    for name, worst, there, sign in (
+        ("surface_error_max", after.max(), steady.max(), 1.0),
+        ("surface_error_min", after.min(), steady.min(), -1.0),
+    ):
+        limit = scenario.requirements.get(name)
+        bound = None if limit is None else (limit.max if sign > 0 else limit.min)
+        if bound is not None and sign * (worst - bound) > 0.0 >= sign * (there - bound):
+            yield (
+                f"{name} is met in the steady part (the last quarter of the run), but the edge reaches {_error(worst)} "
+                "elsewhere after the lead-in; lengthen the run so that the last quarter sees whole waves of burr and path "
+                "error, or lengthen the lead-in"
+            )
 
 
 def _numerics(run: EdgeRun) -> Iterator[str]:
@@ -117,11 +151,9 @@ def notes(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, float])
             f"{_error(found['surface_error_unloaded'])} (unloading plateau). This run ended at "
             f"{_error(found['surface_error_mean'])}, {share:.1%} of the way; the history decides where."
         )
-    w, error = run.surface.position, run.surface.error
-    after = w >= run.centre[int(np.searchsorted(run.history.motion.time, run.cell.path.lead_in)), 0]
-    before = w <= run.centre[run.steady.stop - 1, 0]
-    if (after & before).any():
-        w, error = w[after & before], error[after & before]
+    inside = places_after_lead_in(run)
+    if inside.any():
+        w, error = run.surface.position[inside], run.surface.error[inside]
         deep, high = int(error.argmin()), int(error.argmax())
         told["worst"] = (
             f"After the lead-in the deepest place is {_error(error[deep])} at w = {units.show(w[deep], 'length')}, "

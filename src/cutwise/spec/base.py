@@ -36,6 +36,9 @@ class Spec(BaseModel):
     """Groups of keys that say the same thing in different words: writing one sets aside weaker ones of the others
     (a library entry's, or those of the file under a ``--set``)."""
 
+    listed: ClassVar[bool] = True
+    """Whether lists of all keys go into it; not where the keys are many and follow a rule."""
+
     def contradictions(self) -> Iterator[Remark]:
         """Values that cannot hold together."""
         yield from ()
@@ -113,6 +116,8 @@ Jerk = Annotated[float, Quantity("jerk")]
 FeedPerRevolution = Annotated[float, Quantity("feed_per_revolution")]
 AngularSpeed = Annotated[float, Quantity("angular_speed")]
 Angle = Annotated[float, Quantity("angle")]
+SmallAngle = Annotated[float, Quantity("small_angle")]
+Elasticity = Annotated[float, Quantity("elasticity")]
 Frequency = Annotated[float, Quantity("frequency")]
 SpatialFrequency = Annotated[float, Quantity("spatial_frequency")]
 Time = Annotated[float, Quantity("time")]
@@ -131,4 +136,11 @@ Damping = Annotated[float, Quantity("damping")]
 AngularDamping = Annotated[float, Quantity("angular_damping")]
 Voltage = Annotated[float, Quantity("voltage")]
 Current = Annotated[float, Quantity("current")]
+CurrentGain = Annotated[float, Quantity("current_gain")]
+TorqueConstant = Annotated[float, Quantity("torque_constant")]
+Transmission = Annotated[float, Quantity("transmission")]
+ProportionalGain = Annotated[float, Quantity("proportional_gain")]
+IntegralGain = Annotated[float, Quantity("integral_gain")]
+DerivativeGain = Annotated[float, Quantity("derivative_gain")]
+AccelerationGain = Annotated[float, Quantity("acceleration_gain")]
 Number = Annotated[float, Quantity("dimensionless")]

@@ -234,16 +234,20 @@ class ChamferScenario(Scenario):
     """A chamfer of constant width along the edges of a drilled pipe or a CAD part (Sato et al. 2016)."""
 
     measures: ClassVar[Mapping[str, MeasureSpec]] = CHAMFER
+    focus: ClassVar[str] = "width_min"
     starts: ClassVar[Mapping[str, str]] = {
         "part.pipe.radius": "15 mm",
+        "part.pipe.wall": "2 mm",
+        "part.pipe.hole_radius": "4 mm",
         "part.edges": "inner",
-        "operation.contact_feed": "200 mm/min",
+        "chamfer.width": "0.3 mm",
+        "tool.library": "sato2016",
         "operation.spindle_speed": "10000 rpm",
-        "path.chord_tolerance": "2 um",
-        "tool.library": "ball_4mm",
-        "requirements": "{width_min: {min: 0.28 mm}, width_max: {max: 0.32 mm}}",
+        "material.library": "deburr_aluminium",
+        "operation.contact_feed": "200 mm/min",
+        "path.points": "720",
+        "requirements": "{width_min: {min: 0.295 mm}, width_max: {max: 0.305 mm}, gouge_max: {max: 2 um}}",
     }
-    focus: ClassVar[str] = "width_min"
 
     process: Literal["chamfer"] = Field(description="which operation is simulated", examples=["chamfer"])
     part: ChamferPart = Field(description="the part and its edges")

@@ -47,6 +47,7 @@ class DeburringScenario(Scenario):
         "operation.preset": ("0.2 mm", "5 mm"),
         "operation.lead_in_time": ("0.05 s", "0.8 s"),
     }
+    sound: ClassVar[Mapping[str, float]] = {"stroke_margin": 1e-6}  # the tool off its stop
     focus: ClassVar[str] = "surface_error_mean"
 
     process: Literal["deburr"] = Field(description="which operation is simulated", examples=["deburr"])

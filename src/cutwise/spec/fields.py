@@ -102,7 +102,8 @@ def keys(model: type[Spec], before: Path = ()) -> Iterator[tuple[Path, FieldInfo
         yield (*before, name), info
         listed = [] if get_origin(info.annotation) is dict else inner(info)
         for section in listed:
-            yield from keys(section, (*before, name))
+            if section.listed:
+                yield from keys(section, (*before, name))
 
 
 def specs(spec: Spec, before: Path = ()) -> Iterator[tuple[Path, Spec]]:

@@ -1,5 +1,6 @@
 """The measures that each process reports: names, dimensions, meaning. The names are part of the interface."""
 
+import re
 from collections.abc import Mapping
 
 from cutwise.spec.scenario import MeasureSpec
@@ -36,6 +37,134 @@ DEBURRING: Mapping[str, MeasureSpec] = {
     "loading_force": MeasureSpec("force", "lateral force at the tip while the spindle is pushed out"),
     "unloading_force": MeasureSpec("force", "lateral force at the tip while the spindle returns"),
 }
+
+MILLING: Mapping[str, MeasureSpec] = {
+    "contour_error_max": MeasureSpec("small_length", "largest distance of the actual position from the path"),
+    "contour_error_rms": MeasureSpec("small_length", "r.m.s. distance from the path, settling at the end included"),
+    "cycle_time": MeasureSpec("time", "time from the first to the last point within the limits of the machine"),
+    "cycle_time_ideal": MeasureSpec("time", "time at the programmed feed throughout, without limits of acceleration"),
+    "tracking_error_max_x": MeasureSpec("small_length", "largest lag of the x axis behind its set point"),
+    "tracking_error_max_y": MeasureSpec("small_length", "largest lag of the y axis behind its set point"),
+    "settling_overshoot": MeasureSpec("small_length", "how far the tool runs over the end point along the path"),
+    "settling_time": MeasureSpec("time", "time after the last set point until the tool stays within 5 µm of it"),
+    "drive_voltage_max": MeasureSpec("voltage", "largest voltage of the controllers, after clipping"),
+    "saturation_time": MeasureSpec("time", "time for which a controller is at its limit"),
+    "feed_min": MeasureSpec("speed", "lowest actual feed on the cut (within 10 mm of the corner)"),
+    "force_xy_peak": MeasureSpec("force", "largest force on the tool in the xy plane"),
+    "force_x_peak": MeasureSpec("force", "largest magnitude of the force on the tool, x direction"),
+    "force_y_peak": MeasureSpec("force", "largest magnitude of the force on the tool, y direction"),
+    "force_z_peak": MeasureSpec("force", "largest magnitude of the force on the tool, z direction"),
+    "force_xy_mean_straight": MeasureSpec("force", "mean force vector in the xy plane on the straight, at the feed"),
+    "force_xy_mean_corner": MeasureSpec("force", "mean force vector in the xy plane at the largest immersion"),
+    "force_xy_peak_straight": MeasureSpec("force", "peak over a tooth in the xy plane on the straight, at the feed"),
+    "force_xy_peak_corner": MeasureSpec("force", "peak over a tooth in the xy plane at the largest immersion"),
+    "engagement_angle_max": MeasureSpec("angle", "largest immersion angle on the path"),
+    "engagement_angle_straight": MeasureSpec("angle", "immersion angle on the straight"),
+    "drive_torque_max_x": MeasureSpec("moment", "largest motor torque of the x axis"),
+    "drive_torque_max_y": MeasureSpec("moment", "largest motor torque of the y axis"),
+    "bandwidth_x": MeasureSpec("frequency", "-3 dB bandwidth of the sampled x position loop"),
+    "bandwidth_y": MeasureSpec("frequency", "-3 dB bandwidth of the sampled y position loop"),
+    "phase_margin_x": MeasureSpec("angle", "phase margin of the sampled x position loop"),
+    "phase_margin_y": MeasureSpec("angle", "phase margin of the sampled y position loop"),
+    "chatter_growth_straight": MeasureSpec("dimensionless", "growth of tip vibration per tooth on the straight"),
+    "chatter_growth_corner": MeasureSpec("dimensionless", "growth of tip vibration per tooth at the largest immersion"),
+    "tip_deflection_max": MeasureSpec("small_length", "largest vibration of the tool tip in the two steady cuts"),
+    "path_length": MeasureSpec("length", "length of the commanded path"),
+    "stops": MeasureSpec("dimensionless", "full stops between the first and the last point"),
+}
+
+
+class _BodyMeasures(dict[str, MeasureSpec]):
+    """Measures of a machine: the fixed names, and ``share_BODY`` for whatever its bodies are called."""
+
+    def __contains__(self, name: object) -> bool:
+        return super().__contains__(name) or (isinstance(name, str) and re.fullmatch(r"share_\w+", name) is not None)
+
+    def __missing__(self, name: str) -> MeasureSpec:
+        if name not in self:
+            raise KeyError(name)
+        body = name.removeprefix("share_")
+        return MeasureSpec("small_length", f"share of body {body} along the largest error; the shares sum to it")
+
+
+def _deviation(where: str, words: str) -> dict[str, MeasureSpec]:
+    return {
+        f"deviation_{axis}_{where}": MeasureSpec("small_length", f"error of the tool point along {axis} {words}")
+        for axis in "xyz"
+    }
+
+
+MACHINE: Mapping[str, MeasureSpec] = _BodyMeasures(
+    {
+        **_deviation("start", "at the start of the pass"),
+        **_deviation("middle", "in the middle of the pass"),
+        **_deviation("end", "at the end of the pass"),
+        "deviation_norm_max": MeasureSpec("small_length", "largest length of the error over the pass"),
+        "deviation_norm_max_at": MeasureSpec("length", "x of the ideal tool point where the error is largest"),
+        "deviation_p95": MeasureSpec("small_length", "95 % quantile of the error in the middle, systematic and random"),
+        "deviation_random_p95": MeasureSpec("small_length", "95 % quantile of the random error alone, in the middle"),
+        **_per_axis("deviation_std", "small_length", "standard deviation of the random error in the middle"),
+        **_per_axis("position_start", "length", "ideal tool point in the part at the start"),
+        "linear_residual_max": MeasureSpec("small_length", "largest difference of exact and first-order error"),
+        "energy_balance": MeasureSpec("dimensionless", "relative residual of Clapeyron's balance over all loads"),
+        "work_convexity": MeasureSpec(
+            "dimensionless", "least second difference of cutting force times error over its size; not below 0"
+        ),
+        "stiffening_gain_best": MeasureSpec(
+            "small_length", "change of the largest error if the element that brings most were 10 % stiffer"
+        ),
+        "wall_error_min": MeasureSpec("small_length", "smallest error of the wall along its normal"),
+        "wall_error_max": MeasureSpec("small_length", "largest error of the wall along its normal"),
+        "wall_flatness": MeasureSpec("small_length", "peak to valley of the wall off its least-squares plane"),
+        "volumetric_error_max": MeasureSpec(
+            "small_length", "largest geometric error over the map of the working space"
+        ),
+        "diagonal_range_max": MeasureSpec("small_length", "largest range of the error along a body diagonal"),
+        **{
+            f"diagonal_range_{number}": MeasureSpec("small_length", f"range of the error along body diagonal {number}")
+            for number in (1, 2, 3, 4)
+        },
+        "map_interpolation_error": MeasureSpec(
+            "small_length", "largest error of the map's tables against the functions"
+        ),
+    }
+)
+
+DRILLING: Mapping[str, MeasureSpec] = {
+    "thrust_max": MeasureSpec("force", "largest thrust"),
+    "thrust_mean": MeasureSpec("force", "mean thrust in full cut"),
+    "thrust_lips": MeasureSpec("force", "thrust of the lips in full contact at nominal feed"),
+    "thrust_chisel": MeasureSpec("force", "thrust of the chisel edge in full contact at nominal feed"),
+    "torque_max": MeasureSpec("moment", "largest drill torque"),
+    "torque_lips": MeasureSpec("moment", "torque of the lips in full contact at nominal feed"),
+    "torque_chisel": MeasureSpec("moment", "torque of the chisel edge in full contact at nominal feed"),
+    "torque_margin": MeasureSpec("moment", "torque of the margins, fully in the hole"),
+    "lateral_force_max": MeasureSpec("force", "largest force of the hole wall on the drill"),
+    "axial_deflection_max": MeasureSpec("small_length", "largest deflection of the tool tip along the drill axis"),
+    "axial_deflection_mean": MeasureSpec("small_length", "mean axial deflection in full cut; negative: pushed back"),
+    "lateral_deflection_max": MeasureSpec("small_length", "largest deflection of the tool tip across the drill axis"),
+    "lateral_deflection_mean": MeasureSpec("small_length", "mean lateral deflection in full cut"),
+    "hole_position_error_entry": MeasureSpec("small_length", "position error of the hole at the entry surface"),
+    "hole_position_error_exit": MeasureSpec("small_length", "position error of the hole at the exit surface"),
+    "perpendicularity_error": MeasureSpec("small_angle", "tilt of the hole between entry and exit"),
+    "drill_tilt": MeasureSpec("small_angle", "tilt of the drill itself under thrust"),
+    "circularity_estimate": MeasureSpec("small_length", "upper bound of the circularity error from unequal lips"),
+    "oversize_estimate": MeasureSpec("small_length", "upper bound of the oversize from unequal lips"),
+    "feed_per_rev_max": MeasureSpec("feed_per_revolution", "largest actual feed at breakthrough"),
+    "feed_per_rev_min": MeasureSpec("feed_per_revolution", "smallest actual feed while the point enters"),
+    "depth_error": MeasureSpec("small_length", "axial deflection left at the end of the dwell (blind holes)"),
+    "skating_ratio": MeasureSpec("dimensionless", "lateral over axial force that keeps the tip in place"),
+    "skating_margin": MeasureSpec("dimensionless", "friction minus skating ratio; negative: the tip skates"),
+    "compliance_axial": MeasureSpec("compliance", "compliance along the drill axis in the chosen posture"),
+    "redundancy_angle": MeasureSpec("angle", "angle of the tool about the drill axis"),
+    "wrist_margin": MeasureSpec("dimensionless", "|sin| of the wrist angle; 0 is singular"),
+    "joint_limit_margin": MeasureSpec("angle", "smallest distance of a joint from its limit"),
+    "natural_frequency_min": MeasureSpec("frequency", "lowest frequency of the arm at the tool"),
+    "cycle_time": MeasureSpec("time", "time for a hole without retract; of a pattern, for all holes"),
+    "holes_drilled": MeasureSpec("dimensionless", "number of holes that can be drilled"),
+}
+"""For a pattern every measure but ``cycle_time`` and ``holes_drilled`` is that of its worst hole."""
+
 
 CHAMFER: Mapping[str, MeasureSpec] = {
     "width_min": MeasureSpec("length", "smallest width that the swept ball leaves"),

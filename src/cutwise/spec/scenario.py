@@ -47,6 +47,8 @@ class Scenario(Spec):
     required ones."""
     levers: ClassVar[Mapping[str, tuple[str, str]]] = {}
     """What an engineer would turn, as dotted keys, each with the limits within which advice looks."""
+    sound: ClassVar[Mapping[str, float]] = {}
+    """Measures that must stay above a value [SI] for a run to count as sound: advice leads to no other."""
     focus: ClassVar[str] = ""
     """The measure that sensitivities are told for."""
 

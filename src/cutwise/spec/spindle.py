@@ -137,6 +137,7 @@ class CompliantSpindle(LibrarySpec):
         examples=["75 mm"], gt=0,
     )  # fmt: skip
     gravity: Gravity = Field(
+        default="off",
         description="direction of gravity in the process frame (x feed, y off the work, z toward the motor): an axis "
         "such as -y, a vector, or off",
         examples=["-y"],
@@ -172,6 +173,10 @@ class CompliantSpindle(LibrarySpec):
 
     def remarks(self) -> Iterator[Remark]:
         """Geometry, friction and law that are possible but unusual."""
+        if "gravity" not in self.model_fields_set:
+            yield Remark(
+                ("gravity",), "is not given, so the weight of the motor is left out; write a direction, or off"
+            )
         if self.piston_arm >= self.tool_reach:
             yield Remark(("piston_arm",), "is not shorter than tool_reach; usual is between 0.5 and 0.8 of it")
         ratio = self.pressure / self.reference_pressure

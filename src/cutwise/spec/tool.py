@@ -31,7 +31,10 @@ class HelicalMill(RotatingTool):
         lt=math.radians(80),
     )
     runout: Annotated[SmallLength, Usual("0 um", "50 um")] = Field(
-        description="run-out ρ: offset of the tool axis from the spindle axis", examples=["5 um"], ge=0
+        default=0.0,
+        description="run-out ρ: offset of the tool axis from the spindle axis (left out: none)",
+        examples=["5 um"],
+        ge=0,
     )
     runout_angle: Angle = Field(
         default=0.0, description="direction λ of the run-out, measured from flute 0", examples=["0 deg"]

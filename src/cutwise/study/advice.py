@@ -130,7 +130,7 @@ def _limit_faults(low: str, high: str, dimension: str, place: str) -> Iterator[F
 def _levers(scenario: Scenario, limits: Mapping[str, tuple[str, str]]) -> Iterator[Lever]:
     given = {".".join(path): (info, value) for path, info, value in fields.leaves(scenario)}
     for key, (low, high) in limits.items():
-        if key in given:
+        if key in given and isinstance(given[key][1], float):  # not a word, such as a posture to be searched for
             info, now = given[key]
             dimension = fields.dimension(info) or "dimensionless"
             yield Lever(key, dimension, now, units.parse(low, dimension), units.parse(high, dimension))
@@ -176,7 +176,13 @@ def _margins(scenario: Scenario, levers: list[Lever]) -> Callable[[Settings], fl
 
 
 def slack(scenario: Scenario, measures: Mapping[str, float]) -> float:
-    """Smallest distance of a measure from its limit, relative to the limit (to 1 where the limit is zero)."""
+    """Smallest distance of a measure from its limit, relative to the limit (to 1 where the limit is zero).
+
+    Minus infinity where a measure is lacking, or where the run is not sound: a tool at its stop meets no requirement
+    that an engineer would trust.
+    """
+    if any(name in measures and measures[name] <= least for name, least in scenario.sound.items()):
+        return -np.inf
     least = np.inf
     for name, limit in scenario.requirements.items():
         value = measures.get(name)

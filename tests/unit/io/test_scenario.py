@@ -5,8 +5,10 @@ import json
 import h5py
 import pytest
 
+from cutwise.io import library
 from cutwise.io.scenario import load, parse
 from cutwise.spec.faults import ScenarioFault
+from cutwise.spec.notices import notices
 
 GOOD = """\
 process: deburr
@@ -67,9 +69,18 @@ def test_a_missing_key_says_how_to_write_it_and_where_the_library_has_it():
         "with spindle.library: default, berselli2016"
     ) in faults
     (fault,) = faults_of(GOOD.replace("tool: {library: berselli2016}\n", ""))
-    assert "tool: missing; write the section tool with diameter, flutes, helix, runout; or name" in fault
+    assert "tool: missing; write the section tool with diameter, flutes, helix; or name" in fault
     faults = faults_of(GOOD.replace("material: {library: berselli2016}", "material: {K_tc: 3 GPa}"))
     assert [fault.split(": ")[1] for fault in faults] == ["material.K_rc", "material.K_te", "material.K_re"]
+
+
+def test_what_is_left_out_of_account_is_said(tmp_path):
+    own = tmp_path / "own.yaml"
+    entry = library.entry("spindles", "berselli2016").values.plain()
+    lines = [f"  {key}: {value}" for key, value in entry.items() if key != "gravity"]
+    own.write_text(GOOD.replace("spindle: {library: berselli2016}", "spindle:\n" + "\n".join(lines)), encoding="utf-8")
+    assert any("weight of the motor is left out" in text for text in notices(load(own)))
+    assert not any("weight of the motor" in text for text in notices(parse(GOOD)))
 
 
 def test_every_duplicate_key_is_reported():

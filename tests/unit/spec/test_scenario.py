@@ -133,7 +133,7 @@ def test_scenarios_are_frozen(scenario_with):
 
 
 def test_a_process_may_be_left_out_where_the_keys_fit_one():
-    text = "operation: {feed: 80}"
+    text = "operation: {feed: 80, preset: 2 mm}"
     with pytest.raises(ScenarioFault) as caught:
         parse(text)
     assert "process" not in [fault.path[0] for fault in caught.value.faults]

@@ -17,10 +17,12 @@ from cutwise.app.plots.figures import (
     Plot,
     curve,
     figure,
+    holds,
     legend_above,
     line_note,
+    note,
     scale,
-)  # fmt: skip
+)
 
 if TYPE_CHECKING:
     from cutwise.results import Result
@@ -88,8 +90,7 @@ def error_along_edge(result: "Result") -> Figure:
     axes.set_xlim(factor * w[0], factor * w[-1])
     axes.set_ylim(factor * (low - room), factor * (high + room))
     if start > w[0]:
-        axes.annotate("lead-in", (factor * w[0], 1), xycoords=("data", "axes fraction"), xytext=(4, -4),
-                      textcoords="offset points", va="top", color=SOFT, fontsize=8)  # fmt: skip
+        _name_lead_in(axes, factor * w[0])
     legend_above(axes, 3)
     return drawn
 
@@ -107,16 +108,16 @@ def band(result: "Result") -> Figure:
     )
     for name, text, side in (("loaded", "loading plateau", "right"), ("unloaded", "unloading plateau", "left")):
         axes.plot(value[name], 0, "|", color=SERIES[0], markersize=16, markeredgewidth=2)
-        axes.annotate(f"{text}\n{value[name]:.3g} {unit}", (value[name], 0), xytext=(-8 if side == "right" else 8, 0),
-                      textcoords="offset points", ha=side, va="center", fontsize=8)  # fmt: skip
+        offset = (-8, 0) if side == "right" else (8, 0)
+        note(axes, f"{text}\n{value[name]:.3g} {unit}", (value[name], 0), offset, ha=side, va="center")
     frictionless = result.measures.get("surface_error_frictionless")
     if frictionless is not None:
-        axes.plot(factor * frictionless.value, 0, "d", color=SOFT, markersize=6)
-        axes.annotate(f"frictionless {factor * frictionless.value:.3g} {unit}", (factor * frictionless.value, 0),
-                      xytext=(0, -9), textcoords="offset points", ha="center", va="top", fontsize=8, color=SOFT)  # fmt: skip
+        place = (factor * frictionless.value, 0)
+        axes.plot(*place, "d", color=SOFT, markersize=6)
+        note(axes, f"frictionless {place[0]:.3g} {unit}", place, (0, -9), ha="center", va="top", color=SOFT)
     axes.plot(value["mean"], 0, "o", color=INK, markersize=8)
-    axes.annotate(f"this run {value['mean']:.3g} {unit}", (value["mean"], 0), xytext=(0, 15),
-                  textcoords="offset points", ha="center", va="bottom", fontsize=8.5, weight="bold")  # fmt: skip
+    text = f"this run {value['mean']:.3g} {unit}"
+    note(axes, text, (value["mean"], 0), (0, 15), ha="center", va="bottom", fontsize=8.5, weight="bold")
     axes.set(xlabel=f"edge error e [{unit}]; shaded: within the tolerance", yticks=[], ylim=(-1, 1))
     axes.margins(x=0.22)
     axes.grid(visible=False)
@@ -132,7 +133,7 @@ def spindle_motion(result: "Result") -> Figure:
     drawn = figure(6.0)
     top, middle, bottom = drawn.subplots(3, 1, sharex=True, height_ratios=(1.0, 1.0, 0.8))
     _lead_in(top, result)
-    _lead_in(middle, result, name="")
+    _lead_in(middle, result, named=False)
     for axis, colour in zip("xy", SERIES, strict=False):
         curve(top, time, factor * structure["tip_deflection"].sel(axis2=axis).values, color=colour, label=_AXES[axis])
     top.set(ylabel=f"tip deflection [{unit}]")
@@ -161,10 +162,9 @@ def static_characteristic(result: "Result") -> Figure:
         name: force * structure.attrs[f"{name}_force"] for name in ("breakaway", "loading", "unloading", "return")
     }
     stop = length * structure.attrs["stop"]
-    ceiling = 1.3 * max(levels.values())
     drawn = figure(3.6)
     axes = drawn.subplots()
-    _run_on_characteristic(axes, result)
+    ceiling = 1.15 * max(1.1 * max(levels.values()), _run_on_characteristic(axes, result))
     at = length * structure["displacement"].values
     loading, unloading = (force * structure[f"characteristic_{branch}"].values for branch in ("loading", "unloading"))
     axes.plot([0, 0, *at[1:], stop], [0, levels["breakaway"], *loading[1:], ceiling], color=SERIES[1], linewidth=2,
@@ -175,16 +175,15 @@ def static_characteristic(result: "Result") -> Figure:
     if "characteristic_frictionless" in structure:
         axes.plot(at[1:], force * structure["characteristic_frictionless"].values[1:], color=SOFT, linestyle="--",
                   linewidth=1.2, label="frictionless")  # fmt: skip
-    for name, text, colour in (("breakaway", "breakaway", SERIES[1]), ("return", "re-centres", SERIES[3])):
+    for name, text, colour, rise in (
+        ("breakaway", "breakaway", SERIES[1], 6),
+        ("return", "re-centres", SERIES[3], -10),
+    ):
         axes.plot(0, levels[name], "o", color=colour, markersize=6, clip_on=False, zorder=5)
-        axes.annotate(f"{text} {levels[name]:.3g} {force_unit}", (0, levels[name]), xytext=(8, 6 if name == "breakaway" else -10),
-                      textcoords="offset points", color=colour, fontsize=8.5)  # fmt: skip
+        note(axes, f"{text} {levels[name]:.3g} {force_unit}", (0, levels[name]), (8, rise), color=colour)
     for name, colour in (("loading", SERIES[1]), ("unloading", SERIES[3])):
-        axes.annotate(f"{levels[name]:.3g} {force_unit}", (0.93 * stop, levels[name]), xytext=(0, 4), ha="right",
-                      textcoords="offset points", color=colour, fontsize=8.5)  # fmt: skip
-    axes.annotate(
-        "stop", (stop, ceiling), xytext=(-4, -2), textcoords="offset points", ha="right", va="top", color=SOFT
-    )
+        note(axes, f"{levels[name]:.3g} {force_unit}", (0.93 * stop, levels[name]), (0, 4), ha="right", color=colour)
+    note(axes, "stop", (stop, ceiling), (-4, -2), ha="right", va="top", color=SOFT)
     axes.set(xlabel=f"displacement of the tip [{length_unit}]", ylabel=f"lateral force at the tip [{force_unit}]")
     axes.set_xlim(-0.02 * stop, 1.03 * stop)
     axes.set_ylim(0, ceiling)
@@ -203,18 +202,23 @@ def tooth_forces(result: "Result") -> Figure:
         values = factor * force.sel(axis=axis).values
         curve(axes, after, values, color=colour, label=_AXES[axis])
         axes.axhline(values.mean(), color=colour, linewidth=0.9, linestyle="--")
-    axes.set(xlabel=f"time after {float(force['tooth_time'][0]):.4g} s [µs]", ylabel=f"force of the burr [{unit}]")
+    axes.set(xlabel=f"time after {float(force['tooth_time'][0]):.6g} s [µs]", ylabel=f"force of the burr [{unit}]")
     axes.margins(x=0)
     legend_above(axes, 3)
     return drawn
 
 
-def _lead_in(axes: Axes, result: "Result", name: str = "lead-in") -> None:
+def _lead_in(axes: Axes, result: "Result", *, named: bool = True) -> None:
     end = result.scenario.operation.lead_in_time  # type: ignore[attr-defined]
     if end > 0.0:
         axes.axvspan(0.0, end, color=SHADE, linewidth=0)
-        axes.annotate(name, (0.0, 1), xycoords=("data", "axes fraction"), xytext=(4, -4),
-                      textcoords="offset points", va="top", color=SOFT, fontsize=8)  # fmt: skip
+        if named:
+            _name_lead_in(axes, 0.0)
+
+
+def _name_lead_in(axes: Axes, start: float) -> None:
+    place = axes.get_xaxis_transform()
+    note(axes, "lead-in", (start, 1.0), (4, -4), xycoords=place, va="top", color=SOFT)
 
 
 def _lead_in_way(result: "Result") -> float:
@@ -235,19 +239,18 @@ def _stroke(result: "Result") -> float | None:
     return None if margin is None else float(result["structure"]["piston_travel"].max()) + margin.value
 
 
-def _run_on_characteristic(axes: Axes, result: "Result") -> None:
-    """Lateral cutting force over the deflection of the tip, and where both are at the end."""
-    if "cutting" not in result.stages.children:
-        return
+def _run_on_characteristic(axes: Axes, result: "Result") -> float:
+    """Lateral cutting force over the deflection of the tip, and where both are at the end; the largest force drawn."""
+    if not holds(result, "cutting/burr_force") or not holds(result, "cutting/work_force"):
+        return 0.0
     cutting = result["cutting"].dataset
-    if "work_force" not in cutting or cutting["burr_force"].sizes["time"] != result["structure"].sizes["time"]:
-        return
     total = (cutting["burr_force"] + cutting["work_force"]).sel(axis=["x", "y"]).values
     way = np.hypot(*result["structure"]["tip_deflection"].values.T) * scale("length")[0]
     lateral = np.hypot(*total.T) * scale("force")[0]
     rows = np.unique(np.linspace(0, way.size - 1, 1500).astype(int))
     axes.plot(way[rows], lateral[rows], color=INK, linewidth=0.9, alpha=0.6, label="cutting force in this run")
     axes.plot(way[-1], lateral[-1], "o", color=INK, markersize=5)
+    return float(lateral[rows].max())
 
 
 def _piston_states(axes: Axes, time: np.ndarray, travel: np.ndarray, stroke: float | None) -> None:
@@ -281,13 +284,14 @@ def _spans(present: np.ndarray) -> np.ndarray:
 PLOTS = [
     Plot(
         "Burr force over time",
-        "Mean over a tooth of the force that the burr exerts on the tool; the shaded part is the lead-in.",
+        "Force of the burr on the tool, mean over a tooth: x along the feed, y from the work to the tool, z along the "
+        "spindle toward the motor. The shaded part is the lead-in.",
         burr_forces, ("cutting/burr_force",),
     ),
     Plot(
         "Edge error over time",
-        "e at the lowest point of the mill: positive where burr is left, negative where the part is cut. The dashed lines "
-        "are the equilibria with the spindle pushed out, without friction, and returning.",
+        "e at the lowest point of the mill: positive where burr is left, negative where the part is cut. The dashed "
+        "lines are the equilibria with the spindle pushed out, without friction, and returning.",
         error_over_time, ("surface/error_at_tool",),
     ),
     Plot(
@@ -302,13 +306,13 @@ PLOTS = [
     ),
     Plot(
         "Spindle during the pass",
-        "Deflection of the tool tip, travel of each piston, and whether it rests extended, sticks, slides or is at its stop.",
+        "Deflection of the tool tip, travel of each piston, and whether it rests, sticks, slides or is at its stop.",
         spindle_motion, ("structure/tip_deflection", "structure/piston_travel"),
     ),
     Plot(
         "Static characteristic of the spindle at this pressure",
-        "No motion below breakaway, then nearly constant force up to the stop; less on the way back. The thin line is the "
-        "lateral cutting force of this run over the deflection, the dot its end.",
+        "No motion below breakaway, then nearly constant force up to the stop; less on the way back. The thin line is "
+        "the lateral cutting force of this run over the deflection, without weight and inertia; the dot is its end.",
         static_characteristic, ("structure/characteristic_loading", "structure/characteristic_unloading"),
     ),
     Plot(

@@ -29,10 +29,11 @@ class Plot(NamedTuple):
 
     def applies(self, result: "Result") -> bool:
         """Whether the result holds everything that is drawn."""
-        return all(_holds(result, path) for path in self.needs)
+        return all(holds(result, path) for path in self.needs)
 
 
-def _holds(result: "Result", path: str) -> bool:
+def holds(result: "Result", path: str) -> bool:
+    """Whether a result has an array (``group/variable``) or a measure (``measures/name``)."""
     group, _, name = path.partition("/")
     if group == "measures":
         return name in result.measures
@@ -44,12 +45,13 @@ def _holds(result: "Result", path: str) -> bool:
 
 # Each colour of a plot is a variable of the page, so that one drawing serves light, dark and print.
 COLOURS = {
-    "--ink": "#1d2733", "--soft": "#5b6876", "--grid": "#dfe4ea",
+    "--card": "#fffffe", "--ink": "#1d2733", "--soft": "#5b6876", "--grid": "#dfe4ea",
     "--good": "#1a7f4b", "--bad": "#b3261e", "--zone": "#d5eddf", "--shade": "#eef1f5",
     "--c1": "#1f66b0", "--c2": "#c4570c", "--c3": "#2e8b68", "--c4": "#7b4ba6", "--c5": "#a8841a", "--c6": "#b03a6c",
     "--c7": "#4c7a8c",
 }  # fmt: skip
-INK, SOFT, GRID, ZONE, SHADE = (COLOURS[f"--{name}"] for name in ("ink", "soft", "grid", "zone", "shade"))
+CARD, INK, SOFT, GRID = (COLOURS[f"--{name}"] for name in ("card", "ink", "soft", "grid"))
+ZONE, SHADE = COLOURS["--zone"], COLOURS["--shade"]
 GOOD, BAD = COLOURS["--good"], COLOURS["--bad"]
 SERIES = [COLOURS[f"--c{i}"] for i in range(1, 8)]
 
@@ -110,10 +112,17 @@ def line_note(
 ) -> None:
     """A horizontal line with its name at the right end, at the height of the line or at another."""
     axes.axhline(y, color=colour, linewidth=1.0, linestyle="--")
-    axes.annotate(
-        text, (1.0, y if text_at is None else text_at), xycoords=("axes fraction", "data"), xytext=(-2, 3 if above else -3),
-        textcoords="offset points", ha="right", va="bottom" if above else "top", color=colour, fontsize=8,
+    height = y if text_at is None else text_at
+    note(
+        axes, text, (1.0, height), (-2, 3 if above else -3), xycoords=axes.get_yaxis_transform(), ha="right",
+        va="bottom" if above else "top", color=colour, zorder=4,
+        bbox={"facecolor": CARD, "alpha": 0.75, "edgecolor": "none", "pad": 0.6},
     )  # fmt: skip
+
+
+def note(axes: Axes, text: str, place: tuple[float, float], offset: tuple[float, float], **style: object) -> None:
+    """A text beside a place, offset in points."""
+    axes.annotate(text, place, xytext=offset, textcoords="offset points", **{"fontsize": 8, **style})  # type: ignore[arg-type]
 
 
 def legend_above(axes: Axes, columns: int) -> None:

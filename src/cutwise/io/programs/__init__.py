@@ -1,1 +1,1 @@
-"""Programs for machines and robots."""
+"""Programs of machines: G-code read into moves, and tool paths written as G-code, APT and robot poses."""

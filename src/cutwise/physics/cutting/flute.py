@@ -11,7 +11,7 @@ Burr, part, slot and corner differ in their arcs only; the force integrals are t
 import math
 from typing import NamedTuple
 
-from cutwise.maths.compiled import compiled
+from cutwise.maths.compiled import compiled, inlined
 
 
 class EdgeCoefficients(NamedTuple):
@@ -45,7 +45,7 @@ class FluteForce(NamedTuple):
 NO_FORCE = FluteForce(0.0, 0.0, 0.0, 0.0)
 
 
-@compiled
+@inlined
 def sinc(x: float) -> float:
     r"""Unnormalised :math:`\sin x / x`, by its series near zero so that :math:`\beta = 0` is nothing special."""
     if abs(x) < 1e-4:
@@ -53,7 +53,7 @@ def sinc(x: float) -> float:
     return math.sin(x) / x
 
 
-@compiled
+@inlined
 def feed_per_tooth(speed_x: float, speed_y: float, spindle_speed: float, flutes: int) -> float:
     r"""Feed per tooth :math:`c = 2\pi |V| / (N \Omega)` [m].
 
@@ -63,7 +63,7 @@ def feed_per_tooth(speed_x: float, speed_y: float, spindle_speed: float, flutes:
     return 2.0 * math.pi * math.hypot(speed_x, speed_y) / (flutes * spindle_speed)
 
 
-@compiled
+@inlined
 def feed_direction(speed_x: float, speed_y: float) -> float:
     r"""Feed direction :math:`\vartheta = \operatorname{atan2}(-V_y, V_x)` [rad], positive when the tool plunges.
 
@@ -73,7 +73,7 @@ def feed_direction(speed_x: float, speed_y: float) -> float:
     return math.atan2(-speed_y, speed_x)
 
 
-@compiled
+@inlined
 def arc_force(
     chip: float, theta: float, middle: float, span: float, length: float, coefficients: EdgeCoefficients
 ) -> FluteForce:
@@ -131,7 +131,7 @@ def arc_force(
     )
 
 
-@compiled
+@inlined
 def mean_force(
     lo: float, hi: float, chip: float, theta: float, width: float, flutes: int, coefficients: EdgeCoefficients
 ) -> FluteForce:
@@ -235,7 +235,7 @@ def tooth_force(
     return FluteForce(x, y, z, tangential)
 
 
-@compiled
+@inlined
 def mirrored(force: FluteForce) -> FluteForce:
     r"""Up milling from the mirror image of down milling: :math:`F_y \to -F_y`.
 

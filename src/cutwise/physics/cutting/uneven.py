@@ -14,7 +14,7 @@ tooth but not over a turn, which keeps the once-per-turn force that shakes the s
 import math
 from typing import NamedTuple
 
-from cutwise.maths.compiled import compiled
+from cutwise.maths.compiled import compiled, inlined
 from cutwise.physics.cutting.flute import EdgeCoefficients, FluteForce, Mill, edge_in_cut, flutes_in_cut
 from cutwise.physics.cutting.kienzle import specific_cutting_force
 
@@ -50,7 +50,7 @@ class Edges(NamedTuple):
     runout_angle: float  # [rad] its direction, from flute 0 at the tip
 
 
-@compiled
+@inlined
 def even_and_linear(edges: Edges) -> bool:
     """Whether the closed forms of :mod:`cutwise.physics.cutting.flute` hold."""
     return edges.law == LINEAR and edges.runout == 0.0

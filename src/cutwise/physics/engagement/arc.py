@@ -3,7 +3,7 @@
 import math
 from typing import NamedTuple
 
-from cutwise.maths.compiled import compiled
+from cutwise.maths.compiled import inlined
 
 
 class LayerArcs(NamedTuple):
@@ -17,7 +17,7 @@ class LayerArcs(NamedTuple):
     work_hi: float
 
 
-@compiled
+@inlined
 def immersion_half_angle(depth: float, radius: float) -> float:
     r"""Half angle of the arc that a mill of given radius has inside a layer.
 
@@ -44,7 +44,7 @@ def immersion_half_angle(depth: float, radius: float) -> float:
     return math.acos(max(-1.0, 1.0 - depth / radius))
 
 
-@compiled
+@inlined
 def layer_arcs(depth: float, work_depth: float, theta: float, radius: float) -> LayerArcs:
     r"""Immersion arcs of burr and work in down milling.
 

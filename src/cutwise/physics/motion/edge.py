@@ -3,7 +3,7 @@
 import math
 from typing import NamedTuple
 
-from cutwise.maths.compiled import compiled
+from cutwise.maths.compiled import inlined
 from cutwise.maths.curves import Cubic, cubic_value_slope
 
 
@@ -29,7 +29,7 @@ class ToolMotion(NamedTuple):
     climb: float  # [m/s] velocity off the work
 
 
-@compiled
+@inlined
 def programmed_motion(path: EdgePass, time: float) -> ToolMotion:
     r"""Position, height and climb of the undeflected tool at a time.
 

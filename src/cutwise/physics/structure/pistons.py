@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cutwise.maths.compiled import compiled
+from cutwise.maths.compiled import compiled, inlined
 from cutwise.maths.curves import FloatArray
 
 NO_FRICTION = 0
@@ -81,7 +81,7 @@ def at_rest(ring: PistonRing) -> RingState:
     return RingState(*(np.zeros(n) for _ in range(5)))
 
 
-@compiled
+@inlined
 def friction_limit(piston: Piston, speed: float) -> float:
     r"""Friction limit of a seal that moved with a speed in the last step [N].
 
@@ -101,7 +101,7 @@ def friction_limit(piston: Piston, speed: float) -> float:
     return piston.friction_static if abs(speed) < STUCK_SPEED else piston.friction_dynamic
 
 
-@compiled
+@inlined
 def pushed_position(
     piston: Piston, limit: float, free: float, yielding: float, old: float, anchor: float, dt: float
 ) -> float:
@@ -137,7 +137,7 @@ def pushed_position(
     return old
 
 
-@compiled
+@inlined
 def free_return(piston: Piston, limit: float, old: float, anchor: float, dt: float) -> float:
     """Where a piston comes to rest that nothing touches: back at the dead point, or where friction holds it [m]."""
     if piston.law == PRESLIDING:
@@ -153,7 +153,7 @@ def free_return(piston: Piston, limit: float, old: float, anchor: float, dt: flo
     return max(0.0, old - dt * (piston.pressure_force - limit) / piston.damping)
 
 
-@compiled
+@inlined
 def contact_force(
     piston: Piston, limit: float, free: float, yielding: float, old: float, anchor: float, dt: float
 ) -> float:
@@ -175,7 +175,7 @@ def contact_force(
     return (free - s) / yielding
 
 
-@compiled
+@inlined
 def step(
     ring: PistonRing, state: RingState, qx: float, qy: float, vx: float, vy: float, mx: float, my: float, dt: float
 ) -> tuple[float, float, float, float, int]:
@@ -305,7 +305,7 @@ def stays(
     return True
 
 
-@compiled
+@inlined
 def dragged_anchor(piston: Piston, limit: float, x: float, anchor: float) -> float:
     """Where a seal is anchored after its piston came to x: it follows once the spring is at its limit [m]."""
     if piston.law != PRESLIDING:

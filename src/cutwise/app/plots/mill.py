@@ -1,0 +1,221 @@
+"""Plots of milling with CNC drives: corner, contour error, forces, voltages, frequency response."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from cutwise.app.plots.figures import INK, SERIES, SHADE, SOFT, Plot, curve, figure, legend_above, line_note, scale
+
+if TYPE_CHECKING:
+    from cutwise.results import Result
+
+_PICTURE = 8e-3  # [m] half width of the picture of the worst place
+_LENGTH_OF_ERROR = 1.5e-3  # [m] how long the largest error is drawn
+_POINTS = 4000
+
+
+def worst_place(result: "Result") -> Figure:
+    """Commanded path and actual path where the path is left most, the error magnified."""
+    motion, error = result["motion"], result["surface"]["contour_error"].values
+    commanded, actual = motion["commanded"].values, motion["actual"].values
+    largest = float(np.nanmax(np.abs(error)))
+    worst = int(np.nanargmax(np.abs(error)))
+    times = _round_down(_LENGTH_OF_ERROR / largest) if largest > 0.0 else 1.0
+    factor, unit = scale("length")
+    centre = commanded[worst]
+    near = np.flatnonzero(np.abs(commanded - centre).max(axis=1) <= 1.2 * _PICTURE)
+    runs = np.split(near, np.flatnonzero(np.diff(near) > 1) + 1)
+    drawn = figure(4.6)
+    axes = drawn.subplots()
+    for number, run in enumerate(runs):
+        step = max(1, run.size // _POINTS)
+        told = commanded[run][::step]
+        shown = told + times * (actual[run][::step] - told - _along(told, actual[run][::step]))
+        names = ("commanded", f"actual, error across the path × {times:g}") if number == 0 else (None, None)
+        axes.plot(*(factor * told.T), color=SOFT, linewidth=1.2, label=names[0])
+        axes.plot(*(factor * shown.T), color=SERIES[1], label=names[1])
+    axes.annotate(
+        f"{scale('small_length')[0] * abs(error[worst]):.3g} {scale('small_length')[1]}", tuple(factor * centre),
+        xytext=(14, 14), textcoords="offset points", color=INK, weight="bold",
+        arrowprops={"arrowstyle": "-", "color": SOFT},
+    )  # fmt: skip
+    axes.set(xlabel=f"x [{unit}]", ylabel=f"y [{unit}]", aspect="equal")
+    axes.set_xlim(*(factor * (centre[0] + np.array([-1.6, 1.6]) * _PICTURE)))
+    axes.set_ylim(*(factor * (centre[1] + np.array([-1.0, 1.0]) * _PICTURE)))
+    legend_above(axes, 2)
+    return drawn
+
+
+def _along(commanded: np.ndarray, actual: np.ndarray) -> np.ndarray:
+    """The part of the deviation along the path, which is lag and no contour error."""
+    direction = np.gradient(commanded, axis=0) if commanded.shape[0] > 1 else np.zeros_like(commanded)
+    length = np.linalg.norm(direction, axis=1, keepdims=True)
+    unit = np.divide(direction, length, out=np.zeros_like(direction), where=length > 1e-12)
+    return np.asarray(unit * np.sum((actual - commanded) * unit, axis=1, keepdims=True))
+
+
+def _round_down(value: float) -> float:
+    power = 10.0 ** np.floor(np.log10(value))
+    return float(power * max(step for step in (1.0, 2.0, 5.0) if step * power <= value))
+
+
+def contour_error(result: "Result") -> Figure:
+    """Contour error along the path."""
+    travelled, error = result["motion"]["travelled"].values, result["surface"]["contour_error"].values
+    factor, unit = scale("small_length")
+    way, way_unit = scale("length")
+    drawn = figure(2.9)
+    axes = drawn.subplots()
+    axes.axhline(0.0, color=SOFT, linewidth=0.8)
+    moving = np.append(np.diff(travelled) > 0.0, False)
+    curve(axes, way * travelled[moving], factor * error[moving], color=INK)
+    limit = result.scenario.requirements.get("contour_error_max")
+    if limit is not None and limit.max is not None:
+        line_note(axes, factor * limit.max, "limit", SERIES[2])
+        line_note(axes, -factor * limit.max, "limit", SERIES[2], above=False)
+    axes.set(xlabel=f"way along the path [{way_unit}]", ylabel=f"contour error [{unit}]")
+    axes.margins(x=0)
+    return drawn
+
+
+def speed(result: "Result") -> Figure:
+    """Planned and actual speed over time, and the immersion angle."""
+    motion, immersion = result["motion"], result["engagement"]["immersion"]
+    factor, unit = scale("speed")
+    time = motion["time"].values
+    drawn = figure(4.0)
+    top, bottom = drawn.subplots(2, sharex=True)
+    curve(top, time, factor * motion["speed_planned"].values, color=SOFT, linestyle="--", label="planned")
+    curve(top, time, factor * motion["speed_actual"].values, color=SERIES[0], label="actual")
+    top.set(ylabel=f"speed [{unit}]")
+    legend_above(top, 2)
+    curve(bottom, time, scale("angle")[0] * immersion.values, color=SERIES[3])
+    bottom.set(xlabel="time [s]", ylabel="immersion angle [°]")
+    bottom.margins(x=0)
+    return drawn
+
+
+def forces(result: "Result") -> Figure:
+    """Mean and peak of the cutting force over each sample of the controller."""
+    cutting = result["cutting"]
+    factor, unit = scale("force")
+    time = cutting["time"].values
+    drawn = figure(3.2)
+    axes = drawn.subplots()
+    curve(axes, time, factor * cutting["force_xy_peak"].values, color=SHADE, label="xy, peak")
+    for axis, colour in zip("xy", SERIES, strict=False):
+        curve(axes, time, factor * cutting["force"].sel(axis=axis).values, color=colour, linewidth=1.0, label=axis)
+    axes.set(xlabel="time [s]", ylabel=f"force on the tool [{unit}]")
+    axes.margins(x=0)
+    legend_above(axes, 3)
+    return drawn
+
+
+def voltages(result: "Result") -> Figure:
+    """Output of the controllers, with its limit."""
+    motion = result["motion"]
+    drawn = figure(2.9)
+    axes = drawn.subplots()
+    for axis, colour in zip("xy", SERIES, strict=False):
+        curve(
+            axes,
+            motion["time"].values,
+            motion["voltage"].sel(axis=axis).values,
+            color=colour,
+            linewidth=1.0,
+            label=axis,
+        )
+    highest = result.measures["drive_voltage_max"].value
+    limit = result.scenario.machine.control.saturation  # type: ignore[attr-defined]
+    if highest > 0.6 * limit:
+        line_note(axes, limit, "limit", SERIES[5])
+        line_note(axes, -limit, "limit", SERIES[5], above=False)
+    axes.set(xlabel="time [s]", ylabel="voltage [V]")
+    axes.margins(x=0)
+    legend_above(axes, 2)
+    return drawn
+
+
+def frequency_response(result: "Result") -> Figure:
+    """Closed loop and loop gain of both axes, continuous and sampled."""
+    motion = result["motion"]
+    hertz = motion["frequency"].values
+    drawn = figure(4.8)
+    closed, opened, phase = drawn.subplots(3, sharex=True)
+    for axis, colour in zip("xy", SERIES, strict=False):
+        for kind, style, name in (("", "--", "continuous"), ("sampled_", "-", "sampled")):
+            label = f"{axis}, {name}"
+            gain = motion[f"{kind}closed_loop_gain"].sel(axis=axis).values
+            closed.plot(hertz, 20.0 * np.log10(gain), style, color=colour, label=label)
+            gain = motion[f"{kind}open_loop_gain"].sel(axis=axis).values
+            opened.plot(hertz, 20.0 * np.log10(gain), style, color=colour)
+            phase.plot(hertz, np.degrees(motion[f"{kind}open_loop_phase"].sel(axis=axis).values), style, color=colour)
+    closed.axhline(-3.0, color=SOFT, linewidth=0.8)
+    opened.axhline(0.0, color=SOFT, linewidth=0.8)
+    phase.axhline(-180.0, color=SOFT, linewidth=0.8)
+    closed.set(ylabel="closed loop [dB]", xscale="log")
+    opened.set(ylabel="loop gain [dB]")
+    phase.set(xlabel="frequency [Hz]", ylabel="phase [°]")
+    legend_above(closed, 4)
+    return drawn
+
+
+def comparison(result: "Result") -> Figure:
+    """Time, contour error and load of the corner strategies side by side."""
+    data = result["comparison"]
+    names = [str(name) for name in data["strategy"].values]
+    shown = [("cycle_time", "time"), ("contour_error_max", "small_length"), ("force_xy_mean_corner", "force")]
+    shown = [(name, dimension) for name, dimension in shown if name in data]
+    drawn = figure(0.55 * len(names) + 1.0)
+    for axes, (name, dimension) in zip(np.atleast_1d(drawn.subplots(1, len(shown))), shown, strict=True):
+        factor, unit = scale(dimension)
+        values = factor * data[name].values
+        bars = axes.barh(names, values, color=SERIES[0], height=0.6)
+        axes.bar_label(bars, [f"{value:.4g}" for value in values], padding=3, fontsize=8)
+        axes.set(xlabel=f"{name} [{unit}]")
+        axes.margins(x=0.2)
+        axes.invert_yaxis()
+        if axes is not drawn.axes[0]:
+            axes.set_yticklabels([])
+    return drawn
+
+
+def vibration(result: "Result") -> Figure:
+    """Vibration of the tool tip in a steady cut at the largest immersion."""
+    tip = result["structure"]["tip_corner"]
+    factor, unit = scale("small_length")
+    drawn = figure(2.9)
+    axes = drawn.subplots()
+    for axis, colour in zip("xy", SERIES, strict=False):
+        curve(
+            axes,
+            tip["vibration_time"].values,
+            factor * tip.sel(axis=axis).values,
+            color=colour,
+            linewidth=1.0,
+            label=axis,
+        )
+    axes.set(xlabel="time [s]", ylabel=f"tool tip [{unit}]")
+    axes.margins(x=0)
+    legend_above(axes, 2)
+    return drawn
+
+
+_ERROR = "surface/contour_error"
+PLOTS: list[Plot] = [
+    Plot("Where the path is left most", "Commanded and actual path of the tool centre; the error is magnified.",
+         worst_place, (_ERROR, "motion/actual", "measures/contour_error_max")),
+    Plot("Corner strategies", "The same corner as exact stop and with fillets.", comparison,
+         ("comparison/cycle_time",)),
+    Plot("Contour error", "Positive to the right of the path, into the wall.", contour_error, (_ERROR,)),
+    Plot("Speed and immersion", "What the look-ahead planned, what the drives did, and how far the mill is immersed.",
+         speed, ("motion/speed_actual", "engagement/immersion")),
+    Plot("Cutting force", "On the tool, mean over each sample of the controller, and peak in the plane.",
+         forces, ("cutting/force", "measures/force_xy_peak")),
+    Plot("Voltage of the drives", "Output of the position controllers.", voltages, ("motion/voltage",)),
+    Plot("Frequency response", "Position loops without friction; the sampled ones are those that run.",
+         frequency_response, ("motion/closed_loop_gain",)),
+    Plot("Vibration of the tool tip", "Steady cut at the largest immersion, from rest.", vibration,
+         ("structure/tip_corner",)),
+]  # fmt: skip

@@ -1,0 +1,151 @@
+"""Helical-flute forces as a sum over axial discs, all discs of a flute at once.
+
+The discs of one flute lie at equal angular steps, so that the sums of sines and cosines over the discs in cut are
+differences of tabulated partial sums turned by the angle of the flute: the cost of a flute does not grow with the
+number of discs. The closed form over continuous flutes (``physics/cutting/flute.py``) is the limit of many discs.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from cutwise.maths.compiled import compiled
+from cutwise.physics.cutting.flute import EdgeCoefficients
+
+FloatArray = npt.NDArray[np.float64]
+
+
+class Discs(NamedTuple):
+    """A mill cut into axial discs, with partial sums over the first d discs of cos, sin, cos 2, sin 2 of their lag."""
+
+    teeth: int
+    count: int  # discs
+    thickness: float  # of a disc [m]
+    step: float  # lag between neighbouring discs [rad]
+    sums: FloatArray  # partial sums, shape (count + 1, 4)
+
+
+def discs(mill_radius: float, helix: float, axial_depth: float, teeth: int, count: int) -> Discs:
+    """Discs of a mill: radius [m], helix angle [rad], axial depth [m]; the lag of disc d is (d + 1/2) steps."""
+    thickness = axial_depth / count
+    step = thickness * math.tan(helix) / mill_radius
+    lag = (np.arange(count) + 0.5) * step
+    terms = np.column_stack((np.cos(lag), np.sin(lag), np.cos(2.0 * lag), np.sin(2.0 * lag)))
+    return Discs(teeth, count, thickness, step, np.vstack((np.zeros((1, 4)), np.cumsum(terms, axis=0))))
+
+
+@compiled
+def _first_disc(angle: float, step: float, count: int) -> int:
+    """First disc whose lag is not below the angle."""
+    if step <= 0.0:
+        return 0 if angle <= 0.0 else count
+    return min(max(math.ceil(angle / step - 0.5), 0), count)
+
+
+@compiled
+def disc_forces(
+    angle: float, wall: float, arc: float, feed_x: float, feed_y: float, mill: Discs, k: EdgeCoefficients
+) -> tuple[float, float, float]:
+    r"""Force on a climb-milling tool that turns clockwise, seen against the spindle axis.
+
+    .. math::
+        dF_t = (K_{tc} h + K_{te})\,dz, \qquad h = f \cdot n(\vartheta), \qquad
+        F_{xy} = -F_t(\sin\vartheta, -\cos\vartheta) - F_r(\cos\vartheta, \sin\vartheta), \qquad F_z = -\sum F_a
+
+    summed over the discs with :math:`(\vartheta - \vartheta_w) \bmod 2\pi < \alpha` and :math:`h > 0`.
+
+    Parameters
+    ----------
+    angle : float
+        Angle of flute 0 at the tip [rad]; flute i is :math:`2\pi i/N` behind in the sense of rotation (greater
+        :math:`\vartheta` cuts later, a helix lags likewise).
+    wall, arc : float
+        Angle :math:`\vartheta_w` at which the cut leaves the wall side [rad], and the immersion angle :math:`\alpha`.
+    feed_x, feed_y : float
+        Displacement of the tool centre per tooth :math:`f` [m].
+    mill : Discs
+        The mill.
+    k : EdgeCoefficients
+        Force coefficients.
+
+    Returns
+    -------
+    tuple
+        Force on the tool x, y, z [N].
+    """
+    feed = math.hypot(feed_x, feed_y)
+    if feed <= 0.0 or arc <= 0.0:
+        return 0.0, 0.0, 0.0
+    turn = 2.0 * math.pi
+    heading = math.atan2(feed_y, feed_x)
+    fx, fy, fz = 0.0, 0.0, 0.0
+    # the chip is positive within 90 degrees of the feed: cut the immersion arc there; wall + [low, high]
+    behind = (heading - 0.5 * math.pi - wall) % turn
+    low, high = 0.0, arc
+    if behind < math.pi:
+        low, high = min(behind, arc), min(arc, behind + math.pi)
+    else:
+        high = min(arc, behind - math.pi)
+    second_low = behind if behind >= math.pi and behind < arc else arc
+    for tooth in range(mill.teeth):
+        base = angle - turn * tooth / mill.teeth
+        for low_, high_ in ((low, high), (second_low, arc)):
+            if high_ <= low_:
+                continue
+            first = (base - wall - low_) % turn  # angle of the tip past the low end
+            span = high_ - low_
+            x, y, z = _flute(base, -first, span, feed_x, feed_y, mill, k)
+            fx, fy, fz = fx + x, fy + y, fz + z
+            x, y, z = _flute(base, turn - first, span, feed_x, feed_y, mill, k)
+            fx, fy, fz = fx + x, fy + y, fz + z
+    return fx, fy, fz
+
+
+@compiled
+def _flute(
+    base: float, start: float, span: float, feed_x: float, feed_y: float, mill: Discs, k: EdgeCoefficients
+) -> tuple[float, float, float]:
+    """Force of the discs of one flute whose lag is in [start, start + span) [rad]."""
+    if start + span <= 0.0:
+        return 0.0, 0.0, 0.0
+    first, last = _first_disc(start, mill.step, mill.count), _first_disc(start + span, mill.step, mill.count)
+    if last <= first:
+        return 0.0, 0.0, 0.0
+    c0, s0 = math.cos(base), math.sin(base)
+    c20, s20 = c0 * c0 - s0 * s0, 2.0 * s0 * c0
+    c = mill.sums[last, 0] - mill.sums[first, 0]
+    s = mill.sums[last, 1] - mill.sums[first, 1]
+    c2 = mill.sums[last, 2] - mill.sums[first, 2]
+    s2 = mill.sums[last, 3] - mill.sums[first, 3]
+    c, s = c * c0 - s * s0, c * s0 + s * c0  # sums of cos and sin of the disc angles
+    c2, s2 = c2 * c20 - s2 * s20, c2 * s20 + s2 * c20
+    n = float(last - first)
+    cc, ss, cs = 0.5 * (n + c2), 0.5 * (n - c2), 0.5 * s2
+    # sums of h cos, h sin, h
+    hc, hs, h = feed_x * cc + feed_y * cs, feed_x * cs + feed_y * ss, feed_x * c + feed_y * s
+    fx = -(k.K_tc * hs + k.K_te * s) - (k.K_rc * hc + k.K_re * c)
+    fy = (k.K_tc * hc + k.K_te * c) - (k.K_rc * hs + k.K_re * s)
+    fz = -(k.K_ac * h + k.K_ae * n)
+    return fx * mill.thickness, fy * mill.thickness, fz * mill.thickness
+
+
+@compiled
+def disc_forces_plain(
+    angle: float, wall: float, arc: float, feed_x: float, feed_y: float, mill: Discs, k: EdgeCoefficients
+) -> tuple[float, float, float]:
+    """:func:`disc_forces` disc by disc, as the equations read; the reference of the summed version."""
+    fx, fy, fz = 0.0, 0.0, 0.0
+    for tooth in range(mill.teeth):
+        for d in range(mill.count):
+            theta = angle - 2.0 * math.pi * tooth / mill.teeth + (d + 0.5) * mill.step
+            h = feed_x * math.cos(theta) + feed_y * math.sin(theta)
+            if (theta - wall) % (2.0 * math.pi) >= arc or h <= 0.0:
+                continue
+            ft = (k.K_tc * h + k.K_te) * mill.thickness
+            fr = (k.K_rc * h + k.K_re) * mill.thickness
+            fx -= ft * math.sin(theta) + fr * math.cos(theta)
+            fy -= fr * math.sin(theta) - ft * math.cos(theta)
+            fz -= (k.K_ac * h + k.K_ae) * mill.thickness
+    return fx, fy, fz

@@ -1,0 +1,176 @@
+"""Linear analysis of a position loop without friction: frequency response, margins, bandwidth, poles."""
+
+import math
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from scipy.optimize import brentq
+
+from cutwise.physics.motion.drives import Controller, Plant
+
+FloatArray = npt.NDArray[np.float64]
+ComplexArray = npt.NDArray[np.complex128]
+
+
+class LoopFigures(NamedTuple):
+    """What the linear loop says about an axis."""
+
+    phase_margin: float  # of the continuous loop [rad], the least over all gain crossings
+    bandwidth: float  # of the continuous closed loop, -3 dB [Hz]
+    resonance: float  # largest magnitude of the continuous closed loop [-]
+    damping: float  # ratio of the dominant oscillating poles [-], 1 without such
+    sampled_phase_margin: float  # with zero-order hold, sample time and delay [rad]
+    sampled_gain_margin: float  # to instability by more gain, sampled [-]; infinite if none
+    sampled_bandwidth: float  # [Hz], 0 if the sampled loop is unstable
+    largest_pole: float  # largest |z| of the sampled loop [-]: stable below 1
+    poles: ComplexArray  # of the continuous closed loop [1/s], shape (3,)
+
+    @property
+    def stable(self) -> bool:
+        """Whether the sampled loop is stable."""
+        return self.largest_pole < 1.0
+
+
+def _gain(plant: Plant) -> float:
+    return plant.current_gain * plant.torque_constant * plant.transmission
+
+
+def open_loop(omega: FloatArray, plant: Plant, law: Controller) -> ComplexArray:
+    r"""Continuous loop gain from position error to position.
+
+    .. math:: L(s) = \left(K_p + \frac{K_i}{s} + K_d s\right) \frac{K_a K_t r_g}{s (J s + B)}, \qquad s = i\omega
+
+    ``omega`` in rad/s, any shape; the result has that shape.
+    """
+    s = 1j * np.asarray(omega, dtype=np.float64)
+    pid = law.proportional + law.integral / s + law.derivative * s
+    return np.asarray(pid * _gain(plant) / (s * (plant.inertia * s + plant.viscous)))
+
+
+def held_plant(plant: Plant, sample_time: float) -> tuple[FloatArray, FloatArray]:
+    r"""Zero-order-hold equivalent of :math:`K/(s(Js+B))`: numerator and denominator in z, highest power first.
+
+    .. math:: G(z) = \frac{K}{J}\,\frac{\varphi_2 z + (T\varphi_1 - \varphi_2)}{z^2 - (1+E) z + E},
+              \qquad E = e^{-BT/J},\ \varphi_1 = \int_0^T e^{-Bt/J} dt,\ \varphi_2 = \int_0^T \varphi_1 dt
+
+    with the integrals over one sample; the constant term follows from the state equation.
+    """
+    rate = plant.viscous / plant.inertia
+    e = math.exp(-rate * sample_time)
+    phi1 = -math.expm1(-rate * sample_time) / rate if rate > 0.0 else sample_time
+    phi2 = (sample_time - phi1) / rate if rate * sample_time > 1e-6 else 0.5 * sample_time**2
+    k = _gain(plant) / plant.inertia
+    return np.array([k * phi2, k * (phi1 * phi1 - e * phi2)]), np.array([1.0, -(1.0 + e), e])
+
+
+def sampled_loop(plant: Plant, law: Controller) -> tuple[FloatArray, FloatArray]:
+    r"""Loop gain of the sampled controller with the held plant: numerator and denominator in z.
+
+    .. math:: C(z) = K_p + K_i T \frac{z}{z-1} + \frac{K_d}{T}\frac{z-1}{z}
+    """
+    t = law.sample_time
+    controller = np.polyadd(
+        np.polyadd(law.proportional * np.array([1.0, -1.0, 0.0]), law.integral * t * np.array([1.0, 0.0, 0.0])),
+        law.derivative / t * np.array([1.0, -2.0, 1.0]),
+    )
+    numerator, denominator = held_plant(plant, t)
+    delay = np.array([1.0, 0.0]) if law.delay > 0.5 else np.array([1.0])
+    whole = np.polymul(np.polymul(np.array([1.0, -1.0, 0.0]), denominator), delay)
+    return np.polymul(controller, numerator), whole
+
+
+def sampled_response(omega: FloatArray, plant: Plant, law: Controller) -> ComplexArray:
+    """Sampled loop gain at angular frequencies [rad/s] below half the sample rate."""
+    numerator, denominator = sampled_loop(plant, law)
+    z = np.exp(1j * np.asarray(omega) * law.sample_time)
+    return np.asarray(np.polyval(numerator, z) / np.polyval(denominator, z))
+
+
+def discrete_poles(plant: Plant, law: Controller) -> ComplexArray:
+    """Poles z of the sampled closed loop, without friction."""
+    numerator, denominator = sampled_loop(plant, law)
+    return np.asarray(np.roots(np.polyadd(numerator, denominator)))
+
+
+def continuous_poles(plant: Plant, law: Controller) -> ComplexArray:
+    """Poles s [1/s] of the continuous closed loop :math:`J s^3 + (B + K K_d) s^2 + K K_p s + K K_i`."""
+    k = _gain(plant)
+    return np.asarray(
+        np.roots([plant.inertia, plant.viscous + k * law.derivative, k * law.proportional, k * law.integral])
+    )
+
+
+def loop_figures(plant: Plant, law: Controller) -> LoopFigures:
+    """Margins, bandwidth and poles of one axis; friction, saturation and encoder are left out."""
+    poles = continuous_poles(plant, law)
+    swinging = poles[np.abs(poles.imag) > 1e-9 * np.abs(poles)]
+    damping = float(np.min(-swinging.real / np.abs(swinging))) if swinging.size else 1.0
+    grid = np.geomspace(0.1, 1e5, 4000)
+
+    def loop(w: FloatArray) -> ComplexArray:
+        return open_loop(w, plant, law)
+
+    nyquist = math.pi / law.sample_time
+    sampled_grid = np.geomspace(0.1, nyquist * (1.0 - 1e-9), 4000)
+
+    def sampled(w: FloatArray) -> ComplexArray:
+        return sampled_response(w, plant, law)
+
+    largest = float(np.max(np.abs(discrete_poles(plant, law))))
+    closed = np.abs(loop(grid) / (1.0 + loop(grid)))
+    return LoopFigures(
+        phase_margin=_phase_margin(loop, grid),
+        bandwidth=_bandwidth(loop, grid),
+        resonance=float(np.max(closed)),
+        damping=damping,
+        sampled_phase_margin=_phase_margin(sampled, sampled_grid),
+        sampled_gain_margin=_gain_margin(plant, law),
+        sampled_bandwidth=_bandwidth(sampled, sampled_grid) if largest < 1.0 else 0.0,
+        largest_pole=largest,
+        poles=poles,
+    )
+
+
+def _phase_margin(loop, grid: FloatArray) -> float:  # type: ignore[no-untyped-def]
+    """Least phase margin over all gain crossings [rad]; pi if the gain never crosses one."""
+    level = np.log(np.abs(loop(grid)))
+    margins = []
+    for i in np.nonzero(level[:-1] * level[1:] < 0.0)[0]:
+        cross = brentq(lambda w: math.log(abs(complex(loop(w)))), grid[i], grid[i + 1], xtol=1e-12, rtol=1e-14)
+        margins.append(_wrapped(math.pi + float(np.angle(loop(cross)))))
+    return min(margins, default=math.pi)
+
+
+def _wrapped(angle: float) -> float:
+    return (angle + math.pi) % (2.0 * math.pi) - math.pi
+
+
+def _bandwidth(loop, grid: FloatArray) -> float:  # type: ignore[no-untyped-def]
+    """Last frequency [Hz] at which the closed loop is above -3 dB."""
+
+    def level(w: FloatArray) -> FloatArray:
+        return np.asarray(np.abs(loop(w) / (1.0 + loop(w))) - math.sqrt(0.5))
+
+    values = level(grid)
+    falls = np.nonzero((values[:-1] > 0.0) & (values[1:] <= 0.0))[0]
+    if falls.size == 0:
+        return float(grid[-1] / (2.0 * math.pi))
+    i = int(falls[0])
+    return float(brentq(level, grid[i], grid[i + 1], xtol=1e-12, rtol=1e-14)) / (2.0 * math.pi)
+
+
+def _gain_margin(plant: Plant, law: Controller) -> float:
+    """Factor on the loop gain at which the sampled loop turns unstable; below one: it is unstable already."""
+    numerator, denominator = sampled_loop(plant, law)
+
+    def excess(factor: float) -> float:
+        return float(np.max(np.abs(np.roots(np.polyadd(factor * numerator, denominator))))) - 1.0
+
+    stable_now = excess(1.0) < 0.0
+    factors = np.geomspace(1.0, 1e4, 400) if stable_now else np.geomspace(1.0, 1e-4, 400)
+    for a, b in pairwise(factors):
+        if (excess(b) < 0.0) != stable_now:
+            return float(brentq(excess, a, b))
+    return math.inf if stable_now else 0.0

@@ -1,0 +1,127 @@
+r"""Elastic joints of a serial arm: what the tool yields by, and when the tip of a drill skates.
+
+Tool axes: z along the feed, into the work; twists are displacement first, rotation second.
+"""
+
+import math
+
+import numpy as np
+
+from cutwise.maths.compiled import compiled
+from cutwise.maths.frames import FloatArray
+
+
+def cartesian_compliance(jacobian: FloatArray, stiffness: FloatArray, axes: FloatArray | None = None) -> FloatArray:
+    r"""Compliance at the tool point from joint stiffness.
+
+    .. math:: C = J K_\theta^{-1} J^T, \qquad C_\text{tool} = \mathrm{diag}(R^T, R^T)\, C\, \mathrm{diag}(R, R)
+
+    Parameters
+    ----------
+    jacobian : array (..., 6, n)
+        Geometric, at the tool point [m; 1 per rad].
+    stiffness : array (n,)
+        :math:`K_\theta` at the joints' output [N m/rad]; infinite for a stiff joint.
+    axes : array (..., 3, 3), optional
+        Tool axes as columns; without them the compliance stays in the axes of the Jacobian.
+
+    Returns
+    -------
+    array (..., 6, 6)
+        Blocks [m/N, 1/N; rad/N, rad/(N m)].
+
+    Notes
+    -----
+    Links are rigid and the load is small: the stiffening by the load itself, :func:`geometric_stiffness`, changes the
+    result by 5e-4 at 600 N and is left out.
+    """
+    scaled = jacobian / np.asarray(stiffness, dtype=float)
+    compliance = scaled @ np.swapaxes(jacobian, -1, -2)
+    if axes is None:
+        return np.asarray(compliance)
+    turn = np.zeros((*np.shape(axes)[:-2], 6, 6))
+    turn[..., :3, :3] = axes
+    turn[..., 3:, 3:] = axes
+    return np.asarray(np.swapaxes(turn, -1, -2) @ compliance @ turn)
+
+
+def geometric_stiffness(jacobian: FloatArray, wrench: FloatArray) -> FloatArray:
+    r"""Complementary stiffness of the joints under a load: :math:`K_C = (\partial J^T/\partial q)\,w`.
+
+    .. math::
+        \frac{\partial J_i}{\partial q_j} = (\omega_j \times v_i;\; \omega_j \times \omega_i)\ (j \le i), \quad
+        (\omega_i \times v_j;\; 0)\ (j > i), \qquad (K_C)_{ij} = \frac{\partial J_i}{\partial q_j}^T w
+
+    The arm then yields by :math:`C = J (K_\theta - K_C)^{-1} J^T`. Not symmetric when a moment acts.
+
+    Parameters
+    ----------
+    jacobian : array (6, n)
+        Of turning joints, in base axes.
+    wrench : array (6,)
+        Load on the tool, force [N] above moment [N m], constant in base axes.
+
+    Returns
+    -------
+    array (n, n)
+        [N m/rad].
+
+    References
+    ----------
+    Chen and Kao 2000, conservative congruence transformation.
+    """
+    v, omega = jacobian[:3].T, jacobian[3:].T
+    count = len(v)
+    result = np.zeros((count, count))
+    for i in range(count):
+        for j in range(count):
+            if j <= i:
+                change = np.concatenate([np.cross(omega[j], v[i]), np.cross(omega[j], omega[i])])
+            else:
+                change = np.concatenate([np.cross(omega[i], v[j]), np.zeros(3)])
+            result[i, j] = change @ wrench
+    return result
+
+
+@compiled
+def axial_and_skating(cxx: float, cxy: float, cyy: float, cxz: float, cyz: float) -> float:
+    r"""Skating ratio of a tip held by friction.
+
+    .. math:: \rho = |C_l^{-1} c|, \qquad C_l = C_{[x,y;\,x,y]}, \quad c = C_{[x,y;\,z]}
+
+    Thrust pushes the tool aside by :math:`-cT`; a lateral force :math:`C_l^{-1} c\,T` keeps the tip where it is. With
+    Coulomb friction it does so if and only if :math:`\rho \le \mu`, whatever the thrust.
+
+    Parameters
+    ----------
+    cxx, cxy, cyy, cxz, cyz : float
+        Translation block of the compliance in tool axes [m/N].
+
+    Notes
+    -----
+    Flat entry, point contact without moment, quasi-static, drill torque left out; :func:`holding_force` has it.
+    """
+    determinant = cxx * cyy - cxy * cxy
+    x = (cyy * cxz - cxy * cyz) / determinant
+    y = (cxx * cyz - cxy * cxz) / determinant
+    return math.hypot(x, y)
+
+
+def skating_ratio(compliance: FloatArray) -> float:
+    """Skating ratio of a compliance (6, 6) or (3, 3) in tool axes; see :func:`axial_and_skating`."""
+    c = compliance
+    return float(axial_and_skating(c[0, 0], c[0, 1], c[1, 1], c[0, 2], c[1, 2]))
+
+
+def holding_force(compliance: FloatArray, thrust: float, torque: float) -> FloatArray:
+    r"""Lateral force that keeps the tip in place, :math:`C_l^{-1}(c\,T + C_{l\psi} M)` [N], shape (2,).
+
+    The tip holds if it is no larger than :math:`\mu T`. ``compliance`` (6, 6) in tool axes.
+    """
+    push = compliance[:2, 2] * thrust + compliance[:2, 5] * torque
+    return np.asarray(np.linalg.solve(compliance[:2, :2], push))
+
+
+def axis_tilt(compliance: FloatArray, thrust: float) -> float:
+    r"""Tilt of the drill itself under thrust, :math:`|C_{[\varphi_x,\varphi_y;\,z]}|\,T` [rad]."""
+    return float(np.hypot(compliance[3, 2], compliance[4, 2]) * thrust)

@@ -1,0 +1,356 @@
+"""Drilling with a robot: from the scenario to postures, forces and holes."""
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from cutwise.maths.chains import REVOLUTE, chain
+from cutwise.maths.frames import FloatArray, rotation_from_rpy
+from cutwise.physics.cutting.drill import (
+    DrillPoint,
+    ZoneLaw,
+    ZoneStress,
+    margin_torque,
+    rotating_force,
+    shares,
+    stress_at_feed,
+)
+from cutwise.physics.cutting.drill_elements import LipElements, oblique_elements
+from cutwise.physics.motion.wrist import NotSphericalError, spherical_wrist
+from cutwise.physics.structure.joint_compliance import axis_tilt
+from cutwise.physics.surface.hole import perpendicularity, whirl_amplitudes
+from cutwise.process.drill_profile import DepthProfile, depth_profile, no_elements
+from cutwise.process.loops_drilling import (
+    ArmDynamics,
+    DrillCycle,
+    HoleOutcome,
+    arm_dynamics,
+    cycle_time,
+    drill_hole,
+    hole_error,
+    modes,
+)
+from cutwise.process.posture_search import (
+    PoseTarget,
+    Score,
+    axial_compliance,
+    place_part,
+    predicted,
+    scan,
+    search,
+    skating,
+)
+from cutwise.process.postures import Arm, Posture, Reach, candidates, posture_at, reach, tool_axes
+from cutwise.spec.drilling import Drill, DrillingScenario, Hole, Placement
+from cutwise.spec.robot import Robot
+
+_ROWS = 2000  # of the history that is kept
+_COARSE = math.radians(4.0)  # step of the redundancy angle while places of the part are compared
+
+# How the worst hole of a pattern is told: the smallest of these, the largest magnitude of all others.
+_SMALLEST_IS_WORST = (
+    "feed_per_rev_min", "wrist_margin", "joint_limit_margin", "skating_margin", "natural_frequency_min",
+)  # fmt: skip
+_SINGLE_ONLY = ("redundancy_angle",)
+
+
+class DrillCell(NamedTuple):
+    """Everything that takes part in drilling, as bare SI records."""
+
+    arm: Arm
+    point: DrillPoint
+    law: ZoneLaw
+    stress: ZoneStress
+    elements: LipElements
+    profile: DepthProfile
+    cycle: DrillCycle
+    slope_direction: float  # [rad] from redundancy angle zero
+    modal_mass: float  # [kg]
+    damping: float
+    with_torque: bool
+    not_spherical: str  # why there is no closed-form inverse kinematics; empty if there is
+
+
+class DrilledHole(NamedTuple):
+    """One hole of the run."""
+
+    target: PoseTarget
+    posture: Posture | None  # None: it cannot be drilled
+    reach: Reach
+    singular: bool  # within the limits, but only too close to a singularity
+    outcome: HoleOutcome | None
+    history: FloatArray  # shape (rows, 12)
+    frequencies: FloatArray  # [Hz] of the arm in this posture, shape (3,)
+
+
+class DrillRun(NamedTuple):
+    """A finished run."""
+
+    cell: DrillCell
+    holes: tuple[DrilledHole, ...]
+    shift: FloatArray  # [m] where the part was put, shape (3,)
+    places: tuple[tuple[FloatArray, float], ...]  # every place that was tried, with its worst hole
+
+
+def drill_cell(scenario: DrillingScenario) -> DrillCell:
+    """Specifications become records."""
+    tool, material, contact, feed = scenario.tool, scenario.material, scenario.contact, scenario.operation.feed_per_rev
+    point = drill_point(tool)
+    law = ZoneLaw(
+        material.rake_friction, tool.rake, material.chisel_factor, material.chisel_friction, tool.chisel_rake,
+        material.margin_stress,
+    )  # fmt: skip
+    stress = stress_at_feed(law, material.k_c11, material.m_c, point, feed)
+    elements = no_elements()
+    if tool.lip_model == "oblique":
+        elements = oblique_elements(point, law, stress.specific, scenario.numerics.lip_elements)
+    profile = depth_profile(
+        point, stress, elements, margin_stress=material.margin_stress, feed=feed, thickness=scenario.part.thickness,
+        inclination=scenario.part.inclination, azimuths=scenario.numerics.azimuths,
+    )  # fmt: skip
+    cycle = DrillCycle(
+        feed, scenario.operation.spindle_speed / (2.0 * math.pi), scenario.part.thickness, tool.cone_height,
+        material.m_c, contact.friction, contact.wall_stiffness, contact.wander_length,
+    )  # fmt: skip
+    arm, reason = robot_arm(scenario.robot)
+    return DrillCell(
+        arm, point, law, stress, elements, profile, cycle, scenario.part.slope_direction, scenario.robot.modal_mass,
+        scenario.robot.damping, contact.drill_torque_on_arm, reason,
+    )  # fmt: skip
+
+
+def drill_point(tool: Drill) -> DrillPoint:
+    """Geometry of the drill point."""
+    return DrillPoint(
+        0.5 * tool.diameter, tool.chisel_radius, tool.web, 0.5 * tool.point_angle, tool.helix, tool.margin_width,
+        tool.margin_length,
+    )  # fmt: skip
+
+
+def robot_arm(robot: Robot) -> tuple[Arm, str]:
+    """The arm with its tool, and why it has no closed-form inverse kinematics (empty if it has)."""
+    joints = robot.joints
+    serial = chain(
+        [REVOLUTE] * len(joints),
+        [joint.axis for joint in joints],
+        [joint.origin for joint in joints],
+        rotations=[rotation_from_rpy(*joint.rotation) for joint in joints],
+    )
+    try:
+        wrist, reason = spherical_wrist(serial), ""
+    except NotSphericalError as fault:
+        wrist, reason = None, str(fault)
+    flange = rotation_from_rpy(*robot.flange_rotation)
+    return Arm(
+        serial, wrist, np.array([joint.limits for joint in joints]), np.array(robot.joint_stiffness),
+        np.ascontiguousarray(flange @ rotation_from_rpy(*robot.tool_rotation)),
+        np.array(robot.flange_origin) + flange @ np.array(robot.tool_position),
+    ), reason  # fmt: skip
+
+
+def targets(hole: Hole) -> list[PoseTarget]:
+    """All holes: the first with its grid, then the others."""
+    axes = tool_axes(np.array(hole.axis), 0.0)
+    first, axis = np.array(hole.position), axes[:, 2]
+    positions = [first]
+    if hole.grid is not None:
+        positions = [
+            first + column * hole.grid.pitch[0] * axes[:, 0] + row * hole.grid.pitch[1] * axes[:, 1]
+            for row in range(hole.grid.rows)
+            for column in range(hole.grid.columns)
+        ]
+    return [PoseTarget(np.asarray(p), axis) for p in [*positions, *map(np.array, hole.others)]]
+
+
+def shifts(placement: Placement | None) -> Iterator[FloatArray]:
+    """Places at which the part may be put, as shifts [m]; without a placement only where it is."""
+    if placement is None:
+        yield np.zeros(3)
+        return
+    ranges = [(placement.x), (placement.y), (placement.z)]
+    grids = [np.linspace(low, high, placement.steps) if high != low else np.array([low]) for low, high in ranges]
+    for x in grids[0]:
+        for y in grids[1]:
+            for z in grids[2]:
+                yield np.array([x, y, z])
+
+
+def dynamics(cell: DrillCell, posture: Posture) -> ArmDynamics:
+    """The arm at the tip in a posture."""
+    return arm_dynamics(posture.compliance, cell.modal_mass, cell.damping, with_torque=cell.with_torque)
+
+
+def slope_angle(cell: DrillCell, posture: Posture) -> float:
+    """Direction of the slope in the axes of the tool, which is turned by the redundancy angle."""
+    return cell.slope_direction - posture.angle
+
+
+def score_of_choice(cell: DrillCell, choice: str, step: float) -> Score:
+    """The figure of merit that the scenario names."""
+
+    def error(posture: Posture) -> float:
+        outcome, _ = drill_hole(
+            cell.cycle, dynamics(cell, posture), cell.profile, slope_angle=slope_angle(cell, posture), step=step,
+            dwell=False,
+        )  # fmt: skip
+        return hole_error(outcome)
+
+    return {"stiffest": axial_compliance, "least_skating": skating, "best": predicted(error)}[choice]
+
+
+def choose(scenario: DrillingScenario, cell: DrillCell, target: PoseTarget) -> tuple[Posture | None, Reach, bool]:
+    """Posture for a hole, how well it is reached, and whether only a singularity stands in the way."""
+    robot, choice = scenario.robot, scenario.robot.redundancy_angle
+    if isinstance(choice, str):
+        step = scenario.numerics.angle_step
+        score = score_of_choice(cell, choice, scenario.numerics.time_step)
+        posture = search(cell.arm, target, score, margin=robot.singularity_margin, grid=step)
+        angles = np.linspace(-math.pi, math.pi, max(round(2.0 * math.pi / step), 8) + 1)
+    else:
+        posture = fixed(scenario, cell, target, choice)
+        angles = np.array([choice])
+    if posture is not None:
+        at = reach(cell.arm, target.position, tool_axes(target.axis, posture.angle))
+        return posture, at, False
+    found = scan(cell.arm, target, angles)
+    tried = [reach(cell.arm, target.position, pose) for pose in tool_axes(target.axis, angles)]
+    best = max(tried, key=lambda r: (r.joint >= 0, r.margin))
+    return None, best, bool(np.any(found.within))
+
+
+def fixed(scenario: DrillingScenario, cell: DrillCell, target: PoseTarget, angle: float) -> Posture | None:
+    """The posture at a given redundancy angle: nearest to given joint angles, or the stiffest branch."""
+    pose = tool_axes(target.axis, np.array([angle]))
+    given = scenario.robot.joint_angles
+    near = None if given is None else np.array(given)
+    found = candidates(cell.arm, target.position[None, :], pose, near=near)
+    allowed = found.within[0] & (found.wrist_sine[0] >= scenario.robot.singularity_margin)
+    if not np.any(allowed):
+        return None
+    q = found.q[0]
+    if near is not None:
+        order = np.where(allowed, np.abs((q - near + math.pi) % (2.0 * math.pi) - math.pi).max(axis=1), math.inf)
+    else:
+        order = np.where(allowed, np.round(found.compliance[0] * 1e15), math.inf)
+        order = np.where(order <= order.min(), np.abs(q[:, 3]) + np.abs(q[:, 5]), math.inf)
+    return posture_at(cell.arm, angle, q[int(np.argmin(order))])
+
+
+def drill_one(scenario: DrillingScenario, cell: DrillCell, target: PoseTarget, step: float) -> DrilledHole:
+    """Choose a posture and drill."""
+    posture, at, singular = choose(scenario, cell, target)
+    if posture is None:
+        return DrilledHole(target, None, at, singular, None, np.zeros((0, 12)), np.zeros(3))
+    return drilled(cell, DrilledHole(target, posture, at, False, None, np.zeros((0, 12)), np.zeros(3)), step)
+
+
+def drilled(cell: DrillCell, hole: DrilledHole, step: float) -> DrilledHole:
+    """The hole drilled in its posture."""
+    assert hole.posture is not None
+    at_tip = dynamics(cell, hole.posture)
+    every = max(1, round(cycle_time(cell.cycle) / step / _ROWS))
+    outcome, history = drill_hole(
+        cell.cycle, at_tip, cell.profile, slope_angle=slope_angle(cell, hole.posture), step=step, every=every
+    )
+    return hole._replace(outcome=outcome, history=history, frequencies=modes(at_tip))
+
+
+def place(scenario: DrillingScenario, cell: DrillCell) -> tuple[FloatArray, tuple[tuple[FloatArray, float], ...]]:
+    """Where to put the part, and how every place that was tried does [m]."""
+    offered = list(shifts(scenario.part.placement))
+    if len(offered) == 1:
+        return offered[0], ()
+    choice = scenario.robot.redundancy_angle
+    score = score_of_choice(cell, choice if isinstance(choice, str) else "stiffest", scenario.numerics.time_step)
+    at = targets(scenario.hole)
+    rated = place_part(
+        cell.arm, [[PoseTarget(t.position + shift, t.axis) for t in at] for shift in offered], score,
+        margin=scenario.robot.singularity_margin, grid=max(_COARSE, scenario.numerics.angle_step),
+    )  # fmt: skip
+    order = [(sum(p is None for p in r.postures), r.worst) for r in rated]
+    best = min(range(len(rated)), key=order.__getitem__)
+    return offered[best], tuple((shift, r.worst) for shift, r in zip(offered, rated, strict=True))
+
+
+def hole_measures(scenario: DrillingScenario, cell: DrillCell, hole: DrilledHole) -> dict[str, float]:
+    """Measures of one hole that was drilled."""
+    outcome, posture = hole.outcome, hole.posture
+    assert outcome is not None
+    assert posture is not None
+    whirl = whirl_amplitudes(
+        posture.compliance[:2, :2], rotating_force(cell.point, cell.stress, scenario.tool.lip_height_error),
+        cell.modal_mass, cell.damping, scenario.operation.spindle_speed,
+    )  # fmt: skip
+    room = np.minimum(posture.q - cell.arm.limits[:, 0], cell.arm.limits[:, 1] - posture.q)
+    found = {
+        "thrust_max": outcome.thrust_max,
+        "thrust_mean": outcome.thrust_mean,
+        "torque_max": outcome.torque_max,
+        "lateral_force_max": outcome.lateral_force_max,
+        "axial_deflection_max": outcome.axial_max,
+        "axial_deflection_mean": outcome.axial_mean,
+        "lateral_deflection_max": outcome.lateral_max,
+        "lateral_deflection_mean": outcome.lateral_mean,
+        "hole_position_error_entry": float(np.hypot(*outcome.entry)),
+        "hole_position_error_exit": float(np.hypot(*outcome.exit)),
+        "perpendicularity_error": perpendicularity(outcome.entry, outcome.exit, cell.cycle.thickness),
+        "drill_tilt": axis_tilt(posture.compliance, outcome.thrust_mean),
+        "circularity_estimate": abs(whirl[0] - whirl[1]),
+        "oversize_estimate": whirl[0] + whirl[1],
+        "feed_per_rev_max": outcome.feed_max,
+        "feed_per_rev_min": outcome.feed_min,
+        "depth_error": outcome.rest,
+        "skating_ratio": posture.skating,
+        "skating_margin": scenario.contact.friction - posture.skating,
+        "compliance_axial": float(posture.compliance[2, 2]),
+        "redundancy_angle": posture.angle,
+        "wrist_margin": posture.wrist_sine,
+        "joint_limit_margin": float(room.min()),
+        "natural_frequency_min": float(hole.frequencies[0]),
+        "cycle_time": outcome.time,
+    }
+    if outcome.thrust_mean == 0.0:  # no full cut: the plate is thinner than the drill point
+        for name in ("thrust_mean", "axial_deflection_mean", "lateral_deflection_mean", "drill_tilt"):
+            del found[name]
+    return {name: value for name, value in found.items() if math.isfinite(value)}
+
+
+def measures(scenario: DrillingScenario, run: DrillRun) -> dict[str, float]:
+    """All measures in SI: of the hole, or of the worst hole of a pattern; forces also of a hole out of reach."""
+    cell = run.cell
+    lips, chisel, torque_lips, torque_chisel = nominal_shares(scenario, cell)
+    found = {"thrust_lips": lips, "thrust_chisel": chisel, "torque_lips": torque_lips, "torque_chisel": torque_chisel}
+    found["torque_margin"] = margin_torque(cell.point, cell.law.margin_stress, 1.0, scenario.part.thickness)
+    each = [hole_measures(scenario, cell, hole) for hole in run.holes if hole.outcome is not None]
+    names = dict.fromkeys(name for one in each for name in one)
+    for name in names:
+        values = [one[name] for one in each if name in one]
+        if name == "cycle_time":
+            found[name] = sum(values)
+        elif name in _SMALLEST_IS_WORST:
+            found[name] = min(values)
+        elif name not in _SINGLE_ONLY or len(run.holes) == 1:
+            found[name] = max(values, key=abs)
+    found["holes_drilled"] = float(len(each))
+    return found
+
+
+def nominal_shares(scenario: DrillingScenario, cell: DrillCell) -> tuple[float, float, float, float]:
+    """Thrust of lips and chisel edge, torque of lips and chisel edge, in full contact at nominal feed [N, N m]."""
+    feed = scenario.operation.feed_per_rev
+    closed = shares(cell.point, cell.stress, feed)
+    if not len(cell.elements.thrust):
+        return closed
+    middle = 0.5 * (cell.elements.edges[1:] + cell.elements.edges[:-1])
+    section = feed * np.diff(cell.elements.edges) * (middle > cell.point.chisel_radius)
+    lips, torque = float(cell.elements.thrust @ section), float((cell.elements.tangential * middle) @ section)
+    return lips, closed[1], torque, closed[3]
+
+
+def convergence(scenario: DrillingScenario, run: DrillRun) -> Mapping[str, float]:
+    """All measures once more, with half the time step and the same postures."""
+    step = 0.5 * scenario.numerics.time_step
+    again = tuple(hole if hole.posture is None else drilled(run.cell, hole, step) for hole in run.holes)
+    return measures(scenario, run._replace(holes=again))

@@ -1,0 +1,262 @@
+"""What a drilling run has to say beyond its numbers: why a hole cannot be drilled, what to mistrust."""
+
+import math
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from cutwise import units
+from cutwise.maths.chains import frames
+from cutwise.maths.frames import FloatArray
+from cutwise.physics.cutting.drill_formulas import half_specific_force, shaw_oxford, tungaloy
+from cutwise.physics.structure.joint_compliance import (
+    cartesian_compliance,
+    geometric_stiffness,
+    holding_force,
+)
+from cutwise.process.drilling import DrilledHole, DrillRun, dynamics, nominal_shares, slope_angle
+from cutwise.process.loops_drilling import HoleOutcome, quasi_static_hole, step_limit
+from cutwise.process.postures import Posture, posture_jacobian
+from cutwise.spec.drilling import DrillingScenario
+from cutwise.spec.notices import notices
+
+_GRAVITY = 9.80665  # [m/s^2] standard acceleration of free fall
+_ABSURD_SAG = 5e-3  # [m] under the rated payload; arms that drill have one to three
+_NEAR_LIMIT = math.radians(0.1)
+_MOVED = 0.01  # relative change with the halved step that is worth a warning
+_RESONANCE = (0.7, 1.4)  # spindle frequency over arm frequency
+
+LIMITS = (
+    "The arm is its joints: links, bearings and spindle are rigid; joint stiffness is constant, that of the output.",
+    "Hole wall, wander length, friction, modal mass and damping have no published values; they are inputs, assumed.",
+    "Rotation of the tool under load is not coupled back; gravity is constant and taken as calibrated out.",
+    "The plate does not bend and leaves no burr; at entry every point cuts at full chip thickness from its first turn.",
+    "The estimate of circularity is an upper bound: the wall of the hole is taken to hold nothing.",
+    "Zone factors of the chisel edge are calibrated to makers' thrust within 10 to 18 %; thrust of conventional points "
+    "is up to 1.7 times larger, torque within 35 %.",
+)
+
+
+def infeasible(scenario: DrillingScenario, run: DrillRun) -> tuple[str, ...]:
+    """Every hole that cannot be drilled, with what is missing."""
+    return tuple(_why(scenario, index, hole) for index, hole in enumerate(run.holes, 1) if hole.posture is None)
+
+
+def _why(scenario: DrillingScenario, index: int, hole: DrilledHole) -> str:
+    at = ", ".join(f"{1e3 * x:.4g}" for x in hole.target.position)
+    choice = scenario.robot.redundancy_angle
+    where = "at any redundancy angle" if isinstance(choice, str) else f"at {units.show(choice, 'angle', 4)}"
+    name = f"hole {index} at ({at}) mm"
+    if hole.singular:
+        return (
+            f"{name} is reached {where} only in a singular posture: |sin| of the wrist angle stays below "
+            f"{scenario.robot.singularity_margin:g}; turn the tool, or tilt it on the flange"
+        )
+    if hole.reach.joint < 0:
+        if math.isnan(hole.reach.margin):
+            return f"{name} is out of reach {where}: no posture was found"
+        return f"{name} is out of reach {where}: the arm is {units.show(-hole.reach.margin, 'length', 4)} too short"
+    joint = scenario.robot.joints[hole.reach.joint]
+    low, high = (units.show(end, "angle", 4) for end in joint.limits)
+    label = f" ({joint.name})" if joint.name else ""
+    return (
+        f"{name} is not reached {where}: joint {hole.reach.joint + 1}{label} would have to go "
+        f"{units.show(-hole.reach.margin, 'angle', 4)} beyond its limits ({low} to {high}), the least of all branches"
+    )
+
+
+def warnings(scenario: DrillingScenario, run: DrillRun) -> tuple[str, ...]:
+    """Everything that the engineer should know before he trusts the numbers."""
+    return tuple(
+        dict.fromkeys([*notices(scenario), *_robot(scenario, run), *_process(scenario, run), *_numerics(scenario, run)])
+    )
+
+
+def _robot(scenario: DrillingScenario, run: DrillRun) -> Iterator[str]:
+    arm = run.cell.arm
+    if run.cell.not_spherical:
+        yield (
+            f"the arm has no spherical wrist ({run.cell.not_spherical}): postures are found by numbers, and some "
+            "branches may be missed"
+        )
+    elif arm.wrist is not None and abs(arm.wrist.plane[5]) > 1e-4:
+        offset = units.show(abs(arm.wrist.plane[5]), "length", 3)
+        yield (
+            f"the wrist centre lies {offset} beside the plane of the arm; offsets in public models often fail to "
+            "cancel: check the joint origins"
+        )
+    payload = scenario.robot.payload
+    sags = [sag(run, hole, payload) for hole in run.holes if hole.posture is not None and payload is not None]
+    if sags and max(sags) > _ABSURD_SAG:
+        yield (
+            f"with this joint stiffness the arm sags {units.show(max(sags), 'length', 3)} under its rated payload of "
+            f"{units.show(payload or 0.0, 'mass')}: absurd, usual is 1 to 3 mm; the set is probably wrong by a factor"
+        )
+
+
+def sag(run: DrillRun, hole: DrilledHole, payload: float) -> float:
+    """How far the tool sinks under the rated payload, in the posture of a hole [m]."""
+    assert hole.posture is not None
+    compliance = cartesian_compliance(posture_jacobian(run.cell.arm, hole.posture.q), run.cell.arm.stiffness)
+    return float(compliance[2, 2]) * payload * _GRAVITY
+
+
+def _process(scenario: DrillingScenario, run: DrillRun) -> Iterator[str]:
+    """What holds for several holes is said once, with their numbers."""
+    said: dict[str, list[int]] = {}
+    for index, hole in enumerate(run.holes, 1):
+        if hole.posture is not None and hole.outcome is not None:
+            for text in (*_posture(scenario, run, hole.posture), *_hole(scenario, hole, hole.outcome)):
+                said.setdefault(text, []).append(index)
+    for text, holes in said.items():
+        where = f"hole{'s' if len(holes) > 1 else ''} {', '.join(map(str, holes))}: " if len(run.holes) > 1 else ""
+        yield where + text
+    if scenario.tool.lip_model == "oblique":
+        yield (
+            "oblique lips with coefficients of the simple ones underrate thrust (by 42 % in the reference case): use "
+            "coefficients that were calibrated with oblique lips"
+        )
+
+
+def _posture(scenario: DrillingScenario, run: DrillRun, posture: Posture) -> Iterator[str]:
+    arm, friction = run.cell.arm, scenario.contact.friction
+    room = np.minimum(posture.q - arm.limits[:, 0], arm.limits[:, 1] - posture.q)
+    if room.min() < _NEAR_LIMIT:
+        yield (
+            f"joint {int(room.argmin()) + 1} stands within {units.show(_NEAR_LIMIT, 'angle', 2)} of its limit: the "
+            "program will need some room to approach and retract"
+        )
+    heights = frames(arm.chain, posture.q).origins[1:, 2]
+    if heights.min() < 0.0:
+        yield f"joint {int(heights.argmin()) + 1} stands below the base: is there room under the foot of the robot?"
+    if posture.skating > friction:
+        number = f", {posture.skating:.3g}," if len(run.holes) == 1 else ""
+        yield (
+            f"the tip skates at entry: its skating ratio{number} is above the friction of {friction:.3g}; choose another "
+            "redundancy angle (least_skating), or a pilot hole"
+        )
+
+
+def _hole(scenario: DrillingScenario, hole: DrilledHole, outcome: HoleOutcome) -> Iterator[str]:
+    speed = scenario.operation.spindle_speed / (2.0 * math.pi)
+    if any(_RESONANCE[0] < speed / f < _RESONANCE[1] for f in hole.frequencies):
+        yield (
+            f"the spindle turns at {speed:.3g} Hz, next to a mode of the arm: unequal lips shake the tool; change the "
+            "speed by a third"
+        )
+    if outcome.feed_min <= 0.0:
+        yield "the tip is pushed back faster than it is fed: the drill stops cutting for a while at entry"
+    if outcome.feed_max > 2.0 * scenario.operation.feed_per_rev:
+        yield (
+            "the drill is pulled in at breakthrough, at more than twice the feed: reduce the feed before the exit, or "
+            "choose a stiffer posture"
+        )
+    if outcome.thrust_mean == 0.0:
+        yield "the plate is thinner than the drill point is high: there is no full cut"
+
+
+def _numerics(scenario: DrillingScenario, run: DrillRun) -> Iterator[str]:
+    for hole in run.holes:
+        if hole.posture is None:
+            continue
+        largest = step_limit(run.cell.cycle, dynamics(run.cell, hole.posture), float(run.cell.profile.thrust.max()))
+        if scenario.numerics.time_step > largest:
+            yield (f"the time step is too long for this speed and wall stiffness; use at most {1e6 * largest:.2g} us")
+            return
+
+
+def halved_step(found: Mapping[str, float], change: Mapping[str, float]) -> Iterator[str]:
+    """A result that still moves when the step is halved."""
+    for name in ("hole_position_error_entry", "hole_position_error_exit", "feed_per_rev_max", "thrust_max"):
+        if name in change and abs(change[name]) > max(_MOVED * abs(found[name]), 1e-8):
+            share = abs(change[name] / found[name]) if found[name] else math.inf
+            yield f"{name} moves by {share:.2%} when the time step is halved; use a smaller one"
+
+
+def notes(scenario: DrillingScenario, run: DrillRun) -> dict[str, str]:
+    """Plausibility of thrust and torque, stick or slip, the quasi-static cross-check, where the part went."""
+    told = {"plausibility": _plausibility(scenario, run)}
+    first = next((hole for hole in run.holes if hole.posture is not None), None)
+    if first is not None:
+        told["skating"] = _skating(scenario, run, first)
+        told["cross_check"] = _cross_check(run, first)
+    if len(run.holes) > 1:
+        told["holes"] = "\n".join(_line(i, hole) for i, hole in enumerate(run.holes, 1))
+    if run.places:
+        best = ", ".join(f"{1e3 * x:.4g}" for x in run.shift)
+        told["placement"] = f"Of {len(run.places)} places of the part, the shift ({best}) mm has the best worst hole."
+    return told
+
+
+def _plausibility(scenario: DrillingScenario, run: DrillRun) -> str:
+    tool, feed, material = scenario.tool, scenario.operation.feed_per_rev, scenario.material
+    lips, chisel, torque_lips, torque_chisel = nominal_shares(scenario, run.cell)
+    thrust, torque = lips + chisel, torque_lips + torque_chisel
+    lines = [f"model {thrust:.4g} N, {torque:.4g} N m (chisel edge {chisel / thrust:.0%})"]
+    rivals = {
+        "half k_c (thinned point)": half_specific_force(
+            run.cell.stress.specific, tool.diameter, feed, 0.5 * tool.point_angle
+        )
+    }
+    if material.hardness is not None:
+        rivals["Shaw-Oxford (conventional point)"] = shaw_oxford(material.hardness, tool.diameter, feed)
+    if material.tungaloy_factor is not None:
+        rivals["Tungaloy (conventional point)"] = tungaloy(material.tungaloy_factor, tool.diameter, feed)
+    lines += [f"{name} {value.thrust:.4g} N, {value.torque:.4g} N m" for name, value in rivals.items()]
+    return "Thrust and torque in full contact, for plausibility and not as validation: " + "; ".join(lines) + "."
+
+
+def _skating(scenario: DrillingScenario, run: DrillRun, hole: DrilledHole) -> str:
+    assert hole.posture is not None
+    mu = scenario.contact.friction
+    holds = "holds" if hole.posture.skating <= mu else "skates"
+    thrust, torque = float(run.cell.profile.thrust.max()), float(run.cell.profile.torque.max())
+    force = float(np.linalg.norm(holding_force(hole.posture.compliance, thrust, torque))) / thrust
+    return (
+        f"Skating ratio {hole.posture.skating:.4g} against friction {mu:g}: the tip {holds} at a flat entry. With the "
+        f"drill torque on the arm the ratio is {force:.4g}."
+    )
+
+
+def _cross_check(run: DrillRun, hole: DrilledHole) -> str:
+    assert hole.posture is not None
+    assert hole.outcome is not None
+    still = quasi_static_hole(
+        run.cell.cycle,
+        dynamics(run.cell, hole.posture),
+        run.cell.profile,
+        slope_angle=slope_angle(run.cell, hole.posture),
+    )
+    texts = [
+        f"{name} {_um(still_one)} against {_um(moving)}"
+        for name, still_one, moving in (("entry", still[0], hole.outcome.entry), ("exit", still[1], hole.outcome.exit))
+    ]
+    return (
+        f"Position error without inertia and damping against the time stepping: {', '.join(texts)}.\n"
+        f"The stiffening of the arm by the load itself, which is left out, would change its compliance by "
+        f"{_stiffening(run, hole.posture):.2g} of it (Chen and Kao)."
+    )
+
+
+def _stiffening(run: DrillRun, posture: Posture) -> float:
+    """Relative change of the compliance when the joints also carry the geometric stiffness of thrust and torque."""
+    arm, profile = run.cell.arm, run.cell.profile
+    jac = posture_jacobian(arm, posture.q)
+    feed = frames(arm.chain, posture.q).rotations[-1] @ arm.tool_rotation[:, 2]
+    load = -np.concatenate([feed * profile.thrust.max(), feed * profile.torque.max()])
+    plain = cartesian_compliance(jac, arm.stiffness)
+    loaded = jac @ np.linalg.inv(np.diag(arm.stiffness) - geometric_stiffness(jac, load)) @ jac.T
+    return float(np.linalg.norm(loaded - plain) / np.linalg.norm(plain))
+
+
+def _line(index: int, hole: DrilledHole) -> str:
+    if hole.posture is None or hole.outcome is None:
+        return f"{index}: not drilled"
+    return (
+        f"{index}: {units.show(hole.posture.angle, 'angle', 4)}, entry {_um(hole.outcome.entry)}, "
+        f"exit {_um(hole.outcome.exit)}"
+    )
+
+
+def _um(position: FloatArray) -> str:
+    return units.show(float(np.hypot(*position)), "small_length", 4)

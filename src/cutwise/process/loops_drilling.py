@@ -1,0 +1,354 @@
+r"""The coupled drilling cycle: feed in, yield, skate, be guided by the own hole, break through.
+
+Displacements are those of the drill tip in tool axes (x, y across, z along the feed). The arm is its translational
+compliance with rotations free and one mass in every direction; the hole holds the drill by a wall spring that grows in
+while the point enters, and Coulomb friction at the tip lets the hole be displaced until the corner has entered. Hole
+stiffness, wander length, friction, modal mass and damping have no published value: they are inputs, assumed.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from cutwise.maths.compiled import compiled
+from cutwise.maths.frames import FloatArray
+from cutwise.process.drill_profile import DepthProfile, profile_at
+
+_APPROACH = 0.5e-3  # m above the surface where the feed starts
+_OVERRUN = 1e-3  # m beyond the point where the corner is through
+_DWELL = 0.4  # s of rest at the end
+_FULL_CUT_MARGIN = 0.3e-3  # m left out at both ends of the full cut
+_TOUCH = 0.2e-3  # m of contact transient left out of the feed minimum
+
+HISTORY = ("time", "depth", "x", "y", "z", "hole_x", "hole_y", "wall_x", "wall_y", "thrust", "torque", "feed")
+
+
+class DrillCycle(NamedTuple):
+    """What a cycle needs besides forces and structure."""
+
+    feed: float  # f [m] per revolution
+    turns: float  # n [1/s]
+    thickness: float  # [m] along the drill axis
+    cone: float  # h_t [m], height of the drill point
+    exponent: float  # m_c [1]: thrust and torque go with (f_a / f)^(1 - m_c)
+    friction: float  # mu [1] at the tip
+    wall_stiffness: float  # k_w [N/m]
+    wander: float  # L_w [m], depth over which the hole follows the drill
+
+
+class ArmDynamics(NamedTuple):
+    """The arm at the tip, in tool axes."""
+
+    stiffness: FloatArray  # K [N/m], shape (3, 3)
+    damping: FloatArray  # D [N s/m], shape (3, 3)
+    mass: float  # m [kg], the same in every direction
+    torque_push: FloatArray  # [N per N m] force that moves the tip as the drill torque does, shape (3,)
+
+
+class HoleOutcome(NamedTuple):
+    """What is left of the hole, and the extremes over the cycle."""
+
+    entry: FloatArray  # [m] lateral position of the hole at the entry surface, shape (2,)
+    exit_tip: FloatArray  # [m] when the tip reaches the exit surface, shape (2,)
+    exit: FloatArray  # [m] when the corner reaches it, shape (2,)
+    thrust_mean: float  # [N] over the full cut
+    axial_mean: float  # [m] mean u_z over the full cut
+    lateral_mean: float  # [m] mean |u_l| over the full cut
+    thrust_max: float  # [N]
+    torque_max: float  # [N m]
+    lateral_force_max: float  # [N] largest wall force
+    axial_max: float  # [m] largest |u_z|
+    lateral_max: float  # [m] largest |u_l|
+    feed_min: float  # [m] per revolution while the point enters
+    feed_max: float  # [m] per revolution while the point breaks through
+    rest: float  # [m] u_z at the end of the dwell
+    time: float  # [s]
+
+
+def arm_dynamics(compliance: FloatArray, mass: float, damping_ratio: float, *, with_torque: bool) -> ArmDynamics:
+    r"""Translational stiffness with rotations free, one mass, and modal damping.
+
+    .. math::
+        K = (C_{[xyz;\,xyz]})^{-1}, \quad M = m I_3, \quad
+        D = \sum_k v_k\, 2\zeta\sqrt{\lambda_k m}\; v_k^T \quad (\lambda_k, v_k \text{ eigenpairs of } K)
+
+    Parameters
+    ----------
+    compliance : array (6, 6)
+        In tool axes.
+    mass, damping_ratio : float
+        Modal mass [kg] and damping ratio [1] of the arm.
+    with_torque : bool
+        Let the drill torque, which acts about z, move the tip through :math:`C_{[xyz;\,\psi]}`.
+    """
+    stiffness = np.linalg.inv(compliance[:3, :3])
+    values, vectors = np.linalg.eigh(0.5 * (stiffness + stiffness.T))
+    damping = vectors @ np.diag(2.0 * damping_ratio * np.sqrt(values * mass)) @ vectors.T
+    push = stiffness @ compliance[:3, 5] if with_torque else np.zeros(3)
+    return ArmDynamics(np.ascontiguousarray(stiffness), np.ascontiguousarray(damping), mass, push)
+
+
+def modes(arm: ArmDynamics) -> FloatArray:
+    r"""Frequencies of the arm, :math:`\sqrt{\lambda_k/m}/2\pi` [Hz], rising, shape (3,)."""
+    return np.sqrt(np.linalg.eigvalsh(arm.stiffness) / arm.mass) / (2.0 * math.pi)
+
+
+def cycle_time(cycle: DrillCycle) -> float:
+    """Feed in, overrun and dwell, without retract [s]."""
+    travel = cycle.thickness + cycle.cone + _OVERRUN + _APPROACH
+    return travel / (cycle.feed * cycle.turns) + _DWELL
+
+
+@compiled
+def _wall_force(
+    cycle: DrillCycle, depth: float, thrust: float, ux: float, uy: float, hole: FloatArray
+) -> tuple[float, float]:
+    """Force of the hole on the drill; moves the hole where friction lets the tip slip."""
+    if depth <= 0.0:
+        return 0.0, 0.0
+    stiffness = cycle.wall_stiffness * min(1.0, depth / cycle.cone)
+    fx, fy = -stiffness * (ux - hole[0]), -stiffness * (uy - hole[1])
+    if depth < cycle.cone and stiffness > 0.0:
+        size, held = math.hypot(fx, fy), cycle.friction * thrust
+        if thrust <= 0.0:
+            hole[0], hole[1] = ux, uy
+            return 0.0, 0.0
+        if size > held:
+            fx, fy = fx * held / size, fy * held / size
+            hole[0], hole[1] = ux + fx / stiffness, uy + fy / stiffness
+    return fx, fy
+
+
+@compiled
+def _run(
+    cycle: DrillCycle,
+    arm: ArmDynamics,
+    profile: DepthProfile,
+    turn_slope: tuple[float, float],
+    step: float,
+    steps: int,
+    every: int,
+    history: FloatArray,
+) -> HoleOutcome:
+    v_feed, bottom = cycle.feed * cycle.turns, cycle.thickness + cycle.cone + _OVERRUN
+    through = cycle.thickness + cycle.cone
+    u, rate, hole, force = np.zeros(3), np.zeros(3), np.zeros(2), np.zeros(3)
+    marks, reached = np.zeros((3, 2)), np.zeros(3, dtype=np.bool_)
+    levels = (cycle.cone, cycle.thickness, through)
+    deepest, rows = 0.0, 0.0
+    thrust_sum, axial_sum, lateral_sum = 0.0, 0.0, 0.0
+    thrust_max, torque_max, wall_max, axial_max, lateral_max = 0.0, 0.0, 0.0, 0.0, 0.0
+    feed_min, feed_max = math.inf, 0.0
+    for k in range(steps):
+        t = k * step
+        commanded = min(-_APPROACH + v_feed * t, bottom)
+        moving = v_feed if commanded < bottom else 0.0
+        depth = commanded + u[2]
+        feed = max((moving + rate[2]) / cycle.turns, 0.0)
+        thrust, torque, side_x, side_y = 0.0, 0.0, 0.0, 0.0
+        if depth > 0.0 and depth >= deepest - 1e-12:
+            thrust, torque, side_x, side_y = profile_at(profile, depth)
+            share = (feed / cycle.feed) ** (1.0 - cycle.exponent)
+            thrust, torque, side_x, side_y = thrust * share, torque * share, side_x * share, side_y * share
+        wall_x, wall_y = _wall_force(cycle, depth, thrust, u[0], u[1], hole)
+        if depth > deepest:
+            follow = min(1.0, (depth - deepest) / cycle.wander)
+            hole[0] += (u[0] - hole[0]) * follow
+            hole[1] += (u[1] - hole[1]) * follow
+            deepest = depth
+        for level in range(3):
+            if not reached[level] and depth >= levels[level]:
+                reached[level] = True
+                marks[level, 0], marks[level, 1] = hole[0], hole[1]
+        lateral, wall = math.hypot(u[0], u[1]), math.hypot(wall_x, wall_y)
+        if cycle.cone + _FULL_CUT_MARGIN < depth < cycle.thickness - _FULL_CUT_MARGIN:
+            rows += 1.0
+            thrust_sum += thrust
+            axial_sum += u[2]
+            lateral_sum += lateral
+        if _TOUCH < depth < cycle.cone:
+            feed_min = min(feed_min, feed)
+        if cycle.thickness < depth < through:
+            feed_max = max(feed_max, feed)
+        thrust_max, torque_max, wall_max = max(thrust_max, thrust), max(torque_max, torque), max(wall_max, wall)
+        axial_max, lateral_max = max(axial_max, abs(u[2])), max(lateral_max, lateral)
+        if every > 0 and k % every == 0:
+            row = history[k // every]
+            row[0], row[1], row[2], row[3], row[4] = t, depth, u[0], u[1], u[2]
+            row[5], row[6], row[7], row[8] = hole[0], hole[1], wall_x, wall_y
+            row[9], row[10], row[11] = thrust, torque, feed
+        cos_slope, sin_slope = turn_slope
+        force[0] = wall_x + cos_slope * side_x - sin_slope * side_y - torque * arm.torque_push[0]
+        force[1] = wall_y + sin_slope * side_x + cos_slope * side_y - torque * arm.torque_push[1]
+        force[2] = -thrust - torque * arm.torque_push[2]
+        for i in range(3):
+            for j in range(3):
+                force[i] -= arm.stiffness[i, j] * u[j] + arm.damping[i, j] * rate[j]
+        for i in range(3):
+            rate[i] += step * force[i] / arm.mass
+            u[i] += step * rate[i]
+    count = max(rows, 1.0)
+    return HoleOutcome(
+        marks[0], marks[1], marks[2], thrust_sum / count, axial_sum / count, lateral_sum / count,
+        thrust_max, torque_max, wall_max, axial_max, lateral_max, feed_min, feed_max, u[2], steps * step,
+    )  # fmt: skip
+
+
+def drill_hole(
+    cycle: DrillCycle,
+    arm: ArmDynamics,
+    profile: DepthProfile,
+    *,
+    slope_angle: float = 0.0,
+    step: float = 1e-4,
+    every: int = 0,
+    dwell: bool = True,
+) -> tuple[HoleOutcome, FloatArray]:
+    r"""One hole in time: semi-implicit Euler over tip displacement and hole position.
+
+    .. math::
+        \dot u_{k+1} = \dot u_k + \frac{\Delta t}{m}\bigl(F(u_k) - K u_k - D \dot u_k\bigr), \qquad
+        u_{k+1} = u_k + \Delta t\,\dot u_{k+1}
+
+    with :math:`F = (F_l, -T)` and, on an inclined surface, the lateral cutting force. Thrust and torque go with
+    :math:`(f_a/f)^{1-m_c}`, :math:`f_a = \max((v + \dot u_z)/n, 0)`.
+
+    Parameters
+    ----------
+    slope_angle : float
+        Angle from x of the tool axes to the direction in which the surface lies deeper along the feed [rad].
+    step : float
+        :math:`\Delta t` [s]; :math:`\Delta t\sqrt{k_w/m}` should stay below 0.1.
+    every : int
+        Keep every so many steps as history; 0 keeps none.
+    dwell : bool
+        Rest at the end; needed for the depth error only.
+
+    Returns
+    -------
+    tuple
+        :class:`HoleOutcome`, and the history, shape (rows, 12), columns :data:`HISTORY`, SI.
+    """
+    end = cycle_time(cycle) - (0.0 if dwell else _DWELL)
+    steps = max(1, round(end / step))
+    history = np.zeros((-(-steps // every) if every else 0, len(HISTORY)))
+    turn = (math.cos(slope_angle), math.sin(slope_angle))
+    return _run(cycle, arm, profile, turn, step, steps, every, history), history
+
+
+def step_limit(cycle: DrillCycle, arm: ArmDynamics, thrust: float) -> float:
+    r"""Largest time step at which the stepping is trusted [s].
+
+    :math:`\Delta t\,\omega < 0.2` and :math:`\Delta t\,c/m < 0.5` with
+    :math:`\omega = \sqrt{(k_w + \lambda_\max)/m}`; thrust that grows with the feed damps the axial motion with
+    :math:`c = (1 - m_c)\,T/(f n)`, which is stiff at low speeds.
+    """
+    omega = math.sqrt((cycle.wall_stiffness + float(np.linalg.eigvalsh(arm.stiffness)[-1])) / arm.mass)
+    rate = (1.0 - cycle.exponent) * thrust / (cycle.feed * cycle.turns * arm.mass)
+    return min(0.2 / omega, 0.5 / rate if rate > 0.0 else math.inf)
+
+
+def hole_error(outcome: HoleOutcome) -> float:
+    """The larger of the position errors at entry and exit [m]: what the posture `best` makes small."""
+    return float(max(np.hypot(*outcome.entry), np.hypot(*outcome.exit)))
+
+
+def quasi_static_hole(
+    cycle: DrillCycle,
+    arm: ArmDynamics,
+    profile: DepthProfile,
+    *,
+    slope_angle: float = 0.0,
+    advance: float = 1e-6,
+) -> tuple[FloatArray, FloatArray]:
+    """The same hole without inertia and damping: cross-check of the time stepping.
+
+    Every advance [m] of the tip solves the balance of arm, wall and friction for the displacement; the actual feed is
+    less than the commanded one while the arm gives way, and more while it springs back. Returns the hole positions at
+    entry and exit [m], shape (2,) each.
+    """
+    turn = (math.cos(slope_angle), math.sin(slope_angle))
+    marks = _run_quasi_static(cycle, arm, profile, np.linalg.inv(arm.stiffness), turn, advance)
+    return marks[0], marks[1]
+
+
+@compiled
+def _feed_share(advance: float, pushed: float, exponent: float, before: float, bias: float) -> float:
+    r"""Actual over commanded feed while the tip advances by ``advance``.
+
+    Root of :math:`r\,(\Delta z - u(r) + u_0) = \Delta z`, :math:`u(r) = b + u_F r^{1-m_c}` with the
+    axial deflection :math:`u_F` under the forces at nominal feed; the left side rises where they push back.
+    """
+    low, high = 0.0, 50.0
+    for _ in range(50):
+        r = 0.5 * (low + high)
+        yielded = bias + pushed * r ** (1.0 - exponent)
+        if r * (advance - yielded + before) < advance:
+            low = r
+        else:
+            high = r
+    return 0.5 * (low + high)
+
+
+@compiled
+def _held_by(compliance: FloatArray, stiffness: float, gap_x: float, gap_y: float, force: FloatArray) -> float:
+    r"""Force of a spring across the gap of a yielding arm, :math:`(I + k C_l) F = -k\,g`; its size is returned [N]."""
+    xx, yy = 1.0 + stiffness * compliance[0, 0], 1.0 + stiffness * compliance[1, 1]
+    xy = stiffness * compliance[0, 1]
+    determinant = xx * yy - xy * xy
+    force[0] = -stiffness * (yy * gap_x - xy * gap_y) / determinant
+    force[1] = -stiffness * (xx * gap_y - xy * gap_x) / determinant
+    return math.hypot(force[0], force[1])
+
+
+@compiled
+def _run_quasi_static(
+    cycle: DrillCycle,
+    arm: ArmDynamics,
+    profile: DepthProfile,
+    compliance: FloatArray,
+    turn_slope: tuple[float, float],
+    advance: float,
+) -> FloatArray:
+    hole, wall, marks = np.zeros(2), np.zeros(2), np.zeros((2, 2))
+    force, u = np.zeros(3), np.zeros(3)
+    cos_slope, sin_slope = turn_slope
+    entered = False
+    for k in range(1, math.ceil((cycle.thickness + cycle.cone) / advance) + 1):
+        depth = k * advance
+        thrust, torque, side_x, side_y = profile_at(profile, depth)
+        bias = compliance[2, 0] * wall[0] + compliance[2, 1] * wall[1]
+        force[0] = cos_slope * side_x - sin_slope * side_y - torque * arm.torque_push[0]
+        force[1] = sin_slope * side_x + cos_slope * side_y - torque * arm.torque_push[1]
+        force[2] = -thrust - torque * arm.torque_push[2]
+        pushed = compliance[2, 0] * force[0] + compliance[2, 1] * force[1] + compliance[2, 2] * force[2]
+        share = _feed_share(advance, pushed, cycle.exponent, u[2], bias) ** (1.0 - cycle.exponent)
+        thrust *= share
+        u[:] = compliance @ force
+        u *= share
+        stiffness = cycle.wall_stiffness * min(1.0, depth / cycle.cone)
+        gap_x, gap_y = u[0] - hole[0], u[1] - hole[1]
+        size = _held_by(compliance, stiffness, gap_x, gap_y, wall)
+        held = cycle.friction * thrust
+        slipping = depth < cycle.cone and size > held
+        if slipping:  # the force that friction can hold, against the remaining gap: a softer spring has it
+            low, high = 0.0, stiffness
+            for _ in range(60):
+                softer = 0.5 * (low + high)
+                if _held_by(compliance, softer, gap_x, gap_y, wall) > held:
+                    high = softer
+                else:
+                    low = softer
+        for i in range(3):
+            u[i] += compliance[i, 0] * wall[0] + compliance[i, 1] * wall[1]
+        if slipping:
+            hole[0], hole[1] = u[0] + wall[0] / stiffness, u[1] + wall[1] / stiffness
+        follow = min(1.0, advance / cycle.wander)
+        hole[0] += (u[0] - hole[0]) * follow
+        hole[1] += (u[1] - hole[1]) * follow
+        if depth >= cycle.cone and not entered:
+            entered = True
+            marks[0, 0], marks[0, 1] = hole[0], hole[1]
+    marks[1, 0], marks[1, 1] = hole[0], hole[1]
+    return marks

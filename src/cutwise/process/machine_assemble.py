@@ -1,0 +1,231 @@
+"""From a machine scenario to the bare records of a pass and of the working space."""
+
+import math
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from cutwise.maths import chains
+from cutwise.maths.chains import FIXED, PRISMATIC, REVOLUTE
+from cutwise.maths.frames import FloatArray, rotation_from_rpy
+from cutwise.physics.cutting.flute import feed_per_tooth, mean_force
+from cutwise.physics.motion import geometry
+from cutwise.physics.motion.geometry import AxisErrors, ErrorFunction
+from cutwise.physics.motion.volumetric import Axes
+from cutwise.physics.structure.beams import Section, block_section, box_section, cantilever, round_section
+from cutwise.physics.structure.pads import ContactPads, pad_compliance
+from cutwise.physics.surface import probability
+from cutwise.process.assemble import linear_coefficients
+from cutwise.process.machine_pass import ElasticElement, FlexiblePart, MachineCell, Weight
+from cutwise.spec.geometry_errors import COMPONENTS, LINEAR_AXES, SQUARENESS
+from cutwise.spec.machine import Beam, ContactGroup, Drive, Machine
+from cutwise.spec.machine import ElasticElement as ElementSpec
+from cutwise.spec.machine_scenario import FromCutting, MachineScenario, MachineTool
+from cutwise.spec.tables import Table
+
+_KINDS = {"fixed": FIXED, "prismatic": PRISMATIC, "revolute": REVOLUTE}
+_LAWS = {"normal": probability.NORMAL, "uniform": probability.UNIFORM, "triangular": probability.TRIANGULAR}
+
+
+def machine_cell(scenario: MachineScenario, *, samples: int | None = None) -> MachineCell:
+    """Everything that takes part in a pass; ``samples`` replaces the number of points along it."""
+    bodies = scenario.machine.ordered
+    axes = machine_axes(scenario)
+    time, travel, commands = _path(scenario, samples)
+    tip = np.array(scenario.tool.tip)
+    return MachineCell(
+        tuple(body.name for body in bodies),
+        axes,
+        scenario.machine.ground,
+        tip,
+        _elements(scenario),
+        _weights(scenario),
+        _part(scenario),
+        time,
+        travel,
+        commands,
+        cutting_force(scenario, axes, tip, commands),
+        scenario.convention == "paper_literal",
+        scenario.load.feed_moment,
+    )
+
+
+def machine_axes(scenario: MachineScenario) -> Axes:
+    """The chain, the sense of its commands, and the geometric errors of its axes."""
+    joints = [body.joint for body in scenario.machine.ordered[1:]]
+    side = np.array([-1 if joint.side == "part" else 1 for joint in joints])
+    rotations = [rotation_from_rpy(*(joint.rotation or (0.0, 0.0, 0.0))) for joint in joints]
+    chain = chains.chain(
+        [_KINDS[joint.kind] for joint in joints],
+        [joint.axis or (0.0, 0.0, 0.0) for joint in joints],
+        [joint.offset for joint in joints],
+        rotations=rotations,
+        sides=side,
+    )
+    of_table = np.array([joint.positive != "tool" for joint in joints])
+    limits = np.array([joint.limits or (0.0, 0.0) for joint in joints])
+    given = scenario.errors()
+    errors = tuple(
+        _axis_errors(given, joint.command, chain.axes[i]) if joint.command else None for i, joint in enumerate(joints)
+    )
+    sense = np.where((side < 0) & of_table, -1.0, 1.0)
+    return Axes(chain, sense, of_table, errors, limits[:, 0], limits[:, 1])
+
+
+def _axis_errors(given: dict[str, Any], axis: str, direction: FloatArray) -> AxisErrors | None:
+    motion = [_error_function(given[name], name) if (name := f"E{c}{axis}") in given else None for c in COMPONENTS]
+    squareness = np.zeros(3)
+    for name, (turned, about) in SQUARENESS.items():
+        if turned == axis and name in given:
+            squareness[about] = given[name]
+    location = np.array([given.get(f"{component}O{axis}", 0.0) for component in COMPONENTS])
+    if not (any(motion) or squareness.any() or location.any()):
+        return None
+    return AxisErrors(motion, direction, squareness, location, axis in LINEAR_AXES)
+
+
+def _error_function(spec: Any, name: str) -> ErrorFunction:
+    if isinstance(spec, Table):
+        at, value = spec.points()
+        return geometry.Table(np.array(at), np.array(value))
+    if hasattr(spec, "polynomial"):
+        powers = np.arange(len(spec.polynomial))
+        return geometry.Polynomial(np.array(spec.polynomial) / spec.over**powers)
+    if hasattr(spec, "deviation"):
+        generator = np.random.default_rng([spec.seed, *name.encode()])  # one seed for many functions, all different
+        return geometry.random_sines(spec.deviation, wavelength=spec.over, orders=spec.orders, generator=generator)
+    return geometry.Sines(np.array(spec.amplitudes), np.array(spec.phases), spec.over)
+
+
+def _path(scenario: MachineScenario, samples: int | None) -> tuple[FloatArray, FloatArray, FloatArray]:
+    joints = [body.joint for body in scenario.machine.ordered[1:]]
+    if scenario.path is None:
+        return np.zeros(1), np.zeros(1), np.zeros((1, len(joints)))
+    corners = scenario.path.corners()
+    lengths = [math.dist(*([c[axis] for axis in LINEAR_AXES] for c in pair)) for pair in pairwise(corners)]
+    at = np.concatenate([[0.0], np.cumsum(lengths)])
+    travel = np.linspace(0.0, at[-1], samples or scenario.path.samples)
+    commands = np.zeros((len(travel), len(joints)))
+    for i, joint in enumerate(joints):
+        if joint.command is not None:
+            commands[:, i] = np.interp(travel, at, [corner[joint.command] for corner in corners])
+    return travel / scenario.path.feed, travel, commands
+
+
+def cutting_force(scenario: MachineScenario, axes: Axes, tip: FloatArray, commands: FloatArray) -> FloatArray:
+    """Cutting force on the tool in the part's frame [N], shape (m, 3): prescribed, or the mean of a full slot."""
+    slot = scenario.load.force
+    if not isinstance(slot, FromCutting):
+        return np.tile(np.array(slot or (0.0, 0.0, 0.0)), (len(commands), 1))
+    at = chains.frames(axes.chain, commands * axes.sense)
+    flutes = scenario.tool.flutes
+    chip = feed_per_tooth(scenario.path.feed if scenario.path else 0.0, 0.0, slot.spindle_speed, flutes)
+    force = mean_force(
+        0.0, math.pi, chip, 0.0, slot.depth, flutes, linear_coefficients(scenario.material)
+    )  # x feed, y off the work; z as printed, while a right-hand helix pulls the tool down
+    along = np.gradient(chains.tool_point(at, tip), axis=0) if len(commands) > 1 else np.array([[1.0, 0.0, 0.0]])
+    upward = at.rotations[:, -1, :, 2]
+    feed = along - np.einsum("mi,mi->m", along, upward)[:, None] * upward
+    feed /= np.maximum(np.linalg.norm(feed, axis=1, keepdims=True), 1e-300)
+    return force.x * feed + force.y * np.cross(upward, feed) - force.z * upward
+
+
+def _elements(scenario: MachineScenario) -> tuple[ElasticElement, ...]:
+    found = []
+    for joint, body in enumerate(scenario.machine.ordered[1:], 1):
+        for element in body.elements:
+            frame = joint - 1 if element.travels_with == body.parent else joint
+            compliance, contact = _compliance(element)
+            found.append(ElasticElement(element.name, joint, frame, np.array(element.at), compliance, contact))
+    if scenario.tool.flexible:
+        last = len(scenario.machine.ordered) - 1
+        found.append(ElasticElement("tool", last, last, np.array(scenario.tool.tip), _tool_beam(scenario.tool), None))
+    return tuple(found)
+
+
+def _compliance(element: ElementSpec) -> tuple[FloatArray, ContactPads | None]:
+    if element.pads is not None:
+        pads = element.pads
+        return pad_compliance(pads.points, _with_drive(pads.stiffness, pads.drive, len(pads.points))), None
+    if element.springs is not None:
+        springs = element.springs
+        return np.diag([1.0 / k for k in (*springs.stiffness, *springs.angular_stiffness)]), None
+    if element.beam is not None:
+        beam = element.beam
+        shear_modulus = beam.youngs_modulus / (2.0 * (1.0 + beam.poisson_ratio))
+        return cantilever(_section(beam), beam.length, beam.youngs_modulus, shear_modulus, downward=beam.hangs), None
+    if element.contact is not None:
+        return np.eye(6), _contact(element.contact)
+    return np.array(element.compliance), None
+
+
+def _with_drive(stiffness: tuple[float, ...], drive: Drive | None, count: int) -> FloatArray:
+    springs = np.array(stiffness)
+    if drive is not None:
+        springs["xyz".index(drive.direction)] += drive.stiffness / count
+    return springs
+
+
+def _contact(group: ContactGroup) -> ContactPads:
+    normal = np.zeros(3)
+    normal["xyz".index(group.normal[1])] = -1.0 if group.normal[0] == "-" else 1.0
+    points = np.array(group.points)
+    springs = np.tile(_with_drive(group.tangential, group.drive, len(points)), (len(points), 1))
+    coefficient = group.coefficient / 1e6**group.exponent  # given at a pressure of 1 MPa
+    return ContactPads(
+        points, normal, springs, group.area, coefficient, group.exponent, group.preload, group.closed_guide
+    )
+
+
+def _section(beam: Beam) -> Section:
+    if beam.section == "box":
+        return box_section(beam.width_x, beam.width_y, beam.wall, shear_factor=beam.shear_factor)
+    if beam.section == "block":
+        return block_section(beam.width_x, beam.width_y, shear_factor=beam.shear_factor)
+    return round_section(beam.diameter, shear_factor=beam.shear_factor)
+
+
+def _tool_beam(tool: MachineTool) -> FloatArray:
+    section = round_section(tool.diameter, filling=tool.filling, shear_factor=tool.shear_factor)
+    shear_modulus = tool.youngs_modulus / (2.0 * (1.0 + tool.poisson_ratio))
+    return cantilever(section, tool.overhang, tool.youngs_modulus, shear_modulus, downward=True)
+
+
+def _weights(scenario: MachineScenario) -> tuple[Weight, ...]:
+    if not scenario.load.weights:
+        return ()
+    machine = scenario.machine
+    down = np.array(machine.gravity) / math.hypot(*machine.gravity)
+    found = []
+    if scenario.part is not None:
+        found.append(Weight(0, scenario.part.weight * down, np.array([0.0, 0.0, 0.5 * scenario.part.height])))
+    for place, body in enumerate(machine.ordered):
+        if body.weight is not None:
+            found.append(Weight(place, body.weight * down, np.array(body.weight_at)))
+    return tuple(found)
+
+
+def _part(scenario: MachineScenario) -> FlexiblePart | None:
+    part = scenario.part
+    if part is None or not part.flexible:
+        return None
+    section = block_section(part.width_x, part.width_y, shear_factor=part.shear_factor)
+    shear_modulus = part.youngs_modulus / (2.0 * (1.0 + part.poisson_ratio))
+    return FlexiblePart(section, part.youngs_modulus, shear_modulus, np.zeros(2))
+
+
+def scatter(scenario: MachineScenario) -> tuple[FloatArray, FloatArray]:
+    """Standard deviations (n + 1, 6) [m, rad] and laws (n + 1,) of the random errors of the bodies."""
+    names = [body.name for body in scenario.machine.ordered]
+    deviation, laws = np.zeros((len(names), 6)), np.zeros(len(names), dtype=np.int64)
+    for given in scenario.uncertainty.bodies if scenario.uncertainty else ():
+        for name in given.bodies:
+            deviation[names.index(name)] = [given.displacement] * 3 + [given.rotation] * 3
+            laws[names.index(name)] = _LAWS[given.distribution]
+    return deviation, laws
+
+
+def joints_of(machine: Machine) -> dict[str, int]:
+    """Place of each axis letter among the joints of the chain."""
+    return {body.joint.command: i for i, body in enumerate(machine.ordered[1:]) if body.joint and body.joint.command}

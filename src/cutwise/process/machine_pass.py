@@ -1,0 +1,193 @@
+"""A pass on a machine tool, twice: ideal, and under forces, weights and geometric errors (Demeč, Madáč, Eqs. 1-9)."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from cutwise.maths import chains
+from cutwise.maths.chains import Frames
+from cutwise.maths.frames import FloatArray
+from cutwise.physics.motion import volumetric
+from cutwise.physics.motion.volumetric import Axes
+from cutwise.physics.structure import bodies
+from cutwise.physics.structure.beams import Section, cantilever
+from cutwise.physics.structure.bodies import Elements, Loads, PartBlock
+from cutwise.physics.structure.pads import ContactPads, NoEquilibriumError, PadLostError, contact_equilibrium
+from cutwise.results import SolverFailure
+
+
+class ElasticElement(NamedTuple):
+    """A spring between two bodies, written in the frame that it travels with."""
+
+    name: str
+    joint: int  # between body joint - 1 and body joint
+    frame: int  # body that carries the element's point
+    point: FloatArray  # [m] in that frame, shape (3,)
+    compliance: FloatArray  # linear compliance at the point, in that frame's axes, shape (6, 6)
+    contact: ContactPads | None  # the contact law instead of the linear compliance
+
+
+class Weight(NamedTuple):
+    """A force that keeps its direction in the ground's frame."""
+
+    body: int
+    force: FloatArray  # [N] in the ground's axes, shape (3,)
+    point: FloatArray  # [m] in the body's frame, shape (3,)
+
+
+class FlexiblePart(NamedTuple):
+    """The part as a block standing on z = 0 of its frame."""
+
+    section: Section
+    youngs_modulus: float  # [Pa]
+    shear_modulus: float  # [Pa]
+    centre: FloatArray  # [m] x and y of the block's axis, shape (2,)
+
+
+class MachineCell(NamedTuple):
+    """A machine, what acts on it, and the pass that it makes."""
+
+    names: tuple[str, ...]  # of bodies 0 ... n
+    axes: Axes
+    ground: int
+    tip: FloatArray  # [m] tool point in the last frame, shape (3,)
+    elements: tuple[ElasticElement, ...]
+    weights: tuple[Weight, ...]
+    part: FlexiblePart | None
+    time: FloatArray  # [s], shape (m,)
+    travel: FloatArray  # [m] along the pass from its start, shape (m,)
+    commands: FloatArray  # [m or rad] of each joint, shape (m, n)
+    force: FloatArray  # [N] cutting force on the tool, in frame 0, shape (m, 3)
+    literal: bool  # errors of table-side bodies added as Eq. (2) reads; not physical
+    feed_moment: bool  # False drops the moment of x forces on the part side; not physical
+
+
+class MachineRun(NamedTuple):
+    """A finished pass; errors are of the tool point against the part, in frame 0, unless said otherwise."""
+
+    cell: MachineCell
+    at: Frames
+    ideal: FloatArray  # r_0 [m], shape (m, 3)
+    reach: FloatArray  # r_i [m], shape (m, n + 1, 3)
+    twists: FloatArray  # all errors as twists of the chain bodies [m, rad], shape (m, n + 1, 6)
+    geometric: FloatArray  # the share of geometric errors in them, same shape
+    local: FloatArray  # f1_i [m], in the body's frame, shape (m, n + 1, 3)
+    body: FloatArray  # f2_i [m], and f3 at index 0, shape (m, n + 1, 3)
+    deviation: FloatArray  # Delta = f4 [m], shape (m, 3)
+    exact: FloatArray  # the same by exact composition [m], shape (m, 3)
+    rotation: FloatArray  # error of the tool's direction [rad], shape (m, 3)
+    element_names: tuple[str, ...]  # "part" first if it is flexible
+    contributions: FloatArray  # of each element [m], shape (m, e, 3)
+    external: FloatArray  # sum of f_k . u_k [J], shape (m,)
+    internal: FloatArray  # sum of W . xi [J], shape (m,)
+
+    @property
+    def size(self) -> FloatArray:
+        """|Delta| [m], shape (m,)."""
+        return np.linalg.norm(self.deviation, axis=1)
+
+    @property
+    def worst(self) -> int:
+        """Row of the largest |Delta|; the first of equals."""
+        return int(np.argmax(self.size))
+
+
+def run_pass(cell: MachineCell) -> MachineRun:
+    """Ideal pass, loads, twists of all bodies, and their sum at the tool point."""
+    at = chains.frames(cell.axes.chain, cell.commands * cell.axes.sense)
+    ideal = chains.tool_point(at, cell.tip)
+    elements, loads = _elements(cell, at), _loads(cell, at, ideal)
+    wrenches = bodies.element_wrenches(elements, loads, feed_moment=cell.feed_moment)
+    yielded = bodies.element_twists(elements, wrenches)
+    for e, element in enumerate(cell.elements):
+        if element.contact is not None:
+            yielded[:, e] = _contact_twists(element, at, wrenches[:, e])
+    geometric = volumetric.chain_twists(cell.axes, at, cell.commands)
+    twists = bodies.chain_twists(elements, yielded, at, literal=cell.literal) + geometric
+    moved, work = _part_displacement(cell, ideal)
+    twists[:, 0, :3] += moved if cell.literal else -moved
+    contributions = bodies.contributions(elements, yielded, ideal, literal=cell.literal)
+    names = tuple(element.name for element in cell.elements)
+    if cell.part is not None:
+        contributions = np.concatenate([twists[:, :1, :3], contributions], axis=1)
+        names = ("part", *names)
+    displaced = bodies.load_displacements(elements, yielded, loads)
+    displaced[:, 1] += moved
+    return MachineRun(
+        cell,
+        at,
+        ideal,
+        chains.tool_vectors(at, cell.tip),
+        twists,
+        geometric,
+        chains.local_errors(at, twists, cell.tip),
+        chains.body_errors(at, twists, cell.tip),
+        chains.linear_error(at, twists, cell.tip),
+        chains.exact_error(at, twists, cell.tip),
+        np.einsum("mbij,mbj->mi", at.rotations, twists[..., 3:]),
+        names,
+        contributions,
+        bodies.external_work(loads, displaced),
+        bodies.strain_work(wrenches, yielded) + work,
+    )
+
+
+def energy_balance(run: MachineRun) -> float | None:
+    """Largest relative residual of Clapeyron's balance over the pass; None where it does not hold.
+
+    It holds for linear elements with physical signs; geometric errors take part in no balance, and are not in it.
+    """
+    cell = run.cell
+    if cell.literal or not cell.feed_moment or any(element.contact is not None for element in cell.elements):
+        return None
+    loaded = run.internal > 0.0
+    if not loaded.any():
+        return None
+    return float(bodies.energy_residual(run.external[loaded], run.internal[loaded]).max())
+
+
+def _elements(cell: MachineCell, at: Frames) -> Elements:
+    count = len(cell.elements)
+    frame = np.array([element.frame for element in cell.elements], dtype=np.int64)
+    point = np.array([element.point for element in cell.elements]).reshape(count, 3)
+    compliance = np.array([element.compliance for element in cell.elements]).reshape(count, 6, 6)
+    joint = np.array([element.joint for element in cell.elements], dtype=np.int64)
+    return Elements(joint, cell.ground, *bodies.place(at, frame, point, compliance))
+
+
+def _loads(cell: MachineCell, at: Frames, tool: FloatArray) -> Loads:
+    # the cutting force on the last body and its reaction on the part come first
+    upright = at.rotations[:, cell.ground]
+    last = len(cell.names) - 1
+    body, force, point = [last, 0], [cell.force, -cell.force], [tool, tool]
+    for weight in cell.weights:
+        body.append(weight.body)
+        force.append(upright @ weight.force)
+        point.append(at.origins[:, weight.body] + at.rotations[:, weight.body] @ weight.point)
+    return Loads(np.array(body), np.stack(force, axis=1), np.stack(point, axis=1))
+
+
+def _part_displacement(cell: MachineCell, tool: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Displacement of the material under the tool [m] and the work in the part [J]."""
+    if cell.part is None:
+        return np.zeros_like(tool), np.zeros(len(tool))
+    part = cell.part
+    heights, inverse = np.unique(tool[:, 2], return_inverse=True)
+    blocks = np.array([cantilever(part.section, h, part.youngs_modulus, part.shear_modulus) for h in heights])
+    centre = np.column_stack([np.broadcast_to(part.centre, (len(tool), 2)), tool[:, 2]])
+    block = PartBlock(centre, blocks[inverse])
+    wrench, twist = bodies.part_twist(block, cell.force, tool)
+    return bodies.point_displacement(centre, twist, tool), np.einsum("mi,mi->m", wrench, twist)
+
+
+def _contact_twists(element: ElasticElement, at: Frames, wrenches: FloatArray) -> FloatArray:
+    turned = np.empty_like(wrenches)
+    for k, wrench in enumerate(wrenches):
+        rotation = at.rotations[k, element.frame]
+        local = np.concatenate([rotation.T @ wrench[:3], rotation.T @ wrench[3:]])
+        try:
+            twist = contact_equilibrium(element.contact, local)[0]
+        except (PadLostError, NoEquilibriumError) as error:
+            raise SolverFailure(f"{element.name}: {error}") from None
+        turned[k] = np.concatenate([rotation @ twist[:3], rotation @ twist[3:]])
+    return turned

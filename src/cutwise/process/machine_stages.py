@@ -1,0 +1,169 @@
+"""The histories and maps of a pass on a machine as labelled arrays, and what is to be said about them."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import xarray as xr
+
+from cutwise import units
+from cutwise.physics.surface import budget
+from cutwise.process.machine import MachinePass, VolumeMap
+from cutwise.spec.machine_scenario import MachineScenario
+
+_AXES = ["x", "y", "z"]
+_COMPONENTS = ["x", "y", "z", "a", "b", "c"]
+_FIRST_ORDER = 1e-3  # [rad] above it, exact and first-order errors part by more than 0.1 %
+
+LIMITS = (
+    "Static: no vibration, no thermal growth, no friction in the guides.",
+    "First order: forces act at the undeformed points; the difference from the exact composition is told.",
+    "Bodies are rigid but for the beams named; joints and guides are linear unless they have the contact law.",
+    "Linear pads pull as well as push: guides must be closed (gibs, profiled rails); an open slideway may lift.",
+    "The wall takes the error of the tool point and of the tool's direction; scallops and run-out are left out.",
+)
+
+
+def _array(dims: tuple[str, ...], values: np.ndarray, unit: str, name: str) -> tuple[tuple[str, ...], np.ndarray, dict]:
+    return dims, np.asarray(values), {"units": unit, "long_name": name}
+
+
+def stages(found: MachinePass | None, volume: VolumeMap | None) -> xr.DataTree:
+    """One group per stage; f1 ... f5 are the relations of Demeč and Madáč."""
+    groups: dict[str, xr.Dataset] = {}
+    if found is not None:
+        groups |= _pass_groups(found)
+    if volume is not None:
+        groups["volume"] = _volume_group(volume)
+    return xr.DataTree.from_dict(groups)
+
+
+def _pass_groups(found: MachinePass) -> dict[str, xr.Dataset]:
+    run, cell = found.run, found.run.cell
+    time = {"time": _array(("time",), cell.time, "s", "time")}
+    bodies = time | {"body": list(cell.names), "axis": _AXES}
+    vector, per_body = ("time", "axis"), ("time", "body", "axis")
+    groups = {
+        "motion": xr.Dataset({
+            "travel": _array(("time",), cell.travel, "m", "way along the pass"),
+            "position": _array(vector, run.ideal, "m", "ideal tool point in the part, r_0"),
+            "tool_vector": _array(per_body, run.reach, "m", "tool point in each body's frame, r_i"),
+            "body_origin": _array(per_body, run.at.origins, "m", "origins of the bodies in the part"),
+            "geometric_error": _array(("time", "body", "component"), run.geometric, "m, rad", "geometric errors"),
+        }, bodies | {"component": _COMPONENTS}),
+        "cutting": xr.Dataset({
+            "force": _array(vector, cell.force, "N", "cutting force on the tool"),
+        }, time | {"axis": _AXES}),
+        "structure": xr.Dataset({
+            "twist": _array(("time", "body", "component"), run.twists, "m, rad", "error of each body in its frame"),
+            "f1": _array(per_body, run.local, "m", "error of the tool point by a body, in its frame"),
+            "f2": _array(per_body, run.body, "m", "error of the tool point by a body, in the part"),
+            "f3": _array(vector, run.body[:, 0], "m", "deformation of the part"),
+            "work_of_loads": _array(("time",), run.external, "J", "sum of loads times displacements"),
+            "work_of_elements": _array(("time",), run.internal, "J", "sum of W C W"),
+        }, bodies | {"component": _COMPONENTS}),
+        "surface": _surface_group(found),
+        "budget": _budget_group(found),
+    }  # fmt: skip
+    if found.chances is not None:
+        groups["uncertainty"] = xr.Dataset({
+            "variance_share": _array(("body",), found.chances.shares, "1", "share of the body in the variance"),
+            "deviation": _array(("axis",), found.chances.deviation, "m", "standard deviation in the middle"),
+        }, {"body": list(cell.names), "axis": _AXES})  # fmt: skip
+    return groups
+
+
+def _surface_group(found: MachinePass) -> xr.Dataset:
+    run = found.run
+    coordinates = {"time": _array(("time",), run.cell.time, "s", "time"), "axis": _AXES}
+    variables = {
+        "f4": _array(("time", "axis"), run.deviation, "m", "error of the tool point in the part"),
+        "f5": _array(("time", "axis"), run.ideal + run.deviation, "m", "tool point as machined"),
+        "exact": _array(("time", "axis"), run.exact, "m", "the same error by exact composition"),
+        "tilt": _array(("time", "axis"), run.rotation, "rad", "error of the tool's direction"),
+    }
+    if found.wall is not None:
+        coordinates["height"] = _array(("height",), found.wall.height, "m", "height above the tool point")
+        variables["wall_error"] = _array(("time", "height"), found.wall.error, "m", "error along the wall's normal")
+    return xr.Dataset(variables, coordinates)
+
+
+def _budget_group(found: MachinePass) -> xr.Dataset:
+    run, worst = found.run, found.run.worst
+    shares = budget.signed_shares(run.contributions[worst], run.deviation[worst])
+    body = budget.signed_shares(run.body[worst], run.deviation[worst])
+    return xr.Dataset({
+        "contribution": _array(("element", "axis"), run.contributions[worst], "m", "error by an element, worst place"),
+        "share": _array(("element",), shares, "m", "signed share along the error, worst place"),
+        "stiffening_gain": _array(("element",), found.gain, "m", "change of the error with 10 % more stiffness"),
+        "body_contribution": _array(("body", "axis"), run.body[worst], "m", "error by a body, worst place"),
+        "body_share": _array(("body",), body, "m", "signed share of a body, worst place"),
+    }, {"element": list(run.element_names), "axis": _AXES, "body": list(run.cell.names)})  # fmt: skip
+
+
+def _volume_group(volume: VolumeMap) -> xr.Dataset:
+    grid = ("X", "Y", "Z")
+    return xr.Dataset({
+        "error": _array((*grid, "axis"), volume.error, "m", "geometric error of the tool point in the part"),
+        "position": _array((*grid, "axis"), volume.position, "m", "ideal tool point in the part"),
+        "diagonal_error": _array(("diagonal", "point"), volume.along, "m", "error along the body diagonal"),
+        "diagonal_distance": _array(("diagonal", "point"), volume.distance, "m", "distance along the body diagonal"),
+    }, {
+        **{name: _array((name,), at, "m", f"command of axis {name}") for name, at in zip(grid, volume.at, strict=True)},
+        "axis": _AXES,
+        "diagonal": ["+++", "-++", "+-+", "--+"],
+    })  # fmt: skip
+
+
+def warnings(scenario: MachineScenario, found: MachinePass | None) -> tuple[str, ...]:
+    """What the engineer should know before he trusts the numbers."""
+    return () if found is None else tuple(_warnings(scenario, found))
+
+
+def _warnings(scenario: MachineScenario, found: MachinePass) -> Iterator[str]:
+    run = found.run
+    tilt = float(np.abs(run.twists[..., 3:]).max())
+    if tilt > _FIRST_ORDER:
+        missed = units.show(float(np.linalg.norm(run.exact - run.deviation, axis=1).max()), "small_length", 3)
+        yield (
+            f"a body turns by {tilt * 1e3:.3g} mrad: beyond 1 mrad the first-order sum is off; here by {missed} "
+            "against the exact composition"
+        )
+    if not scenario.tool.flexible and run.cell.force.any():
+        yield "the tool does not bend in this run (tool.flexible: false); a slender mill may add more than the machine"
+
+
+def notes(found: MachinePass | None, volume: VolumeMap | None) -> dict[str, str]:
+    """The worst place and body, what to stiffen, what holds of the energy balance; the worst diagonal."""
+    told: dict[str, str] = {}
+    if found is not None:
+        run, worst = found.run, found.run.worst
+        shares = budget.signed_shares(run.body[worst], run.deviation[worst])
+        size, where = (units.show(run.size[worst], "small_length", 5), units.show(run.ideal[worst, 0], "length"))
+        top = int(np.argmax(shares))
+        told["worst"] = (
+            f"The error is largest, {size}, at x = {where}; {run.cell.names[top]} costs most of it, "
+            f"{units.show(shares[top], 'small_length', 4)}."
+        )
+        if found.gain.size:
+            best = int(np.argmin(found.gain))
+            told["remedy"] = (
+                f"Making {run.element_names[best]} 10 % stiffer changes it by "
+                f"{units.show(found.gain[best], 'small_length', 3)}, more than any other element."
+            )
+        told["energy"] = (
+            "Energy balance over all loads: not applicable (no loads, a contact law, or options that are not physical)."
+            if found.balance is None
+            else f"Energy balance over all loads: relative residual {found.balance:.1e}."
+        )
+        if found.convexity is not None:
+            word = "convex" if found.convexity > -1e-9 else "NOT convex"
+            told["convexity"] = (
+                f"Cutting force times error is {word} along the pass (least second difference {found.convexity:.2e} of "
+                "its size), as constant compliances ask for."
+            )
+    if volume is not None:
+        ranges = np.ptp(volume.along, axis=1)
+        told["diagonals"] = "Range of the error along the body diagonals: " + ", ".join(
+            units.show(float(value), "small_length", 4) for value in ranges
+        )
+    return told

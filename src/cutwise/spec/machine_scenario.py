@@ -1,0 +1,338 @@
+"""The scenario of a pass on a machine tool: where its error comes from, and what it leaves on the part."""
+
+from collections.abc import Iterator, Mapping
+from itertools import pairwise
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import Discriminator, Field
+
+from cutwise import units
+from cutwise.spec.base import (
+    Angle,
+    AngularSpeed,
+    Count,
+    Elasticity,
+    Force,
+    Length,
+    LibrarySpec,
+    Number,
+    Remark,
+    SmallAngle,
+    SmallLength,
+    Spec,
+    Speed,
+    Usual,
+)
+from cutwise.spec.faults import Path
+from cutwise.spec.fields import tag
+from cutwise.spec.geometry_errors import COMPONENTS, LINEAR_AXES, SQUARENESS, GeometryErrors
+from cutwise.spec.machine import Joint, Machine, Place, merged_errors
+from cutwise.spec.machine_checks import chain_faults
+from cutwise.spec.material import Material
+from cutwise.spec.measures import MACHINE
+from cutwise.spec.scenario import MeasureSpec, Scenario
+from cutwise.spec.tables import Table
+
+
+class PartBlock(Spec):
+    """The part: a block standing on its clamping, its frame in the middle of its lower face."""
+
+    width_x: Length = Field(description="size in x", examples=["260 mm"], gt=0)
+    width_y: Length = Field(description="size in y", examples=["90 mm"], gt=0)
+    height: Length = Field(description="size in z", examples=["300 mm"], gt=0)
+    weight: Force = Field(description="weight, at half its height", examples=["540 N"], ge=0)
+    flexible: bool = Field(description="bends under the reaction to the cutting force", examples=[True])
+    youngs_modulus: Elasticity = Field(description="Young's modulus", examples=["210 kN/mm^2"], gt=0)
+    poisson_ratio: Annotated[Number, Usual(0.2, 0.4)] = Field(
+        description="Poisson's ratio", examples=[0.3], gt=-1, lt=0.5
+    )
+    shear_factor: Number = Field(
+        description="share of the section that carries shear", examples=[0.8333333], gt=0, le=1
+    )
+
+
+class MachineTool(LibrarySpec):
+    """The end mill, as far as the machine's error depends on it."""
+
+    library_shelf: ClassVar[str] = "tools"
+
+    diameter: Annotated[Length, Usual("1 mm", "80 mm")] = Field(description="diameter D", examples=["10 mm"], gt=0)
+    flutes: Annotated[Count, Usual(1, 40)] | None = Field(
+        default=None, description="number of flutes N, for a force from the cutting model", examples=[4], ge=1, le=200
+    )
+    tip: Place = Field(description="tool point in the frame of the last body", examples=["[0 mm, 0 mm, -45 mm]"])
+    flexible: bool = Field(description="bends as a cantilever", examples=[True])
+    overhang: Length | None = Field(default=None, description="length that bends", examples=["20 mm"], gt=0)
+    filling: Number | None = Field(
+        default=None, description="share of the round section that the flutes leave", examples=[0.8], gt=0, le=1
+    )
+    youngs_modulus: Elasticity | None = Field(
+        default=None, description="Young's modulus", examples=["210 kN/mm^2"], gt=0
+    )
+    poisson_ratio: Number | None = Field(default=None, description="Poisson's ratio", examples=[0.3], gt=-1, lt=0.5)
+    shear_factor: Number | None = Field(
+        default=None, description="share of the section that carries shear", examples=[0.9], gt=0, le=1
+    )
+
+    def contradictions(self) -> Iterator[Remark]:
+        """What a flexible tool needs."""
+        for key in ("overhang", "filling", "youngs_modulus", "poisson_ratio", "shear_factor"):
+            if self.flexible and getattr(self, key) is None:
+                yield Remark((key,), "missing")
+
+
+class AxisPosition(Spec):
+    """Commands of the axes at a point of the path; an axis left out stays where it was (at first: 0)."""
+
+    X: Length | None = Field(default=None, description="linear axis X", examples=["0 mm"])
+    Y: Length | None = Field(default=None, description="linear axis Y", examples=["0 mm"])
+    Z: Length | None = Field(default=None, description="linear axis Z", examples=["0 mm"])
+    A: Angle | None = Field(default=None, description="rotary axis A", examples=["0 deg"])
+    B: Angle | None = Field(default=None, description="rotary axis B", examples=["0 deg"])
+    C: Angle | None = Field(default=None, description="rotary axis C", examples=["0 deg"])
+
+    def given(self) -> dict[str, float]:
+        """The axes that are named."""
+        return {axis: value for axis in COMPONENTS if (value := getattr(self, axis)) is not None}
+
+
+class MachinePath(Spec):
+    """A path of straight moves of the axes."""
+
+    points: tuple[AxisPosition, ...] = Field(
+        description="commands at the corners of the path", examples=["[{X: 0 mm}, {X: 260 mm}]"], min_length=2
+    )
+    feed: Annotated[Speed, Usual("0.1 mm/s", "500 mm/s")] = Field(
+        description="feed along the path of the linear axes", examples=["400 mm/min"], gt=0
+    )
+    samples: Annotated[Count, Usual(3, 100000)] = Field(
+        default=27, description="points evaluated, equally spaced along the path", examples=[27], ge=3
+    )
+
+    def corners(self) -> list[dict[str, float]]:
+        """All axes at each corner."""
+        found: list[dict[str, float]] = []
+        here = dict.fromkeys(COMPONENTS, 0.0)
+        for point in self.points:
+            here = {**here, **point.given()}
+            found.append(here)
+        return found
+
+
+class FromCutting(Spec):
+    """The mean force of a full slot, from the coefficients of the material."""
+
+    depth: Length = Field(description="axial depth of cut", examples=["5 mm"], gt=0)
+    spindle_speed: Annotated[AngularSpeed, Usual("50 rpm", "60000 rpm")] = Field(
+        description="spindle speed", examples=["500 rpm"], gt=0
+    )
+
+
+def _force_kind(value: Any) -> str:
+    return "<slot>" if isinstance(value, dict | FromCutting) else "<vector>"
+
+
+CuttingForce = Annotated[
+    Annotated[tuple[Force, Force, Force], tag("vector")] | Annotated[FromCutting, tag("slot")],
+    Discriminator(_force_kind),
+]
+
+
+class MachineLoad(Spec):
+    """What acts on the machine."""
+
+    force: CuttingForce | None = Field(
+        default=None,
+        description="cutting force on the tool in the part's frame, or {depth, spindle_speed}: the mean force of a full "
+        "slot by the material's coefficients",
+        examples=["[4000 N, 4000 N, 2000 N]"],
+    )
+    weights: bool = Field(default=True, description="weights of part and bodies count", examples=[True])
+    feed_moment: bool = Field(
+        default=True, description="false leaves out the moment of the x forces on tables; not physical", examples=[True]
+    )
+
+
+class CutSurface(Spec):
+    """Where the finished surface is on the tool."""
+
+    normal: tuple[Number, Number, Number] = Field(
+        description="normal of the wall in the part's frame, from the part to the tool", examples=["[0, 1, 0]"]
+    )
+    depth: Length = Field(description="axial depth of cut: height of the wall", examples=["5 mm"], gt=0)
+
+
+class Scatter(Spec):
+    """Random error of one or more bodies, each component independent."""
+
+    bodies: tuple[str, ...] = Field(description="names of the bodies", examples=["[table, saddle]"], min_length=1)
+    displacement: SmallLength = Field(description="standard deviation along x, y and z", examples=["3 um"], ge=0)
+    rotation: SmallAngle = Field(description="standard deviation about x, y and z", examples=["15 urad"], ge=0)
+    distribution: Literal["normal", "uniform", "triangular"] = Field(
+        description="law of these components", examples=["normal"]
+    )
+
+
+class Uncertainty(Spec):
+    """How uncertain the positions of the bodies are."""
+
+    bodies: tuple[Scatter, ...] = Field(
+        description="standard deviations per body",
+        examples=["[{bodies: [table], displacement: 3 um, rotation: 15 urad, distribution: normal}]"], min_length=1,
+    )  # fmt: skip
+    samples: Annotated[Count, Usual(20000, 2000000)] = Field(
+        default=100_000, description="samples of the Monte Carlo", examples=[100000], ge=100, le=5_000_000
+    )
+    seed: Count = Field(default=1, description="seed", examples=[1], ge=0)
+
+
+class Volume(Spec):
+    """A map of the geometric errors over the working space."""
+
+    points: Annotated[Count, Usual(5, 60)] = Field(
+        default=11, description="points along each linear axis", examples=[11], ge=2, le=200
+    )
+    at: AxisPosition = Field(
+        default_factory=AxisPosition, description="commands of the rotary axes", examples=["{C: 0 deg}"]
+    )
+    diagonal_points: Annotated[Count, Usual(11, 1001)] = Field(
+        default=101, description="points along each body diagonal", examples=[101], ge=2
+    )
+
+
+class MachineScenario(Scenario):
+    """Error budget of a machine tool along a pass, and its volumetric error (Demeč and Madáč; ISO 230)."""
+
+    measures: ClassVar[Mapping[str, MeasureSpec]] = MACHINE
+    starts: ClassVar[Mapping[str, str]] = {
+        "machine.library": "demec_mill",
+        "tool.library": "demec",
+        "part.shear_factor": "0.8333333",
+        "path.points": "[{X: 0 mm}, {X: 260 mm}]",
+        "load.force": "[4000 N, 4000 N, 2000 N]",
+        "surface.normal": "[0, 1, 0]",
+        "uncertainty.samples": "100000",
+        "requirements": "{deviation_norm_max: {max: 0.5 mm}}",
+    }
+    focus: ClassVar[str] = "deviation_norm_max"
+
+    process: Literal["machine"] = Field(description="which operation is simulated", examples=["machine"])
+    machine: Machine = Field(description="the machine tool")
+    tool: MachineTool = Field(description="the tool")
+    part: PartBlock | None = Field(default=None, description="the part; left out: rigid and without weight")
+    path: MachinePath | None = Field(default=None, description="the pass; left out: a volumetric map only")
+    load: MachineLoad = Field(default_factory=MachineLoad, description="forces on the machine")
+    material: Material | None = Field(default=None, description="material, for a force from the cutting model")
+    surface: CutSurface | None = Field(default=None, description="the wall that the pass finishes")
+    uncertainty: Uncertainty | None = Field(default=None, description="random errors of the bodies")
+    geometry_errors: GeometryErrors | None = Field(
+        default=None, description="geometric errors by ISO 230-1 names; they replace those of the machine"
+    )
+    volume: Volume | None = Field(default=None, description="map of the volumetric error")
+    convention: Literal["physical", "paper_literal"] = Field(
+        default="physical",
+        description="paper_literal adds the errors of tables as Eq. (2) reads instead of taking them off; a demo",
+        examples=["physical"],
+    )
+
+    def contradictions(self) -> Iterator[Remark]:
+        """Everything wrong with the chain, the errors and the travel, at once."""
+        chain = list(chain_faults(self.machine))
+        for remark in chain:
+            yield Remark(("machine", *remark.path), remark.message)
+        if self.path is None and self.volume is None:
+            yield Remark(("path",), "missing: write a path for a pass, or volume for a map of the working space")
+        yield from self._load_faults()
+        axes = self.machine.axes()
+        if self.path is not None:
+            for number, point in enumerate(self.path.points):
+                yield from _beyond(point, axes, ("path", "points", number))
+            corners = self.path.corners()
+            if all(corner == corners[0] for corner in corners):
+                yield Remark(("path", "points"), "is no way: all points are the same")
+            elif not any(a[axis] != b[axis] for a, b in pairwise(corners) for axis in LINEAR_AXES):
+                yield Remark(("path", "points"), "moves no linear axis; the feed is theirs")
+        if self.volume is not None:
+            yield from _beyond(self.volume.at, axes, ("volume", "at"))
+            if sum(letter in LINEAR_AXES for letter in axes) != 3:
+                yield Remark(("volume",), "a map of the working space needs three linear axes")
+        yield from self._error_faults(axes)
+        known = [body.name for body in self.machine.chain]
+        for place, scatter in enumerate(self.uncertainty.bodies if self.uncertainty else ()):
+            for number, name in enumerate(scatter.bodies):
+                if name not in known:
+                    path: Path = ("uncertainty", "bodies", place, "bodies", number)
+                    yield Remark(path, f'there is no body "{name}"; there are {", ".join(known)}')
+        if self.surface is not None and not any(self.surface.normal):
+            yield Remark(("surface", "normal"), "has zero length")
+
+    def _load_faults(self) -> Iterator[Remark]:
+        if isinstance(self.load.force, FromCutting):
+            if self.material is None:
+                yield Remark(("material",), "missing")
+            elif self.material.law != "linear":
+                yield Remark(("material",), "the mean force of a slot needs the linear law (K_tc, K_rc, K_te, K_re)")
+            if self.tool.flutes is None:
+                yield Remark(("tool", "flutes"), "missing")
+
+    def _error_faults(self, axes: Mapping[str, Joint]) -> Iterator[Remark]:
+        for section, errors in (("machine", self.machine.geometry_errors), ("", self.geometry_errors)):
+            before: Path = (*filter(None, (section,)), "geometry_errors")
+            for name in type(errors).model_fields if errors is not None else ():
+                value = getattr(errors, name)
+                if value is None:
+                    continue
+                axis = SQUARENESS[name][0] if name in SQUARENESS else name[-1]
+                if axis not in axes:
+                    there = ", ".join(axes) or "none"
+                    yield Remark(
+                        (*before, name), f"is an error of axis {axis}, which the machine does not have; it has {there}"
+                    )
+                elif isinstance(value, Table):
+                    yield from _gaps(value, axis, axes[axis], (*before, name))
+
+    def remarks(self) -> Iterator[Remark]:
+        """Conventions that are not physics, and loads that the model does not cover."""
+        if self.convention == "paper_literal":
+            yield Remark(("convention",), "paper_literal is a demo of the printed Eq. (2), not a prediction")
+        if not self.load.feed_moment:
+            yield Remark(("load", "feed_moment"), "false leaves out a moment that acts; a demo, not a prediction")
+        if self.path is not None and self.load.force is None:
+            yield Remark(("load",), "no cutting force: the pass shows weights and geometric errors only")
+
+    def errors(self) -> dict[str, object]:
+        """Geometric errors that count, by name."""
+        return merged_errors(self.machine, self.geometry_errors)
+
+
+def _beyond(point: AxisPosition, axes: Mapping[str, Joint], path: Path) -> Iterator[Remark]:
+    for axis, value in point.given().items():
+        if axis not in axes:
+            yield Remark((*path, axis), f"the machine has no axis {axis}; it has {', '.join(axes) or 'none'}")
+            continue
+        limits = axes[axis].limits
+        if limits is not None and not limits[0] - 1e-12 <= value <= limits[1] + 1e-12:
+            dimension = "length" if axis in LINEAR_AXES else "angle"
+            low, high = (units.show(end, dimension) for end in limits)
+            yield Remark(
+                (*path, axis), f"{units.show(value, dimension)} is beyond the travel of axis {axis}, {low} to {high}"
+            )
+
+
+def _gaps(table: Table, axis: str, joint: Joint, path: Path) -> Iterator[Remark]:
+    """A table that does not cover the travel, or leaves out a stretch of it."""
+    wanted = "position" if axis in LINEAR_AXES else "angle"
+    dimension = "length" if axis in LINEAR_AXES else "angle"
+    if table.variable != wanted:
+        yield Remark(path, f"axis {axis} needs a column {wanted}, found {table.variable}")
+        return
+    at, limits = table.points()[0], joint.limits
+    if limits is not None and (at[0] > limits[0] + 1e-12 or at[-1] < limits[1] - 1e-12):
+        ends = [units.show(end, dimension) for end in (at[0], at[-1], *limits)]
+        yield Remark(path, f"covers {ends[0]} to {ends[1]} only; the travel of axis {axis} is {ends[2]} to {ends[3]}")
+    steps = sorted(b - a for a, b in pairwise(at))
+    usual = steps[len(steps) // 2]
+    for low, high in pairwise(at):
+        if len(steps) >= 4 and high - low > 3.5 * usual:
+            ends = [units.show(end, dimension) for end in (low, high, usual)]
+            yield Remark(path, f"has a gap from {ends[0]} to {ends[1]}; its usual step is {ends[2]}")

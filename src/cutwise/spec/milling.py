@@ -1,0 +1,239 @@
+"""The scenario of milling with CNC drives: a pocket corner, or a G-code program."""
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, ClassVar, Literal
+
+from annotated_types import Gt
+from pydantic import Discriminator, Field
+
+from cutwise import units
+from cutwise.spec.base import (
+    Angle,
+    AngularSpeed,
+    Count,
+    Frequency,
+    Length,
+    Number,
+    Remark,
+    Spec,
+    Speed,
+    Stiffness,
+    Time,
+    Usual,
+)
+from cutwise.spec.drives import CncMachine
+from cutwise.spec.fields import tag
+from cutwise.spec.material import Material
+from cutwise.spec.measures import MILLING
+from cutwise.spec.scenario import MeasureSpec, Scenario
+from cutwise.spec.tool import RotatingTool
+
+
+def _corner_kind(value: Any) -> str:
+    return "<sharp>" if value == "sharp" else "<fillet>"
+
+
+CornerShape = Annotated[
+    Annotated[Literal["sharp"], tag("sharp")] | Annotated[Length, Gt(0), tag("fillet")], Discriminator(_corner_kind)
+]
+
+
+class CornerPath(Spec):
+    """Along one wall, through an inner corner to the left, along the next wall; the path is that of the tool centre."""
+
+    corner: CornerShape = Field(
+        description="sharp (the tool stops in the corner), or the fillet radius of the centre path", examples=["sharp"]
+    )
+    lead: Annotated[Length, Usual("10 mm", "500 mm")] = Field(
+        default=30e-3, description="way before and after the corner point", examples=["30 mm"], gt=0
+    )
+    turn: Angle = Field(
+        default=0.5 * math.pi, description="angle of the turn", examples=["90 deg"], gt=0, lt=math.radians(175)
+    )
+    compare: tuple[CornerShape, ...] = Field(
+        default=(), description="other corner shapes to run and show in one table", examples=["[sharp, 2 mm, 5 mm]"]
+    )
+
+    @property
+    def fillet(self) -> float:
+        """Radius of the centre path in the corner [m], 0 if sharp."""
+        return 0.0 if isinstance(self.corner, str) else self.corner
+
+    def contradictions(self) -> Iterator[Remark]:
+        """A fillet that does not fit between the ends."""
+        for shape in (self.corner, *self.compare):
+            if not isinstance(shape, str) and shape * math.tan(0.5 * self.turn) >= self.lead * (1 - 1e-9):
+                yield Remark(
+                    ("corner",), f"a fillet of {_mm(shape)} takes the whole lead of {_mm(self.lead)}; make it smaller"
+                )
+
+
+class Program(Spec):
+    """A G-code program."""
+
+    file: str = Field(description="the G-code file", examples=["pocket.nc"])
+    text: str = Field(
+        default="", description="the text of the program (read from the file)", examples=["G21 G90 G1 X10 F600"]
+    )
+
+
+class Blend(Spec):
+    """Corners rounded within a tolerance."""
+
+    blend: Length = Field(description="largest distance from the programmed corner", examples=["0.02 mm"], gt=0)
+
+
+def _mode_kind(value: Any) -> str:
+    return "<blend>" if isinstance(value, dict | Blend) else "<mode>"
+
+
+PathMode = Annotated[
+    Annotated[Literal["exact_path", "exact_stop"], tag("mode")] | Annotated[Blend, tag("blend")],
+    Discriminator(_mode_kind),
+]
+
+
+class MillingOperation(Spec):
+    """The cut: climb milling along a wall, the previous pass offset by the radial depth."""
+
+    feed: Annotated[Speed, Usual("1 mm/s", "500 mm/s")] | None = Field(
+        default=None, description="feed along the path; a program has its own (F), which this replaces",
+        examples=["40 mm/s"], gt=0,
+    )  # fmt: skip
+    spindle_speed: Annotated[AngularSpeed, Usual("500 rpm", "60000 rpm")] | None = Field(
+        default=None, description="spindle speed; a program has its own (S), which this replaces",
+        examples=["8000 rpm"], gt=0,
+    )  # fmt: skip
+    axial_depth: Length = Field(description="axial depth of cut a_p", examples=["5 mm"], gt=0)
+    radial_depth: Length = Field(description="radial depth of cut a_e", examples=["4 mm"], gt=0)
+
+
+class ToolMode(Spec):
+    """A vibration mode of the tool tip."""
+
+    direction: Literal["x", "y"] = Field(description="direction of the tip's motion", examples=["x"])
+    frequency: Annotated[Frequency, Usual("50 Hz", "10000 Hz")] = Field(
+        description="natural frequency", examples=["922 Hz"], gt=0
+    )
+    damping: Annotated[Number, Usual(0.005, 0.15)] = Field(description="damping ratio", examples=[0.011], ge=0, lt=1)
+    stiffness: Stiffness = Field(description="modal stiffness", examples=["1.34 N/um"], gt=0)
+
+
+class EndMill(RotatingTool):
+    """A cylindrical end mill; with modes its tip may vibrate."""
+
+    helix: Annotated[Angle, Usual("0 deg", "50 deg")] = Field(
+        description="helix angle β of a right-hand helix", examples=["30 deg"], ge=0, lt=math.radians(80)
+    )
+    modes: tuple[ToolMode, ...] = Field(
+        default=(), description="vibration modes of the tool tip; none: the tool is rigid",
+        examples=["[{direction: x, frequency: 922 Hz, damping: 0.011, stiffness: 1.34 N/um}]"],
+    )  # fmt: skip
+
+
+class DriveStepping(Spec):
+    """How drives and forces are stepped."""
+
+    substeps: Annotated[Count, Usual(4, 100)] = Field(
+        default=10, description="steps of drives and forces in a sample of the controller", examples=[10], ge=1
+    )
+    force: Literal["tooth_resolved", "averaged", "none"] = Field(
+        default="tooth_resolved",
+        description="cutting force tooth by tooth, averaged over a revolution, or none",
+        examples=["tooth_resolved"],
+    )
+    discs: Annotated[Count, Usual(10, 400)] | None = Field(
+        default=None, description="axial discs of the mill (midpoint rule); left out: flutes in closed form",
+        examples=[20], ge=1,
+    )  # fmt: skip
+    settling_time: Time = Field(
+        default=1.0, description="time at the end point in which settling is watched", examples=["1 s"], ge=0
+    )
+
+
+class MillingScenario(Scenario):
+    """Milling a pocket with a CNC machine (Ozcan et al. 2017)."""
+
+    measures: ClassVar[Mapping[str, MeasureSpec]] = MILLING
+    either: ClassVar[tuple[tuple[str, ...], ...]] = (("path",), ("program",))
+    starts: ClassVar[Mapping[str, str]] = {
+        "path.corner": "2 mm",
+        "path.compare": "[sharp, 2 mm, 5 mm]",
+        "operation.feed": "40 mm/s",
+        "operation.spindle_speed": "8000 rpm",
+        "operation.axial_depth": "5 mm",
+        "operation.radial_depth": "4 mm",
+        "tool.library": "endmill_20_3",
+        "material.library": "al7075t6",
+        "machine.library": "fadal2216",
+        "machine.reading": "kp_ki_swapped",
+        "requirements": "{contour_error_max: {max: 50 um}, force_xy_peak: {max: 800 N}}",
+    }
+
+    process: Literal["mill"] = Field(description="which operation is simulated", examples=["mill"])
+    path: CornerPath | None = Field(default=None, description="a pocket corner (or give program)")
+    program: Program | None = Field(default=None, description="a G-code program (or give path)")
+    path_mode: PathMode = Field(
+        default="exact_path",
+        description="corners between blocks: exact_path (G61), exact_stop (G61.1) or {blend: tolerance} (G64 P)",
+        examples=["exact_path"],
+    )
+    operation: MillingOperation = Field(description="the cut")
+    tool: EndMill = Field(description="the end mill")
+    material: Material = Field(description="cutting coefficients of the material with this tool")
+    machine: CncMachine = Field(description="the machine and its drives")
+    numerics: DriveStepping = Field(default_factory=DriveStepping, description="how the computation is done")
+
+    def contradictions(self) -> Iterator[Remark]:
+        """Path and program, feed and speed missing, depths that the engagement or the tool does not cover."""
+        if (self.path is None) == (self.program is None):
+            yield Remark(("path",), "give exactly one of path (a corner) and program (a G-code file)")
+        if self.path is not None:
+            for key, sample in (("feed", "40 mm/s"), ("spindle_speed", "8000 rpm")):
+                if getattr(self.operation, key) is None:
+                    yield Remark(("operation", key), f"missing; write it as text with a unit, for example {sample}")
+        radius = 0.5 * self.tool.diameter
+        if self.operation.radial_depth >= radius:
+            yield Remark(
+                ("operation", "radial_depth"),
+                f"{_mm(self.operation.radial_depth)} is not below the radius of the mill ({_mm(radius)}): the "
+                "engagement in a corner holds for less; split the pass, or take a larger mill",
+            )
+        if self.tool.flute_length is not None and self.operation.axial_depth > self.tool.flute_length * (1 + 1e-9):
+            yield Remark(
+                ("operation", "axial_depth"),
+                f"is more than the flute length ({_mm(self.tool.flute_length)}, tool.flute_length)",
+            )
+        if self.material.law != "linear":
+            yield Remark(("material",), "milling with drives needs linear-edge coefficients (K_tc, K_rc, K_te, K_re)")
+
+    def remarks(self) -> Iterator[Remark]:
+        """Feed per tooth, depth and sampling that are unusual."""
+        feed, speed = self.operation.feed, self.operation.spindle_speed
+        if feed is not None and speed is not None:
+            chip = 2.0 * math.pi * feed / (speed * self.tool.flutes)
+            if not 5e-6 <= chip <= 0.4e-3:
+                yield Remark(
+                    ("operation", "feed"),
+                    f"is {units.show(chip, 'small_length', 3)} per tooth; usual is 5 to 400 µm",
+                )
+            low, high = self.material.chip_thickness_min, self.material.chip_thickness_max
+            if (low is not None and chip < low) or (high is not None and chip > high):
+                ends = " to ".join(units.show(end, "small_length", 3) for end in (low, high) if end is not None)
+                yield Remark(
+                    ("material",),
+                    f"the coefficients hold for chips of {ends}, this feed per tooth is "
+                    f"{units.show(chip, 'small_length', 3)}",
+                )
+            step = self.machine.control.sample_time / self.numerics.substeps
+            tooth = 2.0 * math.pi / (speed * self.tool.flutes)
+            if self.numerics.force == "tooth_resolved" and step > tooth / 10:
+                yield Remark(
+                    ("numerics", "substeps"),
+                    f"leave {tooth / step:.3g} steps per tooth; ten or more resolve the peaks, or use averaged force",
+                )
+
+
+def _mm(value: float) -> str:
+    return units.show(value, "length")

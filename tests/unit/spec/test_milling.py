@@ -1,0 +1,124 @@
+"""Milling scenarios: what is refused, in which words, and what the library entries say."""
+
+import math
+
+import pytest
+
+from cutwise.io.scenario import load, parse
+from cutwise.process.assemble_mill import drive_pair
+from cutwise.process.recipes import simulate
+from cutwise.spec.faults import ScenarioFault
+
+BASE = """\
+process: mill
+path: {corner: 2 mm}
+operation: {feed: 40 mm/s, spindle_speed: 8000 rpm, axial_depth: 5 mm, radial_depth: 4 mm}
+tool: {diameter: 20 mm, flutes: 3, helix: 30 deg}
+material: {library: al7075t6}
+machine: {library: fadal2216}
+"""
+
+
+def refused(*changes, text=BASE):
+    with pytest.raises(ScenarioFault) as found:
+        simulate(parse(text, overrides=changes))
+    return str(found.value)
+
+
+@pytest.mark.parametrize("limit", ["velocity=0 mm/s", "acceleration=0 mm/s^2", "jerk=0 mm/s^3"])
+def test_limits_of_zero(limit):
+    assert "must be above 0" in refused(f"machine.limits.{limit}")
+
+
+def test_unstable_gains_with_their_margin():
+    said = refused("machine.reading=as_printed", "machine.control.delay=1")
+    assert "position loop of x is unstable" in said
+    assert "|z| = 1.16" in said
+    assert "gain margin" in said
+    assert "phase margin -34.3°" in said
+
+
+def test_depth_larger_than_the_radius():
+    assert "not below the radius of the mill (10 mm)" in refused("operation.radial_depth=11 mm")
+    assert "flute length" in refused("tool.flute_length=4 mm")
+
+
+def test_feed_missing():
+    assert "operation.feed: missing" in refused(text=BASE.replace("feed: 40 mm/s, ", ""))
+
+
+def test_path_or_program():
+    assert "exactly one of path" in refused(text=BASE.replace("path: {corner: 2 mm}\n", ""))
+    assert "whole lead" in refused("path.corner=30 mm")
+
+
+def test_kienzle_is_not_covered():
+    assert "linear-edge" in refused("material={library: kienzle_1045}")
+
+
+def test_a_program_that_is_not_there_and_one_that_is_wrong(tmp_path):
+    text = BASE.replace("path: {corner: 2 mm}", "program: part.nc")
+    file = tmp_path / "scenario.yaml"
+    file.write_text(text)
+    with pytest.raises(ScenarioFault, match="no such file"):
+        load(file)
+    (tmp_path / "part.nc").write_text("G21 G90 F600 M3\nG1 X10 Z-1\nG5 X20\n")
+    with pytest.raises(ScenarioFault, match=r"part\.nc:3:1: G5 is unknown"):
+        load(file)
+    (tmp_path / "part.nc").write_text("G21 G90 F600 M3\nG1 X10 Z-1\n")
+    with pytest.raises(ScenarioFault, match=r"no spindle speed .S with M3."):
+        simulate(load(file, ["operation={axial_depth: 5 mm, radial_depth: 4 mm}"]))
+
+
+def test_readings_of_the_gain_table():
+    def gains(reading):
+        pair = drive_pair(parse(BASE, overrides=[f"machine.reading={reading}"]).machine)
+        return [(law.proportional, law.integral, law.derivative) for law in (pair.law_x, pair.law_y)]
+
+    assert gains("as_printed") == [pytest.approx((500e3, 70e3, 300.0)), pytest.approx((462.539e3, 64.75e3, 278.0))]
+    assert gains("kp_ki_swapped") == [pytest.approx((70e3, 500e3, 300.0)), pytest.approx((64.75e3, 462.539e3, 278.0))]
+    assert gains("matched") == gains("kp_ki_swapped")[::-1]
+
+
+def test_cjme2023_is_the_cascade_of_its_source():
+    """P position and PI velocity loop: poles at 158.7 rad/s with damping 0.48, and at 8.3 rad/s."""
+    from cutwise.physics.motion.loop import continuous_poles
+
+    pair = drive_pair(parse(BASE, overrides=["machine={library: cjme2023}"]).machine)
+    for plant, law in ((pair.plant_x, pair.law_x), (pair.plant_y, pair.law_y)):
+        poles = sorted(continuous_poles(plant, law), key=abs)
+        assert abs(poles[0]) == pytest.approx(8.3, abs=0.2)
+        assert abs(poles[2]) == pytest.approx(158.7, abs=3.0)
+        assert -poles[2].real / abs(poles[2]) == pytest.approx(0.48, abs=0.02)
+    assert pair.plant_x.stiction_plus == pytest.approx(1.802, abs=1e-3)
+    assert pair.plant_y.coulomb_minus == pytest.approx(-2.430, abs=1e-3)
+
+
+def test_chatter_is_said_and_a_stiff_tool_does_not():
+    mode = "tool.modes=[{direction: x, frequency: 922 Hz, damping: 0.011, stiffness: STIFF}]"
+    soft = simulate(parse(BASE, overrides=[mode.replace("STIFF", "1.34 N/um")]))
+    assert soft.measures["chatter_growth_corner"].value > 1.0
+    assert any("chatters" in warning for warning in soft.warnings)
+    stiff = simulate(parse(BASE, overrides=[mode.replace("STIFF", "200 N/um")]))
+    assert stiff.measures["chatter_growth_corner"].value < 1.0
+    assert not any("chatters" in warning for warning in stiff.warnings)
+
+
+def test_program_and_corner_agree():
+    """The same corner as G-code gives the same path, time and contour error."""
+    corner = simulate(parse(BASE)).measures
+    code = "G21 G90 G61 S8000 M3 F2400\nG0 X-30 Y0\nG1 Z-5\nG4 P0.6\nG1 X-2\nG3 X0 Y2 I0 J2\nG1 Y30\nM30\n"
+    text = BASE.replace("path: {corner: 2 mm}", "program: {file: inline, text: " + repr(code).replace("'", '"') + "}")
+    program = simulate(parse(text, overrides=["numerics.discs=20"])).measures
+    assert program["contour_error_max"].value == pytest.approx(corner["contour_error_max"].value, rel=2e-3)
+    assert program["engagement_angle_max"].value == pytest.approx(corner["engagement_angle_max"].value, abs=0.02)
+    assert program["force_xy_peak"].value == pytest.approx(corner["force_xy_peak"].value, rel=0.01)
+    assert math.isclose(program["force_xy_mean_straight"].value, corner["force_xy_mean_straight"].value)
+
+
+def test_blend_trades_contour_for_time():
+    sharp = simulate(parse(BASE, overrides=["path.corner=sharp"])).measures
+    blend = simulate(parse(BASE, overrides=["path.corner=sharp", "path_mode={blend: 0.2 mm}"])).measures
+    assert blend["cycle_time"].value < sharp["cycle_time"].value
+    assert blend["contour_error_max"].value > sharp["contour_error_max"].value
+    assert blend["stops"].value == 0
