@@ -78,3 +78,13 @@ def test_a_spindle_that_is_not_pushed_past_breakaway_does_not_move():
         assert yielding == pytest.approx(rigid, abs=1e-12)
     path = result["motion"].dataset["centre"].values
     assert lengths(path, closed=True).sum() == pytest.approx(result.measures["path_length"].value)
+
+
+def test_at_two_bar_a_wide_chamfer_moves_the_spindle():
+    """Force above the 6.35 N breakaway: the tip gives way, and the chamfer is narrower than the rigid tool's."""
+    compliant = EXAMPLE.with_name("chamfer_compliant_spindle.yaml")
+    result = cutwise.simulate(cutwise.load(compliant, ("operation.preset=0 mm", "operation.part_error=0 mm")))
+    assert result.measures["breakaway_force"].value == pytest.approx(6.35, abs=0.01)
+    assert result.measures["lateral_force_max"].value > result.measures["breakaway_force"].value
+    assert result.measures["tip_deflection_max"].value > 0.3e-3
+    assert result.measures["width_deflected_min"].value < 0.8e-3
