@@ -40,6 +40,7 @@ class EdgePath(NamedTuple):
     margins: tuple[reach.Margin, ...]
     chord_error: float  # [m]
     sensitivity: float  # width change per unit shift along the axis, where it is largest
+    ball_radius: float  # [m]
 
 
 class EdgePlan(NamedTuple):
@@ -291,7 +292,7 @@ def _proven(
         work, path, axis, pass_frames(path.frames.tangent, axis), tilt,
         feeds.contact_feeds(path, feed, at_contact=operation.contact_feed is not None),
         at, found, gouge, rod, tuple(margins), feeds.chord_error(path),
-        float(slope[np.argmax(np.abs(slope))]) if slope.size else math.nan,
+        float(slope[np.argmax(np.abs(slope))]) if slope.size else math.nan, radius,
     )  # fmt: skip
 
 

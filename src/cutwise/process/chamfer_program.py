@@ -45,7 +45,9 @@ def _one(path: EdgePath, retract: float) -> tuple[FloatArray, FloatArray, FloatA
     n = len(centre)
     cut = path.feeds.centre
     if closed and path.work.foot is not None:
-        ways = leads(path.path, path.axis, path.work.foot, retract)
+        rim = float((np.asarray(path.work.tree.data) @ path.axis).max())  # out of the hole, not only off the edge
+        above_path = rim - float((centre @ path.axis).max()) + path.ball_radius + retract
+        ways = leads(path.path, path.axis, path.work.foot, max(retract, above_path))
         over = len(ways.overlap)
         points = np.vstack([ways.entry, centre[1:], ways.overlap if over else centre[:1], ways.exit[1:]])
         lead_in, lead_out = len(ways.entry) - 1, len(ways.exit) - 1
