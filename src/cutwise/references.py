@@ -227,6 +227,27 @@ DEMEC = register(
     )
 )
 
+SATO2016 = register(
+    Source(
+        "sato2016",
+        "T. Sato, Y. Sato, T. Maekawa, Tool path generation for chamfering drill holes of a pipe with constant width, "
+        "Computer-Aided Design 78 (2016) 26-35",
+        implements=(
+            "Eqs. 1-6: edges of a drilled pipe",
+            "Eq. 9: curvature of the edge",
+            "sec. 3.2: ball cutter with a limited knife",
+        ),
+        errata=(
+            Erratum(
+                "Eq. 12",
+                "N_H = (cos, sin, 0)",
+                "points into the material; outward it is -(cos, sin, 0)",
+                "tests/papers/test_sato2016.py::test_eq12_normal_points_into_the_material",
+            ),
+        ),
+    )
+)
+
 GARNIER2017 = register(
     Source(
         "garnier2017",

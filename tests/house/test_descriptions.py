@@ -15,6 +15,9 @@ NAMES = [".".join((kind, *path)) for kind, path, _ in KEYS]
 # How the run is done, or what counts as ideal; everything else comes from the engineer or a library.
 WITHOUT_PHYSICS = {
     "name", "process", "requirements", "library", "milling", "lead_out_time", "path_error", "tolerance", "axial_start",
+    # chamfer: a plain pipe and cutter, the exact path, a set-up without error unless given
+    "eccentricity", "holes", "edges", "definition", "tier", "tilt", "clearance", "pole_limit_angle", "axis", "retract",
+    "preset", "part_error", "position", "radius", "wall", "angle", "ball_radius",
     "slices", "seed", "force", "time_step", "runout", "runout_angle", "gravity", "numerics", "engagement",
     "samples", "points", "diagonal_points", "orders", "convention", "weights", "feed_moment", "load", "at", "elements",
     # drilling: flat plate where it lies, frames without a turn, one hole, the simple lip, postures by search

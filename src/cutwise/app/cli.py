@@ -108,6 +108,15 @@ def run(
     advice: Annotated[
         bool, typer.Option("--advice/--no-advice", help="run variants for advice and sensitivities where that is quick")
     ] = True,
+    gcode: Annotated[
+        Path | None, typer.Option("--gcode", metavar="FILE", help="write the tool path as G-code (chamfer)")
+    ] = None,
+    apt: Annotated[
+        Path | None, typer.Option("--apt", metavar="FILE", help="write the tool path as APT (chamfer)")
+    ] = None,
+    poses: Annotated[
+        Path | None, typer.Option("--poses", metavar="FILE", help="write the tool path as robot poses, CSV (chamfer)")
+    ] = None,
 ) -> None:
     """Simulate a scenario and hold the result against its requirements."""
     from cutwise.app.console import Console
@@ -116,10 +125,15 @@ def run(
     scenario = load(file, overrides or ())
     folder = output or Path("cutwise-runs") / _folder_name(scenario.name)
     _writable(folder)
+    for program in filter(None, (gcode, apt, poses)):
+        if scenario.process != "chamfer":
+            _refuse(f"{program}: a {scenario.process} run has no tool path to write")
+        _writable(program.parent)
     console = Console()
     with console.progress(scenario.name) as progress:
         result = _simulated(scenario, progress, advice)
         files = _written(result, folder, report)
+        files |= _programs(result, {"gcode": gcode, "apt": apt, "poses": poses})
     if as_json:
         import json
 
@@ -242,6 +256,32 @@ def sweep(
 
 
 @app.command()
+def part(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="STEP file")],
+    as_json: Annotated[bool, typer.Option("--json", help="print one JSON object (SI)")] = False,
+    picture: Annotated[Path | None, typer.Option("--svg", metavar="FILE", help="draw the sharp edges")] = None,
+) -> None:
+    """List solids, holes and sharp edges of a STEP file, with the numbers that a chamfer scenario selects them by."""
+    from cutwise.app.parts import draw, listing, shown
+    from cutwise.io.files import write_text
+    from cutwise.io.step import CadFault
+
+    try:
+        found = listing(file)
+    except CadFault as fault:
+        _refuse(str(fault))
+    if as_json:
+        import json
+
+        print(json.dumps(found.as_json(), allow_nan=False))
+    else:
+        print(shown(found))
+    if picture is not None:
+        write_text(picture, draw(found))
+        print(picture, file=sys.stderr)
+
+
+@app.command()
 def library(
     kind: Annotated[str | None, typer.Argument(metavar="[KIND]", help="shelf: tools, materials, spindles, ...")] = None,
     name: Annotated[str | None, typer.Argument(metavar="[NAME]", help="entry, whose values are shown")] = None,
@@ -329,6 +369,26 @@ def _written(result: "Result", folder: Path, with_report: bool) -> dict[str, str
     return files
 
 
+def _programs(result: "Result", wanted: dict[str, Path | None]) -> dict[str, str]:
+    """Write the programs that were asked for; a run without a path has none."""
+    asked = {kind: path for kind, path in wanted.items() if path is not None}
+    if not asked:
+        return {}
+    from cutwise.io.files import write_text
+    from cutwise.io.programs import post
+    from cutwise.process.chamfer_program import program_of
+
+    if "program" not in result.stages.children:
+        print("no program was written: there is no path", file=sys.stderr)
+        return {}
+    if result.infeasible:
+        print("no program was written: the operation is infeasible as it stands", file=sys.stderr)
+        return {}
+    program = program_of(result)
+    writers = {"gcode": post.gcode, "apt": post.apt, "poses": post.poses_csv}
+    return {kind: str(write_text(path, writers[kind](program))) for kind, path in asked.items()}
+
+
 def _folder_name(name: str) -> str:
     """A scenario name as one folder name on every system."""
     safe = "".join("_" if letter in '<>:"/\\|?*' or ord(letter) < 32 else letter for letter in name)
@@ -359,6 +419,9 @@ def _explain(error: Exception) -> int:
     from cutwise.spec.faults import ScenarioFault
 
     if isinstance(error, ScenarioFault):
+        print(error, file=sys.stderr)
+        return BAD_INPUT
+    if type(error).__name__ == "CadFault":  # its module is not imported unless a CAD file is
         print(error, file=sys.stderr)
         return BAD_INPUT
     if isinstance(error, SolverFailure):

@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping
 from cutwise.process import (
     assemble,
     assemble_mill,
+    chamfer,
     deburring,
     drilling,
     drilling_remarks,
@@ -17,6 +18,7 @@ from cutwise.process import (
 )
 from cutwise.process.convergence import change_on_halved_step
 from cutwise.results import Measure, Result, judge
+from cutwise.spec.chamfer import ChamferScenario
 from cutwise.spec.deburring import DeburringScenario
 from cutwise.spec.drilling import DrillingScenario
 from cutwise.spec.machine_scenario import MachineScenario
@@ -162,6 +164,23 @@ def drilling_measures(scenario: DrillingScenario) -> Mapping[str, float]:
     return drilling.measures(scenario, _drilling_run(scenario))
 
 
+def chamfer_path(scenario: ChamferScenario, progress: Progress | None = None) -> Result:
+    """Chamfer of constant width: path, proof by sweep, forces along it, and a spindle that yields to them."""
+    del progress  # over in a second
+    done = chamfer.run(scenario)
+    found = chamfer.measures(scenario, done)
+    return collect(
+        scenario,
+        found,
+        stages=chamfer.stages(scenario, done),
+        warnings=chamfer.warnings(scenario, done, found),
+        infeasible=done.infeasible,
+        limits=chamfer.LIMITS,
+        notes=chamfer.notes(done),
+        references=("sato2016", "altintas2012") if done.forces else ("sato2016",),
+    )
+
+
 MEASURES: Mapping[str, Callable[..., Mapping[str, float]]] = {
     "deburr": deburring_measures,
     "drill": drilling_measures,
@@ -169,6 +188,7 @@ MEASURES: Mapping[str, Callable[..., Mapping[str, float]]] = {
     "mill": milling_measures,
 }
 RECIPES: Mapping[str, Callable[..., Result]] = {
+    "chamfer": chamfer_path,
     "deburr": deburr,
     "drill": drill,
     "machine": machine_errors,

@@ -1,5 +1,6 @@
 """The processes that a scenario can ask for; a new one is a line here."""
 
+from cutwise.spec.chamfer import ChamferScenario
 from cutwise.spec.deburring import DeburringScenario
 from cutwise.spec.drilling import DrillingScenario
 from cutwise.spec.machine_scenario import MachineScenario
@@ -11,6 +12,7 @@ KINDS: dict[str, type[Scenario]] = {
     "drill": DrillingScenario,
     "mill": MillingScenario,
     "machine": MachineScenario,
+    "chamfer": ChamferScenario,
 }
 
 ALIASES: dict[str, str] = {
@@ -21,5 +23,8 @@ ALIASES: dict[str, str] = {
     "pocket": "mill",
     "machine_tool": "machine",
     "error_budget": "machine",
+    "chamfering": "chamfer",
+    "chamfering path": "chamfer",
+    "edge_break": "chamfer",
 }
 """Other words that people use for a process: named in the suggestion, not accepted."""

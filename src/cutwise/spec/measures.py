@@ -164,3 +164,35 @@ DRILLING: Mapping[str, MeasureSpec] = {
     "holes_drilled": MeasureSpec("dimensionless", "number of holes that can be drilled"),
 }
 """For a pattern every measure but ``cycle_time`` and ``holes_drilled`` is that of its worst hole."""
+
+
+CHAMFER: Mapping[str, MeasureSpec] = {
+    "width_min": MeasureSpec("length", "smallest width that the swept ball leaves"),
+    "width_max": MeasureSpec("length", "largest width that the swept ball leaves"),
+    "gouge_max": MeasureSpec("length", "deepest cut into the part beyond the chamfer"),
+    "rod_clearance_min": MeasureSpec("length", "smallest distance of the rod from the part"),
+    "knife_margin_min": MeasureSpec("angle", "how far the contact stays on the knife, off neck and pole"),
+    "tilt": MeasureSpec("angle", "tilt of the chamfer; the largest, if paths differ"),
+    "leg_ratio_max": MeasureSpec("dimensionless", "longer over shorter leg, where that is largest"),
+    "wedge_angle_min": MeasureSpec("angle", "smallest angle of material along the edge"),
+    "wedge_angle_max": MeasureSpec("angle", "largest angle of material along the edge"),
+    "path_length": MeasureSpec("length", "length of the centre path, without leads"),
+    "edge_length": MeasureSpec("length", "length of the edges that are chamfered"),
+    "points": MeasureSpec("dimensionless", "number of path points, without leads"),
+    "cycle_time": MeasureSpec("time", "time along the edges, without leads"),
+    "chord_error": MeasureSpec("length", "largest distance between centre curve and its chords"),
+    "setup_sensitivity_z": MeasureSpec("dimensionless", "width change per unit of set-up error along the tool axis"),
+    "setup_width_low": MeasureSpec("length", "smallest width along the edge, 5 % of the set-ups are below"),
+    "setup_width_high": MeasureSpec("length", "largest width along the edge, 5 % of the set-ups are above"),
+    **_per_axis("force_mean", "force", "mean cutting force on the tool in the frame of the pass"),
+    "lateral_force_max": MeasureSpec("force", "largest force across the tool axis"),
+    "chip_area": MeasureSpec("area", "largest cross-section taken off, across the feed"),
+    "cutting_power_mean": MeasureSpec("power", "mean cutting power"),
+    "width_deflected_min": MeasureSpec("length", "smallest width with the spindle deflected"),
+    "width_deflected_max": MeasureSpec("length", "largest width with the spindle deflected"),
+    "tip_deflection_max": MeasureSpec("length", "largest deflection of the tool tip"),
+    "breakaway_force": MeasureSpec("force", "lateral force at the tip at which the spindle starts to yield"),
+    "edges_chamfered": MeasureSpec("dimensionless", "number of edges with a proven path"),
+    "edges_refused": MeasureSpec("dimensionless", "number of selected edges without one"),
+    "length_trimmed": MeasureSpec("length", "edge length given up at corners and concave neighbours"),
+}

@@ -1,0 +1,266 @@
+"""Topology of a CAD part: its faces, the kind of every edge, and its holes."""
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cutwise.io.step import MM, StepPart, explored, occ, shape_map
+from cutwise.maths.surfaces import CONE, CYLINDER, FREE_FORM, PLANE, SPHERE, TORUS, Surfaces, outside_of, surfaces
+
+FloatArray = NDArray[np.float64]
+
+SMOOTH_ANGLE = math.radians(1.0)  # normals closer than this meet smoothly
+
+FREE, SEAM, DEGENERATE, SMOOTH, CONVEX, CONCAVE, CROWDED = (
+    "without face", "seam", "degenerate", "smooth", "convex", "concave", "more than two faces",
+)  # fmt: skip
+
+
+class Face(NamedTuple):
+    """A face: its surface, and which side of it is air."""
+
+    index: int  # type: ignore[assignment]
+    shape: Any
+    evaluator: Any  # adaptor of OpenCascade, in mm
+    reversed: bool
+    kind: int
+    sign: float  # of the gradient of the signed distance along the outward normal; 0 for a free-form surface
+    turn: tuple[float, float]  # first and last parameter round the axis [rad]
+
+
+class Edge(NamedTuple):
+    """An edge between two faces."""
+
+    index: int  # type: ignore[assignment]
+    shape: Any
+    kind: str
+    faces: tuple[int, ...]
+    forward: bool  # whether the edge runs in the direction of its curve in the first face
+    angle: float  # [rad] largest angle between the normals, at the samples looked at; 0 unless two faces
+
+
+class Hole(NamedTuple):
+    """A full-turn concave cylinder."""
+
+    faces: tuple[int, ...]
+    radius: float  # [m]
+    origin: tuple[float, float, float]  # [m] a point of the axis
+    axis: tuple[float, float, float]
+
+
+class Topology(NamedTuple):
+    """Faces and edges of a part."""
+
+    part: StepPart
+    faces: tuple[Face, ...]
+    edges: tuple[Edge, ...]
+    holes: tuple[Hole, ...]
+    surfaces: Surfaces  # one row for each face
+
+    def count(self, kind: str) -> int:
+        """How many edges are of a kind."""
+        return sum(edge.kind == kind for edge in self.edges)
+
+
+def topology(part: StepPart, *, smooth: float = SMOOTH_ANGLE) -> Topology:
+    """Look at every face and edge of a part.
+
+    Parameters
+    ----------
+    part : StepPart
+        The part.
+    smooth : float
+        Angle between the normals below which an edge counts as smooth [rad].
+    """
+    kinds = occ("TopAbs").TopAbs_ShapeEnum
+    shapes = explored(part.shape, kinds.TopAbs_FACE)
+    rows = []
+    faces = []
+    for i, shape in enumerate(shapes):
+        face, row = _face(i, shape)
+        faces.append(face)
+        rows.append(row)
+    table = surfaces(rows)
+    faces = [face._replace(sign=_sign(face, table)) for face in faces]
+    numbers = shape_map(part.shape, kinds.TopAbs_EDGE)
+    places: dict[int, list[tuple[int, bool]]] = {}
+    forward = occ("TopAbs").TopAbs_Orientation.TopAbs_FORWARD
+    for face in faces:
+        explorer = occ("TopExp").TopExp_Explorer(face.shape, kinds.TopAbs_EDGE)
+        while explorer.More():
+            current = explorer.Current()
+            places.setdefault(numbers.FindIndex(current) - 1, []).append((face.index, current.Orientation() == forward))
+            explorer.Next()
+    edges = []
+    to_edge = occ("TopoDS").TopoDS.Edge
+    for i, shape in enumerate(explored(part.shape, kinds.TopAbs_EDGE)):
+        edges.append(_edge(i, to_edge(shape.Oriented(forward)), places.get(i, []), faces, table, smooth))
+    return Topology(part, tuple(faces), tuple(edges), _holes(faces, table), table)
+
+
+Row = tuple[int, Sequence[float], Sequence[float], float, float]
+
+
+def _face(index: int, shape: Any) -> tuple[Face, Row]:
+    evaluator = occ("BRepAdaptor").BRepAdaptor_Surface(shape)
+    types = occ("GeomAbs").GeomAbs_SurfaceType
+    kind = evaluator.GetType()
+    row: Row = (FREE_FORM, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.0, 0.0)
+    if kind == types.GeomAbs_Plane:
+        row = (PLANE, *_axis(evaluator.Plane()), 0.0, 0.0)
+    elif kind == types.GeomAbs_Cylinder:
+        row = (CYLINDER, *_axis(evaluator.Cylinder()), evaluator.Cylinder().Radius() * MM, 0.0)
+    elif kind == types.GeomAbs_Cone:
+        cone = evaluator.Cone()
+        row = (CONE, *_axis(cone), cone.RefRadius() * MM, cone.SemiAngle())
+    elif kind == types.GeomAbs_Sphere:
+        row = (SPHERE, *_axis(evaluator.Sphere()), evaluator.Sphere().Radius() * MM, 0.0)
+    elif kind == types.GeomAbs_Torus:
+        torus = evaluator.Torus()
+        row = (TORUS, *_axis(torus), torus.MajorRadius() * MM, torus.MinorRadius() * MM)
+    turned = shape.Orientation() == occ("TopAbs").TopAbs_Orientation.TopAbs_REVERSED
+    turn = (evaluator.FirstUParameter(), evaluator.LastUParameter())
+    return Face(index, shape, evaluator, turned, row[0], 0.0, turn), row
+
+
+def _axis(surface: Any) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+    """Origin [m] and axis of the frame of an elementary surface."""
+    frame = surface.Position()
+    origin, axis = frame.Location(), frame.Direction()
+    return (origin.X() * MM, origin.Y() * MM, origin.Z() * MM), (axis.X(), axis.Y(), axis.Z())
+
+
+def surface_point(face: Face, u: float, v: float) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Point [m], both derivatives [m per parameter] and the outward unit normal at parameters of a face."""
+    gp = occ("gp")
+    p, du, dv = gp.gp_Pnt(), gp.gp_Vec(), gp.gp_Vec()
+    face.evaluator.D1(u, v, p, du, dv)
+    su = np.array([du.X(), du.Y(), du.Z()]) * MM
+    sv = np.array([dv.X(), dv.Y(), dv.Z()]) * MM
+    normal = np.array([su[1] * sv[2] - su[2] * sv[1], su[2] * sv[0] - su[0] * sv[2], su[0] * sv[1] - su[1] * sv[0]])
+    length = math.sqrt(normal @ normal)
+    normal *= (-1.0 if face.reversed else 1.0) / length if length > 0.0 else 0.0
+    return np.array([p.X(), p.Y(), p.Z()]) * MM, su, sv, normal
+
+
+def _sign(face: Face, table: Surfaces) -> float:
+    """Whether the gradient of the signed distance points out of the material, from one inner point of the face."""
+    if face.kind == FREE_FORM:
+        return 0.0
+    e = face.evaluator
+
+    def inside(first: float, last: float) -> float:
+        return 0.437 * max(first, -1e4) + 0.563 * min(last, 1e4)
+
+    u = inside(e.FirstUParameter(), e.LastUParameter())
+    v = inside(e.FirstVParameter(), e.LastVParameter())
+    point, _, _, normal = surface_point(face, u, v)
+    return float(np.sign(outside_of(table, face.index, point[None])[1][0] @ normal))
+
+
+def face_normals(
+    face: Face, table: Surfaces, edge: Any, point: FloatArray, at: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Distance of edge points from a face [m], and its outward normals there.
+
+    Elementary surfaces in one go; free-form ones at the parameters that the edge has in the face.
+
+    Parameters
+    ----------
+    face, table : Face, Surfaces
+        The face, and its table of surfaces.
+    edge : shape
+        The edge.
+    point, at : array
+        Points of the edge [m], shape (n, 3), and their curve parameters, shape (n,).
+    """
+    if face.kind != FREE_FORM:
+        distance, gradient = outside_of(table, face.index, point)
+        return face.sign * distance, face.sign * gradient
+    parameters = face_parameters(face, edge, at)
+    found = [surface_point(face, u, v) for u, v in parameters]
+    normal = np.array([f[3] for f in found])
+    return np.einsum("ij,ij->i", point - np.array([f[0] for f in found]), normal), normal
+
+
+def face_parameters(face: Face, edge: Any, at: FloatArray) -> FloatArray:
+    """Surface parameters of edge points in a face; shape (n, 2)."""
+    curve = occ("BRepAdaptor").BRepAdaptor_Curve2d(edge, face.shape)
+    values = [curve.Value(t) for t in at]
+    return np.array([(value.X(), value.Y()) for value in values])
+
+
+def curve_points(edge: Any, at: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Points [m] and derivatives of the curve of an edge; shapes (n, 3)."""
+    gp = occ("gp")
+    curve = occ("BRepAdaptor").BRepAdaptor_Curve(edge)
+    point, slope = np.empty((len(at), 3)), np.empty((len(at), 3))
+    p, d = gp.gp_Pnt(), gp.gp_Vec()
+    for i, t in enumerate(at):
+        curve.D1(t, p, d)
+        point[i] = p.X(), p.Y(), p.Z()
+        slope[i] = d.X(), d.Y(), d.Z()
+    return point * MM, slope * MM
+
+
+def curve_range(edge: Any) -> tuple[float, float]:
+    """First and last parameter of the curve of an edge."""
+    curve = occ("BRepAdaptor").BRepAdaptor_Curve(edge)
+    return curve.FirstParameter(), curve.LastParameter()
+
+
+def _edge(
+    index: int, shape: Any, found: list[tuple[int, bool]], faces: Sequence[Face], table: Surfaces,
+    smooth: float,
+) -> Edge:  # fmt: skip
+    """The kind of an edge, from its faces and the angle between their normals at five places."""
+    owners = tuple(dict.fromkeys(face for face, _ in found))
+    forward = found[0][1] if found else True
+    if occ("BRep").BRep_Tool.Degenerated_s(shape):
+        return Edge(index, shape, DEGENERATE, owners, forward, 0.0)
+    if len(owners) == 1 and len(found) == 2:
+        return Edge(index, shape, SEAM, owners, forward, 0.0)
+    if len(owners) < 2:
+        return Edge(index, shape, FREE, owners, forward, 0.0)
+    if len(owners) > 2:
+        return Edge(index, shape, CROWDED, owners, forward, 0.0)
+    first, last = curve_range(shape)
+    at = first + (last - first) * np.array([0.03, 0.27, 0.51, 0.74, 0.97])
+    point, slope = curve_points(shape, at)
+    n1 = face_normals(faces[owners[0]], table, shape, point, at)[1]
+    n2 = face_normals(faces[owners[1]], table, shape, point, at)[1]
+    angle = np.arctan2(np.linalg.norm(np.cross(n1, n2), axis=1), np.einsum("ij,ij->i", n1, n2))
+    widest = int(np.argmax(angle))
+    if angle[widest] < smooth:
+        return Edge(index, shape, SMOOTH, owners, forward, float(angle[widest]))
+    into = np.cross(n1[widest], slope[widest]) * (1.0 if forward else -1.0)
+    kind = CONVEX if into @ n2[widest] < 0.0 else CONCAVE
+    return Edge(index, shape, kind, owners, forward, float(angle[widest]))
+
+
+def _holes(faces: Sequence[Face], table: Surfaces) -> tuple[Hole, ...]:
+    """Concave cylinders that close to a full turn, from one face or from several on the same axis."""
+    groups: dict[tuple[float, ...], list[Face]] = {}
+    for face in faces:
+        if face.kind != CYLINDER or face.sign > 0.0:
+            continue
+        axis, origin = table.axis[face.index], table.origin[face.index]
+        axis = axis * (np.sign(axis[np.argmax(np.abs(axis))]) or 1.0)
+        foot = origin - (origin @ axis) * axis
+        key = tuple(np.round(np.concatenate([axis, foot * 1e3, [table.size[face.index, 0] * 1e3]]), 3) + 0.0)
+        groups.setdefault(key, []).append(face)
+    found = []
+    for members in groups.values():
+        if sum(face.turn[1] - face.turn[0] for face in members) < 2.0 * math.pi - 1e-3:
+            continue
+        i = members[0].index
+        found.append(
+            Hole(
+                tuple(face.index for face in members), float(table.size[i, 0]), tuple(table.origin[i]),
+                tuple(table.axis[i]),
+            )
+        )  # fmt: skip
+    return tuple(found)

@@ -1,0 +1,161 @@
+"""A drilled pipe: the two edges that a round hole has with the outer and the inner cylinder of a pipe.
+
+The pipe runs along y, the hole is drilled from outside about z; the edge taken is the one on the drill's side. The
+drill axis may pass the pipe axis at a distance e along x, and lean by alpha in the y-z plane: two skew lines have no
+other freedom.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from cutwise.maths.curves import FloatArray
+from cutwise.maths.edges import EdgeFrames, edge_frames
+from cutwise.maths.surfaces import CYLINDER, surfaces
+
+PIPE_SURFACE = 0  # the first surface of the frames
+HOLE_SURFACE = 1
+
+
+class PipeHole(NamedTuple):
+    """A pipe with a drilled hole."""
+
+    radius: float  # [m] outer radius R of the pipe
+    wall: float  # [m] wall thickness t
+    hole_radius: float  # [m] r
+    eccentricity: float = 0.0  # [m] e, distance of drill axis and pipe axis
+    inclination: float = 0.0  # [rad] alpha, of the drill axis from the normal of the pipe axis
+
+    def surface_radius(self, *, inner: bool) -> float:
+        """Radius of the inner or outer cylinder of the pipe [m]."""
+        return self.radius - self.wall if inner else self.radius
+
+    @property
+    def drill_axis(self) -> FloatArray:
+        """Unit vector along the drill, out of the pipe; shape (3,)."""
+        return np.array([0.0, np.sin(self.inclination), np.cos(self.inclination)])
+
+
+class NoEdgeError(ValueError):
+    """The hole does not make a closed edge with the cylinder; the message gives the margin."""
+
+    def __init__(self, message: str, margin: float) -> None:
+        super().__init__(message)
+        self.margin = margin  # [m], negative
+
+
+def edge_margin(part: PipeHole, *, inner: bool) -> float:
+    r"""How far the hole stays inside the cylinder, :math:`\rho - |e| - r` [m]; a closed edge needs more than zero."""
+    return part.surface_radius(inner=inner) - abs(part.eccentricity) - part.hole_radius
+
+
+def pipe_edge(part: PipeHole, theta: FloatArray, *, inner: bool) -> EdgeFrames:
+    r"""Frames of the inner or outer edge at angles about the drill axis.
+
+    .. math:: C = (e, 0, 0) + r (\cos\theta\, e_1 + \sin\theta\, e_2) + \tau a, \qquad C_x^2 + C_z^2 = \rho^2,\ C_z > 0
+
+    with :math:`e_1 = x`, :math:`e_2 = (0, \cos\alpha, -\sin\alpha)`, :math:`a = (0, \sin\alpha, \cos\alpha)`. Outward
+    normals: hole :math:`-(\cos\theta\, e_1 + \sin\theta\, e_2)`, pipe :math:`\pm (C_x, 0, C_z) / \rho`. For
+    :math:`e = \alpha = 0` the wedge angle is :math:`\cos\varphi = \pm (r / \rho) \cos^2\theta`, plus outside.
+
+    Parameters
+    ----------
+    part : PipeHole
+        The drilled pipe.
+    theta : array
+        Angles over one turn, rising, the start not repeated [rad], shape (n,).
+    inner : bool
+        The edge at the bore of the pipe, else at its outside.
+
+    Raises
+    ------
+    NoEdgeError
+        The hole is not inside the cylinder, :math:`|e| + r \ge \rho`.
+
+    References
+    ----------
+    Sato et al. 2016, Eqs. (1)-(6) and (12); the normal of Eq. (12) points into the material and is turned here.
+    Eccentric and oblique holes are an extension.
+    """
+    rho, r = part.surface_radius(inner=inner), part.hole_radius
+    margin = edge_margin(part, inner=inner)
+    if margin <= 0.0:
+        where = "bore" if inner else "outside"
+        raise NoEdgeError(
+            f"the hole (radius {r * 1e3:g} mm, {abs(part.eccentricity) * 1e3:g} mm off the axis) makes no closed edge "
+            f"with the {where} of the pipe (radius {rho * 1e3:g} mm)", margin,
+        )  # fmt: skip
+    c, s = np.cos(theta)[:, None], np.sin(theta)[:, None]
+    sin_a, cos_a = np.sin(part.inclination), np.cos(part.inclination)
+    e1, e2, axis = np.array([1.0, 0.0, 0.0]), np.array([0.0, cos_a, -sin_a]), part.drill_axis
+    x = part.eccentricity + r * c
+    h = np.sqrt(rho**2 - x**2)
+    radial = c * e1 + s * e2
+    rise = (h + r * s * sin_a) / cos_a
+    rise_slope = (x * r * s / h + r * c * sin_a) / cos_a
+    point = np.array([part.eccentricity, 0.0, 0.0]) + r * radial + rise * axis
+    tangent = r * (c * e2 - s * e1) + rise_slope * axis
+    side = -1.0 if inner else 1.0
+    pipe_normal = side * np.hstack([x, np.zeros_like(x), h]) / rho
+    return edge_frames(
+        theta, point, tangent, np.stack([pipe_normal, -radial], axis=1), period=2.0 * np.pi,
+        surfaces=surfaces([
+            (CYLINDER, (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), rho, 0.0),
+            (CYLINDER, (part.eccentricity, 0.0, 0.0), tuple(axis), r, 0.0),
+        ]),
+        face=np.tile(np.array([PIPE_SURFACE, HOLE_SURFACE]), (len(theta), 1)),
+    )  # fmt: skip
+
+
+def one_turn(count: int) -> FloatArray:
+    """Angles :math:`2 \\pi i / n`, the start not repeated [rad]."""
+    return 2.0 * np.pi * np.arange(count) / count
+
+
+def pipe_cloud(part: PipeHole, reach: float, spacing: float) -> FloatArray:
+    """Points on all surfaces of a drilled pipe within a distance of the hole along the pipe [m], shape (n, 3)."""
+    axis = part.drill_axis
+    foot = np.array([part.eccentricity, 0.0, 0.0])
+    e2 = np.array([0.0, axis[2], -axis[1]])
+    theta = one_turn(max(24, int(2.0 * np.pi * part.hole_radius / spacing)))
+    ends = [pipe_edge(part, theta, inner=inner).point for inner in (True, False)]
+    pieces = max(3, int(np.linalg.norm(ends[1] - ends[0], axis=1).max() / spacing))
+    share = np.linspace(0.0, 1.0, pieces)[:, None, None]
+    wall = (ends[0] + share * (ends[1] - ends[0])).reshape(-1, 3)
+    centre_y = float((ends[0] + ends[1])[:, 1].mean()) / 2.0
+    length = part.hole_radius / np.cos(part.inclination) + reach
+    y = centre_y + np.arange(-length, length, spacing)
+    cylinders = []
+    for rho in (part.radius - part.wall, part.radius):
+        psi = np.arange(0.0, 2.0 * np.pi, spacing / rho)
+        grid = np.stack(np.broadcast_arrays(rho * np.sin(psi)[:, None], y, rho * np.cos(psi)[:, None]), axis=-1)
+        points = grid.reshape(-1, 3)
+        across = np.hypot((points - foot)[:, 0], (points - foot) @ e2)
+        cylinders.append(points[(across >= part.hole_radius) | (points @ axis < 0.0)])
+    return np.vstack([wall, *cylinders])
+
+
+def edge_curvature(part: PipeHole, theta: FloatArray, *, inner: bool) -> FloatArray:
+    r"""Curvature of the edge of a central, upright hole [1/m].
+
+    .. math:: \kappa^2 = \frac{r^4 + r^2 (z'^2 + z''^2)}{(r^2 + z'^2)^3}, \quad
+              z' = \frac{r^2 s c}{h},\ z'' = \frac{r^2 \cos 2\theta}{h} - \frac{r^4 s^2 c^2}{h^3},\
+              h = \sqrt{\rho^2 - r^2 c^2}
+
+    Raises
+    ------
+    ValueError
+        The hole is eccentric or inclined.
+
+    References
+    ----------
+    Sato et al. 2016, Eq. (9), written out.
+    """
+    if part.eccentricity or part.inclination:
+        raise ValueError("the closed form of the curvature is for a central, upright hole")
+    rho, r = part.surface_radius(inner=inner), part.hole_radius
+    c, s = np.cos(theta), np.sin(theta)
+    h = np.sqrt(rho**2 - (r * c) ** 2)
+    z1 = r**2 * s * c / h
+    z2 = r**2 * np.cos(2.0 * theta) / h - (r**2 * s * c) ** 2 / h**3
+    return np.sqrt((r**4 + r**2 * (z1**2 + z2**2)) / (r**2 + z1**2) ** 3)

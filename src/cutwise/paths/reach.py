@@ -1,0 +1,230 @@
+r"""Whether a ball cutter on a rod reaches an edge: inequalities with margins, the tilt that is needed, and remedies.
+
+Angles on the ball are measured from the rod. The knife covers :math:`\beta \le \chi \le 180^\circ - \beta_p`: none
+round the neck, and none, or no cutting speed, at the pole.
+"""
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import brentq
+
+from cutwise.maths.curves import FloatArray
+from cutwise.paths.chamfer import Chamfer, ChamferPath, NoPathError
+from cutwise.paths.pipe import HOLE_SURFACE, PipeHole
+
+LOPSIDED = 2.0  # ratio of the legs above which a chamfer of constant width is hardly useful
+
+ROD_IN_BALL = "rod_smaller_than_ball"
+NECK = "knife_reaches_neck"
+BALL_ENTERS = "ball_enters_hole"
+ROD_WALL = "rod_clears_wall"
+ROD_PART = "rod_clears_part"
+KNIFE = "knife_covers_contact"
+WALL = "legs_within_wall"
+GOUGE = "no_gouge"
+EDGE = "no_edge"
+PATH = "no_path"
+
+
+class BallCutter(NamedTuple):
+    """Ball on a rod."""
+
+    ball_radius: float  # [m] R_B
+    rod_radius: float  # [m] R_od
+    knife_limit: float  # [rad] beta: the knife begins at this angle from the rod
+    pole_limit: float = 0.0  # [rad] beta_p: no knife, or no use of it, this near to the pole
+
+
+class Margin(NamedTuple):
+    """An inequality that a path has to meet: it does if the margin is not negative."""
+
+    code: str
+    value: float  # [m] or [rad]
+    angle: bool  # whether the margin is an angle
+    meaning: str
+
+    @property
+    def met(self) -> bool:
+        """Whether the inequality holds; rounding of a nanometre or a nanoradian does not break it."""
+        return self.value >= -1e-9
+
+    def __str__(self) -> str:
+        size = f"{math.degrees(self.value):+.4g} deg" if self.angle else f"{self.value * 1e3:+.4g} mm"
+        return f"{self.code}: {self.meaning} (margin {size})"
+
+
+def contact_angles(path: ChamferPath, axis: FloatArray) -> FloatArray:
+    r"""Angle of both chamfer borders on the ball from the rod, :math:`\cos\chi_i = (Q_i - S) \cdot k / R_B` [rad].
+
+    Where surfaces are planes in the normal plane and the rod lies in the second: :math:`\chi_{2,1} = \varphi / 2 +
+    \delta \mp \arcsin(w / 2R_B)`. ``axis``: unit vector from the ball along the rod. Shape (n, 2).
+    """
+    arm = path.contact - path.centre[:, None, :]
+    along = arm @ axis
+    return np.arctan2(np.linalg.norm(np.cross(arm, axis), axis=2), along)
+
+
+def knife_margin(path: ChamferPath, tool: BallCutter, axis: FloatArray) -> float:
+    r""":math:`\min(\chi_{min} - \beta,\ 180^\circ - \beta_p - \chi_{max})` [rad]."""
+    chi = contact_angles(path, axis)
+    return float(min(chi.min() - tool.knife_limit, math.pi - tool.pole_limit - chi.max()))
+
+
+def rod_wall_clearance(path: ChamferPath, part: PipeHole, tool: BallCutter) -> float:
+    r"""Clearance of a rod along the drill axis in its hole, :math:`r - \max|S_\perp| - R_{od}` [m]."""
+    offset = path.centre - np.array([part.eccentricity, 0.0, 0.0])
+    axis = part.drill_axis
+    across = offset - (offset @ axis)[:, None] * axis
+    return float(part.hole_radius - np.linalg.norm(across, axis=1).max() - tool.rod_radius)
+
+
+def tool_margins(tool: BallCutter) -> list[Margin]:
+    """What the cutter must be in itself."""
+    neck = math.asin(min(1.0, tool.rod_radius / tool.ball_radius))
+    return [
+        Margin(ROD_IN_BALL, tool.ball_radius - tool.rod_radius, False, "the rod must be thinner than the ball"),
+        Margin(NECK, tool.knife_limit - neck, True, "the knife cannot begin inside the rod, beta >= asin(R_od/R_B)"),
+    ]
+
+
+def entry_margin(part: PipeHole, tool: BallCutter, clearance: float) -> Margin:
+    """The ball must pass the hole to get at the inner edge from outside."""
+    room = part.hole_radius - clearance - tool.ball_radius
+    return Margin(BALL_ENTERS, room, False, "the ball must pass through the hole, R_B + clearance < r")
+
+
+def path_margins(
+    path: ChamferPath, part: PipeHole, tool: BallCutter, clearance: float, *, inner: bool
+) -> list[Margin]:  # fmt: skip
+    """What a path along an edge of a drilled pipe must meet; the tool stands along the drill axis."""
+    axis = part.drill_axis
+    found = []
+    if inner:
+        room = rod_wall_clearance(path, part, tool) - clearance
+        found.append(Margin(ROD_WALL, room, False, "the rod must clear the wall of the hole"))
+    found.append(
+        Margin(KNIFE, knife_margin(path, tool, axis), True, "the contact must lie on the knife, off neck and pole")
+    )
+    wall_left = _wall_along_hole(path, part) - float(path.leg[:, HOLE_SURFACE].max())
+    found.append(Margin(WALL, wall_left, False, "the leg in the hole must be shorter than the wall"))
+    return found
+
+
+def _wall_along_hole(path: ChamferPath, part: PipeHole) -> float:
+    """Shortest wall along the hole [m]."""
+    x = path.frames.point[:, 0]
+    inside = np.sqrt(np.maximum(0.0, (part.radius - part.wall) ** 2 - x**2))
+    return float((np.sqrt(part.radius**2 - x**2) - inside).min() / math.cos(part.inclination))
+
+
+def planar_tilt(width: float, tool: BallCutter, clearance: float, wedge: float = 0.5 * math.pi) -> float:
+    r"""Tilt that an inner edge needs, closed form for a planar wedge with the rod along its second side [rad].
+
+    .. math:: \delta = \max\left(0,\ \max\left(\arcsin\frac{R_{od} + c_l}{R_B}, \beta\right)
+              + \arcsin\frac{w}{2 R_B} - \frac{\varphi}{2}\right)
+
+    Exact where the sections of both surfaces are straight: the worst place of a central, upright hole.
+
+    Raises
+    ------
+    NoPathError
+        Rod and clearance are wider than the ball.
+    """
+    if tool.rod_radius + clearance > tool.ball_radius:
+        raise NoPathError("rod radius plus clearance exceeds the ball radius: no tilt helps")
+    neck = max(math.asin((tool.rod_radius + clearance) / tool.ball_radius), tool.knife_limit)
+    return max(0.0, neck + math.asin(0.5 * width / tool.ball_radius) - 0.5 * wedge)
+
+
+def widest_chamfer(tool: BallCutter, clearance: float, wedge: float = 0.5 * math.pi) -> float:
+    r"""Widest symmetric chamfer of an inner edge, planar wedge [m]; 0 if none is possible.
+
+    .. math:: w = 2 R_B \sin\left(\frac{\varphi}{2} - \max\left(\arcsin\frac{R_{od} + c_l}{R_B}, \beta\right)\right)
+    """
+    if tool.rod_radius + clearance >= tool.ball_radius:
+        return 0.0
+    neck = max(math.asin((tool.rod_radius + clearance) / tool.ball_radius), tool.knife_limit)
+    return max(0.0, 2.0 * tool.ball_radius * math.sin(0.5 * wedge - neck))
+
+
+def least_tilt(
+    cut: Chamfer, shortest: Callable[[Chamfer], float], widest_wedge: float, *, step: float = math.radians(1.0)
+) -> float | None:
+    """Smallest constant tilt at which the shortest margin of a path is not negative, or None.
+
+    Parameters
+    ----------
+    cut : Chamfer
+        Width and tier; its own tilt is not looked at.
+    shortest : callable
+        Smallest margin of the path of a chamfer; may raise NoPathError.
+    widest_wedge : float
+        Largest wedge angle along the edge [rad]: tilts stay below 90 degrees minus half of it.
+    step : float
+        Step in which the sign change is bracketed before Brent's method refines it to 1e-14 rad.
+    """
+
+    def at(tilt: float) -> float:
+        try:
+            return shortest(cut._replace(tilt=tilt))
+        except NoPathError:
+            return -1.0
+
+    if at(0.0) >= 0.0:
+        return 0.0
+    end = 0.5 * math.pi - 0.5 * widest_wedge - 1e-6
+    low = 0.0
+    while low < end:
+        high = min(end, low + step)
+        if at(high) >= 0.0:
+            return float(brentq(at, low, high, xtol=1e-14, rtol=1e-14))
+        low = high
+    return None
+
+
+def remedies(
+    cut: Chamfer, part: PipeHole, tool: BallCutter, clearance: float, tilt: float | None, failed: set[str], *,
+    inner: bool,
+) -> list[str]:  # fmt: skip
+    """What helps, in the order in which to try it."""
+    found = []
+    side = failed & {ROD_WALL, KNIFE}
+    if side and tilt:
+        found.append(
+            f"tilt the chamfer by {math.degrees(tilt):.4g} deg (chamfer.tilt: auto): three axes, the width stays"
+        )
+    if side and inner:
+        widest = widest_chamfer(tool, clearance)
+        found.append(
+            f"a chamfer up to about {widest * 1e3:.4g} mm wide goes without tilt, in one pass" if widest > 0.0
+            else "no symmetric chamfer goes with this knife and rod, however narrow"
+        )  # fmt: skip
+        neck = 0.25 * math.pi - math.asin(min(1.0, 0.5 * cut.width / tool.ball_radius))
+        thinnest = tool.ball_radius * math.sin(max(0.0, neck)) - clearance
+        if thinnest > 0.0:
+            found.append(
+                f"a rod of radius {thinnest * 1e3:.4g} mm or less with a knife from {math.degrees(neck):.4g} deg, or a "
+                f"larger ball up to {1e3 * (part.hole_radius - clearance):.4g} mm radius"
+            )
+    if BALL_ENTERS in failed:
+        found.append(
+            f"a ball of less than {(part.hole_radius - clearance) * 1e3:.4g} mm radius (tool.ball_radius) passes the hole"
+        )
+    if GOUGE in failed:
+        found.append(
+            f"a smaller ball: about {1.25e3 * part.hole_radius:.4g} mm radius still clears the far side of the hole"
+        )
+    if WALL in failed:
+        found.append("a narrower chamfer: its leg must stay within the wall")
+    if ROD_IN_BALL in failed or NECK in failed:
+        found.append("another cutter: ball, rod and knife limit contradict one another")
+    if EDGE in failed:
+        found.append("a smaller hole or a smaller eccentricity: the edge does not close")
+    if inner and failed & {ROD_WALL, KNIFE, BALL_ENTERS}:
+        found.append("enter from the bore of the pipe instead of through the hole")
+    if side:
+        found.append("lean the tool axis by about the needed tilt (5 axes), and check the rod at the far edge again")
+    return found

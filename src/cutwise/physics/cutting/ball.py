@@ -1,0 +1,59 @@
+"""Cutting forces of a ball end through the one flute kernel: an axial disc is a thin mill with turned coefficients."""
+
+import math
+
+from cutwise.maths.compiled import compiled
+from cutwise.physics.cutting.flute import EdgeCoefficients, FluteForce, mean_force
+
+
+@compiled
+def disc_coefficients(chi: float, k: EdgeCoefficients) -> EdgeCoefficients:
+    r"""Coefficients of a disc whose edge stands at the polar angle :math:`\chi` from the rod.
+
+    The radial force acts along the sphere normal :math:`(\sin\chi, \cos\chi)` and the axial one along the meridian
+    :math:`(-\cos\chi, \sin\chi)`, in the (radial, axial) plane:
+
+    .. math:: K_r' = K_r \sin\chi + K_a \cos\chi, \qquad K_a' = K_a \sin\chi - K_r \cos\chi
+
+    Equal to the cylinder at :math:`\chi = 90^\circ`.
+
+    References
+    ----------
+    Altintas 2012, sec. 2.10 (ball end mills); there the angle is counted from the pole.
+    """
+    s, c = math.sin(chi), math.cos(chi)
+    return EdgeCoefficients(
+        k.K_tc, k.K_rc * s + k.K_ac * c, k.K_ac * s - k.K_rc * c, k.K_te, k.K_re * s + k.K_ae * c,
+        k.K_ae * s - k.K_re * c,
+    )  # fmt: skip
+
+
+@compiled
+def disc_force(
+    lo: float, hi: float, z: float, height: float, ball_radius: float, chip: float, theta: float, flutes: int,
+    k: EdgeCoefficients,
+) -> FluteForce:  # fmt: skip
+    r"""Force of one disc of a ball averaged over a tooth period.
+
+    The chip is :math:`c \sin\chi` thick along the sphere normal and the edge in the disc :math:`dz / \sin\chi` long.
+
+    Parameters
+    ----------
+    lo, hi : float
+        Immersion arc [rad].
+    z, height : float
+        Height of the disc above the ball centre, and its thickness [m].
+    ball_radius : float
+        [m].
+    chip, theta : float
+        Feed per tooth c [m] and feed direction [rad].
+    flutes : int
+        Number of flutes.
+    k : EdgeCoefficients
+        Linear-edge coefficients.
+    """
+    if hi <= lo:
+        return FluteForce(0.0, 0.0, 0.0, 0.0)
+    chi = math.acos(z / ball_radius)
+    s = math.sin(chi)
+    return mean_force(lo, hi, chip * s, theta, height / s, flutes, disc_coefficients(chi, k))

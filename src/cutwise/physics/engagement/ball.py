@@ -1,0 +1,130 @@
+r"""Immersion of a ball in the wedge of material along an edge, by axial discs.
+
+Local frame of the pass: x along the feed, z along the rod toward the motor, y off the work; down milling. The disc at
+height z of the ball has the radius :math:`\rho = \sqrt{R_B^2 - z^2}`; at that height the two faces of the wedge bound
+the material to :math:`y_{lo} \le y \le y_{hi}`. A point at the immersion angle :math:`\phi` from +y stands at
+:math:`y = \rho \cos\phi`, so material is met between :math:`\arccos(y_{hi}/\rho)` and :math:`\arccos(y_{lo}/\rho)`,
+and on the leading half, :math:`0 \le \phi \le \pi`, only.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from cutwise.maths.compiled import compiled
+from cutwise.maths.curves import FloatArray
+
+
+class PassFrames(NamedTuple):
+    """Local frames along a path."""
+
+    feed: FloatArray  # x: unit, along the edge at right angles to the rod, shape (n, 3)
+    off: FloatArray  # y = z cross x: from the work to the tool in down milling, shape (n, 3)
+    plunge: FloatArray  # component of the edge tangent along the rod, shape (n,)
+
+
+def pass_frames(tangent: FloatArray, axis: FloatArray) -> PassFrames:
+    r"""Frames of a pass from edge tangents and the rod direction k: :math:`x = t - (t \cdot k) k`, normalised.
+
+    Raises
+    ------
+    ValueError
+        The edge runs along the rod somewhere.
+    """
+    plunge = tangent @ axis
+    x = tangent - plunge[:, None] * axis
+    length = np.linalg.norm(x, axis=1, keepdims=True)
+    if length.min() < 1e-6:
+        raise ValueError("the edge runs along the tool axis: there is no direction of feed across it")
+    x = x / length
+    return PassFrames(x, np.cross(axis, x), plunge)
+
+
+class Wedge(NamedTuple):
+    """The wedge of material in the (y, z) plane of a pass, from the ball centre."""
+
+    y: float  # [m] of the edge
+    z: float  # [m] of the edge
+    normal1_y: float  # outward normal of the first face
+    normal1_z: float
+    normal2_y: float
+    normal2_z: float
+
+
+@compiled
+def wedge_bounds(wedge: Wedge, z: float) -> tuple[float, float]:
+    r"""Material between the faces at a height: :math:`n_i \cdot (p - C) \le 0` for both; (lo, hi) in y [m]."""
+    low, high = -math.inf, math.inf
+    for m in range(2):
+        ny = wedge.normal1_y if m == 0 else wedge.normal2_y
+        nz = wedge.normal1_z if m == 0 else wedge.normal2_z
+        depth = nz * (z - wedge.z)
+        if abs(ny) < 1e-12:
+            if depth > 0.0:
+                return 0.0, 0.0
+        elif ny > 0.0:
+            high = min(high, wedge.y - depth / ny)
+        else:
+            low = max(low, wedge.y - depth / ny)
+    return low, high
+
+
+@compiled
+def disc_arc(wedge: Wedge, ball_radius: float, z: float) -> tuple[float, float]:
+    """Immersion arc of the disc at height z above the ball centre; empty arcs are (0, 0) [rad]."""
+    square = ball_radius * ball_radius - z * z
+    low, high = wedge_bounds(wedge, z)
+    if square <= 0.0 or high <= low:
+        return 0.0, 0.0
+    rho = math.sqrt(square)
+    if high <= -rho or low >= rho:
+        return 0.0, 0.0
+    return math.acos(min(1.0, high / rho)), math.acos(max(-1.0, low / rho))
+
+
+@compiled
+def height_limits(wedge: Wedge, ball_radius: float) -> tuple[float, float]:
+    """Heights between which the ball may meet the wedge: ends of both borders and the edge, on the ball [m].
+
+    The borders are where a face leaves the ball; between the faces the ball is cut at heights between those two and
+    the height of the edge only if its surface has no summit inside the wedge, so the pole heights are added then.
+    """
+    low, high = wedge.z, wedge.z
+    for m in range(2):
+        ny = wedge.normal1_y if m == 0 else wedge.normal2_y
+        nz = wedge.normal1_z if m == 0 else wedge.normal2_z
+        oy = wedge.normal2_y if m == 0 else wedge.normal1_y
+        oz = wedge.normal2_z if m == 0 else wedge.normal1_z
+        uy, uz = -nz, ny  # along the face, away from the other normal
+        if uy * oy + uz * oz > 0.0:
+            uy, uz = -uy, -uz
+        b = wedge.y * uy + wedge.z * uz
+        c = wedge.y * wedge.y + wedge.z * wedge.z - ball_radius * ball_radius
+        root = b * b - c
+        if root <= 0.0:
+            continue
+        s = -b + math.sqrt(root)
+        low, high = min(low, wedge.z + s * uz), max(high, wedge.z + s * uz)
+    for pole in (-ball_radius, ball_radius):
+        inside1 = wedge.normal1_y * -wedge.y + wedge.normal1_z * (pole - wedge.z) < 0.0
+        inside2 = wedge.normal2_y * -wedge.y + wedge.normal2_z * (pole - wedge.z) < 0.0
+        if inside1 and inside2:
+            low, high = min(low, pole), max(high, pole)
+    return max(low, -ball_radius), min(high, ball_radius)
+
+
+@compiled
+def chip_area(wedge: Wedge, ball_radius: float, slices: int) -> float:
+    """Cross-section that the ball takes off the wedge in the plane across the feed, by slices [m^2]."""
+    low, high = height_limits(wedge, ball_radius)
+    dz = (high - low) / slices
+    area = 0.0
+    for k in range(slices):
+        z = low + (k + 0.5) * dz
+        square = ball_radius * ball_radius - z * z
+        lo, hi = wedge_bounds(wedge, z)
+        if square > 0.0 and hi > lo:
+            rho = math.sqrt(square)
+            area += max(0.0, min(hi, rho) - max(lo, -rho)) * dz
+    return area

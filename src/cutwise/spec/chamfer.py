@@ -1,0 +1,305 @@
+"""The scenario of a chamfer of constant width along the edges of a drilled pipe or of a CAD part."""
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import Field
+
+from cutwise import units
+from cutwise.spec.base import Angle, AngularSpeed, Count, Length, LibrarySpec, Remark, SmallLength, Spec, Speed, Usual
+from cutwise.spec.fields import tag
+from cutwise.spec.material import Material
+from cutwise.spec.measures import CHAMFER
+from cutwise.spec.scenario import MeasureSpec, Scenario
+from cutwise.spec.spindle import CompliantSpindle
+
+
+class Pipe(Spec):
+    """A round pipe with one drilled hole; the pipe runs along y, the hole is drilled from +z."""
+
+    radius: Annotated[Length, Usual("2 mm", "500 mm")] = Field(
+        description="outer radius R of the pipe", examples=["15 mm"], gt=0
+    )
+    wall: Length = Field(description="wall thickness t", examples=["2 mm"], gt=0)
+    hole_radius: Annotated[Length, Usual("0.5 mm", "100 mm")] = Field(
+        description="radius r of the hole", examples=["4 mm"], gt=0
+    )
+    eccentricity: Length = Field(
+        default=0.0, description="distance e of the drill axis from the pipe axis", examples=["0 mm"]
+    )
+    inclination: Angle = Field(
+        default=0.0, description="lean α of the drill axis from the normal of the pipe axis", examples=["0 deg"],
+        gt=-math.radians(80), lt=math.radians(80),
+    )  # fmt: skip
+
+    def contradictions(self) -> Iterator[Remark]:
+        """Walls and holes larger than the pipe."""
+        if self.wall >= self.radius:
+            yield Remark(("wall",), f"is as thick as the pipe: its radius is {_mm(self.radius)}")
+        if self.hole_radius >= self.radius:
+            yield Remark(("hole_radius",), f"is larger than the pipe: its radius is {_mm(self.radius)}")
+
+
+class BlockHole(Spec):
+    """A through hole in a block."""
+
+    x: Length = Field(description="centre of the hole on the top face", examples=["20 mm"])
+    y: Length = Field(description="centre of the hole on the top face", examples=["15 mm"])
+    radius: Length = Field(description="radius", examples=["4 mm"], gt=0)
+    inclination: Angle = Field(
+        default=0.0, description="lean of the axis from +z towards +y", examples=["0 deg"],
+        gt=-math.radians(60), lt=math.radians(60),
+    )  # fmt: skip
+
+
+class Block(Spec):
+    """A rectangular block with through holes and, if wanted, a bore along x; it is made and read back as STEP."""
+
+    length: Length = Field(description="size along x, from 0", examples=["60 mm"], gt=0)
+    width: Length = Field(description="size along y, from 0", examples=["40 mm"], gt=0)
+    height: Length = Field(description="size along z, from 0", examples=["30 mm"], gt=0)
+    holes: tuple[BlockHole, ...] = Field(
+        default=(),
+        description="holes from the top through the block",
+        examples=["[{x: 20 mm, y: 20 mm, radius: 4 mm}]"],
+    )
+    bore_radius: Length | None = Field(
+        default=None, description="radius of a bore along x through the middle of the block", examples=["6 mm"], gt=0
+    )
+
+    def contradictions(self) -> Iterator[Remark]:
+        """Holes that are not inside the block."""
+        for i, hole in enumerate(self.holes):
+            room = min(hole.x, self.length - hole.x, hole.y, self.width - hole.y) - hole.radius
+            if room <= 0.0:
+                yield Remark(("holes", i), "is not inside the top face of the block")
+        if self.bore_radius is not None and 2.0 * self.bore_radius >= min(self.width, self.height):
+            yield Remark(("bore_radius",), "is as large as the block")
+
+
+class ChamferPart(Spec):
+    """The part, and which of its edges."""
+
+    pipe: Pipe | None = Field(default=None, description="a drilled pipe")
+    step: str | None = Field(default=None, description="a STEP file, beside the scenario", examples=["bracket.step"])
+    block: Block | None = Field(default=None, description="a drilled block, made and read back as STEP")
+    edges: str = Field(
+        default="all",
+        description="which edges: outer or inner (pipe); all, outer, inner, hole:N, edge:N, by commas (CAD part)",
+        examples=["inner"],
+    )
+
+    def contradictions(self) -> Iterator[Remark]:
+        """One part, and a selector that fits it."""
+        if self.pipe is None and self.step is None and self.block is None:
+            yield Remark((), "names no part: write pipe, step or block")
+        if self.pipe is not None and (self.step is not None or self.block is not None):
+            yield Remark((), "names two parts: keep one of pipe, step and block")
+        if self.pipe is not None and self.edges not in ("outer", "inner"):
+            yield Remark(("edges",), f'"{self.edges}" is no edge of a pipe; write inner or outer')
+
+    def remarks(self) -> Iterator[Remark]:
+        """A file that stands in for the block."""
+        if self.step is not None and self.block is not None:
+            yield Remark(("block",), "is not used: part.step names the part")
+
+
+class ChamferSize(Spec):
+    """The chamfer that is wanted."""
+
+    width: Annotated[Length, Usual("0.02 mm", "3 mm")] = Field(
+        description="width between the borders of the chamfer, or its leg (see definition)", examples=["0.3 mm"], gt=0
+    )
+    definition: Literal["chord", "leg"] = Field(
+        default="chord",
+        description="what the width is: the chord between both borders, or the leg on each face",
+        examples=["chord"],
+    )
+    tier: Literal["tangent", "surface", "envelope"] = Field(
+        default="envelope",
+        description="how exact the path is: tangent planes, true surfaces, or also the envelope of the moving ball",
+        examples=["envelope"],
+    )
+    tilt: Annotated[Literal["auto"], tag("auto")] | Annotated[Angle, tag("angle")] = Field(
+        default="auto",
+        description="turns the chamfer away from the rod, towards the hole; auto takes the smallest that is needed",
+        examples=["auto"],
+    )
+    clearance: Length = Field(
+        default=0.0, description="distance that the rod keeps from the part", examples=["0.1 mm"], ge=0
+    )
+
+
+class BallEndCutter(LibrarySpec):
+    """A ball on a rod, with the knife on a part of the ball."""
+
+    library_shelf: ClassVar[str] = "tools"
+
+    ball_radius: Annotated[Length, Usual("0.2 mm", "20 mm")] = Field(
+        description="radius R_B of the ball", examples=["2 mm"], gt=0
+    )
+    rod_radius: Length = Field(description="radius R_od of the rod", examples=["1.25 mm"], gt=0)
+    knife_limit_angle: Angle = Field(
+        description="angle β from the rod at which the knife begins; the makers' 360° minus 2β", examples=["38.7 deg"],
+        ge=0, lt=math.pi / 2,
+    )  # fmt: skip
+    pole_limit_angle: Angle = Field(
+        default=0.0, description="angle round the pole where the knife does not cut", examples=["0 deg"], ge=0,
+        lt=math.pi / 2,
+    )  # fmt: skip
+    flutes: Count | None = Field(default=None, description="number of flutes", examples=[2], ge=1, le=200)
+    helix: Angle | None = Field(default=None, description="lead angle of the knives", examples=["15 deg"])
+    axis: Literal["auto", "+x", "-x", "+y", "-y", "+z", "-z"] = Field(
+        default="auto",
+        description="direction of the rod, away from the ball; auto is the axis of the hole, or the best of six",
+        examples=["auto"],
+    )
+
+    def contradictions(self) -> Iterator[Remark]:
+        """A rod that hides the ball; a knife inside the rod."""
+        if self.rod_radius >= self.ball_radius:
+            yield Remark(("rod_radius",), f"is not smaller than the ball ({_mm(self.ball_radius)})")
+            return
+        neck = math.asin(self.rod_radius / self.ball_radius)
+        if self.knife_limit_angle < neck - 1e-9:
+            shown = units.show(neck, "angle")
+            yield Remark(("knife_limit_angle",), f"begins inside the rod: the rod hides the ball up to {shown}")
+
+
+class ChamferOperation(Spec):
+    """Feed and speed."""
+
+    either: ClassVar[tuple[tuple[str, ...], ...]] = (("contact_feed",), ("centre_feed",))
+
+    contact_feed: Annotated[Speed, Usual("0.1 mm/s", "200 mm/s")] | None = Field(
+        default=None, description="speed of the contact along the edge", examples=["200 mm/min"], gt=0
+    )
+    centre_feed: Annotated[Speed, Usual("0.1 mm/s", "200 mm/s")] | None = Field(
+        default=None, description="speed of the ball centre", examples=["200 mm/min"], gt=0
+    )
+    spindle_speed: AngularSpeed | None = Field(
+        default=None, description="spindle speed; with tool.flutes and material the run has forces",
+        examples=["40000 rpm"], gt=0,
+    )  # fmt: skip
+    retract: Length = Field(
+        default=5e-3, description="how far the tool goes clear of the edge", examples=["5 mm"], gt=0
+    )
+    preset: Length = Field(
+        default=0.0,
+        description="how much deeper than nominal the path is, across the tool axis, for a compliant spindle",
+        examples=["0 mm"],
+    )  # fmt: skip
+    part_error: Length = Field(
+        default=0.0, description="how much farther than nominal the part stands towards the tool", examples=["0 mm"]
+    )
+
+    def contradictions(self) -> Iterator[Remark]:
+        """One feed."""
+        if (self.contact_feed is None) == (self.centre_feed is None):
+            yield Remark((), "give exactly one of contact_feed and centre_feed")
+
+
+class PathResolution(Spec):
+    """How many points the path has."""
+
+    either: ClassVar[tuple[tuple[str, ...], ...]] = (("chord_tolerance",), ("points",))
+
+    chord_tolerance: Annotated[SmallLength, Usual("0.05 um", "50 um")] | None = Field(
+        default=None, description="largest distance between path and its chords", examples=["2 um"], gt=0
+    )
+    points: Annotated[Count, Usual(16, 100_000)] | None = Field(
+        default=None, description="number of points, evenly spread", examples=[2880], ge=8, le=1_000_000
+    )
+
+    def contradictions(self) -> Iterator[Remark]:
+        """One of them."""
+        if (self.chord_tolerance is None) == (self.points is None):
+            yield Remark((), "give exactly one of chord_tolerance and points")
+
+
+class SetupErrors(Spec):
+    """Standard deviations of what is not known when the part is clamped; the widths to expect follow from them."""
+
+    position: Length = Field(default=0.0, description="of the part, in each direction", examples=["0.02 mm"], ge=0)
+    radius: Length = Field(default=0.0, description="of the radii of pipe and hole", examples=["0.02 mm"], ge=0)
+    wall: Length = Field(default=0.0, description="of the wall of a pipe", examples=["0.05 mm"], ge=0)
+    angle: Angle = Field(default=0.0, description="of the drill axis of a pipe", examples=["0.1 deg"], ge=0)
+    ball_radius: Length = Field(default=0.0, description="of the radius of the ball", examples=["5 um"], ge=0)
+    samples: Count = Field(default=5000, description="number of random set-ups", examples=[5000], ge=10, le=1_000_000)
+    seed: Count = Field(default=0, description="seed of the random numbers", examples=[0], ge=0)
+
+
+class ChamferScenario(Scenario):
+    """A chamfer of constant width along the edges of a drilled pipe or a CAD part (Sato et al. 2016)."""
+
+    measures: ClassVar[Mapping[str, MeasureSpec]] = CHAMFER
+    focus: ClassVar[str] = "width_min"
+    starts: ClassVar[Mapping[str, str]] = {
+        "part.pipe.radius": "15 mm",
+        "part.pipe.wall": "2 mm",
+        "part.pipe.hole_radius": "4 mm",
+        "part.edges": "inner",
+        "chamfer.width": "0.3 mm",
+        "tool.library": "sato2016",
+        "operation.spindle_speed": "10000 rpm",
+        "material.library": "deburr_aluminium",
+        "operation.contact_feed": "200 mm/min",
+        "path.points": "720",
+        "requirements": "{width_min: {min: 0.295 mm}, width_max: {max: 0.305 mm}, gouge_max: {max: 2 um}}",
+    }
+
+    process: Literal["chamfer"] = Field(description="which operation is simulated", examples=["chamfer"])
+    part: ChamferPart = Field(description="the part and its edges")
+    chamfer: ChamferSize = Field(description="the chamfer")
+    tool: BallEndCutter = Field(description="the cutter")
+    operation: ChamferOperation = Field(description="feed and speed")
+    path: PathResolution = Field(description="how fine the path is")
+    material: Material | None = Field(default=None, description="cutting coefficients: gives forces")
+    spindle: CompliantSpindle | None = Field(
+        default=None, description="a compliant spindle: gives the width under deflection"
+    )
+    setup: SetupErrors | None = Field(default=None, description="uncertainty of the set-up")
+
+    def contradictions(self) -> Iterator[Remark]:
+        """Widths larger than the tool; a tilt with legs; a spindle without forces."""
+        chord = self.chamfer.width
+        if self.chamfer.definition == "chord" and chord >= 2.0 * self.tool.ball_radius:
+            yield Remark(
+                ("chamfer", "width"),
+                f"is larger than the tool: the ball has a diameter of {_mm(2 * self.tool.ball_radius)}",
+            )
+        if self.chamfer.definition == "leg":
+            if chord >= self.tool.ball_radius:
+                yield Remark(
+                    ("chamfer", "width"), f"is a leg larger than the radius of the ball ({_mm(self.tool.ball_radius)})"
+                )
+            if self.chamfer.tilt not in ("auto", 0.0):
+                yield Remark(("chamfer", "tilt"), "changes the legs: use it with definition: chord, or leave it out")
+        if self.spindle is not None and not self.has_forces:
+            yield Remark(
+                ("spindle",), "needs forces to yield to: give material, operation.spindle_speed and tool.flutes"
+            )
+        if self.material is not None and self.material.law != "linear":
+            yield Remark(("material",), "chamfer forces need linear coefficients (K_tc, K_rc, ...), not Kienzle's")
+
+    @property
+    def has_forces(self) -> bool:
+        """Whether everything that cutting forces need is given."""
+        return None not in (self.material, self.operation.spindle_speed, self.tool.flutes)
+
+    def remarks(self) -> Iterator[Remark]:
+        """Half of what forces need."""
+        given = [self.material is not None, self.operation.spindle_speed is not None, self.tool.flutes is not None]
+        if any(given) and not all(given):
+            yield Remark((), "forces need all of material, operation.spindle_speed and tool.flutes: none are reported")
+        if (
+            self.part.pipe is None
+            and self.setup is not None
+            and (self.setup.wall or self.setup.angle or self.setup.radius)
+        ):
+            yield Remark(("setup",), "radius, wall and angle apply to a pipe only; position and ball_radius are used")
+
+
+def _mm(value: float) -> str:
+    return units.show(value, "length")
