@@ -1,5 +1,6 @@
 """The command line: exit codes, what goes to which stream, and files that are whole or not there."""
 
+import contextlib
 import json
 import os
 import re
@@ -178,6 +179,25 @@ def test_interrupted_run_leaves_nothing(cutwise, quick, example):
     said = cutwise("run", example)
     assert said.code == 130
     assert list(Path().iterdir()) == []
+
+
+@pytest.mark.parametrize("fate", ["swallowed", "turned into an error"])
+def test_interrupt_that_a_library_loses(cutwise, quick, example, made_up, monkeypatch, fate):
+    """The compiler calls back from C, where an exception goes nowhere, or ends as an error of another kind."""
+
+    def simulated(scenario, progress, advice):  # noqa: ARG001
+        with contextlib.suppress(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+        if fate != "swallowed":
+            raise RuntimeError("no compiled object yet")
+        return made_up()
+
+    quick()
+    monkeypatch.setattr(cli, "_simulated", simulated)
+    said = cutwise("run", example)
+    assert (said.code, said.out, said.err) == (130, "", "interrupted\n")
+    assert list(Path().iterdir()) == []
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
 @pytest.mark.slow

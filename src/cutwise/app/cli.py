@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 import typer
 
 import cutwise
+from cutwise.app import interrupt
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -354,6 +355,8 @@ def _written(result: "Result", folder: Path, with_report: bool) -> dict[str, str
     """Write the files of a run, each whole or not at all."""
     from cutwise.io.files import write_text
 
+    interrupt.stop_if_asked()
+
     html = None
     if with_report:
         from cutwise.app.report import render
@@ -443,19 +446,27 @@ def main(arguments: "Sequence[str] | None" = None) -> NoReturn:
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="replace")  # a terminal that lacks a letter gets a question mark, not a traceback
-    try:
-        app([argument for argument in given if argument != "--debug"], prog_name="cutwise")
-    except KeyboardInterrupt:
-        code = INTERRUPTED
-    except SystemExit as left:
-        code = left.code if isinstance(left.code, int) else OK
-    except BrokenPipeError:
-        sys.stderr.close()
-        code = OK
-    except Exception as error:
-        if debug:
-            raise
-        code = _explain(error)
+    with interrupt.watched():
+        code = _code([argument for argument in given if argument != "--debug"], debug)
     if code == INTERRUPTED:
         print("interrupted", file=sys.stderr)
     sys.exit(code)
+
+
+def _code(arguments: "Sequence[str]", debug: bool) -> int:
+    """Run a command; the exit code that it comes to."""
+    try:
+        app(arguments, prog_name="cutwise")
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    except SystemExit as left:
+        return left.code if isinstance(left.code, int) else OK
+    except BrokenPipeError:
+        sys.stderr.close()
+    except Exception as error:
+        if interrupt.asked():
+            return INTERRUPTED
+        if debug:
+            raise
+        return _explain(error)
+    return OK

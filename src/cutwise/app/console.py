@@ -14,6 +14,7 @@ from rich.table import Table
 from rich.text import Text
 
 from cutwise import units
+from cutwise.app import interrupt
 from cutwise.app.inputs import inputs
 from cutwise.app.wording import against, requirement, sensitivity_line, verdict_line
 
@@ -152,9 +153,12 @@ class Console:
 
     @contextmanager
     def progress(self, what: str) -> Iterator[Callable[[float], None]]:
-        """A progress bar on standard error, if that is a terminal and it takes longer than two seconds."""
+        """A progress bar on standard error, if that is a terminal and it takes longer than two seconds.
+
+        What is given back also stops the work after a Ctrl-C.
+        """
         if not self.err.is_terminal:
-            yield lambda share: None  # noqa: ARG005
+            yield lambda share: interrupt.stop_if_asked()  # noqa: ARG005
             return
         from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
@@ -166,8 +170,13 @@ class Console:
         late = threading.Timer(_PATIENCE, bar.start)
         late.daemon = True
         late.start()
+
+        def show(share: float) -> None:
+            interrupt.stop_if_asked()
+            bar.update(task, completed=share)
+
         try:
-            yield lambda share: bar.update(task, completed=share)
+            yield show
         finally:
             late.cancel()
             late.join()
