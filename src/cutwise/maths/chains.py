@@ -225,9 +225,14 @@ def _fill_composed(
     # H_err r_n - H r_n with H_{i-1,i} taken from neighbouring frames, so that any chain fits
     error_rotation, error_shift, rotation = np.empty((3, 3)), np.empty(3), np.empty((3, 3))
     origin, step_rotation, step = np.empty(3), np.empty((3, 3)), np.empty(3)
+    last, layers = frame_origins.shape[1] - 1, twists.shape[1]
     for k in range(len(frame_origins)):
-        fill_exp(twists[k, 0], rotation, origin)
-        last = frame_origins.shape[1] - 1
+        rotation[:, :] = 0.0
+        rotation[0, 0] = rotation[1, 1] = rotation[2, 2] = 1.0
+        origin[:] = 0.0
+        for layer in range(layers):
+            fill_exp(twists[k, layer, 0], error_rotation, error_shift)
+            multiply_onto(rotation, origin, error_rotation, error_shift)
         for i in range(1, last + 1):
             for row in range(3):
                 step[row] = 0.0
@@ -242,8 +247,9 @@ def _fill_composed(
                             frame_rotations[k, i - 1, inner, row] * frame_rotations[k, i, inner, column]
                         )
             multiply_onto(rotation, origin, step_rotation, step)
-            fill_exp(twists[k, i], error_rotation, error_shift)
-            multiply_onto(rotation, origin, error_rotation, error_shift)
+            for layer in range(layers):
+                fill_exp(twists[k, layer, i], error_rotation, error_shift)
+                multiply_onto(rotation, origin, error_rotation, error_shift)
         for row in range(3):
             deviations[k, row] = origin[row] - frame_origins[k, last, row]
             for column in range(3):
@@ -333,11 +339,11 @@ def linear_error(at: Frames, twists: ArrayLike, tip: ArrayLike) -> FloatArray:
     return body_errors(at, twists, tip).sum(axis=-2)
 
 
-def exact_error(at: Frames, twists: ArrayLike, tip: ArrayLike) -> FloatArray:
+def exact_error(at: Frames, twists: ArrayLike, tip: ArrayLike, *after: ArrayLike) -> FloatArray:
     r"""Exact error of the tool point [m], shape (..., 3).
 
     .. math:: \Delta = \Bigl(E_0 \prod_i H_{i-1,i} E_i - \prod_i H_{i-1,i}\Bigr) r_n,
-              \qquad E_i = \exp[\xi_i]^\wedge
+              \qquad E_i = \exp[\xi_i]^\wedge \exp[\xi'_i]^\wedge \dots
 
     Parameters
     ----------
@@ -347,9 +353,12 @@ def exact_error(at: Frames, twists: ArrayLike, tip: ArrayLike) -> FloatArray:
         :math:`\xi_i`, in frame i, after the motion; index 0 is the part.
     tip : array (3,)
         Tool point in the last frame [m].
+    *after : arrays (..., n + 1, 6)
+        Further errors :math:`\xi'_i`, one after the other; to first order their sum counts.
     """
     lead, count = at.origins.shape[:-2], at.origins.shape[-2]
-    xi = np.ascontiguousarray(np.broadcast_to(np.asarray(twists, dtype=float), (*lead, count, 6))).reshape(-1, count, 6)
+    layers = [np.broadcast_to(np.asarray(xi, dtype=float), (*lead, count, 6)) for xi in (twists, *after)]
+    xi = np.stack([layer.reshape(-1, count, 6) for layer in layers], axis=1)
     deviations = np.empty((len(xi), 3))
     rotations, origins = at.rotations.reshape(-1, count, 3, 3), at.origins.reshape(-1, count, 3)
     _fill_composed(rotations, origins, xi, np.asarray(tip, dtype=float), deviations)

@@ -95,10 +95,11 @@ class AxisErrors(NamedTuple):
     squareness: FloatArray  # [rad] turns the direction of a linear motion, adds no rotation, shape (3,)
     location: FloatArray  # constant twist before the motion (ISO 230-7 location errors) [m, rad], shape (6,)
     linear: bool  # command is a length
+    before: bool = False  # the six functions act before the motion, in the frame that stands, instead of after it
 
 
 def motion_twist(errors: AxisErrors, command: ArrayLike) -> FloatArray:
-    r"""Error twist of the moving body after its motion, shape (..., 6).
+    r"""Error twist of the moving body after its motion (or before it, see :class:`AxisErrors`), shape (..., 6).
 
     .. math:: e(u) = (E_{XA}, E_{YA}, E_{ZA}) + s \times a\,u, \qquad \varepsilon(u) = (E_{AA}, E_{BA}, E_{CA})
 

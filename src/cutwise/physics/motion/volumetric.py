@@ -45,20 +45,37 @@ def _slots(axes: Axes, joint: int, command: FloatArray) -> tuple[FloatArray, Flo
     if errors is None:
         none = np.zeros((*command.shape, 6))
         return none, none
-    after = motion_twist(errors, command)
-    before = np.broadcast_to(errors.location, after.shape)
+    motion = motion_twist(errors, command)
+    constant = np.broadcast_to(errors.location, motion.shape)
+    after, before = (np.zeros_like(motion), constant + motion) if errors.before else (motion, constant)
     if axes.chain.sides[joint] > 0:
         return after, before
     sign = -1.0 if axes.of_table[joint] else 1.0
     return sign * before, sign * after
 
 
-def chain_twists(axes: Axes, at: Frames, commands: ArrayLike) -> FloatArray:
-    r"""Geometric errors as twists of the chain bodies, in frame i after the motion, shape (..., n + 1, 6).
+class ChainErrors(NamedTuple):
+    """Geometric errors of a posture, one after the other in frame i after the motion; their sum counts to first order.
 
-    Tool side: :math:`\xi_i = \xi + \mathrm{Ad}(H^{-1})\,\xi_\text{before}`. Part side, with the motion (R, d) of the
-    chain: :math:`\varepsilon_i = -R^T \varepsilon`, :math:`\delta_i = -R^T(e + \varepsilon \times d)`, which is exact
-    for the inverse of the table's motion. With both a motion and a location error the product of the two is left out.
+    Shapes (..., n + 1, 6).
+    """
+
+    carried: FloatArray  # what acts before the motion, carried over it
+    own: FloatArray  # what acts after it
+
+    @property
+    def twists(self) -> FloatArray:
+        """Both together, to first order."""
+        return self.carried + self.own
+
+
+def chain_errors(axes: Axes, at: Frames, commands: ArrayLike) -> ChainErrors:
+    r"""Geometric errors as twists of the chain bodies, in frame i after the motion.
+
+    Tool side: :math:`E = H \exp[\mathrm{Ad}(H^{-1})\,\xi_\text{before}]^\wedge \exp[\xi]^\wedge`. A table moves against
+    the chain, :math:`E^{-1}`: what acts after its motion is carried, with the motion (R, d) of the chain,
+    :math:`\varepsilon_i = -R^T \varepsilon`, :math:`\delta_i = -R^T(e + \varepsilon \times d)`, and what acts before
+    it comes last. Both are exact.
 
     Parameters
     ----------
@@ -75,16 +92,17 @@ def chain_twists(axes: Axes, at: Frames, commands: ArrayLike) -> FloatArray:
         A command leaves its table.
     """
     u = np.asarray(commands, dtype=float)
-    result = np.zeros((*u.shape[:-1], u.shape[-1] + 1, 6))
+    shape = (*u.shape[:-1], u.shape[-1] + 1, 6)
+    found = ChainErrors(np.zeros(shape), np.zeros(shape))
     for joint in range(u.shape[-1]):
         if axes.errors[joint] is None:
             continue
-        inner, outer = _slots(axes, joint, u[..., joint])
+        found.own[..., joint + 1, :], outer = _slots(axes, joint, u[..., joint])
         back = np.swapaxes(at.rotations[..., joint, :, :], -1, -2)
         step = np.einsum("...ij,...j->...i", back, at.origins[..., joint + 1, :] - at.origins[..., joint, :])
         turn = back @ at.rotations[..., joint + 1, :, :]
-        result[..., joint + 1, :] = inner + twist_after_motion(outer, turn, step)
-    return result
+        found.carried[..., joint + 1, :] = twist_after_motion(outer, turn, step)
+    return found
 
 
 def tabulate(axes: Axes, *, tolerance: float = 1e-10, reach: float = 1.0) -> ErrorTables:
@@ -286,8 +304,8 @@ def direct_error(axes: Axes, commands: ArrayLike, tip: ArrayLike, *, exact: bool
     """The same with every function evaluated at every point, first-order or exact; slower, and the reference."""
     u = np.asarray(commands, dtype=float)
     at = frames(axes.chain, u * axes.sense)
-    twists = chain_twists(axes, at, u)
-    return exact_error(at, twists, tip) if exact else linear_error(at, twists, tip)
+    errors = chain_errors(axes, at, u)
+    return exact_error(at, errors.carried, tip, errors.own) if exact else linear_error(at, errors.twists, tip)
 
 
 def interpolation_error(axes: Axes, tables: ErrorTables, tip: ArrayLike, *, points: int = 4096, seed: int = 1) -> float:

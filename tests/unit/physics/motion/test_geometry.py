@@ -83,12 +83,39 @@ def test_location_error_of_a_rotary_axis_is_before_its_motion(side):
     assert found == pytest.approx(moved - (turn @ TIP + shift), abs=1e-12)
 
 
+@pytest.mark.parametrize("side", [1, -1])
+def test_motion_and_location_errors_composed_by_hand_with_their_product(side):
+    """Tool side E_before R E_after, part side the inverse of E_before M E_after with the table's motion M = H^-1."""
+    location, motion = np.array([1e-3, -2e-3, 5e-4, 3e-3, 1e-3, -2e-3]), np.array([2e-3, 1e-3, 0, -1e-3, 4e-3, 2e-3])
+    chain = chains.chain([2], [[0, 0, 1]], np.array([[0.1, 0.2, 0.3]]), sides=[side])
+    constant = [Polynomial(np.array([value])) for value in motion]
+    errors = AxisErrors(constant, np.array([0.0, 0, 1]), np.zeros(3), location, False)
+    axes = volumetric.Axes(chain, np.ones(1), np.ones(1, bool), (errors,), -np.ones(1), np.ones(1))
+    turn, shift = frames.rotation_about([0, 0, 1], 0.7), np.array([0.1, 0.2, 0.3])
+    before, after = (homogeneous(*frames.exp_twists(twist)) for twist in (location, motion))
+    step = homogeneous(turn, shift)
+    whole = before @ step @ after if side > 0 else np.linalg.inv(before @ np.linalg.inv(step) @ after)
+    expected = ((whole - step) @ np.append(TIP, 1.0))[:3]
+    assert volumetric.direct_error(axes, [0.7], TIP, exact=True) == pytest.approx(expected, abs=1e-15)
+    both = axes._replace(errors=(errors._replace(before=True, location=np.zeros(6)),))
+    alone = homogeneous(*frames.exp_twists(motion))
+    whole = alone @ step if side > 0 else np.linalg.inv(alone @ np.linalg.inv(step))
+    expected = ((whole - step) @ np.append(TIP, 1.0))[:3]
+    assert volumetric.direct_error(both, [0.7], TIP, exact=True) == pytest.approx(expected, abs=1e-15)
+
+
+def homogeneous(rotation, translation):
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = rotation, translation
+    return matrix
+
+
 def test_a_table_error_is_inverted_and_a_tool_error_is_not():
     table = five_axis(-1)
     relative = table._replace(of_table=np.zeros(4, bool))
     commands = np.random.default_rng(0).uniform(-1, 1, (20, 4))
     at = chains.frames(table.chain, commands * table.sense)
-    one, other = (volumetric.chain_twists(axes, at, commands) for axes in (table, relative))
+    one, other = (volumetric.chain_errors(axes, at, commands).twists for axes in (table, relative))
     assert one[:, 1:3] == pytest.approx(-other[:, 1:3])
     assert one[:, 3:] == pytest.approx(other[:, 3:])
 
