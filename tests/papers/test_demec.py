@@ -16,7 +16,9 @@ from cutwise.physics.motion.volumetric import Axes
 from cutwise.physics.structure import beams, bodies, pads
 from cutwise.physics.surface import budget, probability
 from cutwise.process import machine_pass
+from cutwise.process.machine_force import CutForce
 from cutwise.process.machine_pass import ElasticElement, FlexiblePart, MachineCell, MachineRun, Weight
+from cutwise.process.machine_way import Way
 
 MM, UM, PER_MM = 1e-3, 1e-6, 1e3
 K = np.array([(0, 0, -44), (-130, 0, -42), (0, -306, 0), (0, 0, 6), (0, 266, 515), (0, 0, -95)]) * MM  # Eq. (10)
@@ -56,6 +58,13 @@ def mill_elements(*, soft: bool = False, on_saddle: bool = False, tool: bool = F
     return tuple(ElasticElement(*element, None) for element in found)
 
 
+def way_along_x(s: np.ndarray, commands: np.ndarray) -> Way:
+    along = np.tile([1.0, 0.0, 0.0], (len(s), 1))
+    every, none = np.ones(len(s), bool), np.zeros(len(s), np.int64)
+    feed = np.full(len(s), 0.4 / 60)
+    return Way(s / feed, s, commands, along, along, feed, every, none, None, np.ones(0, bool), none, None)
+
+
 def mill(
     *, force=(4000.0, 4000.0, 2000.0), weights=True, literal=False, feed_moment=True, travel=None, **elements
 ) -> MachineCell:
@@ -79,10 +88,8 @@ def mill(
         mill_elements(**elements),
         tuple(Weight(b, np.array([0, 0, -w], float), np.array(at) * MM) for b, w, at in heavy) if weights else (),
         FlexiblePart(beams.block_section(0.260, 0.090), 2.1e11, 2.1e11 / 2.6, np.zeros(2)),
-        s / (0.4 / 60),
-        s,
-        commands,
-        np.tile(np.array(force, float), (len(s), 1)),
+        way_along_x(s, commands),
+        CutForce(np.tile(np.array(force, float), (len(s), 1)), None),
         literal,
         feed_moment,
     )
@@ -103,7 +110,7 @@ def same(found, expected, *, tolerance=1e-6):
 
 
 def test_eqs_1_8_12_13_tool_point_and_vectors_of_the_example(loaded):
-    assert loaded.cell.time[-1] == pytest.approx(39.0, rel=1e-14)
+    assert loaded.cell.way.time[-1] == pytest.approx(39.0, rel=1e-14)
     assert loaded.ideal[START] / MM == pytest.approx([-130, -40, 295], abs=1e-9)
     assert loaded.ideal[END] / MM == pytest.approx([130, -40, 295], abs=1e-9)
     expected = [(-130, -40, 339), (0, -40, 381), (0, 266, 381), (0, 266, 375), (0, 0, -140), (0, 0, -45)]
@@ -322,14 +329,14 @@ def test_drive_on_the_centre_line_is_another_machine():
 
 def test_cutting_force_alone_clapeyron():
     run = machine_pass.run_pass(mill(weights=False, travel=[400 * 7.3 / 60]))
-    work = float(run.cell.force[0] @ run.deviation[0])
+    work = float(run.cell.cut.force[0] @ run.deviation[0])
     assert work / MM == pytest.approx(2499.96808433, rel=1e-11)
     assert work == pytest.approx(run.internal[0], rel=1e-12)
     assert machine_pass.energy_balance(run) < 1e-12
 
 
 def test_with_weights_the_cutting_work_alone_is_not_the_energy(loaded):
-    cutting = np.einsum("mi,mi->m", loaded.cell.force, loaded.deviation)
+    cutting = np.einsum("mi,mi->m", loaded.cell.cut.force, loaded.deviation)
     assert np.abs(cutting / loaded.internal - 1.0).max() > 5e-3
     assert machine_pass.energy_balance(loaded) < 1e-12
 
@@ -345,7 +352,7 @@ def test_energy_balance_does_not_apply_to_unphysical_options(options):
 
 def test_work_of_the_cutting_force_is_convex_along_the_travel():
     run = machine_pass.run_pass(mill(weights=False))
-    force = run.cell.force
+    force = run.cell.cut.force
     along = np.einsum("mi,mi->m", force, run.deviation) / np.linalg.norm(force[0])
     assert along[START] / UM == pytest.approx(426.61553, abs=5e-6)
     assert along[END] / UM == pytest.approx(409.53862, abs=5e-6)
@@ -418,9 +425,8 @@ def test_covariance_and_variance_shares(scatter):
 
 
 def test_covariance_against_monte_carlo_and_quantiles(loaded, scatter):
-    found = probability.quantiles(
-        loaded.deviation[MIDDLE], *scatter, np.zeros(7, int), probability=0.95, samples=100_000, seed=1
-    )
+    random = probability.random_errors(*scatter, np.zeros(7, int), samples=100_000, seed=1)
+    found = probability.quantiles(loaded.deviation[MIDDLE], random, 0.95)
     spread = np.sqrt(np.diag(probability.covariance(*scatter)))
     assert found.deviation == pytest.approx(spread, rel=0.01)  # standard error 0.22 %
     assert found.together / UM == pytest.approx(450.83, abs=0.4)

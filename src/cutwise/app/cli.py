@@ -249,7 +249,7 @@ def sweep(
         _refuse(f"{output}: write a .csv or a .nc file")
     console = Console()
     with console.progress(f"sweep of {scenario.name}") as progress:
-        table = swept(scenario, values, progress)
+        table = swept(scenario, values, progress, names)
     console.sweep(scenario, table, names)
     if output is not None:
         print(save(table, output))

@@ -14,7 +14,7 @@ from cutwise import references, units
 from cutwise.app import inputs
 from cutwise.app.plots import PLOTS
 from cutwise.app.plots.figures import COLOURS, Plot, svg
-from cutwise.app.wording import against, margin, requirement, verdict_line
+from cutwise.app.wording import against, margin, placed, requirement, verdict_line
 
 if TYPE_CHECKING:
     from cutwise.results import Check, Measure, Result
@@ -185,7 +185,10 @@ def _weighed(result: "Result") -> Iterator[tuple[str, str]]:
     """Assumed values that move the measure that matters most at all, and by how much."""
     for key, change in result.sensitivity.items():
         if change != 0.0:
-            yield key, units.show(change, result.scenario.measures[result.scenario.focus].dimension, 2)
+            yield (
+                placed(result.scenario, key),
+                units.show(change, result.scenario.measures[result.scenario.focus].dimension, 2),
+            )
 
 
 def _worst_first(notes: Mapping[str, Any]) -> list[tuple[str, Any]]:

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from cutwise import units
+from cutwise.spec.faults import split_dotted
 
 if TYPE_CHECKING:
     from cutwise.results import Check, Result
@@ -57,5 +58,17 @@ def verdict_line(result: "Result") -> str:
 def sensitivity_line(scenario: "Scenario", sensitivity: Mapping[str, float], count: int = 3) -> str:
     """Which assumed values move the result most when they are off by a tenth."""
     dimension = scenario.measures[scenario.focus].dimension
-    most = [f"{key} by {units.show(change, dimension, 2)}" for key, change in list(sensitivity.items())[:count]]
+    most = [
+        f"{placed(scenario, key)} by {units.show(change, dimension, 2)}"
+        for key, change in list(sensitivity.items())[:count]
+    ]
     return f"assumed values that move {scenario.focus} most when they are off by 10 %: {'; '.join(most)}"
+
+
+def placed(scenario: "Scenario", key: str) -> str:
+    """A dotted key, with the name of the innermost entry of a list that it leads into: ``machine.chain[2]... (table)``."""
+    here, name = scenario, ""
+    for step in split_dotted(key)[:-1]:
+        here = here[step] if isinstance(step, int) else getattr(here, step, None)  # type: ignore[index]
+        name = getattr(here, "name", name) if isinstance(step, int) else name
+    return f"{key} ({name})" if name else key

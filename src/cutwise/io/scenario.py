@@ -22,7 +22,7 @@ from cutwise.spec import fields
 from cutwise.spec.base import LibrarySpec, Spec
 from cutwise.spec.faults import Fault, ScenarioFault, dotted, split_dotted
 from cutwise.spec.kinds import ALIASES, KINDS
-from cutwise.spec.milling import Program
+from cutwise.spec.program import Program
 from cutwise.spec.scenario import Origin, Scenario
 from cutwise.spec.tables import Table
 
@@ -281,7 +281,9 @@ class _Assembly:
             sections = [kind for kind in fields.sections(info) if not issubclass(kind, Table)]
             if tables and (file := _table_file(value[name])) is not None:
                 value[name] = self._table(value[name], file, tables[0], here)
-            elif Program in sections and (file := _program_file(value[name])) is not None:
+            elif (
+                any(issubclass(kind, Program) for kind in sections) and (file := _program_file(value[name])) is not None
+            ):
                 value[name] = self._program(value[name], file, here)
             elif value[name].value is None and sections and not tables:
                 value[name] = replace(value[name], value={})  # "part:" with nothing below it
@@ -382,7 +384,8 @@ class _Assembly:
             self.faults += [one if one.line else file.fault(path, f"{one.file}: {one.message}") for one in fault.faults]
             return node
         inlined = from_data({"file": file.text, "text": text}, node.file, node.layer)
-        return replace(node, value=inlined.value)
+        given = node.value if isinstance(node.value, dict) else {}
+        return replace(node, value={**given, **inlined.value})
 
     def _table(self, node: Node, file: Node, kind: type[Table], path: spec_faults.Path) -> Node:
         place = self._file(file.text, file)

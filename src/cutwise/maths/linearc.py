@@ -10,6 +10,7 @@ import numpy.typing as npt
 from cutwise.maths.compiled import compiled
 
 FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
 
 
 class LineArc(NamedTuple):
@@ -136,7 +137,17 @@ def block_tangent(curve: LineArc, i: int, s: float) -> tuple[float, float, float
 
 
 @compiled
-def sample(curve: LineArc, knots: FloatArray, s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+def at_blocks(curve: LineArc, block: IntArray, s: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Points [m] and unit tangents at arc lengths ``s`` [m] from the starts of given blocks, shapes (len(s), 3)."""
+    points, tangents = np.empty((s.shape[0], 3)), np.empty((s.shape[0], 3))
+    for k in range(s.shape[0]):
+        points[k, 0], points[k, 1], points[k, 2] = block_point(curve, block[k], s[k])
+        tangents[k, 0], tangents[k, 1], tangents[k, 2] = block_tangent(curve, block[k], s[k])
+    return points, tangents
+
+
+@compiled
+def sample(curve: LineArc, knots: FloatArray, s: FloatArray) -> tuple[FloatArray, FloatArray, IntArray]:
     """Points, unit tangents and block numbers at ascending arc lengths ``s`` [m].
 
     At a joint the block that starts there is taken; the last block is taken at the end of the curve.
@@ -146,16 +157,14 @@ def sample(curve: LineArc, knots: FloatArray, s: FloatArray) -> tuple[FloatArray
     tuple
         Points [m], shape (len(s), 3); tangents, same shape; block numbers (integers), shape (len(s),).
     """
-    points, tangents = np.empty((s.shape[0], 3)), np.empty((s.shape[0], 3))
     blocks = np.empty(s.shape[0], dtype=np.int64)
     last = curve.length.shape[0] - 1
     i = 0
     for k in range(s.shape[0]):
         while i < last and s[k] >= knots[i + 1]:
             i += 1
-        points[k, 0], points[k, 1], points[k, 2] = block_point(curve, i, s[k] - knots[i])
-        tangents[k, 0], tangents[k, 1], tangents[k, 2] = block_tangent(curve, i, s[k] - knots[i])
         blocks[k] = i
+    points, tangents = at_blocks(curve, blocks, s - knots[blocks])
     return points, tangents, blocks
 
 

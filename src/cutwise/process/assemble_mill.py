@@ -1,16 +1,11 @@
 """From a milling scenario to what the kernels read: path, limits, drives and cut."""
 
 import math
-from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from cutwise.io.programs.interpreter import Interpreted, interpret
-from cutwise.io.programs.state import Move
-from cutwise.maths.curves import FloatArray
-from cutwise.maths.linearc import Block, LineArc, arc, join, line
-from cutwise.paths.pocket import blended, corner
+from cutwise.paths.pocket import corner
 from cutwise.physics.cutting.discs import discs
 from cutwise.physics.cutting.flute import Mill
 from cutwise.physics.cutting.wall import AVERAGED, DISCS, FLUTES
@@ -21,95 +16,23 @@ from cutwise.physics.motion.profile import Limits
 from cutwise.physics.structure.modes import Modes, modes
 from cutwise.process.assemble import linear_coefficients
 from cutwise.process.loops_drives import NO_FORCE, Cut, DrivePair
+from cutwise.process.program_path import ProgramPath, blocks_path, moves_path, program_speed
 from cutwise.spec.drives import CncMachine, FeedDrive
 from cutwise.spec.faults import Fault, ScenarioFault
-from cutwise.spec.milling import Blend, MillingScenario
-
-
-class ProgramPath(NamedTuple):
-    """The path of a program or corner, block by block."""
-
-    curve: LineArc
-    feed: FloatArray  # programmed speed [m/s], infinite for rapid moves, shape (n,)
-    cuts: npt.NDArray[np.bool_]  # whether the block cuts, shape (n,)
-    stop_at: npt.NDArray[np.bool_]  # inner joints with a stop (G61.1), shape (n - 1,)
-    dwell_after: FloatArray  # [s] at the end of each block, shape (n,)
-    source: npt.NDArray[np.int64]  # line of the program, 0 for a corner, shape (n,)
-    programmed: LineArc  # the path before its corners were blended: what the contour error is measured from
-    origin: npt.NDArray[np.int64]  # block of the programmed path that each block came from, shape (n,)
+from cutwise.spec.milling import MillingScenario
 
 
 def program_path(scenario: MillingScenario, program: Interpreted | None) -> ProgramPath:
-    """The commanded path with its feeds, corners blended where the path mode asks for it."""
-    if program is None:
-        assert scenario.path is not None
-        feed = scenario.operation.feed
-        assert feed is not None
-        blocks = corner(scenario.path.lead, scenario.path.turn, scenario.path.fillet)
-        n = len(blocks)
-        return _with_mode(
-            blocks, np.full(n, feed), np.ones(n, bool), np.zeros(n), np.zeros(n, np.int64),
-            ["exact_path"] * n, [0.0] * n, scenario,
-        )  # fmt: skip
-    moves = [move for move in program.moves if move.kind != "dwell"]
-    left = next((move for move in moves if move.spindle < 0.0), None)
-    if left is not None:
-        message = f"line {left.line}: the spindle turns to the left (M4); milling is covered for M3 only"
-        raise ScenarioFault([Fault(("program",), message)])
-    dwell = np.zeros(len(moves))
-    at = -1
-    for move in program.moves:
-        at += move.kind != "dwell"
-        if move.kind == "dwell" and at >= 0:
-            dwell[at] += move.dwell
-    own = scenario.operation.feed
-    return _with_mode(
-        [_block(move) for move in moves],
-        np.array([move.feed if math.isinf(move.feed) or own is None else own for move in moves]),
-        np.array([_cuts(move, scenario.operation.spindle_speed is not None) for move in moves]),
-        dwell,
-        np.array([move.line for move in moves]),
-        [move.mode for move in moves],
-        [move.tolerance for move in moves],
-        scenario,
-    )
-
-
-def _with_mode(
-    blocks: list[Block], feed: FloatArray, cuts: npt.NDArray[np.bool_], dwell: FloatArray,
-    source: npt.NDArray[np.int64], modes_: list[str], tolerances: list[float], scenario: MillingScenario,
-) -> ProgramPath:  # fmt: skip
-    """The path in its mode: the program's own (G61, G61.1, G64 P), or that of the scenario if it names one."""
-    wanted = scenario.path_mode
-    if isinstance(wanted, Blend):
-        modes_, tolerances = ["blend"] * len(blocks), [wanted.blend] * len(blocks)
-    elif "path_mode" in scenario.model_fields_set:
-        modes_ = [wanted] * len(blocks)
-    free = np.isfinite(feed[:-1]) & np.isfinite(feed[1:]) & (dwell[:-1] == 0.0)
-    allowed = [
-        tolerance if mode == "blend" and ok else 0.0
-        for mode, tolerance, ok in zip(modes_[:-1], tolerances[:-1], free, strict=True)
-    ]
-    path, origin = blended(blocks, allowed)
-    index = np.array(origin)
-    last_of_origin = np.append(index[1:] != index[:-1], True)
-    stop = np.array([modes_[i] == "exact_stop" for i in origin[:-1]], dtype=bool) & last_of_origin[:-1]
-    pause = np.where(last_of_origin, dwell[index], 0.0)
-    stop |= pause[:-1] > 0.0
-    return ProgramPath(join(path), feed[index], cuts[index], stop, pause, source[index], join(blocks), index)
-
-
-def _block(move: Move) -> Block:
-    if move.kind == "arc":
-        rise = sum((b - a) * c for a, b, c in zip(move.start, move.end, move.axis, strict=True))
-        return arc(move.start, move.centre, move.sweep, move.axis, rise)
-    return line(move.start, move.end)
-
-
-def _cuts(move: Move, turning: bool) -> bool:
-    """A feed move within the stock: below z = 0, not a plunge, the spindle running (or taken to run)."""
-    flat = move.kind == "arc" or math.hypot(move.end[0] - move.start[0], move.end[1] - move.start[1]) > 1e-9
-    return move.kind != "rapid" and flat and min(move.start[2], move.end[2]) < 0.0 and (turning or move.spindle > 0.0)
+    """The commanded path: that of the program, or the corner."""
+    operation = scenario.operation
+    if program is not None:
+        mode = scenario.path_mode if "path_mode" in scenario.model_fields_set else None
+        return moves_path(program, feed=operation.feed, turning=operation.spindle_speed is not None, mode=mode)
+    assert scenario.path is not None
+    assert operation.feed is not None
+    blocks = corner(scenario.path.lead, scenario.path.turn, scenario.path.fillet)
+    n = len(blocks)
+    return blocks_path(blocks, np.full(n, operation.feed), np.ones(n, bool), scenario.path_mode)
 
 
 def read_program(scenario: MillingScenario) -> Interpreted | None:
@@ -122,12 +45,7 @@ def spindle_speed(scenario: MillingScenario, program: Interpreted | None) -> flo
     if scenario.operation.spindle_speed is not None:
         return scenario.operation.spindle_speed
     assert program is not None
-    speeds = {abs(move.spindle) for move in program.moves if move.kind in ("feed", "arc") and move.spindle}
-    if len(speeds) != 1:
-        found = "no spindle speed (S with M3)" if not speeds else f"{len(speeds)} spindle speeds"
-        message = f"the program has {found}; write operation.spindle_speed"
-        raise ScenarioFault([Fault(("operation", "spindle_speed"), message)])
-    return speeds.pop()
+    return program_speed(program, ("operation", "spindle_speed"))
 
 
 def motion_limits(machine: CncMachine) -> tuple[Limits, AxisLimits | None]:

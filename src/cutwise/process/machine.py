@@ -13,18 +13,31 @@ from cutwise.physics.surface import budget, probability, wall
 from cutwise.physics.surface.probability import Quantiles
 from cutwise.process import machine_assemble
 from cutwise.process.machine_pass import MachineCell, MachineRun, energy_balance, run_pass
+from cutwise.process.machine_way import joints_of
 from cutwise.spec.geometry_errors import COMPONENTS, LINEAR_AXES
+from cutwise.spec.machine_pass import CutSurface
 from cutwise.spec.machine_scenario import MachineScenario
 
 _GENERATOR_POINTS = 11
+
+MONTE_CARLO = frozenset({
+    "deviation_p95", "deviation_random_p95", "probability_within",
+    *(f"deviation_std_{axis}" for axis in "xyz"),
+})  # fmt: skip
+"""Measures that need samples, or the covariance beside them."""
 
 
 class WallMap(NamedTuple):
     """Error of the finished wall."""
 
     height: FloatArray  # [m] above the tool point, shape (h,)
-    error: FloatArray  # [m] along the normal, shape (m, h)
-    flatness: float  # [m]
+    error: FloatArray  # [m] along the normal, NaN where nothing cuts, shape (m, h)
+    flatness: float | None  # [m] of a wall that keeps its direction
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Least and greatest error [m]."""
+        return float(np.nanmin(self.error)), float(np.nanmax(self.error))
 
 
 class Chances(NamedTuple):
@@ -33,6 +46,7 @@ class Chances(NamedTuple):
     deviation: FloatArray  # [m] standard deviations, shape (3,)
     shares: FloatArray  # of each body in the variance, shape (n + 1,)
     quantiles: Quantiles
+    within: float | None  # probability that the length of the error stays within the tolerance, if one is given
 
 
 class VolumeMap(NamedTuple):
@@ -80,28 +94,43 @@ def work_convexity(cell: MachineCell) -> float | None:
     None where convexity is not implied: a force that changes, a path that is not straight, rotary axes, contact laws,
     options that are not physical, a pass of which the part itself bends differently from place to place.
     """
-    straight = np.linalg.matrix_rank(np.diff(cell.commands, axis=0), tol=1e-9) <= 1
-    turning = np.ptp(cell.commands[:, cell.axes.chain.kinds == chains.REVOLUTE], axis=0).any()
-    constant = not np.ptp(cell.force, axis=0).any() and cell.force.any()
+    commands, force = cell.way.commands, cell.cut.force
+    straight = np.linalg.matrix_rank(np.diff(commands, axis=0), tol=1e-9) <= 1
+    even = np.ptp(np.diff(cell.way.travel)) <= 1e-9
+    turning = np.ptp(commands[:, cell.axes.chain.kinds == chains.REVOLUTE], axis=0).any()
+    constant = not np.ptp(force, axis=0).any() and force.any()
     contact = any(element.contact is not None for element in cell.elements)
-    if not straight or turning or not constant or contact or cell.literal or not cell.feed_moment:
+    if not straight or not even or turning or not constant or contact or cell.literal or not cell.feed_moment:
         return None
     bare = run_pass(cell._replace(weights=(), axes=cell.axes._replace(errors=(None,) * len(cell.axes.errors))))
     if cell.part is not None and np.ptp(bare.ideal[:, 2]) > 1e-12:
         return None
-    work = np.einsum("mi,mi->m", cell.force, bare.deviation)
+    work = np.einsum("mi,mi->m", force, bare.deviation)
     return least_convexity(work) if work.any() else None
 
 
 def wall_map(scenario: MachineScenario, run: MachineRun) -> WallMap | None:
     """Error of the wall over the pass and over the cutting length of the tool."""
-    if scenario.surface is None:
+    cuts = run.cell.way.cuts
+    if scenario.surface is None or not cuts.any():
         return None
     height = np.linspace(0.0, scenario.surface.depth, _GENERATOR_POINTS)
-    normal = np.array(scenario.surface.normal) / np.linalg.norm(scenario.surface.normal)
-    axis = run.at.rotations[0, -1, :, 2]
-    error = wall.wall_error(run.deviation, run.rotation, height[:, None] * axis, normal)
-    return WallMap(height, error, wall.flatness(error, run.cell.travel, height))
+    axis = run.at.rotations[:, -1, :, 2]
+    offsets = height[None, :, None] * axis[:, None, :]
+    error = wall.wall_error(run.deviation, run.rotation, offsets, _wall_normal(scenario.surface, run, axis))
+    flatness = None
+    if scenario.surface.normal is not None and scenario.program is None:
+        flatness = wall.flatness(error, run.cell.way.travel, height)
+    return WallMap(height, np.where(cuts[:, None], error, np.nan), flatness)
+
+
+def _wall_normal(surface: CutSurface, run: MachineRun, axis: FloatArray) -> FloatArray:
+    """Unit normal of the wall from the part to the tool at every place, shape (m, 3)."""
+    if surface.normal is not None:
+        return np.tile(np.array(surface.normal) / np.linalg.norm(surface.normal), (len(axis), 1))
+    left = np.cross(axis, run.cell.way.direction)
+    left /= np.maximum(np.linalg.norm(left, axis=1, keepdims=True), 1e-300)
+    return left if surface.side == "right" else -left
 
 
 def chances(scenario: MachineScenario, ends: MachineRun) -> Chances | None:
@@ -113,10 +142,11 @@ def chances(scenario: MachineScenario, ends: MachineRun) -> Chances | None:
     jacobian = chains.error_jacobian(ends.at, ends.cell.tip)[middle]
     deviation, laws = machine_assemble.scatter(scenario)
     spread = np.sqrt(np.diag(probability.covariance(jacobian, deviation)))
-    drawn = probability.quantiles(
-        ends.deviation[middle], jacobian, deviation, laws, probability=0.95, samples=given.samples, seed=given.seed
-    )
-    return Chances(spread, probability.variance_shares(jacobian, deviation), drawn)
+    random = probability.random_errors(jacobian, deviation, laws, samples=given.samples, seed=given.seed)
+    together = np.linalg.norm(random + ends.deviation[middle], axis=1)
+    within = None if given.tolerance is None else float((together <= given.tolerance).mean())
+    drawn = probability.quantiles(ends.deviation[middle], random, 0.95)
+    return Chances(spread, probability.variance_shares(jacobian, deviation), drawn, within)
 
 
 def evaluate_volume(scenario: MachineScenario) -> VolumeMap | None:
@@ -124,7 +154,7 @@ def evaluate_volume(scenario: MachineScenario) -> VolumeMap | None:
     if scenario.volume is None:
         return None
     axes, tip = machine_assemble.machine_axes(scenario), np.array(scenario.tool.tip)
-    joints = machine_assemble.joints_of(scenario.machine)
+    joints = joints_of(scenario.machine)
     places = [joints[letter] for letter in LINEAR_AXES]
     low, high = axes.low[places], axes.high[places]
     others = scenario.volume.at.given()
@@ -171,9 +201,9 @@ def pass_measures(found: MachinePass) -> dict[str, float]:
     measures["work_convexity"] = found.convexity
     measures["stiffening_gain_best"] = found.gain.min() if found.gain.size else None
     if found.wall is not None:
-        measures["wall_error_min"], measures["wall_error_max"] = found.wall.error.min(), found.wall.error.max()
-        measures["wall_flatness"] = found.wall.flatness
+        measures |= _wall_measures(found.wall)
     if found.chances is not None:
+        measures["probability_within"] = found.chances.within
         measures["deviation_p95"] = found.chances.quantiles.together
         measures["deviation_random_p95"] = found.chances.quantiles.random
         measures |= {f"deviation_std_{axis}": found.chances.deviation[k] for k, axis in enumerate("xyz")}
@@ -193,13 +223,14 @@ def volume_measures(found: VolumeMap) -> dict[str, float]:
 
 def halved_spacing(scenario: MachineScenario, found: MachinePass) -> Mapping[str, float]:
     """The measures that depend on where the pass is sampled, with twice as many points."""
-    finer = run_pass(machine_assemble.machine_cell(scenario, samples=2 * len(found.run.cell.travel) - 1))
-    measures = {"deviation_norm_max": float(finer.size.max())}
+    coarse = scenario.program.samples if scenario.program else len(found.run.cell.way.travel)
+    finer = run_pass(machine_assemble.machine_cell(scenario, samples=2 * coarse - (scenario.program is None)))
+    measures = {"deviation_norm_max": float(finer.size[finer.worst])}
     surface = wall_map(scenario, finer)
-    if surface is not None:
-        measures |= {
-            "wall_error_min": float(surface.error.min()),
-            "wall_error_max": float(surface.error.max()),
-            "wall_flatness": surface.flatness,
-        }
-    return measures
+    return measures | (_wall_measures(surface) if surface is not None else {})
+
+
+def _wall_measures(surface: WallMap) -> dict[str, float]:
+    low, high = surface.ends
+    found = {"wall_error_min": low, "wall_error_max": high}
+    return found if surface.flatness is None else {**found, "wall_flatness": surface.flatness}

@@ -1,7 +1,6 @@
 """From a machine scenario to the bare records of a pass and of the working space."""
 
 import math
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -9,19 +8,19 @@ import numpy as np
 from cutwise.maths import chains
 from cutwise.maths.chains import FIXED, PRISMATIC, REVOLUTE
 from cutwise.maths.frames import FloatArray, rotation_from_rpy
-from cutwise.physics.cutting.flute import feed_per_tooth, mean_force
 from cutwise.physics.motion import geometry
 from cutwise.physics.motion.geometry import AxisErrors, ErrorFunction
 from cutwise.physics.motion.volumetric import Axes
 from cutwise.physics.structure.beams import Section, block_section, box_section, cantilever, round_section
 from cutwise.physics.structure.pads import ContactPads, pad_compliance
 from cutwise.physics.surface import probability
-from cutwise.process.assemble import linear_coefficients
+from cutwise.process.machine_force import cut_force
 from cutwise.process.machine_pass import ElasticElement, FlexiblePart, MachineCell, Weight
+from cutwise.process.machine_way import machine_way
 from cutwise.spec.geometry_errors import COMPONENTS, LINEAR_AXES, SQUARENESS
-from cutwise.spec.machine import Beam, ContactGroup, Drive, Machine
+from cutwise.spec.machine import Beam, ContactGroup, Drive, Joint
 from cutwise.spec.machine import ElasticElement as ElementSpec
-from cutwise.spec.machine_scenario import FromCutting, MachineScenario, MachineTool
+from cutwise.spec.machine_scenario import MachineScenario, MachineTool
 from cutwise.spec.tables import Table
 
 _KINDS = {"fixed": FIXED, "prismatic": PRISMATIC, "revolute": REVOLUTE}
@@ -32,20 +31,20 @@ def machine_cell(scenario: MachineScenario, *, samples: int | None = None) -> Ma
     """Everything that takes part in a pass; ``samples`` replaces the number of points along it."""
     bodies = scenario.machine.ordered
     axes = machine_axes(scenario)
-    time, travel, commands = _path(scenario, samples)
-    tip = np.array(scenario.tool.tip)
+    way = machine_way(scenario, axes, samples=samples)
+    cut = cut_force(scenario, way, chains.frames(axes.chain, way.commands * axes.sense))
+    if cut.immersion is not None:
+        way = way._replace(cuts=way.cuts & (cut.immersion > 0.0))
     return MachineCell(
         tuple(body.name for body in bodies),
         axes,
         scenario.machine.ground,
-        tip,
+        np.array(scenario.tool.tip),
         _elements(scenario),
         _weights(scenario),
         _part(scenario),
-        time,
-        travel,
-        commands,
-        cutting_force(scenario, axes, tip, commands),
+        way,
+        cut,
         scenario.convention == "paper_literal",
         scenario.load.feed_moment,
     )
@@ -67,13 +66,14 @@ def machine_axes(scenario: MachineScenario) -> Axes:
     limits = np.array([joint.limits or (0.0, 0.0) for joint in joints])
     given = scenario.errors()
     errors = tuple(
-        _axis_errors(given, joint.command, chain.axes[i]) if joint.command else None for i, joint in enumerate(joints)
+        _axis_errors(given, joint, chain.axes[i]) if joint.command else None for i, joint in enumerate(joints)
     )
     sense = np.where((side < 0) & of_table, -1.0, 1.0)
     return Axes(chain, sense, of_table, errors, limits[:, 0], limits[:, 1])
 
 
-def _axis_errors(given: dict[str, Any], axis: str, direction: FloatArray) -> AxisErrors | None:
+def _axis_errors(given: dict[str, Any], joint: Joint, direction: FloatArray) -> AxisErrors | None:
+    axis = str(joint.command)
     motion = [_error_function(given[name], name) if (name := f"E{c}{axis}") in given else None for c in COMPONENTS]
     squareness = np.zeros(3)
     for name, (turned, about) in SQUARENESS.items():
@@ -82,7 +82,7 @@ def _axis_errors(given: dict[str, Any], axis: str, direction: FloatArray) -> Axi
     location = np.array([given.get(f"{component}O{axis}", 0.0) for component in COMPONENTS])
     if not (any(motion) or squareness.any() or location.any()):
         return None
-    return AxisErrors(motion, direction, squareness, location, axis in LINEAR_AXES)
+    return AxisErrors(motion, direction, squareness, location, axis in LINEAR_AXES, joint.errors_act == "before")
 
 
 def _error_function(spec: Any, name: str) -> ErrorFunction:
@@ -96,39 +96,6 @@ def _error_function(spec: Any, name: str) -> ErrorFunction:
         generator = np.random.default_rng([spec.seed, *name.encode()])  # one seed for many functions, all different
         return geometry.random_sines(spec.deviation, wavelength=spec.over, orders=spec.orders, generator=generator)
     return geometry.Sines(np.array(spec.amplitudes), np.array(spec.phases), spec.over)
-
-
-def _path(scenario: MachineScenario, samples: int | None) -> tuple[FloatArray, FloatArray, FloatArray]:
-    joints = [body.joint for body in scenario.machine.ordered[1:]]
-    if scenario.path is None:
-        return np.zeros(1), np.zeros(1), np.zeros((1, len(joints)))
-    corners = scenario.path.corners()
-    lengths = [math.dist(*([c[axis] for axis in LINEAR_AXES] for c in pair)) for pair in pairwise(corners)]
-    at = np.concatenate([[0.0], np.cumsum(lengths)])
-    travel = np.linspace(0.0, at[-1], samples or scenario.path.samples)
-    commands = np.zeros((len(travel), len(joints)))
-    for i, joint in enumerate(joints):
-        if joint.command is not None:
-            commands[:, i] = np.interp(travel, at, [corner[joint.command] for corner in corners])
-    return travel / scenario.path.feed, travel, commands
-
-
-def cutting_force(scenario: MachineScenario, axes: Axes, tip: FloatArray, commands: FloatArray) -> FloatArray:
-    """Cutting force on the tool in the part's frame [N], shape (m, 3): prescribed, or the mean of a full slot."""
-    slot = scenario.load.force
-    if not isinstance(slot, FromCutting):
-        return np.tile(np.array(slot or (0.0, 0.0, 0.0)), (len(commands), 1))
-    at = chains.frames(axes.chain, commands * axes.sense)
-    flutes = scenario.tool.flutes
-    chip = feed_per_tooth(scenario.path.feed if scenario.path else 0.0, 0.0, slot.spindle_speed, flutes)
-    force = mean_force(
-        0.0, math.pi, chip, 0.0, slot.depth, flutes, linear_coefficients(scenario.material)
-    )  # x feed, y off the work; z as printed, while a right-hand helix pulls the tool down
-    along = np.gradient(chains.tool_point(at, tip), axis=0) if len(commands) > 1 else np.array([[1.0, 0.0, 0.0]])
-    upward = at.rotations[:, -1, :, 2]
-    feed = along - np.einsum("mi,mi->m", along, upward)[:, None] * upward
-    feed /= np.maximum(np.linalg.norm(feed, axis=1, keepdims=True), 1e-300)
-    return force.x * feed + force.y * np.cross(upward, feed) - force.z * upward
 
 
 def _elements(scenario: MachineScenario) -> tuple[ElasticElement, ...]:
@@ -224,8 +191,3 @@ def scatter(scenario: MachineScenario) -> tuple[FloatArray, FloatArray]:
             deviation[names.index(name)] = [given.displacement] * 3 + [given.rotation] * 3
             laws[names.index(name)] = _LAWS[given.distribution]
     return deviation, laws
-
-
-def joints_of(machine: Machine) -> dict[str, int]:
-    """Place of each axis letter among the joints of the chain."""
-    return {body.joint.command: i for i, body in enumerate(machine.ordered[1:]) if body.joint and body.joint.command}

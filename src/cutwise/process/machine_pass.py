@@ -13,6 +13,8 @@ from cutwise.physics.structure import bodies
 from cutwise.physics.structure.beams import Section, cantilever
 from cutwise.physics.structure.bodies import Elements, Loads, PartBlock
 from cutwise.physics.structure.pads import ContactPads, NoEquilibriumError, PadLostError, contact_equilibrium
+from cutwise.process.machine_force import CutForce
+from cutwise.process.machine_way import Way
 from cutwise.results import SolverFailure
 
 
@@ -54,10 +56,8 @@ class MachineCell(NamedTuple):
     elements: tuple[ElasticElement, ...]
     weights: tuple[Weight, ...]
     part: FlexiblePart | None
-    time: FloatArray  # [s], shape (m,)
-    travel: FloatArray  # [m] along the pass from its start, shape (m,)
-    commands: FloatArray  # [m or rad] of each joint, shape (m, n)
-    force: FloatArray  # [N] cutting force on the tool, in frame 0, shape (m, 3)
+    way: Way
+    cut: CutForce
     literal: bool  # errors of table-side bodies added as Eq. (2) reads; not physical
     feed_moment: bool  # False drops the moment of x forces on the part side; not physical
 
@@ -88,13 +88,14 @@ class MachineRun(NamedTuple):
 
     @property
     def worst(self) -> int:
-        """Row of the largest |Delta|; the first of equals."""
-        return int(np.argmax(self.size))
+        """Row of the largest |Delta| of the cut, or of all if nothing cuts; the first of equals."""
+        cuts = self.cell.way.cuts
+        return int(np.argmax(np.where(cuts, self.size, -1.0) if cuts.any() else self.size))
 
 
 def run_pass(cell: MachineCell) -> MachineRun:
     """Ideal pass, loads, twists of all bodies, and their sum at the tool point."""
-    at = chains.frames(cell.axes.chain, cell.commands * cell.axes.sense)
+    at = chains.frames(cell.axes.chain, cell.way.commands * cell.axes.sense)
     ideal = chains.tool_point(at, cell.tip)
     elements, loads = _elements(cell, at), _loads(cell, at, ideal)
     wrenches = bodies.element_wrenches(elements, loads, feed_moment=cell.feed_moment)
@@ -102,10 +103,11 @@ def run_pass(cell: MachineCell) -> MachineRun:
     for e, element in enumerate(cell.elements):
         if element.contact is not None:
             yielded[:, e] = _contact_twists(element, at, wrenches[:, e])
-    geometric = volumetric.chain_twists(cell.axes, at, cell.commands)
-    twists = bodies.chain_twists(elements, yielded, at, literal=cell.literal) + geometric
+    geometric = volumetric.chain_errors(cell.axes, at, cell.way.commands)
+    elastic = bodies.chain_twists(elements, yielded, at, literal=cell.literal)
     moved, work = _part_displacement(cell, ideal)
-    twists[:, 0, :3] += moved if cell.literal else -moved
+    elastic[:, 0, :3] += moved if cell.literal else -moved
+    twists = elastic + geometric.twists
     contributions = bodies.contributions(elements, yielded, ideal, literal=cell.literal)
     names = tuple(element.name for element in cell.elements)
     if cell.part is not None:
@@ -119,11 +121,11 @@ def run_pass(cell: MachineCell) -> MachineRun:
         ideal,
         chains.tool_vectors(at, cell.tip),
         twists,
-        geometric,
+        geometric.twists,
         chains.local_errors(at, twists, cell.tip),
         chains.body_errors(at, twists, cell.tip),
         chains.linear_error(at, twists, cell.tip),
-        chains.exact_error(at, twists, cell.tip),
+        chains.exact_error(at, geometric.carried, cell.tip, geometric.own, elastic),
         np.einsum("mbij,mbj->mi", at.rotations, twists[..., 3:]),
         names,
         contributions,
@@ -159,7 +161,7 @@ def _loads(cell: MachineCell, at: Frames, tool: FloatArray) -> Loads:
     # the cutting force on the last body and its reaction on the part come first
     upright = at.rotations[:, cell.ground]
     last = len(cell.names) - 1
-    body, force, point = [last, 0], [cell.force, -cell.force], [tool, tool]
+    body, force, point = [last, 0], [cell.cut.force, -cell.cut.force], [tool, tool]
     for weight in cell.weights:
         body.append(weight.body)
         force.append(upright @ weight.force)
@@ -173,10 +175,13 @@ def _part_displacement(cell: MachineCell, tool: FloatArray) -> tuple[FloatArray,
         return np.zeros_like(tool), np.zeros(len(tool))
     part = cell.part
     heights, inverse = np.unique(tool[:, 2], return_inverse=True)
-    blocks = np.array([cantilever(part.section, h, part.youngs_modulus, part.shear_modulus) for h in heights])
+    rigid = np.zeros((6, 6))  # the block does not bend below its foot
+    blocks = np.array(
+        [cantilever(part.section, h, part.youngs_modulus, part.shear_modulus) if h > 0.0 else rigid for h in heights]
+    )
     centre = np.column_stack([np.broadcast_to(part.centre, (len(tool), 2)), tool[:, 2]])
     block = PartBlock(centre, blocks[inverse])
-    wrench, twist = bodies.part_twist(block, cell.force, tool)
+    wrench, twist = bodies.part_twist(block, cell.cut.force, tool)
     return bodies.point_displacement(centre, twist, tool), np.einsum("mi,mi->m", wrench, twist)
 
 

@@ -8,10 +8,12 @@ import xarray as xr
 from cutwise import units
 from cutwise.physics.surface import budget
 from cutwise.process.machine import MachinePass, VolumeMap
+from cutwise.process.machine_pass import MachineRun
 from cutwise.spec.machine_scenario import MachineScenario
 
 _AXES = ["x", "y", "z"]
 _COMPONENTS = ["x", "y", "z", "a", "b", "c"]
+_TURNED = 1e-3  # a path whose direction changes by more is drawn in plan
 _FIRST_ORDER = 1e-3  # [rad] above it, exact and first-order errors part by more than 0.1 %
 
 LIMITS = (
@@ -38,20 +40,23 @@ def stages(found: MachinePass | None, volume: VolumeMap | None) -> xr.DataTree:
 
 
 def _pass_groups(found: MachinePass) -> dict[str, xr.Dataset]:
-    run, cell = found.run, found.run.cell
-    time = {"time": _array(("time",), cell.time, "s", "time")}
+    run, cell, way = found.run, found.run.cell, found.run.cell.way
+    time = {"time": _array(("time",), way.time, "s", "time of feed")}
     bodies = time | {"body": list(cell.names), "axis": _AXES}
     vector, per_body = ("time", "axis"), ("time", "body", "axis")
     groups = {
         "motion": xr.Dataset({
-            "travel": _array(("time",), cell.travel, "m", "way along the pass"),
+            "travel": _array(("time",), way.travel, "m", "way along the pass"),
+            "command": _array(("time", "joint"), way.commands, "m, rad", "command of each joint"),
+            "program_line": _array(("time",), way.line, "1", "line of the program, 0 for a path"),
+            "cuts": _array(("time",), way.cuts.astype(float), "1", "whether the tool cuts"),
             "position": _array(vector, run.ideal, "m", "ideal tool point in the part, r_0"),
             "tool_vector": _array(per_body, run.reach, "m", "tool point in each body's frame, r_i"),
             "body_origin": _array(per_body, run.at.origins, "m", "origins of the bodies in the part"),
             "geometric_error": _array(("time", "body", "component"), run.geometric, "m, rad", "geometric errors"),
-        }, bodies | {"component": _COMPONENTS}),
+        }, bodies | {"component": _COMPONENTS, "joint": list(cell.names[1:])}),
         "cutting": xr.Dataset({
-            "force": _array(vector, cell.force, "N", "cutting force on the tool"),
+            "force": _array(vector, cell.cut.force, "N", "cutting force on the tool"),
         }, time | {"axis": _AXES}),
         "structure": xr.Dataset({
             "twist": _array(("time", "body", "component"), run.twists, "m, rad", "error of each body in its frame"),
@@ -64,6 +69,10 @@ def _pass_groups(found: MachinePass) -> dict[str, xr.Dataset]:
         "surface": _surface_group(found),
         "budget": _budget_group(found),
     }  # fmt: skip
+    if cell.cut.immersion is not None:
+        groups["engagement"] = xr.Dataset({
+            "immersion": _array(("time",), cell.cut.immersion, "rad", "immersion angle"),
+        }, time)  # fmt: skip
     if found.chances is not None:
         groups["uncertainty"] = xr.Dataset({
             "variance_share": _array(("body",), found.chances.shares, "1", "share of the body in the variance"),
@@ -74,7 +83,7 @@ def _pass_groups(found: MachinePass) -> dict[str, xr.Dataset]:
 
 def _surface_group(found: MachinePass) -> xr.Dataset:
     run = found.run
-    coordinates = {"time": _array(("time",), run.cell.time, "s", "time"), "axis": _AXES}
+    coordinates = {"time": _array(("time",), run.cell.way.time, "s", "time of feed"), "axis": _AXES}
     variables = {
         "f4": _array(("time", "axis"), run.deviation, "m", "error of the tool point in the part"),
         "f5": _array(("time", "axis"), run.ideal + run.deviation, "m", "tool point as machined"),
@@ -84,6 +93,13 @@ def _surface_group(found: MachinePass) -> xr.Dataset:
     if found.wall is not None:
         coordinates["height"] = _array(("height",), found.wall.height, "m", "height above the tool point")
         variables["wall_error"] = _array(("time", "height"), found.wall.error, "m", "error along the wall's normal")
+    way = run.cell.way
+    if np.ptp(way.direction[way.cuts], axis=0).max(initial=0.0) > _TURNED:
+        seen = run.size if found.wall is None else found.wall.error[:, 0]
+        variables["error_on_path"] = _array(
+            ("time",), np.where(way.cuts, seen, np.nan), "m", "length of the error" if found.wall is None
+            else "error of the wall at the tool point",
+        )  # fmt: skip
     return xr.Dataset(variables, coordinates)
 
 
@@ -128,28 +144,20 @@ def _warnings(scenario: MachineScenario, found: MachinePass) -> Iterator[str]:
             f"a body turns by {tilt * 1e3:.3g} mrad: beyond 1 mrad the first-order sum is off; here by {missed} "
             "against the exact composition"
         )
-    if not scenario.tool.flexible and run.cell.force.any():
+    if not scenario.tool.flexible and run.cell.cut.force.any():
         yield "the tool does not bend in this run (tool.flexible: false); a slender mill may add more than the machine"
 
 
-def notes(found: MachinePass | None, volume: VolumeMap | None) -> dict[str, str]:
+def notes(scenario: MachineScenario, found: MachinePass | None, volume: VolumeMap | None) -> dict[str, str]:
     """The worst place and body, what to stiffen, what holds of the energy balance; the worst diagonal."""
     told: dict[str, str] = {}
     if found is not None:
-        run, worst = found.run, found.run.worst
-        shares = budget.signed_shares(run.body[worst], run.deviation[worst])
-        size, where = (units.show(run.size[worst], "small_length", 5), units.show(run.ideal[worst, 0], "length"))
-        top = int(np.argmax(shares))
-        told["worst"] = (
-            f"The error is largest, {size}, at x = {where}; {run.cell.names[top]} costs most of it, "
-            f"{units.show(shares[top], 'small_length', 4)}."
-        )
-        if found.gain.size:
-            best = int(np.argmin(found.gain))
-            told["remedy"] = (
-                f"Making {run.element_names[best]} 10 % stiffer changes it by "
-                f"{units.show(found.gain[best], 'small_length', 3)}, more than any other element."
-            )
+        told |= _worst(found)
+        limit = scenario.requirements.get("deviation_norm_max")
+        if limit is not None and limit.max is not None and found.gain.size:
+            told["stiffness"] = _stiffness_for(found.run, limit.max)
+        if found.chances is not None:
+            told["probability"] = _probability(found, scenario)
         told["energy"] = (
             "Energy balance over all loads: not applicable (no loads, a contact law, or options that are not physical)."
             if found.balance is None
@@ -167,3 +175,52 @@ def notes(found: MachinePass | None, volume: VolumeMap | None) -> dict[str, str]
             units.show(float(value), "small_length", 4) for value in ranges
         )
     return told
+
+
+def _worst(found: MachinePass) -> dict[str, str]:
+    run, worst = found.run, found.run.worst
+    shares = budget.signed_shares(run.body[worst], run.deviation[worst])
+    size, where = (units.show(run.size[worst], "small_length", 5), units.show(run.ideal[worst, 0], "length"))
+    top = int(np.argmax(shares))
+    line = int(run.cell.way.line[worst])
+    place = f" (line {line} of the program)" if line else ""
+    told = {
+        "worst": f"The error is largest, {size}, at x = {where}{place}; {run.cell.names[top]} costs most of it, "
+        f"{units.show(shares[top], 'small_length', 4)}."
+    }
+    if found.gain.size:
+        best = int(np.argmin(found.gain))
+        told["remedy"] = (
+            f"Making {run.element_names[best]} 10 % stiffer changes it by "
+            f"{units.show(found.gain[best], 'small_length', 3)}, more than any other element."
+        )
+    return told
+
+
+def _stiffness_for(run: MachineRun, limit: float) -> str:
+    """By how much each element alone must be stiffer, or may be softer, for the error to keep its limit."""
+    shown = units.show(limit, "small_length", 4)
+    factors = budget.stiffness_for(run.contributions, run.deviation, limit)
+    names = np.array(run.element_names)
+    able = np.flatnonzero(np.isfinite(factors))
+    if run.size[run.worst] <= limit:
+        parts = ", ".join(f"{names[e]} {100 * factors[e]:.3g} %" for e in able[np.argsort(-factors[able])])
+        return f"Stiffness that each element alone needs to keep the error below {shown}, of what it has: {parts}."
+    if not able.size:
+        return f"No single element brings the error below {shown}, even if it were rigid: stiffen several."
+    parts = ", ".join(f"{names[e]} {factors[e]:.3g} times" for e in able[np.argsort(factors[able])])
+    return f"To keep the error below {shown}, one of these alone must be stiffer: {parts}."
+
+
+def _probability(found: MachinePass, scenario: MachineScenario) -> str:
+    chances, middle = found.chances, len(found.ends.deviation) // 2
+    assert chances is not None
+    spans = ", ".join(
+        f"{axis} {units.show(mean, 'small_length', 4)} ± {units.show(1.95996 * spread, 'small_length', 3)}"
+        for axis, mean, spread in zip("xyz", found.ends.deviation[middle], chances.deviation, strict=True)
+    )
+    text = f"In the middle of the pass, in 95 of 100 cases (normal errors): {spans}."
+    if chances.within is not None and scenario.uncertainty is not None and scenario.uncertainty.tolerance:
+        allowed = units.show(scenario.uncertainty.tolerance, "small_length", 4)
+        text += f" The length of the error stays within {allowed} in {100 * chances.within:.3g} of 100 cases."
+    return text

@@ -1,6 +1,6 @@
 """The recipes: one short function for each process, side by side, from scenario to result."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 
 from cutwise.process import (
     assemble,
@@ -56,19 +56,19 @@ def _deburring_pass(
     return edge, deburring.measures(scenario, edge, tooth=tooth)
 
 
-def deburring_measures(scenario: DeburringScenario) -> Mapping[str, float]:
+def deburring_measures(scenario: DeburringScenario, wanted: Collection[str] = ()) -> Mapping[str, float]:
     """The measures alone, for studies: at least 100 µs of step with averaged forces over arcs, as given otherwise."""
     step = scenario.numerics.time_step
     coarse = scenario.numerics.force == "averaged" and scenario.tool.runout == 0.0
-    tooth = any(name.startswith("tooth_") for name in scenario.requirements)
+    tooth = any(name.startswith("tooth_") for name in (*scenario.requirements, *wanted))
     return _deburring_pass(scenario, max(step, _STUDY_STEP) if coarse else step, tooth=tooth)[1]
 
 
 def machine_errors(scenario: MachineScenario, progress: Progress | None = None) -> Result:
     """Error budget of a machine: ideal pass, loaded pass (Demeč and Madáč, Eqs. 1-9), map of the working space."""
-    one_pass = machine.evaluate_pass(scenario) if scenario.path is not None else None
+    one_pass = machine.evaluate_pass(scenario) if scenario.has_pass else None
     volume = machine.evaluate_volume(scenario)
-    found = machine_measures(scenario, one_pass, volume)
+    found = _machine_found(one_pass, volume)
     finer = machine.halved_spacing(scenario, one_pass) if one_pass is not None else {}
     if progress is not None:
         progress(1.0)
@@ -79,7 +79,7 @@ def machine_errors(scenario: MachineScenario, progress: Progress | None = None) 
         warnings=machine_stages.warnings(scenario, one_pass),
         limits=machine_stages.LIMITS,
         convergence={name: value - found[name] for name, value in finer.items()},
-        notes=machine_stages.notes(one_pass, volume),
+        notes=machine_stages.notes(scenario, one_pass, volume),
         references=("demec",),
     )
 
@@ -105,21 +105,21 @@ def mill(scenario: MillingScenario, progress: Progress | None = None) -> Result:
     )
 
 
-def milling_measures(scenario: MillingScenario) -> Mapping[str, float]:
+def milling_measures(scenario: MillingScenario, wanted: Collection[str] = ()) -> Mapping[str, float]:
     """The measures alone, for studies."""
+    del wanted
     return milling.measures(scenario, milling.run(scenario, scenario.numerics.substeps))
 
 
-def machine_measures(
-    scenario: MachineScenario,
-    one_pass: machine.MachinePass | None = None,
-    volume: machine.VolumeMap | None = None,
-) -> Mapping[str, float]:
-    """The measures alone; for studies they need nothing but the scenario."""
-    if one_pass is None and scenario.path is not None:
-        one_pass = machine.evaluate_pass(scenario)
-    if volume is None:
-        volume = machine.evaluate_volume(scenario)
+def machine_measures(scenario: MachineScenario, wanted: Collection[str] = ()) -> Mapping[str, float]:
+    """The measures alone, for studies; the Monte Carlo only if a requirement or ``wanted`` names one of its measures."""
+    if not machine.MONTE_CARLO.intersection((*scenario.requirements, *wanted)):
+        scenario = scenario.model_copy(update={"uncertainty": None})
+    one_pass = machine.evaluate_pass(scenario) if scenario.has_pass else None
+    return _machine_found(one_pass, machine.evaluate_volume(scenario))
+
+
+def _machine_found(one_pass: machine.MachinePass | None, volume: machine.VolumeMap | None) -> Mapping[str, float]:
     of_pass = machine.pass_measures(one_pass) if one_pass is not None else {}
     return {**of_pass, **(machine.volume_measures(volume) if volume is not None else {})}
 
@@ -159,8 +159,9 @@ def _drilling_run(scenario: DrillingScenario, progress: Progress | None = None) 
     return drilling.DrillRun(cell, tuple(holes), shift, places)
 
 
-def drilling_measures(scenario: DrillingScenario) -> Mapping[str, float]:
+def drilling_measures(scenario: DrillingScenario, wanted: Collection[str] = ()) -> Mapping[str, float]:
     """The measures alone, for studies."""
+    del wanted
     return drilling.measures(scenario, _drilling_run(scenario))
 
 
@@ -214,9 +215,12 @@ def simulate(scenario: Scenario, progress: Progress | None = None) -> Result:
     return RECIPES[scenario.process](scenario, progress)
 
 
-def quick_measures(scenario: Scenario) -> Mapping[str, float]:
-    """The measures of a scenario in SI, without histories and convergence: what sweeps and advice run many times."""
-    return MEASURES[scenario.process](scenario)
+def quick_measures(scenario: Scenario, wanted: Collection[str] = ()) -> Mapping[str, float]:
+    """The measures of a scenario in SI, without histories and convergence: what sweeps and advice run many times.
+
+    Measures that take long are left out unless a requirement or ``wanted`` names them.
+    """
+    return MEASURES[scenario.process](scenario, wanted)
 
 
 def collect(scenario: Scenario, found: Mapping[str, float], **parts: object) -> Result:

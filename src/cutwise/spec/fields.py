@@ -119,13 +119,14 @@ def specs(spec: Spec, before: Path = ()) -> Iterator[tuple[Path, Spec]]:
                     yield from specs(entry, (*before, name, step))
 
 
-def leaves(spec: Spec) -> Iterator[tuple[tuple[str, ...], FieldInfo, Any]]:
-    """Every value outside of lists that was given or has a default, with its path and field."""
+def leaves(spec: Spec) -> Iterator[tuple[Path, FieldInfo, Any]]:
+    """Every value that was given or has a default, with its path and field, those of sections in lists too."""
     for before, section in specs(spec):
-        names = tuple(step for step in before if isinstance(step, str))
-        if len(names) < len(before):
-            continue
         for name, info in type(section).model_fields.items():
             value = getattr(section, name)
-            if value is not None and not isinstance(value, Spec | Mapping):
-                yield (*names, name), info, value
+            if value is not None and not isinstance(value, Spec | Mapping) and not _holds_specs(value):
+                yield (*before, name), info, value
+
+
+def _holds_specs(value: Any) -> bool:
+    return isinstance(value, tuple) and any(isinstance(entry, Spec) for entry in value)

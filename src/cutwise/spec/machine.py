@@ -164,6 +164,12 @@ class Joint(Spec):
         description="part side: commands and errors are those of the table, or those of the tool against it",
         examples=["table"],
     )
+    errors_act: Literal["after", "before"] = Field(
+        default="after",
+        description="error motions of this axis (E.., not the constant location errors) act after its motion, in the "
+        "frame that moves, or before it, in the frame that stands, as rotary axes are measured",
+        examples=["before"],
+    )
     travel: tuple[Length, Length] | None = Field(
         default=None, description="least and greatest command of a prismatic joint", examples=["[-200 mm, 200 mm]"]
     )

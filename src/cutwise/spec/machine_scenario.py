@@ -2,14 +2,12 @@
 
 from collections.abc import Iterator, Mapping
 from itertools import pairwise
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
-from pydantic import Discriminator, Field
+from pydantic import Field
 
 from cutwise import units
 from cutwise.spec.base import (
-    Angle,
-    AngularSpeed,
     Count,
     Elasticity,
     Force,
@@ -20,14 +18,13 @@ from cutwise.spec.base import (
     SmallAngle,
     SmallLength,
     Spec,
-    Speed,
     Usual,
 )
 from cutwise.spec.faults import Path
-from cutwise.spec.fields import tag
-from cutwise.spec.geometry_errors import COMPONENTS, LINEAR_AXES, SQUARENESS, GeometryErrors
+from cutwise.spec.geometry_errors import LINEAR_AXES, SQUARENESS, GeometryErrors
 from cutwise.spec.machine import Joint, Machine, Place, merged_errors
 from cutwise.spec.machine_checks import chain_faults
+from cutwise.spec.machine_pass import AxisPosition, CutSurface, FromCutting, MachineLoad, MachinePath, ProgramPass
 from cutwise.spec.material import Material
 from cutwise.spec.measures import MACHINE
 from cutwise.spec.scenario import MeasureSpec, Scenario
@@ -81,87 +78,6 @@ class MachineTool(LibrarySpec):
                 yield Remark((key,), "missing")
 
 
-class AxisPosition(Spec):
-    """Commands of the axes at a point of the path; an axis left out stays where it was (at first: 0)."""
-
-    X: Length | None = Field(default=None, description="linear axis X", examples=["0 mm"])
-    Y: Length | None = Field(default=None, description="linear axis Y", examples=["0 mm"])
-    Z: Length | None = Field(default=None, description="linear axis Z", examples=["0 mm"])
-    A: Angle | None = Field(default=None, description="rotary axis A", examples=["0 deg"])
-    B: Angle | None = Field(default=None, description="rotary axis B", examples=["0 deg"])
-    C: Angle | None = Field(default=None, description="rotary axis C", examples=["0 deg"])
-
-    def given(self) -> dict[str, float]:
-        """The axes that are named."""
-        return {axis: value for axis in COMPONENTS if (value := getattr(self, axis)) is not None}
-
-
-class MachinePath(Spec):
-    """A path of straight moves of the axes."""
-
-    points: tuple[AxisPosition, ...] = Field(
-        description="commands at the corners of the path", examples=["[{X: 0 mm}, {X: 260 mm}]"], min_length=2
-    )
-    feed: Annotated[Speed, Usual("0.1 mm/s", "500 mm/s")] = Field(
-        description="feed along the path of the linear axes", examples=["400 mm/min"], gt=0
-    )
-    samples: Annotated[Count, Usual(3, 100000)] = Field(
-        default=27, description="points evaluated, equally spaced along the path", examples=[27], ge=3
-    )
-
-    def corners(self) -> list[dict[str, float]]:
-        """All axes at each corner."""
-        found: list[dict[str, float]] = []
-        here = dict.fromkeys(COMPONENTS, 0.0)
-        for point in self.points:
-            here = {**here, **point.given()}
-            found.append(here)
-        return found
-
-
-class FromCutting(Spec):
-    """The mean force of a full slot, from the coefficients of the material."""
-
-    depth: Length = Field(description="axial depth of cut", examples=["5 mm"], gt=0)
-    spindle_speed: Annotated[AngularSpeed, Usual("50 rpm", "60000 rpm")] = Field(
-        description="spindle speed", examples=["500 rpm"], gt=0
-    )
-
-
-def _force_kind(value: Any) -> str:
-    return "<slot>" if isinstance(value, dict | FromCutting) else "<vector>"
-
-
-CuttingForce = Annotated[
-    Annotated[tuple[Force, Force, Force], tag("vector")] | Annotated[FromCutting, tag("slot")],
-    Discriminator(_force_kind),
-]
-
-
-class MachineLoad(Spec):
-    """What acts on the machine."""
-
-    force: CuttingForce | None = Field(
-        default=None,
-        description="cutting force on the tool in the part's frame, or {depth, spindle_speed}: the mean force of a full "
-        "slot by the material's coefficients",
-        examples=["[4000 N, 4000 N, 2000 N]"],
-    )
-    weights: bool = Field(default=True, description="weights of part and bodies count", examples=[True])
-    feed_moment: bool = Field(
-        default=True, description="false leaves out the moment of the x forces on tables; not physical", examples=[True]
-    )
-
-
-class CutSurface(Spec):
-    """Where the finished surface is on the tool."""
-
-    normal: tuple[Number, Number, Number] = Field(
-        description="normal of the wall in the part's frame, from the part to the tool", examples=["[0, 1, 0]"]
-    )
-    depth: Length = Field(description="axial depth of cut: height of the wall", examples=["5 mm"], gt=0)
-
-
 class Scatter(Spec):
     """Random error of one or more bodies, each component independent."""
 
@@ -179,6 +95,10 @@ class Uncertainty(Spec):
     bodies: tuple[Scatter, ...] = Field(
         description="standard deviations per body",
         examples=["[{bodies: [table], displacement: 3 um, rotation: 15 urad, distribution: normal}]"], min_length=1,
+    )  # fmt: skip
+    tolerance: SmallLength | None = Field(
+        default=None, description="length of the error that is allowed: the run tells with which probability it holds",
+        examples=["0.45 mm"], gt=0,
     )  # fmt: skip
     samples: Annotated[Count, Usual(20000, 2000000)] = Field(
         default=100_000, description="samples of the Monte Carlo", examples=[100000], ge=100, le=5_000_000
@@ -204,6 +124,7 @@ class MachineScenario(Scenario):
     """Error budget of a machine tool along a pass, and its volumetric error (Demeč and Madáč; ISO 230)."""
 
     measures: ClassVar[Mapping[str, MeasureSpec]] = MACHINE
+    either: ClassVar[tuple[tuple[str, ...], ...]] = (("path",), ("program",))
     starts: ClassVar[Mapping[str, str]] = {
         "machine.library": "demec_mill",
         "tool.library": "demec",
@@ -220,7 +141,10 @@ class MachineScenario(Scenario):
     machine: Machine = Field(description="the machine tool")
     tool: MachineTool = Field(description="the tool")
     part: PartBlock | None = Field(default=None, description="the part; left out: rigid and without weight")
-    path: MachinePath | None = Field(default=None, description="the pass; left out: a volumetric map only")
+    path: MachinePath | None = Field(
+        default=None, description="the pass as moves of the axes (or give program; neither: a volumetric map only)"
+    )
+    program: ProgramPass | None = Field(default=None, description="the pass as a G-code program (or give path)")
     load: MachineLoad = Field(default_factory=MachineLoad, description="forces on the machine")
     material: Material | None = Field(default=None, description="material, for a force from the cutting model")
     surface: CutSurface | None = Field(default=None, description="the wall that the pass finishes")
@@ -235,23 +159,21 @@ class MachineScenario(Scenario):
         examples=["physical"],
     )
 
+    @property
+    def has_pass(self) -> bool:
+        """Whether there is a pass, and not only a map of the working space."""
+        return self.path is not None or self.program is not None
+
     def contradictions(self) -> Iterator[Remark]:
         """Everything wrong with the chain, the errors and the travel, at once."""
-        chain = list(chain_faults(self.machine))
-        for remark in chain:
+        for remark in chain_faults(self.machine):
             yield Remark(("machine", *remark.path), remark.message)
-        if self.path is None and self.volume is None:
-            yield Remark(("path",), "missing: write a path for a pass, or volume for a map of the working space")
-        yield from self._load_faults()
+        if not self.has_pass and self.volume is None:
+            words = "missing: write a path or program for a pass, or volume for a map of the working space"
+            yield Remark(("path",), words)
         axes = self.machine.axes()
-        if self.path is not None:
-            for number, point in enumerate(self.path.points):
-                yield from _beyond(point, axes, ("path", "points", number))
-            corners = self.path.corners()
-            if all(corner == corners[0] for corner in corners):
-                yield Remark(("path", "points"), "is no way: all points are the same")
-            elif not any(a[axis] != b[axis] for a, b in pairwise(corners) for axis in LINEAR_AXES):
-                yield Remark(("path", "points"), "moves no linear axis; the feed is theirs")
+        yield from self._pass_faults(axes)
+        yield from self._load_faults()
         if self.volume is not None:
             yield from _beyond(self.volume.at, axes, ("volume", "at"))
             if sum(letter in LINEAR_AXES for letter in axes) != 3:
@@ -263,17 +185,41 @@ class MachineScenario(Scenario):
                 if name not in known:
                     path: Path = ("uncertainty", "bodies", place, "bodies", number)
                     yield Remark(path, f'there is no body "{name}"; there are {", ".join(known)}')
-        if self.surface is not None and not any(self.surface.normal):
-            yield Remark(("surface", "normal"), "has zero length")
+
+    def _pass_faults(self, axes: Mapping[str, Joint]) -> Iterator[Remark]:
+        if self.path is not None and self.program is not None:
+            yield Remark(("path",), "give one of path and program")
+        if self.program is not None and sum(letter in LINEAR_AXES for letter in axes) != 3:
+            there = ", ".join(axes) or "none"
+            yield Remark(("program",), f"a program needs three linear axes; the machine has {there}")
+        if self.path is None:
+            return
+        for number, point in enumerate(self.path.points):
+            yield from _beyond(point, axes, ("path", "points", number))
+        corners = self.path.corners()
+        if all(corner == corners[0] for corner in corners):
+            yield Remark(("path", "points"), "is no way: all points are the same")
+        elif not any(a[axis] != b[axis] for a, b in pairwise(corners) for axis in LINEAR_AXES):
+            yield Remark(("path", "points"), "moves no linear axis; the feed is theirs")
 
     def _load_faults(self) -> Iterator[Remark]:
-        if isinstance(self.load.force, FromCutting):
-            if self.material is None:
-                yield Remark(("material",), "missing")
-            elif self.material.law != "linear":
-                yield Remark(("material",), "the mean force of a slot needs the linear law (K_tc, K_rc, K_te, K_re)")
-            if self.tool.flutes is None:
-                yield Remark(("tool", "flutes"), "missing")
+        cut = self.load.force
+        if not isinstance(cut, FromCutting):
+            return
+        if self.material is None:
+            yield Remark(("material",), "missing")
+        elif self.material.law != "linear":
+            yield Remark(("material",), "the mean force of a cut needs the linear law (K_tc, K_rc, K_te, K_re)")
+        if self.tool.flutes is None:
+            yield Remark(("tool", "flutes"), "missing")
+        if cut.spindle_speed is None and self.program is None:
+            yield Remark(("load", "force", "spindle_speed"), "missing")
+        if cut.radial_depth is not None and cut.radial_depth > self.tool.diameter * (1 + 1e-9):
+            yield Remark(
+                ("load", "force", "radial_depth"),
+                f"is more than the diameter of the tool ({units.show(self.tool.diameter, 'length')}); leave it out for a "
+                "full slot",
+            )
 
     def _error_faults(self, axes: Mapping[str, Joint]) -> Iterator[Remark]:
         for section, errors in (("machine", self.machine.geometry_errors), ("", self.geometry_errors)):
@@ -297,7 +243,7 @@ class MachineScenario(Scenario):
             yield Remark(("convention",), "paper_literal is a demo of the printed Eq. (2), not a prediction")
         if not self.load.feed_moment:
             yield Remark(("load", "feed_moment"), "false leaves out a moment that acts; a demo, not a prediction")
-        if self.path is not None and self.load.force is None:
+        if self.has_pass and self.load.force is None:
             yield Remark(("load",), "no cutting force: the pass shows weights and geometric errors only")
 
     def errors(self) -> dict[str, object]:

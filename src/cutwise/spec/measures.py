@@ -103,6 +103,9 @@ MACHINE: Mapping[str, MeasureSpec] = _BodyMeasures(
         "deviation_norm_max_at": MeasureSpec("length", "x of the ideal tool point where the error is largest"),
         "deviation_p95": MeasureSpec("small_length", "95 % quantile of the error in the middle, systematic and random"),
         "deviation_random_p95": MeasureSpec("small_length", "95 % quantile of the random error alone, in the middle"),
+        "probability_within": MeasureSpec(
+            "dimensionless", "probability that the error in the middle stays within uncertainty.tolerance"
+        ),
         **_per_axis("deviation_std", "small_length", "standard deviation of the random error in the middle"),
         **_per_axis("position_start", "length", "ideal tool point in the part at the start"),
         "linear_residual_max": MeasureSpec("small_length", "largest difference of exact and first-order error"),

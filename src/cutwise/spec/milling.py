@@ -26,6 +26,7 @@ from cutwise.spec.drives import CncMachine
 from cutwise.spec.fields import tag
 from cutwise.spec.material import Material
 from cutwise.spec.measures import MILLING
+from cutwise.spec.program import PathMode, Program
 from cutwise.spec.scenario import MeasureSpec, Scenario
 from cutwise.spec.tool import RotatingTool
 
@@ -67,31 +68,6 @@ class CornerPath(Spec):
                 yield Remark(
                     ("corner",), f"a fillet of {_mm(shape)} takes the whole lead of {_mm(self.lead)}; make it smaller"
                 )
-
-
-class Program(Spec):
-    """A G-code program."""
-
-    file: str = Field(description="the G-code file", examples=["pocket.nc"])
-    text: str = Field(
-        default="", description="the text of the program (read from the file)", examples=["G21 G90 G1 X10 F600"]
-    )
-
-
-class Blend(Spec):
-    """Corners rounded within a tolerance."""
-
-    blend: Length = Field(description="largest distance from the programmed corner", examples=["0.02 mm"], gt=0)
-
-
-def _mode_kind(value: Any) -> str:
-    return "<blend>" if isinstance(value, dict | Blend) else "<mode>"
-
-
-PathMode = Annotated[
-    Annotated[Literal["exact_path", "exact_stop"], tag("mode")] | Annotated[Blend, tag("blend")],
-    Discriminator(_mode_kind),
-]
 
 
 class MillingOperation(Spec):

@@ -10,7 +10,7 @@ import numpy as np
 from cutwise import units
 from cutwise.process.recipes import quick_measures
 from cutwise.spec import fields
-from cutwise.spec.faults import Fault, ScenarioFault
+from cutwise.spec.faults import Fault, ScenarioFault, dotted
 from cutwise.spec.scenario import Scenario
 from cutwise.study.sensitivity import changed
 
@@ -96,7 +96,7 @@ def read_limits(scenario: Scenario, texts: Sequence[str]) -> dict[str, tuple[str
     ScenarioFault
         Everything that is wrong with the texts.
     """
-    given = {".".join(path): info for path, info, _ in fields.leaves(scenario)}
+    given = {dotted(path): info for path, info, _ in fields.leaves(scenario)}
     limits: dict[str, tuple[str, str]] = {}
     faults = []
     for text in texts:
@@ -128,7 +128,7 @@ def _limit_faults(low: str, high: str, dimension: str, place: str) -> Iterator[F
 
 
 def _levers(scenario: Scenario, limits: Mapping[str, tuple[str, str]]) -> Iterator[Lever]:
-    given = {".".join(path): (info, value) for path, info, value in fields.leaves(scenario)}
+    given = {dotted(path): (info, value) for path, info, value in fields.leaves(scenario)}
     for key, (low, high) in limits.items():
         if key in given and isinstance(given[key][1], float):  # not a word, such as a posture to be searched for
             info, now = given[key]

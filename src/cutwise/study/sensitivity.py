@@ -6,10 +6,12 @@ from cutwise import units
 from cutwise.io.scenario import revised
 from cutwise.process.recipes import quick_measures
 from cutwise.spec import fields
-from cutwise.spec.faults import ScenarioFault
+from cutwise.spec.faults import ScenarioFault, dotted
 from cutwise.spec.scenario import Scenario
 
 STEP = 0.1  # relative change of a value
+
+Amount = float | tuple[float, ...]
 
 
 def assumed_sensitivity(scenario: Scenario, share: float = STEP) -> dict[str, float]:
@@ -37,7 +39,7 @@ def assumed_sensitivity(scenario: Scenario, share: float = STEP) -> dict[str, fl
     for key, value, dimension in assumed_quantities(scenario):
         changes = []
         for factor in (1.0 - share, 1.0 + share):
-            other = _focus_with(scenario, {key: units.text(factor * value, dimension)})
+            other = _focus_with(scenario, {key: _scaled(value, factor, dimension)})
             if other is not None:
                 changes.append(other - base)
         if changes:
@@ -63,11 +65,24 @@ def changed(scenario: Scenario, values: Mapping[str, str]) -> Scenario:
     return revised(scenario, [f"{key}={value}" for key, value in values.items()])
 
 
-def assumed_quantities(scenario: Scenario) -> Iterator[tuple[str, float, str]]:
-    """Assumed values that are quantities other than zero: dotted key, value in SI, dimension."""
+def assumed_quantities(scenario: Scenario) -> Iterator[tuple[str, Amount, str]]:
+    """Assumed values that are quantities other than zero: dotted key, value in SI, dimension; or several as one."""
     for path, info, value in fields.leaves(scenario):
-        key = ".".join(path)
+        key = dotted(path)
         origin = scenario.origins.get(key)
         dimension = fields.dimension(info)
-        if origin is not None and origin.status == "assumed" and dimension and isinstance(value, float) and value:
+        if origin is not None and origin.status == "assumed" and dimension and _is_amount(value):
             yield key, value, dimension
+
+
+def _is_amount(value: object) -> bool:
+    if isinstance(value, tuple):
+        return bool(value) and all(isinstance(entry, float) for entry in value) and any(value)
+    return isinstance(value, float) and value != 0.0
+
+
+def _scaled(value: Amount, factor: float, dimension: str) -> str:
+    """A value, or each of several, times a factor, as it is written in a scenario."""
+    if isinstance(value, tuple):
+        return f"[{', '.join(units.text(factor * entry, dimension) for entry in value)}]"
+    return units.text(factor * value, dimension)

@@ -1,5 +1,6 @@
 """Sweeps: the measures of a scenario over values of one or more of its keys."""
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from difflib import get_close_matches
 from itertools import product
@@ -14,11 +15,14 @@ from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.spec.scenario import Scenario
 from cutwise.study.sensitivity import changed
 
+_BETWEEN = re.compile(r",(?![^\[{]*[\]}])")  # commas that are not inside a list or mapping
+
 
 def sweep(
     scenario: Scenario,
     values: Mapping[str, Sequence[str]],
     progress: Callable[[float], None] | None = None,
+    wanted: Sequence[str] = (),
 ) -> xr.Dataset:
     """Every measure over all combinations of values.
 
@@ -30,6 +34,8 @@ def sweep(
         Dotted key: values as text with units, for example ``{"spindle.pressure": ["4 bar", "5 bar"]}``.
     progress : callable, optional
         Called with the finished share.
+    wanted : sequence of str
+        Measures that may take long and are computed all the same.
 
     Returns
     -------
@@ -55,7 +61,7 @@ def sweep(
         raise ScenarioFault(list(dict.fromkeys(faults)))
     rows = []
     for i, one in enumerate(scenarios):
-        rows.append(quick_measures(one))
+        rows.append(quick_measures(one, wanted))
         if progress is not None:
             progress((i + 1) / len(scenarios))
     shape = tuple(len(values[key]) for key in keys)
@@ -63,8 +69,7 @@ def sweep(
     data = {
         name: (keys, np.array([row.get(name, np.nan) for row in rows]).reshape(shape),
                {"units": units.DIMENSIONS[known[name].dimension].si, "long_name": known[name].description})
-        for name in known
-        if any(name in row for row in rows)
+        for name in dict.fromkeys(name for row in rows for name in row)
     }  # fmt: skip
     return xr.Dataset(data, {key: list(values[key]) for key in keys}, {"scenario": scenario.name})
 
@@ -82,7 +87,7 @@ def parse_values(texts: Sequence[str]) -> dict[str, list[str]]:
     for text in texts:
         key, sign, rest = text.partition("=")
         key = key.strip()
-        found = [value.strip() for value in rest.split(",") if value.strip()]
+        found = [value.strip() for value in _BETWEEN.split(rest) if value.strip()]
         if not sign or not key or not found:
             faults.append(Fault((), "is not of the form dotted.key=value,value,...", file=f"--over {text}"))
         elif key in values:

@@ -102,7 +102,7 @@ load: {force: [1 N, 0 N, 0 N]}
         ("path=null", "path.points: missing"),
         ("uncertainty={bodies: [{bodies: [tabel], displacement: 1 um, rotation: 1 urad, distribution: normal}]}",
          'there is no body "tabel"'),
-        ("load.force={depth: 5 mm, spindle_speed: 500 rpm}", "material: missing"),
+        ("load.force={axial_depth: 5 mm, spindle_speed: 500 rpm}", "material: missing"),
         ("load.force=4 kN", "load.force"),
         ("tool.overhang=null", "has no value"),
         ("surface={normal: [0, 0, 0], depth: 5 mm}", "has zero length"),

@@ -5,7 +5,8 @@ import pytest
 from cutwise.io.scenario import load
 from cutwise.process.recipes import quick_measures
 from cutwise.spec.faults import ScenarioFault
-from cutwise.study.sweep import sweep
+from cutwise.study.sensitivity import assumed_quantities
+from cutwise.study.sweep import parse_values, sweep
 
 
 def test_sweep_over_two_keys(examples):
@@ -26,3 +27,25 @@ def test_all_faults_before_anything_runs(examples):
         sweep(scenario, {"operation.feed": ["-1 mm/s", "80", "60 mm/s"]})
     assert "impossible" in str(caught.value)
     assert "no unit" in str(caught.value)
+
+
+def test_values_may_be_lists():
+    values = parse_values(["load.force=[1 N, 2 N, 3 N],[4 N, 5 N, 6 N]", "path_mode=exact_stop,{blend: 1 mm}"])
+    assert values == {
+        "load.force": ["[1 N, 2 N, 3 N]", "[4 N, 5 N, 6 N]"],
+        "path_mode": ["exact_stop", "{blend: 1 mm}"],
+    }
+
+
+def test_measures_named_after_bodies_are_in_the_table(examples):
+    scenario = load(examples / "machine_error_budget.yaml")
+    table = sweep(scenario, {"load.weights": ["true", "false"]}, wanted=["deviation_p95"])
+    assert float(table.share_column[0]) == pytest.approx(119.875e-6, abs=1e-9)
+    assert table.deviation_p95.notnull().all()
+
+
+def test_assumed_values_inside_of_lists_are_found(examples):
+    """The stiffness of a guide of the library machine is in a list of bodies, and a list of three itself."""
+    found = {key: value for key, value, _ in assumed_quantities(load(examples / "machine_error_budget.yaml"))}
+    assert found["machine.chain[2].elements[0].pads.stiffness"] == (0.0, 2e8, 3e8)
+    assert found["machine.chain[4].elements[1].beam.youngs_modulus"] == 1.2e11

@@ -4,9 +4,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
-from cutwise.app.plots.figures import BAD, GOOD, INK, SERIES, SOFT, Plot, curve, figure, legend_above, scale
+from cutwise.app.plots.figures import BAD, GOOD, GRID, INK, SERIES, SOFT, Plot, curve, figure, legend_above, scale
 
 if TYPE_CHECKING:
     from cutwise.results import Result
@@ -90,6 +91,27 @@ def wall(result: "Result") -> Figure:
     image = axes.contourf(travel, height, factor * error.values.T, levels=12, cmap="viridis")
     drawn.colorbar(image, ax=axes, label=f"error along the normal [{unit}]")
     axes.set(xlabel=f"way along the pass [{long_unit}]", ylabel=f"height [{long_unit}]")
+    axes.grid(visible=False)
+    return drawn
+
+
+def plan(result: "Result") -> Figure:
+    """The path in plan with its error as colour, and the worst place."""
+    error, position = result["surface"]["error_on_path"], result["motion"]["position"]
+    long, long_unit = scale("length")
+    factor, unit = scale("small_length")
+    x, y = (long * position.sel(axis=name).values for name in "xy")
+    values = factor * error.values
+    drawn = figure(4.6)
+    axes = drawn.subplots()
+    axes.plot(x, y, "-", color=GRID, linewidth=1.0)
+    ends = np.stack([np.column_stack([x[:-1], y[:-1]]), np.column_stack([x[1:], y[1:]])], axis=1)
+    image = axes.add_collection(LineCollection(list(ends), array=np.maximum(values[:-1], values[1:]), linewidths=3.0))
+    drawn.colorbar(image, ax=axes, label=f"{error.attrs['long_name']} [{unit}]")
+    worst = int(np.nanargmax(np.abs(values)))
+    axes.plot(x[worst], y[worst], "o", markerfacecolor="none", markeredgecolor=BAD, markersize=11)
+    axes.set(xlabel=f"x in the part [{long_unit}]", ylabel=f"y in the part [{long_unit}]")
+    axes.set_aspect("equal", adjustable="datalim")
     axes.grid(visible=False)
     return drawn
 
@@ -198,6 +220,10 @@ PLOTS = [
     Plot(
         "Error along the pass", "Error of the tool point against the part; the dot is the worst place.", along_the_pass,
         ("surface/f4",),
+    ),
+    Plot(
+        "Error in plan", "Where along the program the part goes wrong; the ring is the worst place.", plan,
+        ("surface/error_on_path",),
     ),
     Plot(
         "Machined wall",

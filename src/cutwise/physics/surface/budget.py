@@ -39,3 +39,41 @@ def stiffening_gain(contributions: ArrayLike, total: ArrayLike, *, stiffer: floa
     error, parts = np.asarray(total, dtype=float), np.asarray(contributions, dtype=float)
     changed = error[..., None, :] - parts * (stiffer / (1.0 + stiffer))
     return np.linalg.norm(changed, axis=-1) - np.linalg.norm(error, axis=-1)[..., None]
+
+
+def stiffness_for(contributions: ArrayLike, total: ArrayLike, limit: float) -> FloatArray:
+    r"""Stiffness that each element alone needs for :math:`|\Delta|` to keep a limit, as a multiple of what it has.
+
+    .. math:: |\Delta_m - (1 - x)\,v_{bm}| \le \text{limit} \;\text{for all } m, \qquad k = 1/x
+
+    the smallest k > 0, from a quadratic in the flexibility x of each place m; x = 1 is the element as it is, 0 a rigid
+    one. Exact for linear elements under given forces.
+
+    Parameters
+    ----------
+    contributions : array (m, b, 3)
+        :math:`v_b` [m] at places along the pass.
+    total : array (m, 3)
+        Δ [m].
+    limit : float
+        Largest length allowed [m].
+
+    Returns
+    -------
+    array (b,)
+        Infinite where no stiffness is enough; zero where the element may be as soft as it likes.
+    """
+    error, parts = np.asarray(total, dtype=float), np.asarray(contributions, dtype=float)
+    rest = error[:, None, :] - parts  # with a rigid element
+    a = np.einsum("mbi,mbi->mb", parts, parts)
+    b = np.einsum("mbi,mbi->mb", rest, parts)
+    c = np.einsum("mbi,mbi->mb", rest, rest) - limit**2
+    root = b * b - a * c
+    with np.errstate(divide="ignore", invalid="ignore"):
+        low, high = (-b - np.sqrt(root)) / a, (-b + np.sqrt(root)) / a
+    flat = a <= 1e-30 * limit**2
+    low, high = np.where(flat, np.where(c <= 0.0, -np.inf, np.inf), low), np.where(flat, np.inf, high)
+    low, high = np.where(root < 0.0, np.inf, low), np.where(root < 0.0, -np.inf, high)
+    least, most = np.maximum(low.max(axis=0), 0.0), high.min(axis=0)
+    with np.errstate(divide="ignore"):
+        return np.where(most < least, np.inf, np.where(most > 0.0, 1.0 / np.maximum(most, 0.0), np.inf))

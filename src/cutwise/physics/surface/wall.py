@@ -20,9 +20,9 @@ def wall_error(deviation: ArrayLike, rotation: ArrayLike, offsets: ArrayLike, no
         Error of the tool point [m].
     rotation : array (t, 3)
         Error of the tool's direction, :math:`\sum_i R_{0i}\varepsilon_i` [rad].
-    offsets : array (h, 3)
+    offsets : array (h, 3) or (t, h, 3)
         Points of the generator against the tool point [m]; for a peripheral wall along the axis up to the depth of cut.
-    normal : array (3,)
+    normal : array (3,) or (t, 3)
         Unit normal n of the wall.
 
     Returns
@@ -30,11 +30,11 @@ def wall_error(deviation: ArrayLike, rotation: ArrayLike, offsets: ArrayLike, no
     array (t, h)
         [m].
     """
-    n = np.asarray(normal, dtype=float)
     moved = np.asarray(deviation, dtype=float)[:, None, :] + np.cross(
-        np.asarray(rotation, dtype=float)[:, None, :], np.asarray(offsets, dtype=float)[None, :, :]
+        np.asarray(rotation, dtype=float)[:, None, :], np.asarray(offsets, dtype=float)
     )
-    return moved @ n
+    n = np.broadcast_to(np.asarray(normal, dtype=float), (len(moved), 3))
+    return np.einsum("thi,ti->th", moved, n)
 
 
 def flatness(error: ArrayLike, at: ArrayLike, across: ArrayLike) -> float:

@@ -12,16 +12,16 @@ def chain():
 
 @pytest.mark.parametrize("law", [probability.NORMAL, probability.UNIFORM, probability.TRIANGULAR])
 def test_every_law_has_the_covariance_of_the_linear_model(chain, law):
-    found = probability.quantiles(np.zeros(3), *chain, np.full(4, law), probability=0.95, samples=20_000, seed=2)
+    random = probability.random_errors(*chain, np.full(4, law), samples=20_000, seed=2)
+    found = probability.quantiles(np.zeros(3), random, 0.95)
     assert found.deviation == pytest.approx(np.sqrt(np.diag(probability.covariance(*chain))), rel=0.03)
     assert found.together == found.random
 
 
 def test_no_uncertainty_leaves_the_systematic_error(chain):
     jacobian, deviation = chain
-    found = probability.quantiles(
-        [3e-6, 0, 4e-6], jacobian, 0 * deviation, np.zeros(4), probability=0.95, samples=10, seed=1
-    )
+    random = probability.random_errors(jacobian, 0 * deviation, np.zeros(4), samples=10, seed=1)
+    found = probability.quantiles([3e-6, 0, 4e-6], random, 0.95)
     assert found.together == pytest.approx(5e-6)
     assert found.random == 0.0
     assert (probability.variance_shares(jacobian, 0 * deviation) == 0.0).all()
@@ -46,6 +46,33 @@ def test_stiffening_is_the_derivative_for_small_changes():
     total = parts.sum(axis=0)
     gain = budget.stiffening_gain(parts, total, stiffer=1e-6)
     assert gain == pytest.approx(-1e-6 * budget.signed_shares(parts, total), rel=1e-4)
+
+
+def test_stiffness_for_a_limit_brings_the_error_to_it():
+    """The factor found, put back into the element, leaves the largest error at the limit."""
+    parts = np.random.default_rng(2).normal(size=(9, 4, 3)) * 1e-6 + np.array([3e-6, 1e-6, 0.0])
+    total = parts.sum(axis=1)
+    largest = np.linalg.norm(total, axis=1).max()
+    for limit in (0.9 * largest, 1.1 * largest):
+        factors = budget.stiffness_for(parts, total, limit)
+        assert np.isfinite(factors).any()
+        for element in np.flatnonzero(np.isfinite(factors)):
+            changed = total - parts[:, element] * (1.0 - 1.0 / factors[element])
+            assert np.linalg.norm(changed, axis=1).max() == pytest.approx(limit, rel=1e-9)
+            assert (factors[element] > 1.0) == (limit < largest)
+    assert np.isinf(budget.stiffness_for(parts, total, 1e-9)).all()
+
+
+def test_a_normal_error_of_equal_spread_has_the_length_of_a_maxwell_law():
+    """P(|x| <= 2 sigma) = 0.7385 and the 95 % quantile is 2.7955 sigma (chi with three degrees of freedom)."""
+    jacobian = np.zeros((3, 2, 6))
+    jacobian[:, 0, :3] = jacobian[:, 1, :3] = np.eye(3)
+    deviation = np.zeros((2, 6))
+    deviation[0, :3], deviation[1, :3] = 3e-6, 4e-6
+    random = probability.random_errors(jacobian, deviation, np.zeros(2, int), samples=200_000, seed=5)
+    length = np.linalg.norm(random, axis=1)
+    assert (length <= 10e-6).mean() == pytest.approx(0.7385, abs=3e-3)
+    assert probability.quantiles(np.zeros(3), random, 0.95).random == pytest.approx(2.7955 * 5e-6, rel=5e-3)
 
 
 def test_wall_follows_the_tilt_of_the_tool():

@@ -1,0 +1,134 @@
+"""From the moves of a program, or the blocks of a path, to the commanded path with its feeds, stops and blends."""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from cutwise.io.programs.interpreter import Interpreted
+from cutwise.io.programs.state import Move
+from cutwise.maths.curves import FloatArray
+from cutwise.maths.linearc import Block, LineArc, arc, join, line
+from cutwise.paths.pocket import blended
+from cutwise.spec.faults import Fault, ScenarioFault, dotted
+from cutwise.spec.program import Blend
+
+
+class ProgramPath(NamedTuple):
+    """The path of a program or corner, block by block."""
+
+    curve: LineArc
+    feed: FloatArray  # programmed speed [m/s], infinite for rapid moves, shape (n,)
+    cuts: npt.NDArray[np.bool_]  # whether the block cuts, shape (n,)
+    stop_at: npt.NDArray[np.bool_]  # inner joints with a stop (G61.1), shape (n - 1,)
+    dwell_after: FloatArray  # [s] at the end of each block, shape (n,)
+    source: npt.NDArray[np.int64]  # line of the program, 0 for a corner, shape (n,)
+    programmed: LineArc  # the path before its corners were blended: what the contour error is measured from
+    origin: npt.NDArray[np.int64]  # block of the programmed path that each block came from, shape (n,)
+
+
+class PathModes(NamedTuple):
+    """How each block ends."""
+
+    mode: Sequence[str]  # exact_path, exact_stop or blend
+    tolerance: Sequence[float]  # of a blend [m]
+
+
+def moves_path(program: Interpreted, *, feed: float | None, turning: bool, mode: str | Blend | None) -> ProgramPath:
+    """The path of a program.
+
+    Parameters
+    ----------
+    program : Interpreted
+        Its moves.
+    feed : float or None
+        Speed [m/s] that replaces those of the program.
+    turning : bool
+        The spindle is taken to turn although the program does not say so.
+    mode : str, Blend or None
+        Path mode that replaces those of the program (G61, G61.1, G64 P).
+
+    Raises
+    ------
+    ScenarioFault
+        The spindle turns to the left.
+    """
+    moves = [move for move in program.moves if move.kind != "dwell"]
+    left = next((move for move in moves if move.spindle < 0.0), None)
+    if left is not None:
+        message = f"line {left.line}: the spindle turns to the left (M4); milling is covered for M3 only"
+        raise ScenarioFault([Fault(("program",), message)])
+    dwell = np.zeros(len(moves))
+    at = -1
+    for move in program.moves:
+        at += move.kind != "dwell"
+        if move.kind == "dwell" and at >= 0:
+            dwell[at] += move.dwell
+    given = PathModes([move.mode for move in moves], [move.tolerance for move in moves])
+    return blocks_path(
+        [_block(move) for move in moves],
+        np.array([move.feed if math.isinf(move.feed) or feed is None else feed for move in moves]),
+        np.array([_cuts(move, turning) for move in moves], dtype=bool),
+        given if mode is None else _all_alike(mode, len(moves)),
+        dwell=dwell,
+        source=np.array([move.line for move in moves]),
+    )
+
+
+def blocks_path(
+    blocks: list[Block], feed: FloatArray, cuts: npt.NDArray[np.bool_], modes: PathModes | str | Blend, *,
+    dwell: FloatArray | None = None, source: npt.NDArray[np.int64] | None = None,
+) -> ProgramPath:  # fmt: skip
+    """The path of blocks, its corners blended where the path mode asks for it."""
+    count = len(blocks)
+    mode, tolerances = modes if isinstance(modes, PathModes) else _all_alike(modes, count)
+    pause = np.zeros(count) if dwell is None else dwell
+    lines = np.zeros(count, np.int64) if source is None else source
+    free = np.isfinite(feed[:-1]) & np.isfinite(feed[1:]) & (pause[:-1] == 0.0)
+    allowed = [
+        tolerance if name == "blend" and ok else 0.0
+        for name, tolerance, ok in zip(mode[:-1], tolerances[:-1], free, strict=True)
+    ]
+    path, origin = blended(blocks, allowed)
+    index = np.array(origin)
+    last_of_origin = np.append(index[1:] != index[:-1], True)
+    stop = np.array([mode[i] == "exact_stop" for i in origin[:-1]], dtype=bool) & last_of_origin[:-1]
+    rest = np.where(last_of_origin, pause[index], 0.0)
+    stop |= rest[:-1] > 0.0
+    return ProgramPath(join(path), feed[index], cuts[index], stop, rest, lines[index], join(blocks), index)
+
+
+def program_speed(program: Interpreted, key: tuple[str, ...]) -> float:
+    """The one spindle speed of a program's cuts [rad/s].
+
+    Raises
+    ------
+    ScenarioFault
+        There is none, or more than one; the fault names the ``key`` to write instead.
+    """
+    speeds = {abs(move.spindle) for move in program.moves if move.kind in ("feed", "arc") and move.spindle}
+    if len(speeds) != 1:
+        found = "no spindle speed (S with M3)" if not speeds else f"{len(speeds)} spindle speeds"
+        raise ScenarioFault([Fault(key, f"the program has {found}; write {dotted(key)}")])
+    return speeds.pop()
+
+
+def _all_alike(mode: str | Blend, count: int) -> PathModes:
+    if isinstance(mode, Blend):
+        return PathModes(["blend"] * count, [mode.blend] * count)
+    return PathModes([mode] * count, [0.0] * count)
+
+
+def _block(move: Move) -> Block:
+    if move.kind == "arc":
+        rise = sum((b - a) * c for a, b, c in zip(move.start, move.end, move.axis, strict=True))
+        return arc(move.start, move.centre, move.sweep, move.axis, rise)
+    return line(move.start, move.end)
+
+
+def _cuts(move: Move, turning: bool) -> bool:
+    """A feed move within the stock: below z = 0, not a plunge, the spindle running (or taken to run)."""
+    flat = move.kind == "arc" or math.hypot(move.end[0] - move.start[0], move.end[1] - move.start[1]) > 1e-9
+    return move.kind != "rapid" and flat and min(move.start[2], move.end[2]) < 0.0 and (turning or move.spindle > 0.0)
