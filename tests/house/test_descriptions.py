@@ -25,6 +25,8 @@ WITHOUT_PHYSICS = {
     "urdf_remarks", "columns", "rows", "others", "lip_model", "lip_elements", "azimuths", "angle_step",
     "redundancy_angle", "singularity_margin", "drill_torque_on_arm",
     "lead", "turn", "compare", "path_mode", "reading", "modes", "substeps", "settling_time", "text", "act_on",
+    # machine: conventions of signs and frames
+    "errors_act", "zero", "words",
 }  # fmt: skip
 
 

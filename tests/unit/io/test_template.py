@@ -33,6 +33,7 @@ def test_every_key_that_is_commented_out_may_be_written(kind):
             "block",
             "centre_feed",
             "chord_tolerance",
+            "side",
         ) or not _is_value(line):
             continue
         changed = [*lines]

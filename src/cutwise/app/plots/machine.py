@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
+from matplotlib.colors import BoundaryNorm
 from matplotlib.figure import Figure
 
 from cutwise.app.plots.figures import BAD, GOOD, GRID, INK, SERIES, SOFT, Plot, curve, figure, legend_above, scale
@@ -106,7 +107,10 @@ def plan(result: "Result") -> Figure:
     axes = drawn.subplots()
     axes.plot(x, y, "-", color=GRID, linewidth=1.0)
     ends = np.stack([np.column_stack([x[:-1], y[:-1]]), np.column_stack([x[1:], y[1:]])], axis=1)
-    image = axes.add_collection(LineCollection(list(ends), array=np.maximum(values[:-1], values[1:]), linewidths=3.0))
+    # steps of colour: a smooth bar would be a picture, not lines
+    levels = BoundaryNorm(np.linspace(np.nanmin(values), max(np.nanmax(values), np.nanmin(values) + 1e-9), 13), 256)
+    seen = np.maximum(values[:-1], values[1:])
+    image = axes.add_collection(LineCollection(list(ends), array=seen, norm=levels, linewidths=3.0))
     drawn.colorbar(image, ax=axes, label=f"{error.attrs['long_name']} [{unit}]")
     worst = int(np.nanargmax(np.abs(values)))
     axes.plot(x[worst], y[worst], "o", markerfacecolor="none", markeredgecolor=BAD, markersize=11)
