@@ -11,7 +11,9 @@ import numpy as np
 from cutwise.physics.cutting.discs import discs
 from cutwise.physics.cutting.flute import EdgeCoefficients, Mill
 from cutwise.physics.cutting.stability import Milling, Tip, arc_of, lobes
+from cutwise.physics.cutting.uneven import even_edges
 from cutwise.physics.cutting.wall import AVERAGED, DISCS, FLUTES
+from cutwise.physics.engagement.wall import wall_patches
 from cutwise.physics.motion.drives import Controller, Plant
 from cutwise.physics.motion.reference import central_difference
 from cutwise.physics.structure.modes import free_motion, modes
@@ -29,7 +31,7 @@ def job(seconds: float) -> tuple[Commands, DrivePair]:
     point = 0.03 * np.column_stack((np.cos(phase) - 1.0, np.sin(phase)))
     velocity = central_difference(point, 1e-3)
     acceleration = central_difference(velocity, 1e-3)
-    commands = Commands(point, velocity, acceleration, phase + 0.5 * math.pi, np.full(t.size, 0.927))
+    commands = Commands(point, velocity, acceleration, phase + 0.5 * math.pi, wall_patches(np.full(t.size, 0.927), 5e-3))
     x = Plant(6.4898, 0.4769, 0.0077736, 0.019811, 1.5915e-3, *FRICTION, 0.0)
     y = Plant(7.5768, 0.4769, 0.0098109, 0.28438, 1.5915e-3, *FRICTION, 0.0)
     law = Controller(70e3, 500e3, 300.0, 0.0, 0.0, 1e-3, 10.0, 0.0, 0.0)
@@ -49,7 +51,7 @@ def main() -> None:
         ("closed form", FLUTES),
         ("20 discs", DISCS),
     ):
-        cut = Cut(law, mill, sliced, METAL, 5e-3, 837.758)
+        cut = Cut(law, mill, sliced, even_edges(METAL), 837.758)
         run_drives(warm, pair, cut, 10)
         start = time.process_time()
         run_drives(commands, pair, cut, 10)

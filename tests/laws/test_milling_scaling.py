@@ -9,8 +9,10 @@ from cutwise.maths.linearc import join
 from cutwise.paths.pocket import corner
 from cutwise.physics.cutting.discs import discs
 from cutwise.physics.cutting.flute import EdgeCoefficients, Mill
+from cutwise.physics.cutting.uneven import even_edges
 from cutwise.physics.cutting.wall import FLUTES
 from cutwise.physics.engagement.corner import Corner, corner_immersions
+from cutwise.physics.engagement.wall import wall_patches
 from cutwise.physics.motion.lookahead import plan
 from cutwise.physics.motion.profile import Limits
 from cutwise.physics.motion.reference import central_difference, sampled
@@ -50,7 +52,9 @@ def scaled_run(length, mass, time):
     point = np.ascontiguousarray(reference.point[:, :2])
     velocity = central_difference(point, step)
     heading = np.arctan2(reference.direction[:, 1], reference.direction[:, 0])
-    commands = Commands(point, velocity, central_difference(velocity, step), heading, immersion)
+    commands = Commands(
+        point, velocity, central_difference(velocity, step), heading, wall_patches(immersion, 0.005 * length)
+    )
     x, y = (law(c) for c in laws("kp_ki_swapped"))
     stress = force / length**2
     metal = EdgeCoefficients(*(k * stress for k in AL7075[:3]), *(k * stress * length for k in AL7075[3:]))
@@ -59,8 +63,7 @@ def scaled_run(length, mass, time):
         FLUTES,
         mill,
         discs(mill.radius, mill.helix, 0.005 * length, 3, 1),
-        metal,
-        0.005 * length,
+        even_edges(metal),
         837.758 / time,
         STANDSTILL * speed,
     )

@@ -8,8 +8,10 @@ from cutwise.maths.linearc import join
 from cutwise.paths.pocket import corner
 from cutwise.physics.cutting.discs import discs
 from cutwise.physics.cutting.flute import EdgeCoefficients, Mill
+from cutwise.physics.cutting.uneven import even_edges
 from cutwise.physics.cutting.wall import AVERAGED, DISCS
 from cutwise.physics.engagement.corner import Corner, corner_immersions
+from cutwise.physics.engagement.wall import wall_patches
 from cutwise.physics.motion.contour import contour_errors
 from cutwise.physics.motion.drives import Controller, Plant
 from cutwise.physics.motion.lookahead import plan
@@ -43,7 +45,9 @@ def laws(reading, sample_time=1e-3, encoder=0.0, delay=0.0, **gains):
     return tuple(Controller(*(1e3 * k for k in g), sample_time, 10.0, encoder, delay) for g in (x, y))
 
 
-def run(fillet, reading="kp_ki_swapped", law=DISCS, substeps=10, plants=(X, Y), tail=1.0, **options):
+def run(
+    fillet, reading="kp_ki_swapped", law=DISCS, substeps=10, plants=(X, Y), tail=1.0, modes=None, edges=None, **options
+):
     """Contour error, time, force and the rest of the reference corner, in µm, s, V, N."""
     curve = join(corner(0.03, 0.5 * math.pi, fillet))
     planned = plan(curve, np.full(curve.count, 0.04), LIMITS)
@@ -57,12 +61,12 @@ def run(fillet, reading="kp_ki_swapped", law=DISCS, substeps=10, plants=(X, Y), 
     velocity = central_difference(point, step)
     commands = Commands(
         point, velocity, central_difference(velocity, step),
-        np.arctan2(reference.direction[:, 1], reference.direction[:, 0]), immersion,
+        np.arctan2(reference.direction[:, 1], reference.direction[:, 0]), wall_patches(immersion, 0.005),
     )  # fmt: skip
     pair = DrivePair(plants[0], controllers[0], plants[1], controllers[1])
     mill = Mill(0.01, 3, math.radians(30))
-    cut = Cut(law, mill, discs(0.01, mill.helix, 0.005, 3, 20), AL7075, 0.005, OMEGA)
-    history = run_drives(commands, pair, cut, substeps)
+    cut = Cut(law, mill, discs(0.01, mill.helix, 0.005, 3, 20), edges or even_edges(AL7075), OMEGA)
+    history = run_drives(commands, pair, cut, substeps, modes=modes)
     error = contour_errors(curve, reference.block, history.position, 1, True)
     lag = np.abs(point - history.position).max(axis=0)
     return {

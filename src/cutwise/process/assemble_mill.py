@@ -8,18 +8,21 @@ from cutwise.io.programs.interpreter import Interpreted, interpret
 from cutwise.paths.pocket import corner
 from cutwise.physics.cutting.discs import discs
 from cutwise.physics.cutting.flute import Mill
-from cutwise.physics.cutting.wall import AVERAGED, DISCS, FLUTES
+from cutwise.physics.cutting.uneven import even_and_linear
+from cutwise.physics.cutting.wall import AVERAGED, DELAYED, DISCS, FLUTES
 from cutwise.physics.motion.drives import Controller, Plant
 from cutwise.physics.motion.lookahead import AxisLimits
 from cutwise.physics.motion.loop import LoopFigures, loop_figures
 from cutwise.physics.motion.profile import Limits
 from cutwise.physics.structure.modes import Modes, modes
-from cutwise.process.assemble import linear_coefficients
+from cutwise.process.assemble import edges
 from cutwise.process.loops_drives import NO_FORCE, Cut, DrivePair
 from cutwise.process.program_path import ProgramPath, blocks_path, moves_path, program_speed
 from cutwise.spec.drives import CncMachine, FeedDrive
 from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.spec.milling import MillingScenario
+
+_DISCS = 20  # where the scenario names no number
 
 
 def program_path(scenario: MillingScenario, program: Interpreted | None) -> ProgramPath:
@@ -112,18 +115,27 @@ def _plant(drive: FeedDrive) -> Plant:
 
 
 def cut(scenario: MillingScenario, spindle: float) -> Cut:
-    """The cutting force that acts on the drives."""
+    """The cutting force that acts on drives and tool tip.
+
+    Tooth by tooth, the quick laws of :mod:`cutwise.physics.cutting.wall` serve where they hold: linear edges, no run-out,
+    a rigid tool. Everything else takes its chips from the true positions of the tool.
+    """
     tool, numerics = scenario.tool, scenario.numerics
+    given = edges(scenario.material, tool)
     law = {"none": NO_FORCE, "averaged": AVERAGED, "tooth_resolved": DISCS if numerics.discs else FLUTES}[
         numerics.force
     ]
+    if numerics.force == "averaged":
+        given = given._replace(runout=0.0)  # it has no mean over a revolution
+    elif numerics.force == "tooth_resolved" and (tool.modes or not even_and_linear(given)):
+        law = DELAYED
     radius, depth = 0.5 * tool.diameter, scenario.operation.axial_depth
+    count = numerics.discs or (_DISCS if law == DELAYED else 1)
     return Cut(
         law,
         Mill(radius, tool.flutes, tool.helix),
-        discs(radius, tool.helix, depth, tool.flutes, numerics.discs or 1),
-        linear_coefficients(scenario.material),
-        depth,
+        discs(radius, tool.helix, depth, tool.flutes, count),
+        given,
         spindle,
     )
 

@@ -9,6 +9,7 @@ from cutwise.maths.chains import Frames
 from cutwise.maths.frames import FloatArray
 from cutwise.physics.cutting.discs import discs
 from cutwise.physics.cutting.flute import Mill, feed_per_tooth
+from cutwise.physics.cutting.uneven import even_edges
 from cutwise.physics.cutting.wall import AVERAGED, wall_force
 from cutwise.physics.engagement.corner import straight_immersion
 from cutwise.physics.engagement.wall import path_immersion
@@ -45,11 +46,15 @@ def cut_force(scenario: MachineScenario, way: Way, at: Frames) -> CutForce:
     upward = at.rotations[:, -1, :, 2]
     arc = _immersion(scenario, given, way, upward)
     flutes = scenario.tool.flutes
-    mill, k = Mill(0.5 * scenario.tool.diameter, flutes, 0.0), linear_coefficients(scenario.material)
+    mill = Mill(0.5 * scenario.tool.diameter, flutes, 0.0)
     depth, none = given.axial_depth, discs(mill.radius, 0.0, given.axial_depth, flutes, 1)
+    cutting = even_edges(linear_coefficients(scenario.material))
     chips = [feed_per_tooth(feed, 0.0, way.spindle, flutes) for feed in way.feed]
     local = np.array(
-        [wall_force(AVERAGED, 0.0, 0.0, a, c, 0.0, depth, mill, none, k) for a, c in zip(arc, chips, strict=True)]
+        [
+            wall_force(AVERAGED, 0.0, 0.0, 0.0, a, 0.0, depth, c, 0.0, mill, none, cutting)
+            for a, c in zip(arc, chips, strict=True)
+        ]
     )
     ahead = way.direction - np.einsum("mi,mi->m", way.direction, upward)[:, None] * upward
     ahead /= np.maximum(np.linalg.norm(ahead, axis=1, keepdims=True), 1e-300)

@@ -9,9 +9,10 @@ import xarray as xr
 
 from cutwise.io.programs.interpreter import Interpreted
 from cutwise.maths.curves import FloatArray
-from cutwise.physics.cutting.wall import AVERAGED, FLUTES, tooth_period, wall_force
+from cutwise.physics.cutting.uneven import even_and_linear
+from cutwise.physics.cutting.wall import AVERAGED, DELAYED, FLUTES, tooth_period, wall_force
 from cutwise.physics.engagement.corner import Corner, greatest_immersion, straight_immersion
-from cutwise.physics.engagement.wall import path_immersion
+from cutwise.physics.engagement.wall import path_immersion, wall_patches
 from cutwise.physics.motion.contour import contour_errors
 from cutwise.physics.motion.lookahead import Plan, plan, time_without_limits
 from cutwise.physics.motion.loop import LoopFigures, open_loop, sampled_response
@@ -29,14 +30,13 @@ from cutwise.process.assemble_mill import (
 )
 from cutwise.process.labels import labelled
 from cutwise.process.loops_drives import NO_FORCE, Commands, Cut, DriveHistory, DrivePair, run_drives
-from cutwise.process.loops_regenerative import Chatter, SteadyCut, run_regenerative
+from cutwise.process.milling_stability import TipStability, lobe_diagram, tip_stability
 from cutwise.spec.milling import MillingScenario
 
 Progress = Callable[[float], None]
 
 _NEAR_CORNER = 10e-3  # [m] within which the lowest feed is looked for
 _SETTLED = 5e-6  # [m]
-_CHATTER_PERIODS = 150
 _WINDOW = 2  # blocks looked at on either side for the contour error
 
 
@@ -54,7 +54,7 @@ class MillRun(NamedTuple):
     contour_error: FloatArray  # [m], shape (n,), NaN on rapid moves
     chip: float  # programmed feed per tooth at the fastest cut [m]
     largest_immersion: float  # [rad]
-    chatter: tuple[Chatter, Chatter] | None  # straight, corner
+    stability: TipStability | None  # of a tool with modes
 
 
 def run(scenario: MillingScenario, substeps: int, progress: Progress | None = None) -> MillRun:
@@ -69,15 +69,21 @@ def run(scenario: MillingScenario, substeps: int, progress: Progress | None = No
     cutting = cut(scenario, spindle)
     immersion = _immersion(scenario, path, reference)
     drives = drive_pair(scenario.machine)
-    history = run_drives(_commands(reference, immersion, sample_time), drives, cutting, substeps, progress)
+    patches = wall_patches(immersion, scenario.operation.axial_depth)
+    tip = tip_modes(scenario)
+    history = run_drives(
+        _commands(reference, patches, sample_time), drives, cutting, substeps, progress,
+        modes=tip if cutting.law == DELAYED else None,
+    )  # fmt: skip
     error = contour_errors(path.programmed, path.origin[reference.block], history.position, _WINDOW, True)
     error[np.isinf(path.feed[reference.block])] = np.nan
     feeds = path.feed[path.cuts]
     chip = float(feeds.max()) * 2.0 * math.pi / (spindle * scenario.tool.flutes) if feeds.size else 0.0
     largest = _largest_immersion(scenario, program, immersion)
-    tip = _vibration(scenario, cutting, chip, largest)
+    straight = straight_immersion(scenario.operation.radial_depth, cutting.mill.radius)
+    stable = tip_stability(scenario, cutting, tip, chip, straight, largest) if tip is not None else None
     return MillRun(
-        path, motion, reference, immersion, drives, loops(drives), cutting, history, error, chip, largest, tip
+        path, motion, reference, immersion, drives, loops(drives), cutting, history, error, chip, largest, stable
     )
 
 
@@ -90,11 +96,11 @@ def _immersion(scenario: MillingScenario, path: ProgramPath, reference: Referenc
     return alpha
 
 
-def _commands(reference: Reference, immersion: FloatArray, sample_time: float) -> Commands:
+def _commands(reference: Reference, patches: FloatArray, sample_time: float) -> Commands:
     point = np.ascontiguousarray(reference.point[:, :2])
     velocity = central_difference(point, sample_time)
     heading = np.arctan2(reference.direction[:, 1], reference.direction[:, 0])
-    return Commands(point, velocity, central_difference(velocity, sample_time), heading, immersion)
+    return Commands(point, velocity, central_difference(velocity, sample_time), heading, patches)
 
 
 def _largest_immersion(scenario: MillingScenario, program: Interpreted | None, immersion: FloatArray) -> float:
@@ -103,25 +109,6 @@ def _largest_immersion(scenario: MillingScenario, program: Interpreted | None, i
         return float(immersion.max())
     radius, depth = 0.5 * scenario.tool.diameter, scenario.operation.radial_depth
     return greatest_immersion(Corner(radius, depth, scenario.path.turn, scenario.path.fillet))
-
-
-def _vibration(scenario: MillingScenario, cutting: Cut, chip: float, largest: float) -> tuple[Chatter, Chatter] | None:
-    """Tip vibration in steady cuts at the straight and the largest immersion, if the tool has modes."""
-    tip = tip_modes(scenario)
-    if tip is None:
-        return None
-    radius = cutting.mill.radius
-    straight = straight_immersion(scenario.operation.radial_depth, radius)
-
-    def steady(arc: float) -> Chatter:
-        lag = math.tan(cutting.mill.helix) / radius
-        case = SteadyCut(
-            cutting.mill.flutes, cutting.spindle, math.pi - arc, math.pi, chip, cutting.depth, lag,
-            scenario.numerics.discs or 20, cutting.coefficients,
-        )  # fmt: skip
-        return run_regenerative(case, tip, _CHATTER_PERIODS)
-
-    return steady(straight), steady(largest)
 
 
 def measures(scenario: MillingScenario, done: MillRun) -> dict[str, float]:
@@ -155,12 +142,33 @@ def measures(scenario: MillingScenario, done: MillRun) -> dict[str, float]:
         found[f"drive_torque_max_{axis}"] = float(torque)
         found[f"bandwidth_{axis}"] = figures.sampled_bandwidth
         found[f"phase_margin_{axis}"] = figures.sampled_phase_margin
-    if done.chatter is not None:
-        found["chatter_growth_straight"], found["chatter_growth_corner"] = (c.growth for c in done.chatter)
-        found["tip_deflection_max"] = max(float(np.hypot(*c.tip.T).max()) for c in done.chatter)
+    found |= _tip_measures(done)
     found["path_length"] = float(done.path.curve.knots[-1])
     found["stops"] = float(done.plan.stops)
     return found
+
+
+def _tip_measures(done: MillRun) -> dict[str, float]:
+    """How far the tip is pushed, and the wall that it leaves: contour error plus tip, where teeth pass the wall."""
+    if done.stability is None:
+        return {}
+    found = {}
+    for name, steady in done.stability._asdict().items():
+        found[f"chatter_growth_{name}"] = steady.chatter.growth
+        if steady.stable_depth is not None:
+            found[f"stable_depth_{name}"] = steady.stable_depth
+    if not done.history.tip.size:
+        return found
+    found["tip_deflection_max"] = float(done.history.tip[:, 2].max())
+    wall = wall_left(done)
+    if np.isfinite(wall).any():
+        found["wall_error_min"], found["wall_error_max"] = float(np.nanmin(wall)), float(np.nanmax(wall))
+    return found
+
+
+def wall_left(done: MillRun) -> FloatArray:
+    """Least and greatest error of the wall left at each servo instant, positive into the wall [m]; shape (n, 2)."""
+    return done.contour_error[:, None] + done.history.left
 
 
 def _settling(done: MillRun) -> dict[str, float]:
@@ -203,29 +211,30 @@ def _forces(scenario: MillingScenario, done: MillRun) -> dict[str, float]:
     if done.cut.law == NO_FORCE or not done.path.cuts.any():
         return {}
     peak = done.history.force_peak
-    axial = scenario.material.K_ac is not None
+    axial = scenario.material.K_ac is not None or scenario.material.k_a11 is not None
     found = {"force_xy_peak": float(peak[:, 3].max())}
     for i, axis in enumerate("xyz" if axial else "xy"):
         found[f"force_{axis}_peak"] = float(peak[:, i].max())
     straight = straight_immersion(scenario.operation.radial_depth, done.cut.mill.radius)
-    law = done.cut.law if done.cut.law != AVERAGED else FLUTES
+    c, depth = done.cut, scenario.operation.axial_depth
+    law = c.law if c.law != AVERAGED else FLUTES if even_and_linear(c.edges) else DELAYED
     for name, arc in (("straight", straight), ("corner", done.largest_immersion)):
-        mean = static_force(done, arc)
+        mean = static_force(done, arc, depth)
         found[f"force_xy_mean_{name}"] = math.hypot(mean[0], mean[1])
-        c = done.cut
-        tooth = tooth_period(law, arc, done.chip, c.depth, c.mill, c.discs, c.coefficients, 720)
+        tooth = tooth_period(law, arc, done.chip, depth, c.mill, c.discs, c.edges, 720)
         found[f"force_xy_peak_{name}"] = float(np.hypot(tooth[:, 0], tooth[:, 1]).max())
     return found
 
 
-def static_force(done: MillRun, arc: float) -> tuple[float, float, float]:
-    """Mean force of a steady cut along +x at the programmed feed per tooth [N]."""
+def static_force(done: MillRun, arc: float, depth: float) -> tuple[float, float, float]:
+    """Mean force of a steady cut along +x at the programmed feed per tooth, run-out left out [N]."""
     c = done.cut
-    return wall_force(AVERAGED, 0.0, 0.0, arc, done.chip, 0.0, c.depth, c.mill, c.discs, c.coefficients)
+    even = c.edges._replace(runout=0.0)
+    return wall_force(AVERAGED, 0.0, 0.0, 0.0, arc, 0.0, depth, done.chip, 0.0, c.mill, c.discs, even)
 
 
-def stages(done: MillRun, compared: xr.Dataset | None) -> xr.DataTree:
-    """The histories of all stages as labelled arrays, with units."""
+def stages(done: MillRun, compared: xr.Dataset | None, lobes: xr.Dataset | None = None) -> xr.DataTree:
+    """The histories of all stages as labelled arrays, with units; comparison and lobe diagram where there are any."""
     r, h = done.reference, done.history
     time = ("time", r.time, "s", "time")
     plants = (done.drives.plant_x, done.drives.plant_y)
@@ -256,14 +265,31 @@ def stages(done: MillRun, compared: xr.Dataset | None) -> xr.DataTree:
             "contour_error": (done.contour_error, "m", "distance from the path, positive to its right (into the wall)"),
         }),
     }  # fmt: skip
-    if done.chatter is not None:
-        c = done.chatter[1]
-        groups["structure"] = labelled(("vibration_time", c.time, "s", "time"), {
-            "tip_corner": (c.tip, "m", "vibration of the tool tip at the largest immersion"),
-        }, axis=["x", "y"])  # fmt: skip
+    if done.stability is not None:
+        groups["structure"] = _structure(done, time)
     if compared is not None:
         groups["comparison"] = compared
+    if lobes is not None:
+        groups["lobes"] = lobes
     return xr.DataTree.from_dict(groups)
+
+
+def _structure(done: MillRun, time: tuple[str, FloatArray, str, str]) -> xr.Dataset:
+    """The tool tip: over the run where it is in the loop, and in a steady cut at the largest immersion."""
+    assert done.stability is not None
+    c, h = done.stability.corner.chatter, done.history
+    steady = labelled(("vibration_time", c.time, "s", "time"), {
+        "tip_corner": (c.tip, "m", "vibration of the tool tip at the largest immersion"),
+    }, axis=["x", "y"])  # fmt: skip
+    if not h.tip.size:
+        return steady
+    wall = wall_left(done)
+    return steady.merge(labelled(time, {
+        "tip": (h.tip[:, :2], "m", "mean displacement of the tool tip by its modes in a sample"),
+        "tip_peak": (h.tip[:, 2], "m", "largest displacement of the tip in a sample"),
+        "wall_error_min": (wall[:, 0], "m", "least error of the wall left in a sample, positive into the wall"),
+        "wall_error_max": (wall[:, 1], "m", "greatest error of the wall left in a sample, positive into the wall"),
+    }, axis=["x", "y"]))  # fmt: skip
 
 
 def _frequency_response(done: MillRun) -> xr.Dataset:
@@ -289,6 +315,14 @@ def _phase(response: np.ndarray) -> FloatArray:
     """Continuous phase of responses over their first axis, starting between -360° and 0 [rad]."""
     phase = np.unwrap(np.angle(response), axis=0)
     return np.asarray(phase - 2.0 * math.pi * np.ceil(phase[0] / (2.0 * math.pi)))
+
+
+def lobes(scenario: MillingScenario, done: MillRun) -> xr.Dataset | None:
+    """The map of stability; None for a rigid tool."""
+    tip = tip_modes(scenario)
+    if tip is None or done.stability is None:
+        return None
+    return lobe_diagram(scenario, done.cut, tip, done.chip, done.stability)
 
 
 COMPARED = (

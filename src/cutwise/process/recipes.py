@@ -96,7 +96,7 @@ def mill(scenario: MillingScenario, progress: Progress | None = None) -> Result:
     return collect(
         scenario,
         found,
-        stages=milling.stages(done, milling.comparison_table(rows, scenario.measures)),
+        stages=milling.stages(done, milling.comparison_table(rows, scenario.measures), milling.lobes(scenario, done)),
         warnings=(*remarks_mill.warnings(scenario, done, found), *remarks_mill.changed(change)),
         limits=remarks_mill.LIMITS,
         convergence=change,

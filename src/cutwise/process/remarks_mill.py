@@ -19,7 +19,8 @@ LIMITS = (
     "The immersion is that of the commanded position; the chip load follows the actual velocity.",
     "The previous pass is taken to have the same shape, offset by the radial depth; entry, plunges and the first, full "
     "slot are not modelled, and a cut is taken wherever a feed move runs below z = 0.",
-    "Tool and part are rigid unless tool.modes are given; then vibration is computed for steady cuts only.",
+    "The part is rigid, and so is the tool unless tool.modes are given; then the tip swings in the loop, tooth by tooth.",
+    "The lobe diagram leaves the helix out; Kienzle's law is taken by its slope at the mean chip thickness there.",
     "No in-position wait at stops: the next block starts at once, so that a machine that waits takes longer.",
     "Drives: rigid transmission, ideal current loop; the z axis follows exactly.",
     "Linear-edge coefficients of one source; those of aluminium 7075 differ by ±40 % between sources.",
@@ -40,7 +41,7 @@ def warnings(scenario: MillingScenario, done: MillRun, found: Mapping[str, float
                 f"only (gain margin {20 * math.log10(figures.sampled_gain_margin):.1f} dB); usual is 30° or more"
             )
     yield from _joints(done)
-    if done.chatter is not None:
+    if done.stability is not None:
         for where, growth in (
             ("on the straight", found["chatter_growth_straight"]),
             ("at the largest immersion", found["chatter_growth_corner"]),

@@ -68,7 +68,15 @@ MILLING: Mapping[str, MeasureSpec] = {
     "phase_margin_y": MeasureSpec("angle", "phase margin of the sampled y position loop"),
     "chatter_growth_straight": MeasureSpec("dimensionless", "growth of tip vibration per tooth on the straight"),
     "chatter_growth_corner": MeasureSpec("dimensionless", "growth of tip vibration per tooth at the largest immersion"),
-    "tip_deflection_max": MeasureSpec("small_length", "largest vibration of the tool tip in the two steady cuts"),
+    "stable_depth_straight": MeasureSpec(
+        "length", "least axial depth that chatters on the straight at the spindle speed"
+    ),
+    "stable_depth_corner": MeasureSpec("length", "the same at the largest immersion"),
+    "tip_deflection_max": MeasureSpec("small_length", "largest displacement of the tool tip by its modes"),
+    "wall_error_min": MeasureSpec(
+        "small_length", "least error of the wall left, drives and tip, positive into the wall"
+    ),
+    "wall_error_max": MeasureSpec("small_length", "greatest error of the wall left, drives and tip, into the wall"),
     "path_length": MeasureSpec("length", "length of the commanded path"),
     "stops": MeasureSpec("dimensionless", "full stops between the first and the last point"),
 }

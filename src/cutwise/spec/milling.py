@@ -28,7 +28,7 @@ from cutwise.spec.material import Material
 from cutwise.spec.measures import MILLING
 from cutwise.spec.program import PathMode, Program
 from cutwise.spec.scenario import MeasureSpec, Scenario
-from cutwise.spec.tool import RotatingTool
+from cutwise.spec.tool import HelicalMill
 
 
 def _corner_kind(value: Any) -> str:
@@ -96,7 +96,31 @@ class ToolMode(Spec):
     stiffness: Stiffness = Field(description="modal stiffness", examples=["1.34 N/um"], gt=0)
 
 
-class EndMill(RotatingTool):
+class LobeDiagram(Spec):
+    """The map of stability over spindle speed and axial depth."""
+
+    spindle_speed_min: AngularSpeed | None = Field(
+        default=None, description="lowest speed; left out: half of the operation's", examples=["4000 rpm"], gt=0
+    )
+    spindle_speed_max: AngularSpeed | None = Field(
+        default=None, description="highest speed; left out: one and a half times the operation's",
+        examples=["12000 rpm"], gt=0,
+    )  # fmt: skip
+    depth_max: Length | None = Field(
+        default=None, description="greatest axial depth; left out: three times that of the operation",
+        examples=["15 mm"], gt=0,
+    )  # fmt: skip
+    speeds: Annotated[Count, Usual(10, 400)] = Field(default=60, description="speeds of the map", examples=[60], ge=2)
+    depths: Annotated[Count, Usual(10, 200)] = Field(default=40, description="depths of the map", examples=[40], ge=2)
+
+    def contradictions(self) -> Iterator[Remark]:
+        """Speeds that run backwards."""
+        low, high = self.spindle_speed_min, self.spindle_speed_max
+        if low is not None and high is not None and low >= high:
+            yield Remark(("spindle_speed_min",), "is not below spindle_speed_max")
+
+
+class EndMill(HelicalMill):
     """A cylindrical end mill; with modes its tip may vibrate."""
 
     helix: Annotated[Angle, Usual("0 deg", "50 deg")] = Field(
@@ -159,6 +183,9 @@ class MillingScenario(Scenario):
     tool: EndMill = Field(description="the end mill")
     material: Material = Field(description="cutting coefficients of the material with this tool")
     machine: CncMachine = Field(description="the machine and its drives")
+    lobes: LobeDiagram = Field(
+        default_factory=LobeDiagram, description="map of stability, drawn where the tool has modes"
+    )
     numerics: DriveStepping = Field(default_factory=DriveStepping, description="how the computation is done")
 
     def contradictions(self) -> Iterator[Remark]:
@@ -181,8 +208,6 @@ class MillingScenario(Scenario):
                 ("operation", "axial_depth"),
                 f"is more than the flute length ({_mm(self.tool.flute_length)}, tool.flute_length)",
             )
-        if self.material.law != "linear":
-            yield Remark(("material",), "milling with drives needs linear-edge coefficients (K_tc, K_rc, K_te, K_re)")
 
     def remarks(self) -> Iterator[Remark]:
         """Feed per tooth, depth and sampling that are unusual."""

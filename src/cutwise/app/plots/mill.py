@@ -5,7 +5,22 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from cutwise.app.plots.figures import INK, SERIES, SHADE, SOFT, Plot, curve, figure, legend_above, line_note, scale
+from cutwise.app.plots.figures import (
+    BAD,
+    GOOD,
+    INK,
+    SERIES,
+    SHADE,
+    SOFT,
+    ZONE,
+    Plot,
+    curve,
+    figure,
+    legend_above,
+    line_note,
+    note,
+    scale,
+)
 
 if TYPE_CHECKING:
     from cutwise.results import Result
@@ -181,6 +196,48 @@ def comparison(result: "Result") -> Figure:
     return drawn
 
 
+def tip_and_wall(result: "Result") -> Figure:
+    """Displacement of the tool tip over the run, and the error of the wall that its teeth leave."""
+    structure = result["structure"]
+    factor, unit = scale("small_length")
+    time = structure["time"].values
+    drawn = figure(4.6)
+    top, bottom = drawn.subplots(2, sharex=True)
+    curve(top, time, factor * structure["tip_peak"].values, color=SHADE, label="largest")
+    for axis, colour in zip("xy", SERIES, strict=False):
+        curve(top, time, factor * structure["tip"].sel(axis=axis).values, color=colour, linewidth=1.0, label=axis)
+    top.set(ylabel=f"tool tip [{unit}]")
+    legend_above(top, 3)
+    low, high = (factor * structure[f"wall_error_{end}"].values for end in ("min", "max"))
+    bottom.fill_between(time, low, high, color=SERIES[1], linewidth=0.4)
+    bottom.axhline(0.0, color=SOFT, linewidth=0.8)
+    bottom.set(xlabel="time [s]", ylabel=f"wall left [{unit}]")
+    bottom.margins(x=0)
+    return drawn
+
+
+def lobes(result: "Result") -> Figure:
+    """Stable and unstable pairs of spindle speed and axial depth, and where the operation is."""
+    data = result["lobes"]
+    speed, depth = scale("angular_speed"), scale("length")
+    x, y = speed[0] * data["spindle_speed"].values, depth[0] * data["depth"].values
+    drawn = figure(3.6)
+    axes = drawn.subplots()
+    straight, corner = (data["growth"].isel(immersion=k).values.T for k in (0, 1))
+    axes.contourf(x, y, straight, levels=[0.0, 1.0], colors=[ZONE])
+    axes.contour(x, y, straight, levels=[1.0], colors=[GOOD], linewidths=1.4)
+    axes.contour(x, y, corner, levels=[1.0], colors=[BAD], linewidths=1.2, linestyles="--")
+    operation = result.scenario.operation  # type: ignore[attr-defined]
+    if operation.spindle_speed is not None:
+        axes.plot(speed[0] * operation.spindle_speed, depth[0] * operation.axial_depth, "o", color=INK, markersize=6)
+        note(axes, "operation", (speed[0] * operation.spindle_speed, depth[0] * operation.axial_depth), (7, 5))
+    axes.plot([], [], color=GOOD, label="straight: stable below")
+    axes.plot([], [], "--", color=BAD, label="largest immersion: stable below")
+    axes.set(xlabel=f"spindle speed [{speed[1]}]", ylabel=f"axial depth of cut [{depth[1]}]")
+    legend_above(axes, 2)
+    return drawn
+
+
 def vibration(result: "Result") -> Figure:
     """Vibration of the tool tip in a steady cut at the largest immersion."""
     tip = result["structure"]["tip_corner"]
@@ -216,6 +273,9 @@ PLOTS: list[Plot] = [
     Plot("Voltage of the drives", "Output of the position controllers.", voltages, ("motion/voltage",)),
     Plot("Frequency response", "Position loops without friction; the sampled ones are those that run.",
          frequency_response, ("motion/closed_loop_gain",)),
+    Plot("Tool tip and wall", "Displacement of the tip by its modes, and the wall left: error of the drives plus tip where "
+         "a tooth passes the wall; positive into the wall.", tip_and_wall, ("structure/tip_peak",)),
+    Plot("Stability", "Pairs of spindle speed and axial depth at which vibration dies out.", lobes, ("lobes/growth",)),
     Plot("Vibration of the tool tip", "Steady cut at the largest immersion, from rest.", vibration,
          ("structure/tip_corner",)),
 ]  # fmt: skip

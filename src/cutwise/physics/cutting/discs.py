@@ -37,17 +37,18 @@ def discs(mill_radius: float, helix: float, axial_depth: float, teeth: int, coun
 
 
 @compiled
-def _first_disc(angle: float, step: float, count: int) -> int:
-    """First disc whose lag is not below the angle."""
+def first_disc(angle: float, step: float, lowest: int, highest: int) -> int:
+    """First disc of ``lowest`` to ``highest`` whose lag, (d + 1/2) steps, is not below the angle."""
     if step <= 0.0:
-        return 0 if angle <= 0.0 else count
-    return min(max(math.ceil(angle / step - 0.5), 0), count)
+        return lowest if angle <= 0.0 else highest
+    return min(max(math.ceil(angle / step - 0.5), lowest), highest)
 
 
 @compiled
 def disc_forces(
-    angle: float, wall: float, arc: float, feed_x: float, feed_y: float, mill: Discs, k: EdgeCoefficients
-) -> tuple[float, float, float]:
+    angle: float, wall: float, arc: float, feed_x: float, feed_y: float, lowest: int, highest: int, mill: Discs,
+    k: EdgeCoefficients,
+) -> tuple[float, float, float]:  # fmt: skip
     r"""Force on a climb-milling tool that turns clockwise, seen against the spindle axis.
 
     .. math::
@@ -65,6 +66,8 @@ def disc_forces(
         Angle :math:`\vartheta_w` at which the cut leaves the wall side [rad], and the immersion angle :math:`\alpha`.
     feed_x, feed_y : float
         Displacement of the tool centre per tooth :math:`f` [m].
+    lowest, highest : int
+        Discs that take part, from ``lowest`` to below ``highest``.
     mill : Discs
         The mill.
     k : EdgeCoefficients
@@ -96,21 +99,23 @@ def disc_forces(
                 continue
             first = (base - wall - low_) % turn  # angle of the tip past the low end
             span = high_ - low_
-            x, y, z = _flute(base, -first, span, feed_x, feed_y, mill, k)
+            x, y, z = _flute(base, -first, span, feed_x, feed_y, lowest, highest, mill, k)
             fx, fy, fz = fx + x, fy + y, fz + z
-            x, y, z = _flute(base, turn - first, span, feed_x, feed_y, mill, k)
+            x, y, z = _flute(base, turn - first, span, feed_x, feed_y, lowest, highest, mill, k)
             fx, fy, fz = fx + x, fy + y, fz + z
     return fx, fy, fz
 
 
 @compiled
 def _flute(
-    base: float, start: float, span: float, feed_x: float, feed_y: float, mill: Discs, k: EdgeCoefficients
-) -> tuple[float, float, float]:
+    base: float, start: float, span: float, feed_x: float, feed_y: float, lowest: int, highest: int, mill: Discs,
+    k: EdgeCoefficients,
+) -> tuple[float, float, float]:  # fmt: skip
     """Force of the discs of one flute whose lag is in [start, start + span) [rad]."""
     if start + span <= 0.0:
         return 0.0, 0.0, 0.0
-    first, last = _first_disc(start, mill.step, mill.count), _first_disc(start + span, mill.step, mill.count)
+    first = first_disc(start, mill.step, lowest, highest)
+    last = first_disc(start + span, mill.step, lowest, highest)
     if last <= first:
         return 0.0, 0.0, 0.0
     c0, s0 = math.cos(base), math.sin(base)
@@ -133,12 +138,13 @@ def _flute(
 
 @compiled
 def disc_forces_plain(
-    angle: float, wall: float, arc: float, feed_x: float, feed_y: float, mill: Discs, k: EdgeCoefficients
-) -> tuple[float, float, float]:
+    angle: float, wall: float, arc: float, feed_x: float, feed_y: float, lowest: int, highest: int, mill: Discs,
+    k: EdgeCoefficients,
+) -> tuple[float, float, float]:  # fmt: skip
     """:func:`disc_forces` disc by disc, as the equations read; the reference of the summed version."""
     fx, fy, fz = 0.0, 0.0, 0.0
     for tooth in range(mill.teeth):
-        for d in range(mill.count):
+        for d in range(lowest, highest):
             theta = angle - 2.0 * math.pi * tooth / mill.teeth + (d + 0.5) * mill.step
             h = feed_x * math.cos(theta) + feed_y * math.sin(theta)
             if (theta - wall) % (2.0 * math.pi) >= arc or h <= 0.0:

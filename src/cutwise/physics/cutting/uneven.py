@@ -50,6 +50,11 @@ class Edges(NamedTuple):
     runout_angle: float  # [rad] its direction, from flute 0 at the tip
 
 
+def even_edges(coefficients: EdgeCoefficients) -> Edges:
+    """Linear edges that all cut alike."""
+    return Edges(LINEAR, coefficients, NO_KIENZLE, 0.0, 0.0)
+
+
 @inlined
 def even_and_linear(edges: Edges) -> bool:
     """Whether the closed forms of :mod:`cutwise.physics.cutting.flute` hold."""
@@ -100,6 +105,26 @@ def force_per_length(edges: Edges, h: float) -> tuple[float, float, float]:
         )
     c = edges.linear
     return c.K_tc * h + c.K_te, c.K_rc * h + c.K_re, c.K_ac * h + c.K_ae
+
+
+def tangent_coefficients(edges: Edges, h: float) -> EdgeCoefficients:
+    r"""Linear-edge coefficients that touch the force law at a chip thickness, for small changes of the chip.
+
+    .. math:: K_c = dF/dh, \qquad K_e = F - K_c h
+
+    Parameters
+    ----------
+    edges : Edges
+        Force law; a linear one is given back.
+    h : float
+        Chip thickness [m], positive.
+    """
+    if edges.law == LINEAR:
+        return edges.linear
+    k = edges.kienzle
+    force = force_per_length(edges, h)
+    slopes = [(1.0 - m) * f / h for f, m in zip(force, (k.m_c, k.m_r, k.m_a), strict=True)]
+    return EdgeCoefficients(*slopes, *(f - slope * h for f, slope in zip(force, slopes, strict=True)))
 
 
 @compiled

@@ -1,4 +1,8 @@
-"""Climb milling along a wall whose direction turns: the flute kernel in the frame of the machine."""
+"""Climb milling along a wall whose direction turns: the flute kernel in the frame of the machine.
+
+The mill turns clockwise and has the wall to the right of its heading. What it meets is given as contact patches: an arc,
+in angles from the wall side (heading - 90°), over a range of heights above the tip.
+"""
 
 import math
 
@@ -6,12 +10,14 @@ import numpy as np
 import numpy.typing as npt
 
 from cutwise.maths.compiled import compiled
+from cutwise.physics.cutting.delayed import delayed_disc_forces
 from cutwise.physics.cutting.discs import Discs, disc_forces
-from cutwise.physics.cutting.flute import EdgeCoefficients, FluteForce, Mill, mean_force, tooth_force
+from cutwise.physics.cutting.flute import FluteForce, Mill, mean_force, tooth_force
+from cutwise.physics.cutting.uneven import Edges, even_and_linear, turning_mean_force
 
 FloatArray = npt.NDArray[np.float64]
 
-AVERAGED, FLUTES, DISCS = 1, 2, 3
+AVERAGED, FLUTES, DISCS, DELAYED = 1, 2, 3, 4
 
 
 @compiled
@@ -23,30 +29,32 @@ def _to_machine(force: FluteForce, heading: float) -> tuple[float, float, float]
 
 @compiled
 def wall_force(
-    law: int, angle: float, heading: float, arc: float, feed_x: float, feed_y: float, depth: float, mill: Mill,
-    discs: Discs, k: EdgeCoefficients,
+    law: int, angle: float, heading: float, low: float, high: float, z_lo: float, z_hi: float, feed_x: float,
+    feed_y: float, mill: Mill, discs: Discs, edges: Edges,
 ) -> tuple[float, float, float]:  # fmt: skip
-    r"""Force on a mill that turns clockwise and has the wall to the right of its heading.
+    r"""Force on the mill from one contact patch, with the chip of a steady feed.
 
-    The cut is the arc :math:`[\pi - \alpha, \pi]` of the flute kernel, whose frame is turned by the heading; where the
-    tool does not move along the heading, the chip follows its true direction and is cut where it is positive.
+    The arc :math:`[a_1, a_2]` from the wall side is the arc :math:`[\pi - a_2, \pi - a_1]` of the flute kernel, whose
+    frame is turned by the heading; where the tool does not move along the heading, the chip follows its true direction
+    and is cut where it is positive.
 
     Parameters
     ----------
     law : int
-        ``AVERAGED`` over a revolution, or tooth by tooth with ``FLUTES`` (closed form) or ``DISCS`` (midpoint rule).
+        ``AVERAGED`` over a revolution (run-out left out), or tooth by tooth with ``FLUTES`` (closed form) or ``DISCS``
+        (midpoint rule), both for linear edges without run-out. ``DELAYED`` is :func:`delayed_disc_forces`.
     angle : float
         Angle of flute 0 at the tip in machine axes [rad], falling with time.
     heading : float
         Direction of the commanded path [rad].
-    arc : float
-        Immersion angle :math:`\alpha` [rad].
+    low, high : float
+        Arc of the patch from the wall side [rad]; a wall cut alone runs from 0 to the immersion angle :math:`\alpha`.
+    z_lo, z_hi : float
+        Heights of the patch above the tip [m].
     feed_x, feed_y : float
         Displacement of the tool centre per tooth [m].
-    depth : float
-        Axial depth [m].
-    mill, discs, k
-        The mill, its discs (``DISCS`` only), and the force coefficients.
+    mill, discs, edges
+        The mill, its discs (``DISCS`` only), and the force law of its edges.
 
     Returns
     -------
@@ -54,23 +62,65 @@ def wall_force(
         Force on the tool x, y, z in machine axes [N].
     """
     if law == DISCS:
-        return disc_forces(angle, heading - 0.5 * math.pi, arc, feed_x, feed_y, discs, k)
+        lowest, highest = disc_range(z_lo, z_hi, discs)
+        wall = heading - 0.5 * math.pi + low
+        return disc_forces(angle, wall, high - low, feed_x, feed_y, lowest, highest, discs, edges.linear)
     chip = math.hypot(feed_x, feed_y)
     theta = (heading - math.atan2(feed_y, feed_x) + math.pi) % (2.0 * math.pi) - math.pi
-    lo, hi = max(math.pi - arc, theta), min(math.pi, theta + math.pi)
+    lo, hi = max(math.pi - high, theta), min(math.pi - low, theta + math.pi)
     if law == AVERAGED:
-        return _to_machine(mean_force(lo, hi, chip, theta, depth, mill.flutes, k), heading)
+        if even_and_linear(edges):
+            return _to_machine(mean_force(lo, hi, chip, theta, z_hi - z_lo, mill.flutes, edges.linear), heading)
+        return _to_machine(turning_mean_force(0.0, lo, hi, chip, theta, z_hi - z_lo, mill, edges), heading)
     rotation = 0.5 * math.pi + heading - angle
-    return _to_machine(tooth_force(rotation, lo, hi, chip, theta, 0.0, depth, mill, k), heading)
+    return _to_machine(tooth_force(rotation, lo, hi, chip, theta, z_lo, z_hi, mill, edges.linear), heading)
+
+
+@compiled
+def disc_range(z_lo: float, z_hi: float, discs: Discs) -> tuple[int, int]:
+    """Discs whose middle lies between two heights above the tip [m]: the first, and the one after the last."""
+    lowest = math.ceil(z_lo / discs.thickness - 0.5 - 1e-9)
+    highest = math.ceil(z_hi / discs.thickness - 0.5 - 1e-9)
+    return min(max(lowest, 0), discs.count), min(max(highest, 0), discs.count)
 
 
 @compiled
 def tooth_period(
-    law: int, arc: float, chip: float, depth: float, mill: Mill, discs: Discs, k: EdgeCoefficients, positions: int
+    law: int, arc: float, chip: float, depth: float, mill: Mill, discs: Discs, edges: Edges, positions: int
 ) -> FloatArray:
-    """Forces over a tooth period at a steady feed per tooth along +x; shape (positions, 3) [N]."""
-    out = np.empty((positions, 3))
-    for i in range(positions):
+    """Forces over a revolution at a steady feed per tooth along +x; shape (positions x flutes, 3) [N].
+
+    Without run-out every tooth period is alike, and one of them is given: shape (positions, 3).
+    """
+    turns = 1 if even_and_linear(edges) or edges.runout == 0.0 else mill.flutes
+    out = np.empty((positions * turns, 3))
+    moved = np.empty((2 * mill.flutes, 2))
+    for i in range(positions * turns):
         angle = -2.0 * math.pi * i / (positions * mill.flutes)
-        out[i, 0], out[i, 1], out[i, 2] = wall_force(law, angle, 0.0, arc, chip, 0.0, depth, mill, discs, k)
+        if law == DELAYED:
+            lowest, highest = disc_range(0.0, depth, discs)
+            for k in range(moved.shape[0]):
+                moved[k, 0], moved[k, 1] = steady_step(k + 1, angle, chip, mill.flutes, edges)
+            fx, fy, fz = delayed_disc_forces(angle, -0.5 * math.pi, arc, lowest, highest, moved, discs, edges)
+        else:
+            fx, fy, fz = wall_force(law, angle, 0.0, 0.0, arc, 0.0, depth, chip, 0.0, mill, discs, edges)
+        out[i, 0], out[i, 1], out[i, 2] = fx, fy, fz
     return out
+
+
+@compiled
+def steady_step(teeth: int, angle: float, chip: float, flutes: int, edges: Edges) -> tuple[float, float]:
+    r"""How far the tool axis has come in a number of tooth periods of a steady feed along +x, run-out included [m]."""
+    x, y = runout_offset(angle, edges)
+    x0, y0 = runout_offset(angle + 2.0 * math.pi * teeth / flutes, edges)
+    return teeth * chip + x - x0, y - y0
+
+
+@compiled
+def runout_offset(angle: float, edges: Edges) -> tuple[float, float]:
+    r"""Where the tool axis stands off the spindle axis, :math:`\rho(\cos\psi, \sin\psi)`, :math:`\psi` = angle - lambda [m].
+
+    ``angle`` is that of flute 0 in machine axes [rad]; the direction of the run-out lags behind it by ``runout_angle``.
+    """
+    direction = angle - edges.runout_angle
+    return edges.runout * math.cos(direction), edges.runout * math.sin(direction)

@@ -13,6 +13,26 @@ IntArray = npt.NDArray[np.int64]
 _SMOOTH = 1e-4  # [rad]
 
 
+def wall_patches(immersion: FloatArray, axial_depth: float) -> FloatArray:
+    """Contact patches of a cut along a wall: the arc from the wall side to the immersion angle, over the axial depth.
+
+    Parameters
+    ----------
+    immersion : ndarray
+        Immersion angle [rad], shape (n,); 0 for no contact.
+    axial_depth : float
+        [m].
+
+    Returns
+    -------
+    ndarray
+        Arc from, to [rad] and height above the tip from, to [m]; shape (n, 1, 4).
+    """
+    patches = np.zeros((immersion.shape[0], 1, 4))
+    patches[:, 0, 1], patches[:, 0, 3] = immersion, axial_depth
+    return patches
+
+
 class _Zone:
     """An inner corner of the path, with its place and direction."""
 
