@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from cutwise.physics.cutting.flute import EdgeCoefficients
-from cutwise.physics.cutting.stability import Milling, Tip, arc_of, limit_depth, multipliers
+from cutwise.physics.cutting.stability import Milling, Tip, _spectral_radius, arc_of, limit_depth, multipliers
 from cutwise.physics.structure.modes import free_motion, modes
 from cutwise.process.loops_regenerative import SteadyCut, growth_per_tooth, run_regenerative
 
@@ -68,6 +68,29 @@ def test_collocation_converges_beyond_algebraic_order():
     ]
     assert errors[-1] < 2e-6
     assert errors[0] / errors[-1] > 1000  # a sixth order would give 8
+
+
+def test_three_teeth_of_which_one_or_two_cut_agree_with_time_stepping():
+    """An arc of 143 degrees under three teeth: two elements a period, modes that are not along the axes."""
+    tip = modes([2 * math.pi * 700, 2 * math.pi * 950], [0.03, 0.02], [8e6, 1.1e7], [[1.0, 0.3], [-0.2, 1.0]])
+    arc = 2.498
+    case = Milling(3, math.pi - arc, math.pi, METAL.K_tc, METAL.K_rc)
+    for depth in (1e-3, 4e-3):
+        found = multipliers(np.array([depth]), 8000 * RPM, case, Tip(*tip), lambda t: free_motion(tip, t))[0]
+        cut = SteadyCut(3, 8000 * RPM, math.pi - arc, math.pi, 1e-4, depth, 0.0, 1, METAL)
+        assert growth_per_tooth(cut, tip, 200, 1200) == pytest.approx(found, abs=2e-3)
+
+
+def test_largest_multiplier_is_that_of_the_whole_matrix():
+    matrices = np.random.default_rng(4).standard_normal((5, 90, 90)) / 9.0
+    matrices[3] *= 0.0
+    matrices[4] = np.diag(np.arange(90.0) % 3)  # a Krylov space of three dimensions
+
+    def apply(x):
+        return np.einsum("cij,cj->ci", matrices, x)
+
+    expected = np.abs(np.linalg.eigvals(matrices)).max(axis=1)
+    assert _spectral_radius(apply, 5, 90) == pytest.approx(expected, rel=1e-8)
 
 
 def steady(rpm, immersion, kind, depth, discs=1):

@@ -16,7 +16,7 @@ from rich.text import Text
 from cutwise import units
 from cutwise.app import interrupt
 from cutwise.app.inputs import inputs
-from cutwise.app.wording import against, requirement, sensitivity_line, verdict_line
+from cutwise.app.wording import against, compared, requirement, sensitivity_line, verdict_line
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -89,6 +89,10 @@ class Console:
             ("measure", "value", "unit", "requirement", "result"), rows, right=("value",),
         )  # fmt: skip
         self.line()
+        variants = compared(result)
+        if variants is not None:
+            self.table("comparison", *variants, right=variants[0][1:])
+            self.line()
         for reason in result.infeasible:
             self.line(f"infeasible: {reason}", "red")
         for warning in result.warnings:

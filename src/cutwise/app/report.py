@@ -14,7 +14,7 @@ from cutwise import references, units
 from cutwise.app import inputs
 from cutwise.app.plots import PLOTS
 from cutwise.app.plots.figures import COLOURS, Plot, svg
-from cutwise.app.wording import against, margin, placed, requirement, verdict_line
+from cutwise.app.wording import against, compared, margin, placed, requirement, verdict_line
 
 if TYPE_CHECKING:
     from cutwise.results import Check, Measure, Result
@@ -54,6 +54,7 @@ def render(result: "Result", *, written: datetime | None = None) -> str:
         verdict=verdict_line(result),
         checks=[_checked(check, result) for check in result.checks],
         headlines=list(_headlines(result)),
+        compared=compared(result),
         measures=list(_measured(result.measures)),
         sensitivity=list(_weighed(result)),
         moved=list(_converged(result)),

@@ -72,3 +72,15 @@ def placed(scenario: "Scenario", key: str) -> str:
         here = here[step] if isinstance(step, int) else getattr(here, step, None)  # type: ignore[index]
         name = getattr(here, "name", name) if isinstance(step, int) else name
     return f"{key} ({name})" if name else key
+
+
+def compared(result: "Result") -> tuple[tuple[str, ...], list[tuple[str, ...]]] | None:
+    """Variants side by side, as head and rows of a table: a measure in each row, a variant in each column."""
+    if "comparison" not in result.stages.children:
+        return None
+    data, known = result["comparison"].dataset, result.scenario.measures
+    rows = [
+        (str(name), *(units.show(value, known[str(name)].dimension, 4) for value in array.values))
+        for name, array in data.data_vars.items()
+    ]
+    return ("measure", *map(str, data["strategy"].values)), rows

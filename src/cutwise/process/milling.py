@@ -30,7 +30,7 @@ from cutwise.process.assemble_mill import (
 )
 from cutwise.process.labels import labelled
 from cutwise.process.loops_drives import NO_FORCE, Commands, Cut, DriveHistory, DrivePair, run_drives
-from cutwise.process.milling_stability import TipStability, lobe_diagram, tip_stability
+from cutwise.process.milling_stability import TipStability, tip_stability
 from cutwise.spec.milling import MillingScenario
 
 Progress = Callable[[float], None]
@@ -54,7 +54,7 @@ class MillRun(NamedTuple):
     contour_error: FloatArray  # [m], shape (n,), NaN on rapid moves
     chip: float  # programmed feed per tooth at the fastest cut [m]
     largest_immersion: float  # [rad]
-    stability: TipStability | None  # of a tool with modes
+    tip_swings: bool  # whether the tool tip moves on modes in the loop
 
 
 def run(scenario: MillingScenario, substeps: int, progress: Progress | None = None) -> MillRun:
@@ -70,20 +70,26 @@ def run(scenario: MillingScenario, substeps: int, progress: Progress | None = No
     immersion = _immersion(scenario, path, reference)
     drives = drive_pair(scenario.machine)
     patches = wall_patches(immersion, scenario.operation.axial_depth)
-    tip = tip_modes(scenario)
-    history = run_drives(
-        _commands(reference, patches, sample_time), drives, cutting, substeps, progress,
-        modes=tip if cutting.law == DELAYED else None,
-    )  # fmt: skip
+    tip = tip_modes(scenario) if cutting.law == DELAYED else None
+    history = run_drives(_commands(reference, patches, sample_time), drives, cutting, substeps, progress, modes=tip)
     error = contour_errors(path.programmed, path.origin[reference.block], history.position, _WINDOW, True)
     error[np.isinf(path.feed[reference.block])] = np.nan
     feeds = path.feed[path.cuts]
     chip = float(feeds.max()) * 2.0 * math.pi / (spindle * scenario.tool.flutes) if feeds.size else 0.0
     largest = _largest_immersion(scenario, program, immersion)
-    straight = straight_immersion(scenario.operation.radial_depth, cutting.mill.radius)
-    stable = tip_stability(scenario, cutting, tip, chip, straight, largest) if tip is not None else None
     return MillRun(
-        path, motion, reference, immersion, drives, loops(drives), cutting, history, error, chip, largest, stable
+        path,
+        motion,
+        reference,
+        immersion,
+        drives,
+        loops(drives),
+        cutting,
+        history,
+        error,
+        chip,
+        largest,
+        tip is not None,
     )
 
 
@@ -150,16 +156,9 @@ def measures(scenario: MillingScenario, done: MillRun) -> dict[str, float]:
 
 def _tip_measures(done: MillRun) -> dict[str, float]:
     """How far the tip is pushed, and the wall that it leaves: contour error plus tip, where teeth pass the wall."""
-    if done.stability is None:
+    if done.cut.law != DELAYED or not done.tip_swings:
         return {}
-    found = {}
-    for name, steady in done.stability._asdict().items():
-        found[f"chatter_growth_{name}"] = steady.chatter.growth
-        if steady.stable_depth is not None:
-            found[f"stable_depth_{name}"] = steady.stable_depth
-    if not done.history.tip.size:
-        return found
-    found["tip_deflection_max"] = float(done.history.tip[:, 2].max())
+    found = {"tip_deflection_max": float(done.history.tip[:, 2].max())}
     wall = wall_left(done)
     if np.isfinite(wall).any():
         found["wall_error_min"], found["wall_error_max"] = float(np.nanmin(wall)), float(np.nanmax(wall))
@@ -233,8 +232,8 @@ def static_force(done: MillRun, arc: float, depth: float) -> tuple[float, float,
     return wall_force(AVERAGED, 0.0, 0.0, 0.0, arc, 0.0, depth, done.chip, 0.0, c.mill, c.discs, even)
 
 
-def stages(done: MillRun, compared: xr.Dataset | None, lobes: xr.Dataset | None = None) -> xr.DataTree:
-    """The histories of all stages as labelled arrays, with units; comparison and lobe diagram where there are any."""
+def stages(done: MillRun, **more: xr.Dataset | None) -> xr.DataTree:
+    """The histories of all stages as labelled arrays, with units; ``more`` are further groups, those that there are."""
     r, h = done.reference, done.history
     time = ("time", r.time, "s", "time")
     plants = (done.drives.plant_x, done.drives.plant_y)
@@ -265,31 +264,16 @@ def stages(done: MillRun, compared: xr.Dataset | None, lobes: xr.Dataset | None 
             "contour_error": (done.contour_error, "m", "distance from the path, positive to its right (into the wall)"),
         }),
     }  # fmt: skip
-    if done.stability is not None:
-        groups["structure"] = _structure(done, time)
-    if compared is not None:
-        groups["comparison"] = compared
-    if lobes is not None:
-        groups["lobes"] = lobes
+    if done.tip_swings:
+        wall = wall_left(done)
+        groups["structure"] = labelled(time, {
+            "tip": (h.tip[:, :2], "m", "mean displacement of the tool tip by its modes in a sample"),
+            "tip_peak": (h.tip[:, 2], "m", "largest displacement of the tip in a sample"),
+            "wall_error_min": (wall[:, 0], "m", "least error of the wall left in a sample, positive into the wall"),
+            "wall_error_max": (wall[:, 1], "m", "greatest error of the wall left in a sample, positive into the wall"),
+        }, axis=["x", "y"])  # fmt: skip
+    groups |= {name: group for name, group in more.items() if group is not None}
     return xr.DataTree.from_dict(groups)
-
-
-def _structure(done: MillRun, time: tuple[str, FloatArray, str, str]) -> xr.Dataset:
-    """The tool tip: over the run where it is in the loop, and in a steady cut at the largest immersion."""
-    assert done.stability is not None
-    c, h = done.stability.corner.chatter, done.history
-    steady = labelled(("vibration_time", c.time, "s", "time"), {
-        "tip_corner": (c.tip, "m", "vibration of the tool tip at the largest immersion"),
-    }, axis=["x", "y"])  # fmt: skip
-    if not h.tip.size:
-        return steady
-    wall = wall_left(done)
-    return steady.merge(labelled(time, {
-        "tip": (h.tip[:, :2], "m", "mean displacement of the tool tip by its modes in a sample"),
-        "tip_peak": (h.tip[:, 2], "m", "largest displacement of the tip in a sample"),
-        "wall_error_min": (wall[:, 0], "m", "least error of the wall left in a sample, positive into the wall"),
-        "wall_error_max": (wall[:, 1], "m", "greatest error of the wall left in a sample, positive into the wall"),
-    }, axis=["x", "y"]))  # fmt: skip
 
 
 def _frequency_response(done: MillRun) -> xr.Dataset:
@@ -317,12 +301,13 @@ def _phase(response: np.ndarray) -> FloatArray:
     return np.asarray(phase - 2.0 * math.pi * np.ceil(phase[0] / (2.0 * math.pi)))
 
 
-def lobes(scenario: MillingScenario, done: MillRun) -> xr.Dataset | None:
-    """The map of stability; None for a rigid tool."""
+def stability(scenario: MillingScenario, done: MillRun) -> TipStability | None:
+    """Whether the tip chatters in steady cuts; None for a rigid tool."""
     tip = tip_modes(scenario)
-    if tip is None or done.stability is None:
+    if tip is None:
         return None
-    return lobe_diagram(scenario, done.cut, tip, done.chip, done.stability)
+    straight = straight_immersion(scenario.operation.radial_depth, done.cut.mill.radius)
+    return tip_stability(scenario, done.cut, tip, done.chip, straight, done.largest_immersion)
 
 
 COMPARED = (

@@ -12,6 +12,7 @@ from cutwise.physics.cutting.flute import EdgeCoefficients
 from cutwise.physics.cutting.stability import Milling, limit_depth
 from cutwise.physics.cutting.uneven import tangent_coefficients
 from cutwise.physics.structure.modes import Modes, free_motion
+from cutwise.process.labels import labelled
 from cutwise.process.loops_drives import Cut
 from cutwise.process.loops_regenerative import Chatter, SteadyCut, run_regenerative
 from cutwise.spec.milling import MillingScenario
@@ -31,15 +32,33 @@ class SteadyStability(NamedTuple):
 class TipStability(NamedTuple):
     """The two immersions that matter on the path."""
 
+    cut: Cut
+    tip: Modes
+    chip: float  # programmed feed per tooth [m]
     straight: SteadyStability
     corner: SteadyStability
+
+
+MEASURES = frozenset(
+    f"{name}_{where}" for name in ("chatter_growth", "stable_depth") for where in ("straight", "corner")
+)
+
+
+def measures(found: TipStability) -> dict[str, float]:
+    """Growth and limiting depths in SI; a limit beyond 20 times the depth is left out."""
+    values: dict[str, float] = {}
+    for name, steady in (("straight", found.straight), ("corner", found.corner)):
+        values[f"chatter_growth_{name}"] = steady.chatter.growth
+        if steady.stable_depth is not None:
+            values[f"stable_depth_{name}"] = steady.stable_depth
+    return values
 
 
 def tip_stability(
     scenario: MillingScenario, cut: Cut, tip: Modes, chip: float, straight: float, corner: float
 ) -> TipStability:
     """Steady cuts at the straight and the largest immersion [rad], at the programmed feed per tooth [m]."""
-    return TipStability(*(_steady(scenario, cut, tip, chip, arc) for arc in (straight, corner)))
+    return TipStability(cut, tip, chip, *(_steady(scenario, cut, tip, chip, arc) for arc in (straight, corner)))
 
 
 def _steady(scenario: MillingScenario, cut: Cut, tip: Modes, chip: float, arc: float) -> SteadyStability:
@@ -62,9 +81,9 @@ def _milling(cut: Cut, arc: float, k: EdgeCoefficients) -> Milling:
     return Milling(cut.mill.flutes, math.pi - arc, math.pi, k.K_tc, k.K_rc)
 
 
-def lobe_diagram(scenario: MillingScenario, cut: Cut, tip: Modes, chip: float, found: TipStability) -> xr.Dataset:
+def lobe_diagram(scenario: MillingScenario, found: TipStability) -> xr.Dataset:
     """Growth of tip vibration per tooth over spindle speed and axial depth, at both immersions; stable below 1."""
-    given = scenario.lobes
+    given, cut, tip = scenario.lobes, found.cut, found.tip
     speeds = np.linspace(
         given.spindle_speed_min or 0.5 * cut.spindle, given.spindle_speed_max or 1.5 * cut.spindle, given.speeds
     )
@@ -72,7 +91,7 @@ def lobe_diagram(scenario: MillingScenario, cut: Cut, tip: Modes, chip: float, f
     depths = deepest * np.arange(1, given.depths + 1) / given.depths
 
     def growth(arc: float) -> FloatArray:
-        case = _milling(cut, arc, _coefficients(cut, chip, arc))
+        case = _milling(cut, arc, _coefficients(cut, found.chip, arc))
         return stability.lobes(speeds, depths, case, stability.Tip(*tip), lambda t: free_motion(tip, t))
 
     arcs = [found.straight.immersion, found.corner.immersion]
@@ -87,3 +106,11 @@ def lobe_diagram(scenario: MillingScenario, cut: Cut, tip: Modes, chip: float, f
             "depth": ("depth", depths, {"units": "m", "long_name": "axial depth of cut"}),
         },
     )  # fmt: skip
+
+
+def vibration(found: TipStability) -> xr.Dataset:
+    """The tip in the steady cut at the largest immersion, from rest."""
+    c = found.corner.chatter
+    return labelled(("vibration_time", c.time, "s", "time"), {
+        "tip_corner": (c.tip, "m", "vibration of the tool tip at the largest immersion"),
+    }, axis=["x", "y"])  # fmt: skip

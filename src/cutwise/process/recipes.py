@@ -13,6 +13,7 @@ from cutwise.process import (
     machine,
     machine_stages,
     milling,
+    milling_stability,
     remarks,
     remarks_mill,
 )
@@ -89,26 +90,37 @@ def mill(scenario: MillingScenario, progress: Progress | None = None) -> Result:
     program = assemble_mill.read_program(scenario)
     substeps = scenario.numerics.substeps
     done = milling.run(scenario, substeps, _part(progress, 0.0, 0.3))
-    found = milling.measures(scenario, done)
+    of_run = milling.measures(scenario, done)
     finer = milling.measures(scenario, milling.run(scenario, 2 * substeps, _part(progress, 0.3, 0.9)))
-    change = change_on_halved_step(found, finer)
+    change = change_on_halved_step(of_run, finer)
     rows = milling.compare(scenario)
+    steady = milling.stability(scenario, done)
+    found = {**of_run, **(milling_stability.measures(steady) if steady is not None else {})}
     return collect(
         scenario,
         found,
-        stages=milling.stages(done, milling.comparison_table(rows, scenario.measures), milling.lobes(scenario, done)),
+        stages=milling.stages(
+            done,
+            comparison=milling.comparison_table(rows, scenario.measures),
+            lobes=milling_stability.lobe_diagram(scenario, steady) if steady is not None else None,
+            vibration=milling_stability.vibration(steady) if steady is not None else None,
+        ),
         warnings=(*remarks_mill.warnings(scenario, done, found), *remarks_mill.changed(change)),
         limits=remarks_mill.LIMITS,
         convergence=change,
-        notes=remarks_mill.notes(scenario, done, rows, program.notices if program else ()),
+        notes=remarks_mill.notes(scenario, done, program.notices if program else ()),
         references=("ozcan2017", "altintas2012", "erkorkmaz2001"),
     )
 
 
 def milling_measures(scenario: MillingScenario, wanted: Collection[str] = ()) -> Mapping[str, float]:
-    """The measures alone, for studies."""
-    del wanted
-    return milling.measures(scenario, milling.run(scenario, scenario.numerics.substeps))
+    """The measures alone, for studies; stability only if a requirement or ``wanted`` names one of its measures."""
+    done = milling.run(scenario, scenario.numerics.substeps)
+    found = milling.measures(scenario, done)
+    if not milling_stability.MEASURES.intersection((*scenario.requirements, *wanted)):
+        return found
+    steady = milling.stability(scenario, done)
+    return {**found, **(milling_stability.measures(steady) if steady is not None else {})}
 
 
 def machine_measures(scenario: MachineScenario, wanted: Collection[str] = ()) -> Mapping[str, float]:

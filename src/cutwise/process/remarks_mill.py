@@ -6,9 +6,8 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from cutwise import units
-from cutwise.process.milling import COMPARED, MillRun
+from cutwise.process.milling import MillRun
 from cutwise.spec.drives import READINGS
-from cutwise.spec.measures import MILLING
 from cutwise.spec.milling import MillingScenario
 
 _LISTED = 8  # joints named in the report
@@ -41,16 +40,14 @@ def warnings(scenario: MillingScenario, done: MillRun, found: Mapping[str, float
                 f"only (gain margin {20 * math.log10(figures.sampled_gain_margin):.1f} dB); usual is 30° or more"
             )
     yield from _joints(done)
-    if done.stability is not None:
-        for where, growth in (
-            ("on the straight", found["chatter_growth_straight"]),
-            ("at the largest immersion", found["chatter_growth_corner"]),
-        ):
-            if growth >= 1.0:
-                yield (
-                    f"the tool chatters {where}: vibration grows by {growth:.3g} per tooth; reduce the axial depth or "
-                    "change the spindle speed"
-                )
+    for where, name in (("on the straight", "straight"), ("at the largest immersion", "corner")):
+        growth, stable = found.get(f"chatter_growth_{name}", 0.0), found.get(f"stable_depth_{name}")
+        if growth >= 1.0:
+            limit = f" (stable below {units.show(stable, 'length', 3)})" if stable is not None else ""
+            yield (
+                f"the tool chatters {where}: vibration grows by {growth:.3g} per tooth; reduce the axial depth{limit} or "
+                "change the spindle speed"
+            )
 
 
 def _joints(done: MillRun) -> Iterator[str]:
@@ -78,10 +75,8 @@ def changed(change: Mapping[str, float]) -> Iterator[str]:
         yield f"contour_error_max moves by {shown} with twice the substeps; use more of them"
 
 
-def notes(
-    scenario: MillingScenario, done: MillRun, rows: Mapping[str, Mapping[str, float]], program_notices: tuple[str, ...]
-) -> dict[str, str]:
-    """The reading of the gains, where the worst place is, and the comparison of corner strategies."""
+def notes(scenario: MillingScenario, done: MillRun, program_notices: tuple[str, ...]) -> dict[str, str]:
+    """The reading of the gains, margins of the loops, and where the worst place is."""
     machine = scenario.machine
     told = {"reading": f"machine.reading {machine.reading}: {READINGS[machine.reading]}."}
     told["loops"] = " ".join(
@@ -102,17 +97,6 @@ def notes(
             f"The path is left most at x = {units.show(x, 'length')}, y = {units.show(y, 'length')}{place}, "
             f"t = {units.show(done.reference.time[worst], 'time', 4)}, {side}."
         )
-    if rows:
-        told["comparison"] = _table(rows)
     if program_notices:
         told["program"] = "; ".join(program_notices)
     return told
-
-
-def _table(rows: Mapping[str, Mapping[str, float]]) -> str:
-    """The corner strategies side by side as plain text."""
-    lines = []
-    for name, row in rows.items():
-        cells = ", ".join(f"{key} {units.show(row[key], MILLING[key].dimension, 5)}" for key in COMPARED if key in row)
-        lines.append(f"{name}: {cells}")
-    return "\n".join(lines)

@@ -240,7 +240,7 @@ def lobes(result: "Result") -> Figure:
 
 def vibration(result: "Result") -> Figure:
     """Vibration of the tool tip in a steady cut at the largest immersion."""
-    tip = result["structure"]["tip_corner"]
+    tip = result["vibration"]["tip_corner"]
     factor, unit = scale("small_length")
     drawn = figure(2.9)
     axes = drawn.subplots()
@@ -277,5 +277,5 @@ PLOTS: list[Plot] = [
          "a tooth passes the wall; positive into the wall.", tip_and_wall, ("structure/tip_peak",)),
     Plot("Stability", "Pairs of spindle speed and axial depth at which vibration dies out.", lobes, ("lobes/growth",)),
     Plot("Vibration of the tool tip", "Steady cut at the largest immersion, from rest.", vibration,
-         ("structure/tip_corner",)),
+         ("vibration/tip_corner",)),
 ]  # fmt: skip

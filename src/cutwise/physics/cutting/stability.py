@@ -97,6 +97,16 @@ def _matrix_within(angle: float, inside: float, case: Milling) -> FloatArray:
     return out
 
 
+class _Element(NamedTuple):
+    """A stretch of time with one set of teeth in cut, n nodes; the r directions are those that the tip can move along."""
+
+    free_nodes: FloatArray  # displacement at the nodes per state at the start, shape (n r, 2m)
+    free_end: FloatArray  # state at the end per state at the start, shape (2m, 2m)
+    forced_nodes: FloatArray  # displacement at the nodes per force there [m/N], shape (n r, n r)
+    forced_end: FloatArray  # state at the end per force at the nodes, shape (2m, n r)
+    chip_force: FloatArray  # force at the nodes per chip displacement and depth [N/m^2], shape (n r, n r)
+
+
 def multipliers(
     depths: FloatArray, spindle: float, case: Milling, tip: Tip, free: FreeMotion, nodes: int = 0
 ) -> FloatArray:
@@ -104,8 +114,9 @@ def multipliers(
 
     .. math:: \ddot q + \ldots = -a_p M^{-1} P^T W(t) P\,[q(t) - q(t-\tau)]
 
-    collocated at Chebyshev nodes of the time in cut; the state carried over is the displacement at the nodes one
-    tooth period ago and the state at the end of the cut.
+    collocated at Chebyshev nodes of the time in cut. What a tooth period hands on is the displacement of the tip at the
+    nodes and the state at the end of the cut. The modes are solved for unit forces once for a spindle speed, so that a
+    depth costs an inverse of the size of the nodes; the largest multiplier then comes from a Krylov space.
 
     Parameters
     ----------
@@ -132,59 +143,94 @@ def multipliers(
     Bueler 2007 (Chebyshev collocation of delay equations); free flight as in Bayly et al. 2003.
     """
     period = 2.0 * math.pi / (case.teeth * spindle)
-    m = tip.frequency.size
-    directions = _used_directions(tip)
-    use = tip.direction @ directions.T  # (m, r): displacement of the tip along the r directions that it can move
     parts = _elements(case)
-    sizes = [nodes or _nodes((b - a) / spindle, tip) for a, b, _ in parts]
-    total = sum(size + 1 for size in sizes)
-    state, rank = 2 * m, directions.shape[0]
-    fixed, per_depth = np.zeros((total * state, total * state)), np.zeros((total * state, total * state))
-    old = np.zeros((total * state, total * rank))
-    entry = np.zeros((total * state, state))
-    own = np.zeros((state, state))
-    own[:m, m:] = np.eye(m)
-    own[m:, :m] = -np.diag(tip.frequency**2)
-    own[m:, m:] = -np.diag(2.0 * tip.damping * tip.frequency)
-    row = 0
-    gap_before = 0.0
-    for (a, b, inside), n in zip(parts, sizes, strict=True):
-        x, derivative = chebyshev(n)
-        derivative = derivative * 2.0 * spindle / (b - a)
-        block = slice(row * state, (row + n + 1) * state)
-        fixed[block, block] = np.kron(derivative, np.eye(state)) - np.kron(np.eye(n + 1), own)
-        for i in range(n + 1):
-            at = (row + i) * state
-            w = _matrix_within(a + 0.5 * (x[i] + 1.0) * (b - a), inside, case)
-            stiff = (tip.direction @ w @ directions.T) / tip.mass[:, None]  # (m, r)
-            per_depth[at + m : at + state, at : at + m] = stiff @ use.T
-            old[at + m : at + state, (row + i) * rank : (row + i + 1) * rank] = stiff
-        head = slice(row * state, row * state + state)
-        fixed[head], per_depth[head], old[head] = 0.0, 0.0, 0.0
-        fixed[head, head] = np.eye(state)
-        if row == 0:
-            entry[head] = np.eye(state)
-        else:
-            fixed[head, (row - 1) * state : row * state] = -free(gap_before)
-        row += n + 1
-    rest = period - (parts[-1][1] - parts[0][0]) / spindle
-    flight = free(max(rest, 0.0))
-    return _largest(depths, fixed, per_depth, old, entry @ flight, use, total, state, rank)
+    elements = [_element(part, spindle, case, tip, free, nodes) for part in parts]
+    flight = free(max(period - (parts[-1][1] - parts[0][0]) / spindle, 0.0))
+    deep = np.asarray(depths, dtype=np.float64)[:, None, None]
+    left = [np.linalg.inv(np.eye(e.forced_nodes.shape[0]) + deep * (e.forced_nodes @ e.chip_force)) for e in elements]
+    sizes = [e.forced_nodes.shape[0] for e in elements]
+    ends = np.cumsum([0, *sizes])
+
+    def next_period(x: FloatArray) -> FloatArray:
+        """One tooth period on vectors (depths, carried): displacements a period ago, state at the end of the cut."""
+        out = np.empty_like(x)
+        state = x[:, ends[-1] :] @ flight.T
+        for e, inverse, first, last in zip(elements, left, ends[:-1], ends[1:], strict=True):
+            before = x[:, first:last]
+            gap = (inverse @ (before - state @ e.free_nodes.T)[:, :, None])[:, :, 0]  # old minus new displacement
+            out[:, first:last] = before - gap
+            state = state @ e.free_end.T + deep[:, :, 0] * (gap @ e.chip_force.T) @ e.forced_end.T
+        out[:, ends[-1] :] = state
+        return out
+
+    return _spectral_radius(next_period, len(deep), int(ends[-1]) + 2 * tip.frequency.size)
 
 
-def _largest(
-    depths: FloatArray, fixed: FloatArray, per_depth: FloatArray, old: FloatArray, entry: FloatArray, use: FloatArray,
-    total: int, state: int, rank: int,
-) -> FloatArray:  # fmt: skip
-    m = use.shape[0]
-    carried = total * rank + state
-    matrices = np.empty((len(depths), carried, carried))
-    pick = np.kron(np.eye(total), np.hstack((use.T, np.zeros((rank, m)))))
-    for k, depth in enumerate(depths):
-        solved = np.linalg.solve(fixed + depth * per_depth, np.hstack((depth * old, entry)))
-        matrices[k, : total * rank] = pick @ solved
-        matrices[k, total * rank :] = solved[-state:]
-    return np.asarray(np.max(np.abs(np.linalg.eigvals(matrices)), axis=1))
+def _element(
+    part: tuple[float, float, float], spindle: float, case: Milling, tip: Tip, free: FreeMotion, nodes: int
+) -> _Element:
+    begin, end, inside = part
+    time, m = (end - begin) / spindle, tip.frequency.size
+    n = nodes or _nodes(time, tip)
+    x, derivative = chebyshev(n)
+    derivative = derivative * 2.0 / time
+    directions = _used_directions(tip)
+    use, r = tip.direction @ directions.T, directions.shape[0]  # (m, r): tip along the r directions per mode
+    free_all = np.array([free(0.5 * (place + 1.0) * time) for place in x[1:]])  # (n, 2m, 2m)
+    forced_nodes, forced_end = np.zeros((n, r, n, r)), np.zeros((2 * m, n, r))
+    for i in range(m):  # the first node is where the state comes in; the equation holds at the others
+        w, z, mass = tip.frequency[i], tip.damping[i], tip.mass[i]
+        own = np.kron(derivative[1:, 1:], np.eye(2)) - np.kron(np.eye(n), [[0.0, 1.0], [-w * w, -2.0 * z * w]])
+        unit = np.linalg.solve(own, np.kron(np.eye(n), [[0.0], [1.0 / mass]]))  # states per unit force at a node
+        forced_nodes += np.einsum("kj,a,b->kajb", unit[::2], use[i], use[i])
+        forced_end[i], forced_end[m + i] = np.outer(unit[-2], use[i]), np.outer(unit[-1], use[i])
+    chip_force = np.zeros((n, r, n, r))
+    for k in range(n):
+        w_k = _matrix_within(begin + 0.5 * (x[k + 1] + 1.0) * (end - begin), inside, case)
+        chip_force[k, :, k, :] = directions @ w_k @ directions.T
+    free_nodes = np.einsum("ia,kij->kaj", use, free_all[:, :m])
+    return _Element(
+        free_nodes.reshape(n * r, 2 * m), free_all[-1], forced_nodes.reshape(n * r, n * r),
+        forced_end.reshape(2 * m, n * r), chip_force.reshape(n * r, n * r),
+    )  # fmt: skip
+
+
+_KRYLOV = 40
+_RITZ = 1e-9  # residual of the largest Ritz value, relative, that counts as converged
+
+
+def _spectral_radius(apply: Callable[[FloatArray], FloatArray], count: int, size: int) -> FloatArray:
+    """Largest magnitude of the eigenvalues of ``count`` linear maps on vectors of ``size``, all iterated together.
+
+    Arnoldi from a fixed start; a map whose largest Ritz value has not settled is solved by its whole matrix.
+    """
+    k = min(_KRYLOV, size)
+    basis, hessenberg = np.zeros((count, k + 1, size)), np.zeros((count, k + 1, k))
+    start = np.random.default_rng(0).standard_normal(size)
+    basis[:, 0] = start / np.linalg.norm(start)
+    for j in range(k):
+        new = apply(basis[:, j])
+        before = np.linalg.norm(new, axis=1)
+        for _ in range(2):  # twice is enough for orthogonality
+            parts = np.einsum("cks,cs->ck", basis[:, : j + 1], new)
+            hessenberg[:, : j + 1, j] += parts
+            new = new - np.einsum("cks,ck->cs", basis[:, : j + 1], parts)
+        after = np.linalg.norm(new, axis=1)
+        after[after <= 1e-13 * before] = 0.0  # the space is complete: what is left is rounding
+        hessenberg[:, j + 1, j] = after
+        basis[:, j + 1] = np.divide(new, after[:, None], out=np.zeros_like(new), where=after[:, None] > 0.0)
+    values, vectors = np.linalg.eig(hessenberg[:, :k])
+    top = np.argmax(np.abs(values), axis=1)
+    largest = np.abs(values[np.arange(count), top])
+    residual = hessenberg[:, k, k - 1] * np.abs(vectors[np.arange(count), k - 1, top])
+    for c in np.flatnonzero(residual > _RITZ * largest) if k < size else ():
+        whole = np.zeros((size, size))
+        for column in range(size):
+            probe = np.zeros((count, size))
+            probe[c, column] = 1.0
+            whole[:, column] = apply(probe)[c]
+        largest[c] = np.abs(np.linalg.eigvals(whole)).max()
+    return np.asarray(largest)
 
 
 def _used_directions(tip: Tip) -> FloatArray:
