@@ -1,4 +1,4 @@
-"""Curves of straight lines and circular or helical arcs, by arc length."""
+"""Curves of straight lines, circular or helical arcs and clothoids, by arc length."""
 
 import math
 from collections.abc import Sequence
@@ -18,7 +18,9 @@ class LineArc(NamedTuple):
 
     .. math:: p(s) = p_0 + r \sin\varphi\,t + r(1-\cos\varphi)\,n + s\,c, \qquad \varphi = s\,\sigma / r
 
-    with :math:`s` counted from the block's start; a line is the limit :math:`r \to \infty`.
+    with :math:`s` counted from the block's start; a line is the limit :math:`r \to \infty`. On a clothoid the curvature
+    changes with the length, :math:`\varphi = s / r + \kappa' s^2 / 2`,
+    :math:`p(s) = p_0 + t \int \cos\varphi\,ds + n \int \sin\varphi\,ds`.
     """
 
     start: FloatArray  # p_0 [m], shape (n, 3)
@@ -26,8 +28,9 @@ class LineArc(NamedTuple):
     inward: FloatArray  # n, unit vector from the start to the centre, zero on a line, shape (n, 3)
     climb: FloatArray  # c, rise along the axis of a helix per length [-], shape (n, 3)
     share: FloatArray  # sigma, in-plane part of the length [-], 1 without rise, shape (n,)
-    radius: FloatArray  # r [m], infinite on a line, shape (n,)
+    radius: FloatArray  # r at the start [m], infinite on a line, shape (n,)
     length: FloatArray  # [m], shape (n,)
+    sharpness: FloatArray  # kappa', change of curvature per length [1/m^2], 0 but on clothoids, shape (n,)
 
     @property
     def count(self) -> int:
@@ -40,9 +43,15 @@ class LineArc(NamedTuple):
         return np.concatenate(([0.0], np.cumsum(self.length)))
 
     @property
+    def straight(self) -> npt.NDArray[np.bool_]:
+        """Which blocks are lines, shape (n,)."""
+        return np.isinf(self.radius) & (self.sharpness == 0.0)
+
+    @property
     def curvature(self) -> FloatArray:
-        r"""Curvature of each block, :math:`\sigma^2 / r` [1/m], shape (n,)."""
-        return self.share**2 / self.radius
+        r"""Largest curvature of each block, :math:`\sigma^2 / r` [1/m], shape (n,)."""
+        start = self.share**2 / self.radius
+        return np.maximum(start, start + self.sharpness * self.length)
 
 
 class Block(NamedTuple):
@@ -55,6 +64,12 @@ class Block(NamedTuple):
     share: float
     radius: float
     length: float
+    sharpness: float = 0.0
+
+    @property
+    def straight(self) -> bool:
+        """Whether it is a line."""
+        return math.isinf(self.radius) and self.sharpness == 0.0
 
 
 def line(start: Sequence[float], end: Sequence[float]) -> Block:
@@ -92,6 +107,21 @@ def arc(
     return Block(_triple(p), _triple(along), _triple(inward), _triple(climb), flat / length, radius, length)
 
 
+def clothoid(
+    start: Sequence[float], along: Sequence[float], inward: Sequence[float], length: float, first: float, last: float
+) -> Block:
+    """Plane curve whose curvature goes evenly from ``first`` to ``last`` [1/m] towards ``inward`` over a length [m].
+
+    ``along`` and ``inward`` are unit vectors at right angles. Raises ``ValueError`` if the length is not positive.
+    """
+    if length <= 0.0:
+        raise ValueError("a clothoid needs a length")
+    radius = 1.0 / first if first else math.inf
+    return Block(
+        _triple(start), _triple(along), _triple(inward), (0.0, 0.0, 0.0), 1.0, radius, length, (last - first) / length
+    )
+
+
 def join(blocks: Sequence[Block]) -> LineArc:
     """The blocks as one curve."""
     columns = zip(*blocks, strict=True)
@@ -103,11 +133,28 @@ def _triple(values: Sequence[float]) -> tuple[float, float, float]:
     return x, y, float(values[2]) if len(values) > 2 else 0.0
 
 
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)  # exact to rounding up to half a turn
+
+
+@compiled
+def clothoid_point(curvature: float, sharpness: float, s: float) -> tuple[float, float]:
+    r"""Along and across at length s of a clothoid, :math:`\int_0^s (\cos, \sin)(\kappa u + \kappa' u^2/2)\,du` [m]."""
+    a, b = 0.0, 0.0
+    for i in range(_NODES.shape[0]):
+        u = 0.5 * s * (1.0 + _NODES[i])
+        phi = u * (curvature + 0.5 * sharpness * u)
+        a += _WEIGHTS[i] * math.cos(phi)
+        b += _WEIGHTS[i] * math.sin(phi)
+    return 0.5 * s * a, 0.5 * s * b
+
+
 @compiled
 def block_point(curve: LineArc, i: int, s: float) -> tuple[float, float, float]:
     """Point of block ``i`` at arc length ``s`` [m] from its start; beyond its ends it goes on."""
-    radius = curve.radius[i]
-    if math.isinf(radius):
+    radius, sharpness = curve.radius[i], curve.sharpness[i]
+    if sharpness != 0.0:
+        a, b = clothoid_point(1.0 / radius, sharpness, s)
+    elif math.isinf(radius):
         a, b = s, 0.0
     else:
         phi = s * curve.share[i] / radius
@@ -121,19 +168,46 @@ def block_point(curve: LineArc, i: int, s: float) -> tuple[float, float, float]:
 
 
 @compiled
+def block_turn(curve: LineArc, i: int, s: float) -> float:
+    """Angle that the tangent of block ``i`` has turned by at arc length ``s`` [m] from its start [rad]."""
+    return s * (curve.share[i] / curve.radius[i] + 0.5 * curve.sharpness[i] * s)
+
+
+@compiled
 def block_tangent(curve: LineArc, i: int, s: float) -> tuple[float, float, float]:
     """Unit tangent of block ``i`` at arc length ``s`` [m] from its start."""
-    share, radius = curve.share[i], curve.radius[i]
-    if math.isinf(radius):
-        a, b = 1.0, 0.0
-    else:
-        phi = s * share / radius
-        a, b = share * math.cos(phi), share * math.sin(phi)
+    phi = block_turn(curve, i, s)
+    a, b = curve.share[i] * math.cos(phi), curve.share[i] * math.sin(phi)
     return (
         a * curve.along[i, 0] + b * curve.inward[i, 0] + curve.climb[i, 0],
         a * curve.along[i, 1] + b * curve.inward[i, 1] + curve.climb[i, 1],
         a * curve.along[i, 2] + b * curve.inward[i, 2] + curve.climb[i, 2],
     )
+
+
+@compiled
+def block_bend(curve: LineArc, i: int, s: float) -> tuple[float, float, float]:
+    """Curvature vector of block ``i`` at arc length ``s`` [m] from its start: towards the centre [1/m]."""
+    phi = block_turn(curve, i, s)
+    kappa = curve.share[i] ** 2 / curve.radius[i] + curve.sharpness[i] * s
+    a, b = -kappa * math.sin(phi), kappa * math.cos(phi)
+    return (
+        a * curve.along[i, 0] + b * curve.inward[i, 0],
+        a * curve.along[i, 1] + b * curve.inward[i, 1],
+        a * curve.along[i, 2] + b * curve.inward[i, 2],
+    )
+
+
+@compiled
+def curvature_jumps(curve: LineArc) -> FloatArray:
+    """Length of the jump of the curvature vector at each inner joint [1/m], shape (n-1,)."""
+    n = curve.length.shape[0]
+    jumps = np.empty(n - 1)
+    for i in range(n - 1):
+        ax, ay, az = block_bend(curve, i, curve.length[i])
+        bx, by, bz = block_bend(curve, i + 1, 0.0)
+        jumps[i] = math.sqrt((bx - ax) ** 2 + (by - ay) ** 2 + (bz - az) ** 2)
+    return jumps
 
 
 @compiled

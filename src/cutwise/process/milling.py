@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from cutwise import units
 from cutwise.io.programs.interpreter import Interpreted
 from cutwise.maths.curves import FloatArray
 from cutwise.physics.cutting.uneven import even_and_linear
@@ -32,6 +33,7 @@ from cutwise.process.labels import labelled
 from cutwise.process.loops_drives import NO_FORCE, Commands, Cut, DriveHistory, DrivePair, run_drives
 from cutwise.process.milling_stability import TipStability, tip_stability
 from cutwise.spec.milling import MillingScenario
+from cutwise.spec.program import Blend
 
 Progress = Callable[[float], None]
 
@@ -321,11 +323,20 @@ def compare(scenario: MillingScenario) -> dict[str, Mapping[str, float]]:
     if scenario.path is None:
         return {}
     rows: dict[str, Mapping[str, float]] = {}
-    for shape in scenario.path.compare:
-        name = "sharp, exact stop" if isinstance(shape, str) else f"fillet {1e3 * shape:g} mm"
-        other = scenario.model_copy(update={"path": scenario.path.model_copy(update={"corner": shape, "compare": ()})})
-        rows[name] = measures(other, run(other, scenario.numerics.substeps))
+    for strategy in scenario.path.compare:
+        blend = strategy if isinstance(strategy, Blend) else None
+        path = {"corner": "sharp" if blend else strategy, "compare": ()}
+        other = scenario.model_copy(update={
+            "path": scenario.path.model_copy(update=path), "path_mode": blend or "exact_path",
+        })  # fmt: skip
+        rows[_named(strategy)] = measures(other, run(other, scenario.numerics.substeps))
     return rows
+
+
+def _named(strategy: str | float | Blend) -> str:
+    if isinstance(strategy, Blend):
+        return f"blend {units.show(strategy.blend, 'length', 3)}, {strategy.shape}"
+    return "sharp, exact stop" if isinstance(strategy, str) else f"fillet {units.show(strategy, 'length', 3)}"
 
 
 def comparison_table(
@@ -334,12 +345,10 @@ def comparison_table(
     """The compared measures over the strategies."""
     if not rows:
         return None
-    from cutwise.units import DIMENSIONS
-
     names = [name for name in COMPARED if all(name in row for row in rows.values())]
     data = {
         name: (("strategy",), [row[name] for row in rows.values()],
-               {"units": DIMENSIONS[known[name][0]].si or "1", "long_name": known[name][1]})
+               {"units": units.DIMENSIONS[known[name][0]].si or "1", "long_name": known[name][1]})
         for name in names
     }  # fmt: skip
     return xr.Dataset(data, coords={"strategy": list(rows)})

@@ -34,6 +34,7 @@ class PathModes(NamedTuple):
 
     mode: Sequence[str]  # exact_path, exact_stop or blend
     tolerance: Sequence[float]  # of a blend [m]
+    shape: str = "arc"  # of the blends
 
 
 def moves_path(program: Interpreted, *, feed: float | None, turning: bool, mode: str | Blend | None) -> ProgramPath:
@@ -83,7 +84,7 @@ def blocks_path(
 ) -> ProgramPath:  # fmt: skip
     """The path of blocks, its corners blended where the path mode asks for it."""
     count = len(blocks)
-    mode, tolerances = modes if isinstance(modes, PathModes) else _all_alike(modes, count)
+    mode, tolerances, shape = modes if isinstance(modes, PathModes) else _all_alike(modes, count)
     pause = np.zeros(count) if dwell is None else dwell
     lines = np.zeros(count, np.int64) if source is None else source
     free = np.isfinite(feed[:-1]) & np.isfinite(feed[1:]) & (pause[:-1] == 0.0)
@@ -91,7 +92,7 @@ def blocks_path(
         tolerance if name == "blend" and ok else 0.0
         for name, tolerance, ok in zip(mode[:-1], tolerances[:-1], free, strict=True)
     ]
-    path, origin = blended(blocks, allowed)
+    path, origin = blended(blocks, allowed, shape)
     index = np.array(origin)
     last_of_origin = np.append(index[1:] != index[:-1], True)
     stop = np.array([mode[i] == "exact_stop" for i in origin[:-1]], dtype=bool) & last_of_origin[:-1]
@@ -117,7 +118,7 @@ def program_speed(program: Interpreted, key: tuple[str, ...]) -> float:
 
 def _all_alike(mode: str | Blend, count: int) -> PathModes:
     if isinstance(mode, Blend):
-        return PathModes(["blend"] * count, [mode.blend] * count)
+        return PathModes(["blend"] * count, [mode.blend] * count, mode.shape)
     return PathModes([mode] * count, [0.0] * count)
 
 

@@ -26,17 +26,26 @@ from cutwise.spec.drives import CncMachine
 from cutwise.spec.fields import tag
 from cutwise.spec.material import Material
 from cutwise.spec.measures import MILLING
-from cutwise.spec.program import PathMode, Program
+from cutwise.spec.program import Blend, PathMode, Program
 from cutwise.spec.scenario import MeasureSpec, Scenario
 from cutwise.spec.tool import HelicalMill
 
 
 def _corner_kind(value: Any) -> str:
+    if isinstance(value, dict | Blend):
+        return "<blend>"
     return "<sharp>" if value == "sharp" else "<fillet>"
 
 
 CornerShape = Annotated[
     Annotated[Literal["sharp"], tag("sharp")] | Annotated[Length, Gt(0), tag("fillet")], Discriminator(_corner_kind)
+]
+
+Strategy = Annotated[
+    Annotated[Literal["sharp"], tag("sharp")]
+    | Annotated[Length, Gt(0), tag("fillet")]
+    | Annotated[Blend, tag("blend")],
+    Discriminator(_corner_kind),
 ]
 
 
@@ -52,8 +61,10 @@ class CornerPath(Spec):
     turn: Angle = Field(
         default=0.5 * math.pi, description="angle of the turn", examples=["90 deg"], gt=0, lt=math.radians(175)
     )
-    compare: tuple[CornerShape, ...] = Field(
-        default=(), description="other corner shapes to run and show in one table", examples=["[sharp, 2 mm, 5 mm]"]
+    compare: tuple[Strategy, ...] = Field(
+        default=(),
+        description="other corners to run and show in one table: sharp (exact stop), fillet radii, blends of a tolerance",
+        examples=["[sharp, 2 mm, {blend: 0.1 mm, shape: clothoid}]"],
     )
 
     @property
@@ -64,7 +75,7 @@ class CornerPath(Spec):
     def contradictions(self) -> Iterator[Remark]:
         """A fillet that does not fit between the ends."""
         for shape in (self.corner, *self.compare):
-            if not isinstance(shape, str) and shape * math.tan(0.5 * self.turn) >= self.lead * (1 - 1e-9):
+            if isinstance(shape, float) and shape * math.tan(0.5 * self.turn) >= self.lead * (1 - 1e-9):
                 yield Remark(
                     ("corner",), f"a fillet of {_mm(shape)} takes the whole lead of {_mm(self.lead)}; make it smaller"
                 )

@@ -21,6 +21,11 @@ class Blend(Spec):
     """Corners rounded within a tolerance."""
 
     blend: Length = Field(description="largest distance from the programmed corner", examples=["0.02 mm"], gt=0)
+    shape: Literal["arc", "clothoid"] = Field(
+        default="arc",
+        description="arc, at whose ends the normal acceleration jumps, or two clothoids, which keep the jerk limit",
+        examples=["clothoid"],
+    )
 
 
 def _mode_kind(value: Any) -> str:

@@ -52,8 +52,35 @@ def test_path_or_program():
     assert "whole lead" in refused("path.corner=30 mm")
 
 
-def test_kienzle_is_not_covered():
-    assert "linear-edge" in refused("material={library: kienzle_1045}")
+def test_kienzle_without_an_axial_pair_has_no_axial_force():
+    result = simulate(parse(BASE, overrides=["material={library: kienzle_1045}", "path.lead=5 mm"]))
+    assert result.measures["force_xy_peak"].value > 500.0
+    assert ("force_z_peak" in result.measures) == (result.scenario.material.k_a11 is not None)
+
+
+def test_run_out_raises_the_peak_and_keeps_the_mean():
+    plain, off = (simulate(parse(BASE, overrides=["path.lead=5 mm", f"tool.runout={r} um"])) for r in (0, 20))
+    peaks = [r.measures["force_xy_peak"].value for r in (plain, off)]
+    assert peaks[1] > 1.05 * peaks[0]
+    means = [r.measures["force_xy_mean_straight"].value for r in (plain, off)]
+    assert means[0] == means[1]
+
+
+def test_blends_are_corner_strategies_too():
+    result = simulate(
+        parse(BASE, overrides=["path.compare=[sharp, 1 mm, {blend: 0.1 mm}, {blend: 0.1 mm, shape: clothoid}]"])
+    )
+    times = result["comparison"]["cycle_time"]
+    assert list(times["strategy"].values) == [
+        "sharp, exact stop", "fillet 1 mm", "blend 0.1 mm, arc", "blend 0.1 mm, clothoid",
+    ]  # fmt: skip
+    assert float(times[3]) > float(times[2]) > float(times[1])  # what keeps the jerk limit takes longer
+
+
+def test_a_map_of_stability_has_a_range():
+    assert "spindle_speed_min: is not below" in refused(
+        "lobes={spindle_speed_min: 9000 rpm, spindle_speed_max: 8000 rpm}"
+    )
 
 
 def test_a_program_that_is_not_there_and_one_that_is_wrong(tmp_path):

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from cutwise.maths.linearc import LineArc, block_point, block_tangent
+from cutwise.maths.linearc import LineArc, block_point, block_tangent, block_turn
 from cutwise.physics.engagement.corner import Corner, arc_immersion, corner_immersion, straight_immersion
 
 FloatArray = npt.NDArray[np.float64]
@@ -74,6 +74,7 @@ def path_immersion(
         Immersion angle [rad], shape (n,).
     """
     zones = corner_zones(curve, cuts, mill_radius, radial_depth)
+    lines = curve.straight
     out = np.zeros(block.shape[0])
     straight = straight_immersion(radial_depth, mill_radius)
     for i in np.unique(block):
@@ -88,7 +89,7 @@ def path_immersion(
             for k in here[distance <= reach]:
                 heading = math.atan2(direction[k, 1], direction[k, 0])
                 out[k] = zone.immersion(point[k, 0], point[k, 1], heading)
-        elif math.isinf(curve.radius[i]):
+        elif lines[i]:
             out[here] = straight
         else:
             out[here] = _steady_arc(curve, int(i), mill_radius, radial_depth)
@@ -103,13 +104,18 @@ def _reach(corner: Corner) -> float:
 
 
 def _steady_arc(curve: LineArc, i: int, mill_radius: float, radial_depth: float) -> float:
-    turn = curve.along[i, 0] * curve.inward[i, 1] - curve.along[i, 1] * curve.inward[i, 0]
+    turn = _turns_left(curve, i)
     if abs(turn) < 0.999:  # not in the xy plane
         return float(straight_immersion(radial_depth, mill_radius))
-    radius = float(curve.radius[i])
+    radius = 1.0 / float(curve.curvature[i])
     if turn > 0.0:
         return float(arc_immersion(radial_depth, max(radius, radial_depth), mill_radius))
     return float(arc_immersion(radial_depth, -radius, mill_radius)) if radius > mill_radius else 0.0
+
+
+def _turns_left(curve: LineArc, i: int) -> float:
+    """1 for a block that turns left in the xy plane, -1 for one that turns right, less in size out of the plane."""
+    return float(curve.along[i, 0] * curve.inward[i, 1] - curve.along[i, 1] * curve.inward[i, 0])
 
 
 def corner_zones(
@@ -117,26 +123,48 @@ def corner_zones(
 ) -> dict[int, _Zone]:
     """Inner corner that each block leads into or is part of; blocks without one are left out."""
     zones: dict[int, _Zone] = {}
-    n = curve.count
-    long = [math.isinf(curve.radius[i]) and cuts[i] and curve.length[i] >= mill_radius for i in range(n)]
-    for i in range(n - 1):
-        if not long[i]:
+    lines = curve.straight
+    long = lines & cuts & (curve.length >= mill_radius)
+    for i in np.flatnonzero(long[:-1]):
+        after = int(i) + 1
+        while after < curve.count and cuts[after] and not lines[after]:
+            after += 1
+        if after == curve.count or not long[after]:
             continue
-        d0 = np.asarray(block_tangent(curve, i, curve.length[i]))
-        end = np.asarray(block_point(curve, i, curve.length[i]))
-        if long[i + 1]:
-            fillet, after = 0.0, i + 1
-        elif i + 2 < n and cuts[i + 1] and long[i + 2] and not math.isinf(curve.radius[i + 1]):
-            fillet, after = float(curve.radius[i + 1]), i + 2
-        else:
+        corner = _corner_between(curve, int(i), after)
+        if corner is None:
             continue
-        d1 = curve.along[after]
-        turn = math.atan2(d0[0] * d1[1] - d0[1] * d1[0], d0[0] * d1[0] + d0[1] * d1[1])
-        if not _SMOOTH < turn < math.radians(175.0):
-            continue
-        at = end + fillet * math.tan(0.5 * turn) * d0
-        zone = _Zone(at, math.atan2(d0[1], d0[0]), Corner(mill_radius, radial_depth, turn, fillet))
-        for j in range(i, after):
+        apex, heading, turn, fillet = corner
+        zone = _Zone(apex, heading, Corner(mill_radius, radial_depth, turn, fillet))
+        for j in range(int(i), after):
             zones[j] = zone
         zones.setdefault(after, zone)
     return zones
+
+
+def _corner_between(curve: LineArc, first: int, last: int) -> tuple[FloatArray, float, float, float] | None:
+    """Inner corner of two lines with roundings between them: its point [m], heading, turn [rad] and fillet [m].
+
+    Roundings that are not one arc count as the arc that passes the corner at the same distance. None where the lines
+    are not joined by a turn to the left alone.
+    """
+    length = curve.length
+    d0, end = (np.asarray(at(curve, first, length[first])) for at in (block_tangent, block_point))
+    d1, start = curve.along[last], curve.start[last]
+    turn = math.atan2(d0[0] * d1[1] - d0[1] * d1[0], d0[0] * d1[0] + d0[1] * d1[1])
+    rounds = range(first + 1, last)
+    turned = sum(float(block_turn(curve, j, length[j])) * _turns_left(curve, j) for j in rounds)
+    if not _SMOOTH < turn < math.radians(175.0) or (rounds and abs(turned - turn) > _SMOOTH):
+        return None
+    heading = math.atan2(d0[1], d0[0])
+    if not rounds:
+        return end, heading, turn, 0.0
+    gap = start - end
+    reach = float(gap[0] * d1[1] - gap[1] * d1[0]) / math.sin(turn)  # from the end of the line to the corner
+    apex = end + reach * d0
+    if len(rounds) == 1 and not curve.sharpness[first + 1]:
+        return apex, heading, turn, float(curve.radius[first + 1])
+    ends = [np.asarray(block_point(curve, j, length[j])) for j in rounds]
+    nearest = min(float(np.hypot(*(point - apex)[:2])) for point in ends)
+    half = math.cos(0.5 * turn)
+    return apex, heading, turn, nearest * half / (1.0 - half)

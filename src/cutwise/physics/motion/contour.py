@@ -50,9 +50,10 @@ def _from_arc(curve: LineArc, i: int, x: float, y: float) -> tuple[float, float]
 def contour_errors(curve: LineArc, block: IntArray, points: FloatArray, window: int, prolong: bool) -> FloatArray:
     """Signed distance of actual positions from the path in the xy plane, positive to the right of travel.
 
-    The nearest of the blocks around the commanded one is taken, ``window`` on either side. With ``prolong`` the first
-    and last line go on beyond their ends, so that running over the end point does not count. At a corner between
-    lines the error is positive if the point is to the right of either (left turn).
+    Lines and arcs in the plane count; clothoids are no programmed path, only roundings of one. The nearest of the
+    blocks around the commanded one is taken, ``window`` on either side. With ``prolong`` the first and last line go on
+    beyond their ends, so that running over the end point does not count. At a corner between lines the error is
+    positive if the point is to the right of either (left turn).
 
     Parameters
     ----------

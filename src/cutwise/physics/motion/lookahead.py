@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cutwise.maths.compiled import compiled
-from cutwise.maths.linearc import LineArc, turn_angles
+from cutwise.maths.linearc import LineArc, curvature_jumps, turn_angles
 from cutwise.physics.motion.profile import Limits, Profile, chain, ramp_distance, ramp_time, reachable_speed, stretch
 
 FloatArray = npt.NDArray[np.float64]
@@ -30,6 +30,7 @@ class Stretch(NamedTuple):
     length: float  # [m]
     limits: Limits  # along the path, without the share of the curvature
     radius: float  # smallest radius of curvature [m], infinite on lines
+    even: bool  # run at one speed: where the curvature changes, all of the jerk is needed to turn
 
 
 class Plan(NamedTuple):
@@ -56,6 +57,23 @@ def arc_speed(feed: float, radius: float, acceleration: float, jerk: float) -> f
     if math.isinf(radius):
         return feed
     return min(feed, math.sqrt(acceleration * radius), (jerk * radius * radius) ** (1.0 / 3.0))
+
+
+def clothoid_speed(feed: float, curvature: float, sharpness: float, acceleration: float, jerk: float) -> float:
+    r"""Highest constant speed on a curve of changing curvature [m/s].
+
+    .. math:: v \le \min\Bigl(F, \sqrt{a/\kappa}, \bigl(j / \sqrt{\kappa'^2 + \kappa^4}\bigr)^{1/3}\Bigr)
+
+    with the jerk :math:`v^3 \kappa'` across and :math:`v^3 \kappa^2` along the path at the largest curvature.
+
+    Parameters
+    ----------
+    feed, acceleration, jerk : float
+        Limits along the path [m/s], [m/s^2], [m/s^3].
+    curvature, sharpness : float
+        Largest curvature [1/m], and the size of its change per length [1/m^2], positive.
+    """
+    return min(feed, math.sqrt(acceleration / curvature), (jerk / math.hypot(sharpness, curvature**2)) ** (1.0 / 3.0))
 
 
 @compiled
@@ -162,13 +180,18 @@ def block_limits(curve: LineArc, feed: FloatArray, limits: Limits, axes: AxisLim
             speed = min(speed, float(np.min(axes.speed / use)))
             acceleration = min(acceleration, float(np.min(axes.acceleration / use)))
             jerk = min(jerk, float(np.min(axes.jerk / use)))
-        out.append(Limits(arc_speed(speed, bends[i], acceleration, jerk), acceleration, jerk))
+        if curve.sharpness[i]:
+            bent, sharp = 1.0 / bends[i], abs(float(curve.sharpness[i]))
+            speed = clothoid_speed(speed, bent, sharp, acceleration, jerk)
+        else:
+            speed = arc_speed(speed, bends[i], acceleration, jerk)
+        out.append(Limits(speed, acceleration, jerk))
     return out
 
 
 def _axis_use(curve: LineArc, i: int) -> FloatArray:
     """Largest share of the path's motion that each axis has on a block."""
-    if math.isinf(curve.radius[i]):
+    if curve.straight[i]:
         return np.abs(curve.along[i])
     swings = np.hypot(curve.along[i], curve.inward[i]) > 1e-12
     return np.minimum(swings + np.abs(curve.climb[i]), 1.0)
@@ -188,11 +211,11 @@ def _merged(
     first: list[int] = []
     for i, own in enumerate(limits):
         radius = bends[i]
-        new = Stretch(float(curve.length[i]), own, radius)
+        new = Stretch(float(curve.length[i]), own, radius, bool(curve.sharpness[i]))
         if parts and tangent[i - 1] and _run_as_one(parts[-1], new):
             old = parts[-1]
             low = Limits(*(min(a, b) for a, b in zip(old.limits, own, strict=True)))
-            parts[-1] = Stretch(old.length + new.length, low, min(old.radius, radius))
+            parts[-1] = Stretch(old.length + new.length, low, min(old.radius, radius), new.even)
         else:
             parts.append(new)
             first.append(i)
@@ -200,6 +223,8 @@ def _merged(
 
 
 def _run_as_one(a: Stretch, b: Stretch) -> bool:
+    if a.even or b.even:
+        return a.even and b.even
     same = all(math.isclose(x, y, rel_tol=1e-9) for x, y in zip(a.limits, b.limits, strict=True))
     if same and abs(1.0 / a.radius - 1.0 / b.radius) <= 1e-9 / b.radius:
         return True
@@ -277,13 +302,14 @@ def plan(
     profile = chain(phases, 0.0, anchors)
     times = time_at(profile, curve.knots)
     speeds = _speed_at(profile, times)
-    jumps = np.abs(np.diff(curve.curvature[:, None] * curve.inward, axis=0)) if curve.count > 1 else np.zeros((0, 3))
-    steps = np.linalg.norm(jumps, axis=1) * speeds[1:-1] ** 2
+    steps = curvature_jumps(curve) * speeds[1:-1] ** 2
     stops = int(np.sum(speeds[1:-1] <= 1e-9))
     return Plan(profile, speeds, times, stops, steps)
 
 
 def _stretch_limits(part: Stretch, v0: float, v1: float) -> Limits:
+    if part.even:
+        return part.limits._replace(speed=v0)
     if math.isinf(part.radius):
         return part.limits
     own = part.limits
@@ -301,12 +327,17 @@ def _joint_speeds(parts: list[Stretch], tangent: list[bool]) -> list[float]:
     for i in range(1, n):
         v[i] = min(parts[i - 1].limits.speed, parts[i].limits.speed) if tangent[i - 1] else 0.0
     for i in range(n - 1, -1, -1):
-        part = parts[i]
-        v[i] = min(v[i], _next_speed(v[i + 1], part.length, v[i], part.radius, *part.limits[1:]))
+        v[i] = min(v[i], _reached(parts[i], v[i + 1], v[i]))
     for i in range(n):
-        part = parts[i]
-        v[i + 1] = min(v[i + 1], _next_speed(v[i], part.length, v[i + 1], part.radius, *part.limits[1:]))
+        v[i + 1] = min(v[i + 1], _reached(parts[i], v[i], v[i + 1]))
     return v
+
+
+def _reached(part: Stretch, v0: float, ceiling: float) -> float:
+    """Highest speed at the far end of a stretch that is entered at ``v0`` [m/s]."""
+    if part.even:
+        return min(v0, ceiling)
+    return float(_next_speed(v0, part.length, ceiling, part.radius, *part.limits[1:]))
 
 
 def time_at(profile: Profile, positions: FloatArray) -> FloatArray:
