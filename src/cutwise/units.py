@@ -29,6 +29,7 @@ _ALL = (
     Dimension("small_length", "m", "µm", "50 µm"),
     Dimension("area", "m**2", "mm**2", "15.4 mm^2"),
     Dimension("volume", "m**3", "mm**3", "120 mm^3"),
+    Dimension("removal_rate", "m**3/s", "cm**3/min", "20 cm^3/min"),
     Dimension("speed", "m/s", "mm/s", "80 mm/s"),
     Dimension("acceleration", "m/s**2", "mm/s**2", "2000 mm/s^2"),
     Dimension("jerk", "m/s**3", "mm/s**3", "50000 mm/s^3"),

@@ -27,6 +27,8 @@ WITHOUT_PHYSICS = {
     "lead", "turn", "compare", "path_mode", "reading", "modes", "substeps", "settling_time", "text", "act_on",
     # machine: conventions of signs and frames
     "errors_act", "zero", "words",
+    # milling: how corners are rounded, and how the map of stability is drawn
+    "shape", "lobes", "speeds", "depths",
 }  # fmt: skip
 
 

@@ -62,7 +62,7 @@ def way_along_x(s: np.ndarray, commands: np.ndarray) -> Way:
     along = np.tile([1.0, 0.0, 0.0], (len(s), 1))
     every, none = np.ones(len(s), bool), np.zeros(len(s), np.int64)
     feed = np.full(len(s), 0.4 / 60)
-    return Way(s / feed, s, commands, along, along, feed, every, none, None, np.ones(0, bool), none, None)
+    return Way(s / feed, s, commands, along, along, feed, every, none, None, np.ones(0, bool), none, s, None)
 
 
 def mill(

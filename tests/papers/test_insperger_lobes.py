@@ -139,7 +139,9 @@ def test_a_stiff_tool_gets_the_force_of_a_rigid_one():
     metal = EdgeCoefficients(767.01e6, 168.8e6, 0.0, 27.7e3, 26.6e3, 0.0)
     cut = SteadyCut(3, 8000 * RPM, math.pi - 2.0, math.pi, 1e-4, 5e-3, math.tan(mill.helix) / mill.radius, 20, metal)
     ours = run_regenerative(cut, stiff, 4, steps=720).force[-720:]
-    rigid = tooth_period(DISCS, 2.0, 1e-4, 5e-3, mill, discs(0.01, mill.helix, 5e-3, 3, 20), even_edges(metal), 720)
+    rigid = tooth_period(
+        DISCS, 0.0, 2.0, 1e-4, 5e-3, mill, discs(0.01, mill.helix, 5e-3, 3, 20), even_edges(metal), 720
+    )
     assert np.hypot(*ours.T).max() == pytest.approx(np.hypot(rigid[:, 0], rigid[:, 1]).max(), rel=5e-3)
     assert ours.mean(axis=0) == pytest.approx(rigid[:, :2].mean(axis=0), rel=5e-3)
 

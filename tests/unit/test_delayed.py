@@ -36,7 +36,7 @@ LAWS = {
 @pytest.mark.parametrize("arc", [0.6, 2.2])
 def test_without_anything_special_it_is_the_sum_over_discs(arc):
     sliced = discs(0.01, MILL.helix, 5e-3, 3, 20)
-    periods = [tooth_period(law, arc, 1e-4, 5e-3, MILL, sliced, METAL, 90) for law in (DELAYED, DISCS)]
+    periods = [tooth_period(law, 0.0, arc, 1e-4, 5e-3, MILL, sliced, METAL, 90) for law in (DELAYED, DISCS)]
     np.testing.assert_allclose(periods[0], periods[1], atol=1e-9)
 
 
@@ -48,7 +48,7 @@ def test_many_discs_are_the_flute_by_quadrature(edges):
     """
     arc, chip, positions = 1.8, 1e-4, 40
     sliced = discs(0.01, MILL.helix, 5e-3, 3, 4000)
-    found = tooth_period(DELAYED, arc, chip, 5e-3, MILL, sliced, edges, positions)
+    found = tooth_period(DELAYED, 0.0, arc, chip, 5e-3, MILL, sliced, edges, positions)
     assert len(found) == (3 * positions if edges.runout else positions)
     expected = []
     for i in range(len(found)):

@@ -32,10 +32,10 @@ def test_summed_discs_are_the_plain_sum():
 @pytest.mark.parametrize("arc", [0.3, 0.927, 2.2])
 def test_many_discs_are_the_closed_form(arc):
     """Midpoint rule with the edges of the arc inside a disc: error of first order, a disc's force at most."""
-    closed = tooth_period(FLUTES, arc, 1e-4, 5e-3, MILL, discs(0.01, MILL.helix, 5e-3, 3, 1), METAL, 180)
+    closed = tooth_period(FLUTES, 0.0, arc, 1e-4, 5e-3, MILL, discs(0.01, MILL.helix, 5e-3, 3, 1), METAL, 180)
     errors = []
     for count in (100, 1000, 10000):
-        found = tooth_period(DISCS, arc, 1e-4, 5e-3, MILL, discs(0.01, MILL.helix, 5e-3, 3, count), METAL, 180)
+        found = tooth_period(DISCS, 0.0, arc, 1e-4, 5e-3, MILL, discs(0.01, MILL.helix, 5e-3, 3, count), METAL, 180)
         errors.append(np.sqrt(np.mean((found - closed) ** 2)))
     slope = np.polyfit(np.log([100, 1000, 10000]), np.log(errors), 1)[0]
     assert slope == pytest.approx(-1.0, abs=0.15)
@@ -45,7 +45,7 @@ def test_many_discs_are_the_closed_form(arc):
 @pytest.mark.parametrize("law", [FLUTES, DISCS])
 def test_mean_over_a_period_is_the_averaged_force(law):
     mill = discs(0.01, MILL.helix, 5e-3, 3, 20)
-    period = tooth_period(law, 2.2, 1e-4, 5e-3, MILL, mill, METAL, 20000)
+    period = tooth_period(law, 0.0, 2.2, 1e-4, 5e-3, MILL, mill, METAL, 20000)
     mean = wall_force(AVERAGED, 0.0, 0.0, 0.0, 2.2, 0.0, 5e-3, 1e-4, 0.0, MILL, mill, METAL)
     assert period.mean(axis=0) == pytest.approx(mean, rel=1e-3)
 
@@ -67,5 +67,5 @@ def test_reference_figures_of_the_static_cut():
     for arc, mean, peak in ((0.9272952180016122, 152.0, 450.2), (2.498091544796509, 449.0, 562.2)):
         f = wall_force(AVERAGED, 0.0, 0.0, 0.0, arc, 0.0, 5e-3, 1e-4, 0.0, MILL, mill, METAL)
         assert math.hypot(f[0], f[1]) == pytest.approx(mean, abs=0.5)
-        forces = tooth_period(FLUTES, arc, 1e-4, 5e-3, MILL, mill, METAL, 3600)
+        forces = tooth_period(FLUTES, 0.0, arc, 1e-4, 5e-3, MILL, mill, METAL, 3600)
         assert np.hypot(forces[:, 0], forces[:, 1]).max() == pytest.approx(peak, rel=1e-3)

@@ -114,8 +114,8 @@ def _plant(drive: FeedDrive) -> Plant:
     )  # fmt: skip
 
 
-def cut(scenario: MillingScenario, spindle: float) -> Cut:
-    """The cutting force that acts on drives and tool tip.
+def cut(scenario: MillingScenario, spindle: float, depth: float) -> Cut:
+    """The cutting force that acts on drives and tool tip; the mill is cut into discs up to the greatest depth [m].
 
     Tooth by tooth, the quick laws of :mod:`cutwise.physics.cutting.wall` serve where they hold: linear edges, no run-out,
     a rigid tool. Everything else takes its chips from the true positions of the tool.
@@ -129,7 +129,7 @@ def cut(scenario: MillingScenario, spindle: float) -> Cut:
         given = given._replace(runout=0.0)  # it has no mean over a revolution
     elif numerics.force == "tooth_resolved" and (tool.modes or not even_and_linear(given)):
         law = DELAYED
-    radius, depth = 0.5 * tool.diameter, scenario.operation.axial_depth
+    radius, depth = 0.5 * tool.diameter, depth or 1e-3  # any height, where nothing is met
     count = numerics.discs or (_DISCS if law == DELAYED else 1)
     return Cut(
         law,

@@ -12,7 +12,9 @@ from cutwise.physics.cutting.flute import Mill, feed_per_tooth
 from cutwise.physics.cutting.uneven import even_edges
 from cutwise.physics.cutting.wall import AVERAGED, wall_force
 from cutwise.physics.engagement.corner import straight_immersion
-from cutwise.physics.engagement.wall import path_immersion
+from cutwise.physics.engagement.path_sweep import swept_path
+from cutwise.physics.engagement.stock import block_stock, contact_patches, immersion
+from cutwise.physics.engagement.wall import path_immersion, wall_patches
 from cutwise.process.assemble import linear_coefficients
 from cutwise.process.machine_way import Way
 from cutwise.spec.machine_pass import FromCutting
@@ -44,22 +46,34 @@ def cut_force(scenario: MachineScenario, way: Way, at: Frames) -> CutForce:
     assert scenario.material is not None
     assert scenario.tool.flutes is not None
     upward = at.rotations[:, -1, :, 2]
-    arc = _immersion(scenario, given, way, upward)
-    flutes = scenario.tool.flutes
-    mill = Mill(0.5 * scenario.tool.diameter, flutes, 0.0)
-    depth, none = given.axial_depth, discs(mill.radius, 0.0, given.axial_depth, flutes, 1)
+    patches = _patches(scenario, given, way, upward)
+    mill, flutes = Mill(0.5 * scenario.tool.diameter, scenario.tool.flutes, 0.0), scenario.tool.flutes
+    none = discs(mill.radius, 0.0, 1e-3, flutes, 1)  # the mean needs none
     cutting = even_edges(linear_coefficients(scenario.material))
-    chips = [feed_per_tooth(feed, 0.0, way.spindle, flutes) for feed in way.feed]
-    local = np.array(
-        [
-            wall_force(AVERAGED, 0.0, 0.0, 0.0, a, 0.0, depth, c, 0.0, mill, none, cutting)
-            for a, c in zip(arc, chips, strict=True)
-        ]
-    )
+    local = np.zeros((len(way.travel), 3))
+    for k in np.flatnonzero(way.cuts):
+        chip = feed_per_tooth(way.feed[k], 0.0, way.spindle, flutes)
+        for low, high, z_lo, z_hi in patches[k]:
+            local[k] += wall_force(AVERAGED, 0.0, 0.0, low, high, z_lo, z_hi, chip, 0.0, mill, none, cutting)
     ahead = way.direction - np.einsum("mi,mi->m", way.direction, upward)[:, None] * upward
     ahead /= np.maximum(np.linalg.norm(ahead, axis=1, keepdims=True), 1e-300)
     force = local[:, :1] * ahead + local[:, 1:2] * np.cross(upward, ahead) + local[:, 2:] * upward
-    return CutForce(np.where(way.cuts[:, None], force, 0.0), np.where(way.cuts, arc, 0.0))
+    return CutForce(force, np.where(way.cuts, immersion(patches), 0.0))
+
+
+def _patches(scenario: MachineScenario, cut: FromCutting, way: Way, upward: FloatArray) -> FloatArray:
+    """Contact at every place: with the stock that the program has left, or along a wall."""
+    if scenario.stock is not None:
+        assert scenario.program is not None
+        assert way.curve is not None
+        x, y, z = (np.array(side) + shift for side, shift in zip(
+            (scenario.stock.x, scenario.stock.y, scenario.stock.z), scenario.program.zero, strict=True
+        ))  # fmt: skip
+        swept = swept_path(way.curve, 0.5 * scenario.tool.diameter)
+        heading = np.arctan2(way.direction[:, 1], way.direction[:, 0])
+        return contact_patches(way.point, heading, way.along, swept, block_stock(x, y, z[1], z[0]))
+    assert cut.axial_depth is not None
+    return wall_patches(_immersion(scenario, cut, way, upward), cut.axial_depth)
 
 
 def _immersion(scenario: MachineScenario, cut: FromCutting, way: Way, upward: FloatArray) -> FloatArray:

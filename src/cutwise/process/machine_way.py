@@ -38,6 +38,7 @@ class Way(NamedTuple):
     curve: LineArc | None  # path of the tool point in the part, where the tool keeps its direction
     curve_cuts: npt.NDArray[np.bool_]  # of its blocks
     block: IntArray  # block of the curve, shape (m,)
+    along: FloatArray  # arc length of the curve [m], rapid moves counted, shape (m,)
     spindle: float | None  # [rad/s], if the cut needs it
 
 
@@ -93,7 +94,7 @@ def _path_way(scenario: MachineScenario, path: MachinePath, axes: Axes, samples:
     feed, spindle = path.feed, _spindle(scenario)
     return Way(
         travel / feed, travel, commands, point, _unit(direction), np.full(len(travel), feed), np.ones(len(travel), bool),
-        np.zeros(len(travel), np.int64), curve, np.ones(0 if curve is None else curve.count, bool), block, spindle,
+        np.zeros(len(travel), np.int64), curve, np.ones(0 if curve is None else curve.count, bool), block, travel, spindle,
     )  # fmt: skip
 
 
@@ -131,7 +132,7 @@ def _program_way(scenario: MachineScenario, program: ProgramPass, axes: Axes, sa
         spindle = program_speed(moves, ("load", "force", "spindle_speed"))
     return Way(
         np.cumsum(step / feed), travel, commands, point, _unit(direction), feed, path.cuts[block], path.source[block],
-        curve, path.cuts, block, spindle,
+        curve, path.cuts, block, path.curve.knots[block] + along, spindle,
     )  # fmt: skip
 
 

@@ -8,12 +8,9 @@ import numpy as np
 import xarray as xr
 
 from cutwise import units
-from cutwise.io.programs.interpreter import Interpreted
 from cutwise.maths.curves import FloatArray
 from cutwise.physics.cutting.uneven import even_and_linear
 from cutwise.physics.cutting.wall import AVERAGED, DELAYED, FLUTES, tooth_period, wall_force
-from cutwise.physics.engagement.corner import Corner, greatest_immersion, straight_immersion
-from cutwise.physics.engagement.wall import path_immersion, wall_patches
 from cutwise.physics.motion.contour import contour_errors
 from cutwise.physics.motion.lookahead import Plan, plan, time_without_limits
 from cutwise.physics.motion.loop import LoopFigures, open_loop, sampled_response
@@ -31,6 +28,7 @@ from cutwise.process.assemble_mill import (
 )
 from cutwise.process.labels import labelled
 from cutwise.process.loops_drives import NO_FORCE, Commands, Cut, DriveHistory, DrivePair, run_drives
+from cutwise.process.milling_contact import Contact, SteadyPatch, contact
 from cutwise.process.milling_stability import TipStability, tip_stability
 from cutwise.spec.milling import MillingScenario
 from cutwise.spec.program import Blend
@@ -48,14 +46,13 @@ class MillRun(NamedTuple):
     path: ProgramPath
     plan: Plan
     reference: Reference
-    immersion: FloatArray  # [rad], shape (n,)
+    contact: Contact
     drives: DrivePair
     loops: tuple[LoopFigures, LoopFigures]
     cut: Cut
     history: DriveHistory
     contour_error: FloatArray  # [m], shape (n,), NaN on rapid moves
     chip: float  # programmed feed per tooth at the fastest cut [m]
-    largest_immersion: float  # [rad]
     tip_swings: bool  # whether the tool tip moves on modes in the loop
 
 
@@ -68,40 +65,28 @@ def run(scenario: MillingScenario, substeps: int, progress: Progress | None = No
     motion = plan(path.curve, path.feed, limits, path.stop_at, path.dwell_after, axes=axes)
     sample_time = scenario.machine.control.sample_time
     reference = sampled(path.curve, [motion.profile], sample_time, scenario.numerics.settling_time)
-    cutting = cut(scenario, spindle)
-    immersion = _immersion(scenario, path, reference)
+    met = contact(scenario, path, reference)
+    cutting = cut(scenario, spindle, met.depth)
     drives = drive_pair(scenario.machine)
-    patches = wall_patches(immersion, scenario.operation.axial_depth)
     tip = tip_modes(scenario) if cutting.law == DELAYED else None
-    history = run_drives(_commands(reference, patches, sample_time), drives, cutting, substeps, progress, modes=tip)
+    history = run_drives(_commands(reference, met.patches, sample_time), drives, cutting, substeps, progress, modes=tip)
     error = contour_errors(path.programmed, path.origin[reference.block], history.position, _WINDOW, True)
     error[np.isinf(path.feed[reference.block])] = np.nan
     feeds = path.feed[path.cuts]
     chip = float(feeds.max()) * 2.0 * math.pi / (spindle * scenario.tool.flutes) if feeds.size else 0.0
-    largest = _largest_immersion(scenario, program, immersion)
     return MillRun(
         path,
         motion,
         reference,
-        immersion,
+        met,
         drives,
         loops(drives),
         cutting,
         history,
         error,
         chip,
-        largest,
         tip is not None,
     )
-
-
-def _immersion(scenario: MillingScenario, path: ProgramPath, reference: Reference) -> FloatArray:
-    alpha = path_immersion(
-        path.curve, path.cuts, reference.block, reference.point, reference.direction,
-        0.5 * scenario.tool.diameter, scenario.operation.radial_depth,
-    )  # fmt: skip
-    alpha[reference.travelled >= path.curve.knots[-1]] = 0.0
-    return alpha
 
 
 def _commands(reference: Reference, patches: FloatArray, sample_time: float) -> Commands:
@@ -109,14 +94,6 @@ def _commands(reference: Reference, patches: FloatArray, sample_time: float) -> 
     velocity = central_difference(point, sample_time)
     heading = np.arctan2(reference.direction[:, 1], reference.direction[:, 0])
     return Commands(point, velocity, central_difference(velocity, sample_time), heading, patches)
-
-
-def _largest_immersion(scenario: MillingScenario, program: Interpreted | None, immersion: FloatArray) -> float:
-    """Geometric maximum on a corner path; of the samples on a program."""
-    if program is not None or scenario.path is None:
-        return float(immersion.max())
-    radius, depth = 0.5 * scenario.tool.diameter, scenario.operation.radial_depth
-    return greatest_immersion(Corner(radius, depth, scenario.path.turn, scenario.path.fillet))
 
 
 def measures(scenario: MillingScenario, done: MillRun) -> dict[str, float]:
@@ -139,11 +116,7 @@ def measures(scenario: MillingScenario, done: MillRun) -> dict[str, float]:
     if lowest is not None:
         found["feed_min"] = lowest
     found |= _forces(scenario, done)
-    if done.path.cuts.any():
-        found["engagement_angle_max"] = done.largest_immersion
-        found["engagement_angle_straight"] = straight_immersion(
-            scenario.operation.radial_depth, 0.5 * scenario.tool.diameter
-        )
+    found |= _contact_measures(done)
     for i, (axis, figures) in enumerate(zip("xy", done.loops, strict=True)):
         plant = done.drives.plant_x if i == 0 else done.drives.plant_y
         torque = plant.current_gain * plant.torque_constant * np.abs(history.voltage[:, i]).max()
@@ -153,6 +126,20 @@ def measures(scenario: MillingScenario, done: MillRun) -> dict[str, float]:
     found |= _tip_measures(done)
     found["path_length"] = float(done.path.curve.knots[-1])
     found["stops"] = float(done.plan.stops)
+    return found
+
+
+def _contact_measures(done: MillRun) -> dict[str, float]:
+    """Immersion angles, and what is taken of a stock."""
+    met, found = done.contact, {}
+    if met.steady:
+        found["engagement_angle_max"] = met.greatest
+    if "straight" in met.steady:
+        found["engagement_angle_straight"] = met.steady["straight"].high
+    if met.removal is not None:
+        step = np.diff(done.reference.travelled, append=done.reference.travelled[-1])
+        found["removed_volume"] = float(met.removal @ step)
+        found["removal_rate_max"] = float((met.removal * done.reference.speed).max())
     return found
 
 
@@ -197,41 +184,42 @@ def _lowest_feed(scenario: MillingScenario, done: MillRun) -> float | None:
         near = np.hypot(reference.point[:, 0], reference.point[:, 1]) <= _NEAR_CORNER
     else:
         cutting = np.flatnonzero(done.path.cuts)
-        if cutting.size == 0:
+        if cutting.size == 0 or not done.contact.immersion.any():
             return None
         knots = done.path.curve.knots
         inside = (reference.travelled > knots[cutting[0]] + _NEAR_CORNER) & (
             reference.travelled < knots[cutting[-1] + 1] - _NEAR_CORNER
         )
-        near = inside & done.path.cuts[reference.block]
+        near = inside & (done.contact.immersion > 0.0)
     return float(speed[near].min()) if near.any() else None
 
 
 def _forces(scenario: MillingScenario, done: MillRun) -> dict[str, float]:
     """Peaks over the run, and the static figures of straight and corner at the programmed feed per tooth."""
-    if done.cut.law == NO_FORCE or not done.path.cuts.any():
+    if done.cut.law == NO_FORCE or not done.contact.steady:
         return {}
     peak = done.history.force_peak
     axial = scenario.material.K_ac is not None or scenario.material.k_a11 is not None
     found = {"force_xy_peak": float(peak[:, 3].max())}
     for i, axis in enumerate("xyz" if axial else "xy"):
         found[f"force_{axis}_peak"] = float(peak[:, i].max())
-    straight = straight_immersion(scenario.operation.radial_depth, done.cut.mill.radius)
-    c, depth = done.cut, scenario.operation.axial_depth
+    c = done.cut
     law = c.law if c.law != AVERAGED else FLUTES if even_and_linear(c.edges) else DELAYED
-    for name, arc in (("straight", straight), ("corner", done.largest_immersion)):
-        mean = static_force(done, arc, depth)
+    for name, patch in done.contact.steady.items():
+        mean = static_force(done, patch)
         found[f"force_xy_mean_{name}"] = math.hypot(mean[0], mean[1])
-        tooth = tooth_period(law, arc, done.chip, depth, c.mill, c.discs, c.edges, 720)
+        tooth = tooth_period(law, patch.low, patch.high, done.chip, patch.depth, c.mill, c.discs, c.edges, 720)
         found[f"force_xy_peak_{name}"] = float(np.hypot(tooth[:, 0], tooth[:, 1]).max())
     return found
 
 
-def static_force(done: MillRun, arc: float, depth: float) -> tuple[float, float, float]:
+def static_force(done: MillRun, patch: SteadyPatch) -> tuple[float, float, float]:
     """Mean force of a steady cut along +x at the programmed feed per tooth, run-out left out [N]."""
     c = done.cut
     even = c.edges._replace(runout=0.0)
-    return wall_force(AVERAGED, 0.0, 0.0, 0.0, arc, 0.0, depth, done.chip, 0.0, c.mill, c.discs, even)
+    return wall_force(
+        AVERAGED, 0.0, 0.0, patch.low, patch.high, 0.0, patch.depth, done.chip, 0.0, c.mill, c.discs, even
+    )
 
 
 def stages(done: MillRun, **more: xr.Dataset | None) -> xr.DataTree:
@@ -252,10 +240,7 @@ def stages(done: MillRun, **more: xr.Dataset | None) -> xr.DataTree:
             "motor_torque": (torque, "N*m", "motor torque"),
             "saturated": (h.clipped.astype(float), "1", "controller at its limit"),
         }, axis=["x", "y"]).merge(_frequency_response(done)),
-        "engagement": labelled(time, {
-            "immersion": (done.immersion, "rad", "immersion angle"),
-            "block": (r.block.astype(float), "1", "block of the path"),
-        }),
+        "engagement": _engagement(done, time),
         "cutting": labelled(time, {
             "force": (h.force, "N", "mean force on the tool over a sample"),
             "force_peak": (h.force_peak[:, :3], "N", "largest force on the tool in a sample"),
@@ -276,6 +261,16 @@ def stages(done: MillRun, **more: xr.Dataset | None) -> xr.DataTree:
         }, axis=["x", "y"])  # fmt: skip
     groups |= {name: group for name, group in more.items() if group is not None}
     return xr.DataTree.from_dict(groups)
+
+
+def _engagement(done: MillRun, time: tuple[str, FloatArray, str, str]) -> xr.Dataset:
+    variables = {
+        "immersion": (done.contact.immersion, "rad", "immersion angle"),
+        "block": (done.reference.block.astype(float), "1", "block of the path"),
+    }
+    if done.contact.removal is not None:
+        variables["removal"] = (done.contact.removal, "m**2", "cross-section taken per length of feed")
+    return labelled(time, variables)
 
 
 def _frequency_response(done: MillRun) -> xr.Dataset:
@@ -306,10 +301,9 @@ def _phase(response: np.ndarray) -> FloatArray:
 def stability(scenario: MillingScenario, done: MillRun) -> TipStability | None:
     """Whether the tip chatters in steady cuts; None for a rigid tool."""
     tip = tip_modes(scenario)
-    if tip is None:
+    if tip is None or not done.contact.steady:
         return None
-    straight = straight_immersion(scenario.operation.radial_depth, done.cut.mill.radius)
-    return tip_stability(scenario, done.cut, tip, done.chip, straight, done.largest_immersion)
+    return tip_stability(done.cut, tip, done.chip, done.contact.steady)
 
 
 COMPARED = (

@@ -16,8 +16,9 @@ _MOVED = 0.05e-6  # [m] change of the contour error with twice the substeps that
 
 LIMITS = (
     "The immersion is that of the commanded position; the chip load follows the actual velocity.",
-    "The previous pass is taken to have the same shape, offset by the radial depth; entry, plunges and the first, full "
-    "slot are not modelled, and a cut is taken wherever a feed move runs below z = 0.",
+    "Without a stock the previous pass has the same shape, offset by the radial depth, and a cut is taken wherever a feed "
+    "move runs below z = 0. With a stock contact is what earlier moves have left; ramps clear by steps of height, and the "
+    "end of the mill does not cut.",
     "The part is rigid, and so is the tool unless tool.modes are given; then the tip swings in the loop, tooth by tooth.",
     "The lobe diagram leaves the helix out; Kienzle's law is taken by its slope at the mean chip thickness there.",
     "No in-position wait at stops: the next block starts at once, so that a machine that waits takes longer.",
@@ -40,7 +41,8 @@ def warnings(scenario: MillingScenario, done: MillRun, found: Mapping[str, float
                 f"only (gain margin {20 * math.log10(figures.sampled_gain_margin):.1f} dB); usual is 30° or more"
             )
     yield from _joints(done)
-    for where, name in (("on the straight", "straight"), ("at the largest immersion", "corner")):
+    yield from _stock(scenario, done)
+    for where, name in (("on the straight", "straight"), ("in the heaviest contact", "corner")):
         growth, stable = found.get(f"chatter_growth_{name}", 0.0), found.get(f"stable_depth_{name}")
         if growth >= 1.0:
             limit = f" (stable below {units.show(stable, 'length', 3)})" if stable is not None else ""
@@ -48,6 +50,26 @@ def warnings(scenario: MillingScenario, done: MillRun, found: Mapping[str, float
                 f"the tool chatters {where}: vibration grows by {growth:.3g} per tooth; reduce the axial depth{limit} or "
                 "change the spindle speed"
             )
+
+
+def _stock(scenario: MillingScenario, done: MillRun) -> Iterator[str]:
+    """Moves that run into the stock as they should not, and contact above the flutes."""
+    met, length = done.contact, scenario.tool.flute_length
+    if met.collisions:
+        yield f"rapid moves run through the stock: {_listed_lines(met.collisions)}"
+    if met.plunges:
+        yield f"plunges straight into the stock have no force here (end cutting is not modelled): {_listed_lines(met.plunges)}"
+    if scenario.stock is not None and length is not None and met.depth > length * (1 + 1e-9):
+        yield (
+            f"the stock stands {units.show(met.depth, 'length', 3)} above the tip, more than the flutes are long "
+            f"({units.show(length, 'length', 3)}): the shank rubs"
+        )
+
+
+def _listed_lines(lines: tuple[int, ...]) -> str:
+    shown = ", ".join(str(line) for line in lines[:_LISTED])
+    more = f" and {len(lines) - _LISTED} more" if len(lines) > _LISTED else ""
+    return f"line{'s' if len(lines) > 1 else ''} {shown}{more} of the program"
 
 
 def _joints(done: MillRun) -> Iterator[str]:

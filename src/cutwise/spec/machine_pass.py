@@ -74,7 +74,10 @@ class ProgramPass(Program):
 class FromCutting(Spec):
     """The mean force of the cut, from the coefficients of the material."""
 
-    axial_depth: Length = Field(description="axial depth of cut a_p", examples=["5 mm"], gt=0)
+    axial_depth: Length | None = Field(
+        default=None, description="axial depth of cut a_p; with a stock it follows from the program", examples=["5 mm"],
+        gt=0,
+    )  # fmt: skip
     radial_depth: Length | None = Field(
         default=None,
         description="radial depth of cut a_e, climb milling with the wall on the right; left out: a full slot",

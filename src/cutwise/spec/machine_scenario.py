@@ -27,6 +27,7 @@ from cutwise.spec.machine_checks import chain_faults
 from cutwise.spec.machine_pass import AxisPosition, CutSurface, FromCutting, MachineLoad, MachinePath, ProgramPass
 from cutwise.spec.material import Material
 from cutwise.spec.measures import MACHINE
+from cutwise.spec.program import StockBlock
 from cutwise.spec.scenario import MeasureSpec, Scenario
 from cutwise.spec.tables import Table
 
@@ -145,6 +146,10 @@ class MachineScenario(Scenario):
         default=None, description="the pass as moves of the axes (or give program; neither: a volumetric map only)"
     )
     program: ProgramPass | None = Field(default=None, description="the pass as a G-code program (or give path)")
+    stock: StockBlock | None = Field(
+        default=None,
+        description="the block that a program cuts, in its coordinates: the cut then follows from its moves",
+    )
     load: MachineLoad = Field(default_factory=MachineLoad, description="forces on the machine")
     material: Material | None = Field(default=None, description="material, for a force from the cutting model")
     surface: CutSurface | None = Field(default=None, description="the wall that the pass finishes")
@@ -204,6 +209,8 @@ class MachineScenario(Scenario):
 
     def _load_faults(self) -> Iterator[Remark]:
         cut = self.load.force
+        if self.stock is not None and (self.program is None or self.program.words != "part"):
+            yield Remark(("stock",), "is cut by a program whose words are places in the part (program.words: part)")
         if not isinstance(cut, FromCutting):
             return
         if self.material is None:
@@ -212,6 +219,8 @@ class MachineScenario(Scenario):
             yield Remark(("material",), "the mean force of a cut needs the linear law (K_tc, K_rc, K_te, K_re)")
         if self.tool.flutes is None:
             yield Remark(("tool", "flutes"), "missing")
+        if self.stock is None and cut.axial_depth is None:
+            yield Remark(("load", "force", "axial_depth"), "missing")
         if cut.spindle_speed is None and self.program is None:
             yield Remark(("load", "force", "spindle_speed"), "missing")
         if cut.radial_depth is not None and cut.radial_depth > self.tool.diameter * (1 + 1e-9):

@@ -26,7 +26,7 @@ from cutwise.spec.drives import CncMachine
 from cutwise.spec.fields import tag
 from cutwise.spec.material import Material
 from cutwise.spec.measures import MILLING
-from cutwise.spec.program import Blend, PathMode, Program
+from cutwise.spec.program import Blend, PathMode, Program, StockBlock
 from cutwise.spec.scenario import MeasureSpec, Scenario
 from cutwise.spec.tool import HelicalMill
 
@@ -82,7 +82,7 @@ class CornerPath(Spec):
 
 
 class MillingOperation(Spec):
-    """The cut: climb milling along a wall, the previous pass offset by the radial depth."""
+    """The cut: climb milling along a wall, the previous pass offset by the radial depth; or what a program meets."""
 
     feed: Annotated[Speed, Usual("1 mm/s", "500 mm/s")] | None = Field(
         default=None, description="feed along the path; a program has its own (F), which this replaces",
@@ -92,8 +92,14 @@ class MillingOperation(Spec):
         default=None, description="spindle speed; a program has its own (S), which this replaces",
         examples=["8000 rpm"], gt=0,
     )  # fmt: skip
-    axial_depth: Length = Field(description="axial depth of cut a_p", examples=["5 mm"], gt=0)
-    radial_depth: Length = Field(description="radial depth of cut a_e", examples=["4 mm"], gt=0)
+    axial_depth: Length | None = Field(
+        default=None, description="axial depth of cut a_p; with a stock it follows from the program", examples=["5 mm"],
+        gt=0,
+    )  # fmt: skip
+    radial_depth: Length | None = Field(
+        default=None, description="radial depth of cut a_e; with a stock it follows from the program",
+        examples=["4 mm"], gt=0,
+    )  # fmt: skip
 
 
 class ToolMode(Spec):
@@ -182,9 +188,24 @@ class MillingScenario(Scenario):
         "requirements": "{contour_error_max: {max: 50 um}, force_xy_peak: {max: 800 N}}",
     }
 
+    levers: ClassVar[Mapping[str, tuple[str, str]]] = {
+        "operation.feed": ("5 mm/s", "150 mm/s"),
+        "operation.spindle_speed": ("2000 rpm", "20000 rpm"),
+        "operation.axial_depth": ("0.5 mm", "20 mm"),
+        "operation.radial_depth": ("0.2 mm", "8 mm"),
+        "path.corner": ("0.5 mm", "10 mm"),
+        "path_mode.blend": ("2 um", "500 um"),
+    }
+    focus: ClassVar[str] = "contour_error_max"
+
     process: Literal["mill"] = Field(description="which operation is simulated", examples=["mill"])
     path: CornerPath | None = Field(default=None, description="a pocket corner (or give program)")
     program: Program | None = Field(default=None, description="a G-code program (or give path)")
+    stock: StockBlock | None = Field(
+        default=None,
+        description="the block that a program cuts: contact then follows from what its moves have left, the depths of "
+        "the operation are not needed",
+    )
     path_mode: PathMode = Field(
         default="exact_path",
         description="corners between blocks: exact_path (G61), exact_stop (G61.1) or {blend: tolerance} (G64 P)",
@@ -207,21 +228,37 @@ class MillingScenario(Scenario):
             for key, sample in (("feed", "40 mm/s"), ("spindle_speed", "8000 rpm")):
                 if getattr(self.operation, key) is None:
                     yield Remark(("operation", key), f"missing; write it as text with a unit, for example {sample}")
-        radius = 0.5 * self.tool.diameter
-        if self.operation.radial_depth >= radius:
+        yield from self._depth_faults()
+
+    def _depth_faults(self) -> Iterator[Remark]:
+        """Depths missing, or more than engagement and tool cover; a stock without a program."""
+        operation, radius = self.operation, 0.5 * self.tool.diameter
+        if self.stock is not None and self.program is None:
+            yield Remark(
+                ("stock",), "is cut by a program; a corner has its depths (operation.radial_depth, .axial_depth)"
+            )
+        for key, example in (("axial_depth", "5 mm"), ("radial_depth", "4 mm")):
+            if self.stock is None and getattr(operation, key) is None:
+                hint = " (or describe the stock)" if self.program is not None else ""
+                yield Remark(("operation", key), f"missing; write it as text with a unit, for example {example}{hint}")
+        if self.stock is None and operation.radial_depth is not None and operation.radial_depth >= radius:
             yield Remark(
                 ("operation", "radial_depth"),
-                f"{_mm(self.operation.radial_depth)} is not below the radius of the mill ({_mm(radius)}): the "
-                "engagement in a corner holds for less; split the pass, or take a larger mill",
+                f"{_mm(operation.radial_depth)} is not below the radius of the mill ({_mm(radius)}): the engagement in a "
+                "corner holds for less; split the pass, take a larger mill, or describe the stock of a program",
             )
-        if self.tool.flute_length is not None and self.operation.axial_depth > self.tool.flute_length * (1 + 1e-9):
+        length, depth = self.tool.flute_length, operation.axial_depth
+        if length is not None and depth is not None and depth > length * (1 + 1e-9):
             yield Remark(
-                ("operation", "axial_depth"),
-                f"is more than the flute length ({_mm(self.tool.flute_length)}, tool.flute_length)",
+                ("operation", "axial_depth"), f"is more than the flute length ({_mm(length)}, tool.flute_length)"
             )
 
     def remarks(self) -> Iterator[Remark]:
-        """Feed per tooth, depth and sampling that are unusual."""
+        """Feed per tooth and sampling that are unusual; depths that do not count."""
+        if self.stock is not None:
+            for key in ("axial_depth", "radial_depth"):
+                if getattr(self.operation, key) is not None:
+                    yield Remark(("operation", key), "is not used: the stock says what the program meets")
         feed, speed = self.operation.feed, self.operation.spindle_speed
         if feed is not None and speed is not None:
             chip = 2.0 * math.pi * feed / (speed * self.tool.flutes)

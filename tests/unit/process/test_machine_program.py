@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from cutwise.io.scenario import load
+from cutwise.io.scenario import load, parse
 from cutwise.maths import chains
 from cutwise.physics.engagement.corner import Corner, greatest_immersion, straight_immersion
 from cutwise.process import machine_assemble, machine_pass
@@ -136,3 +136,17 @@ def test_five_axis_example_reaches_its_places(examples):
     at = chains.frames(found.axes.chain, found.way.commands * found.axes.sense)
     np.testing.assert_allclose(chains.tool_point(at, found.tip), found.way.point, atol=1e-15)
     assert found.way.curve is None
+
+
+def test_stock_gives_the_depth_that_the_program_has(examples):
+    """On the straight of a pass the pocket's own stock is the radial depth of 4 mm; the first slot is a full one."""
+    by_stock = cell(load(examples / "machine_pocket.yaml"))
+    depths = ["load.force={axial_depth: 5 mm, radial_depth: 4 mm}"]
+    text = (examples / "machine_pocket.yaml").read_text()
+    bare = "\n".join(line for line in text.splitlines() if not line.startswith("stock:"))
+    by_depth = cell(parse(bare, overrides=depths, folder=examples))
+    straight = (by_stock.way.line == 39) & (by_stock.way.direction[:, 0] < -0.999)
+    middle = np.flatnonzero(straight)[len(np.flatnonzero(straight)) // 2]
+    assert by_stock.cut.force[middle] == pytest.approx(by_depth.cut.force[middle], rel=1e-9)
+    assert by_stock.cut.immersion.max() == pytest.approx(math.pi)
+    assert by_depth.cut.immersion.max() < math.pi

@@ -10,7 +10,6 @@ from cutwise.app.plots.figures import (
     GOOD,
     INK,
     SERIES,
-    SHADE,
     SOFT,
     ZONE,
     Plot,
@@ -118,7 +117,7 @@ def forces(result: "Result") -> Figure:
     time = cutting["time"].values
     drawn = figure(3.2)
     axes = drawn.subplots()
-    curve(axes, time, factor * cutting["force_xy_peak"].values, color=SHADE, label="xy, peak")
+    curve(axes, time, factor * cutting["force_xy_peak"].values, color=SOFT, alpha=0.4, linewidth=1.0, label="xy, peak")
     for axis, colour in zip("xy", SERIES, strict=False):
         curve(axes, time, factor * cutting["force"].sel(axis=axis).values, color=colour, linewidth=1.0, label=axis)
     axes.set(xlabel="time [s]", ylabel=f"force on the tool [{unit}]")
@@ -203,7 +202,7 @@ def tip_and_wall(result: "Result") -> Figure:
     time = structure["time"].values
     drawn = figure(4.6)
     top, bottom = drawn.subplots(2, sharex=True)
-    curve(top, time, factor * structure["tip_peak"].values, color=SHADE, label="largest")
+    curve(top, time, factor * structure["tip_peak"].values, color=SOFT, alpha=0.4, linewidth=1.0, label="largest")
     for axis, colour in zip("xy", SERIES, strict=False):
         curve(top, time, factor * structure["tip"].sel(axis=axis).values, color=colour, linewidth=1.0, label=axis)
     top.set(ylabel=f"tool tip [{unit}]")
@@ -223,16 +222,15 @@ def lobes(result: "Result") -> Figure:
     x, y = speed[0] * data["spindle_speed"].values, depth[0] * data["depth"].values
     drawn = figure(3.6)
     axes = drawn.subplots()
-    straight, corner = (data["growth"].isel(immersion=k).values.T for k in (0, 1))
-    axes.contourf(x, y, straight, levels=[0.0, 1.0], colors=[ZONE])
-    axes.contour(x, y, straight, levels=[1.0], colors=[GOOD], linewidths=1.4)
-    axes.contour(x, y, corner, levels=[1.0], colors=[BAD], linewidths=1.2, linestyles="--")
-    operation = result.scenario.operation  # type: ignore[attr-defined]
-    if operation.spindle_speed is not None:
-        axes.plot(speed[0] * operation.spindle_speed, depth[0] * operation.axial_depth, "o", color=INK, markersize=6)
-        note(axes, "operation", (speed[0] * operation.spindle_speed, depth[0] * operation.axial_depth), (7, 5))
-    axes.plot([], [], color=GOOD, label="straight: stable below")
-    axes.plot([], [], "--", color=BAD, label="largest immersion: stable below")
+    growth = {str(name): data["growth"].sel(contact=name).values.T for name in data["contact"].values}
+    axes.contourf(x, y, np.maximum.reduce(list(growth.values())), levels=[0.0, 1.0], colors=[ZONE])
+    for name, style, colour, words in (("straight", "-", GOOD, "straight"), ("corner", "--", BAD, "heaviest contact")):
+        if name in growth:
+            axes.contour(x, y, growth[name], levels=[1.0], colors=[colour], linewidths=1.3, linestyles=style)
+            axes.plot([], [], style, color=colour, label=f"{words}: stable below")
+    here = (speed[0] * float(data["speed_met"]), depth[0] * float(data["depth_met"].max()))
+    axes.plot(*here, "o", color=INK, markersize=6)
+    note(axes, "this run", here, (7, 5))
     axes.set(xlabel=f"spindle speed [{speed[1]}]", ylabel=f"axial depth of cut [{depth[1]}]")
     legend_above(axes, 2)
     return drawn
@@ -276,6 +274,6 @@ PLOTS: list[Plot] = [
     Plot("Tool tip and wall", "Displacement of the tip by its modes, and the wall left: error of the drives plus tip where "
          "a tooth passes the wall; positive into the wall.", tip_and_wall, ("structure/tip_peak",)),
     Plot("Stability", "Pairs of spindle speed and axial depth at which vibration dies out.", lobes, ("lobes/growth",)),
-    Plot("Vibration of the tool tip", "Steady cut at the largest immersion, from rest.", vibration,
+    Plot("Vibration of the tool tip", "Steady cut of the heaviest contact, from rest.", vibration,
          ("vibration/tip_corner",)),
 ]  # fmt: skip

@@ -86,7 +86,7 @@ def disc_range(z_lo: float, z_hi: float, discs: Discs) -> tuple[int, int]:
 
 @compiled
 def tooth_period(
-    law: int, arc: float, chip: float, depth: float, mill: Mill, discs: Discs, edges: Edges, positions: int
+    law: int, low: float, high: float, chip: float, depth: float, mill: Mill, discs: Discs, edges: Edges, positions: int
 ) -> FloatArray:
     """Forces over a revolution at a steady feed per tooth along +x; shape (positions x flutes, 3) [N].
 
@@ -101,9 +101,11 @@ def tooth_period(
             lowest, highest = disc_range(0.0, depth, discs)
             for k in range(moved.shape[0]):
                 moved[k, 0], moved[k, 1] = steady_step(k + 1, angle, chip, mill.flutes, edges)
-            fx, fy, fz = delayed_disc_forces(angle, -0.5 * math.pi, arc, lowest, highest, moved, discs, edges)
+            fx, fy, fz = delayed_disc_forces(
+                angle, low - 0.5 * math.pi, high - low, lowest, highest, moved, discs, edges
+            )
         else:
-            fx, fy, fz = wall_force(law, angle, 0.0, 0.0, arc, 0.0, depth, chip, 0.0, mill, discs, edges)
+            fx, fy, fz = wall_force(law, angle, 0.0, low, high, 0.0, depth, chip, 0.0, mill, discs, edges)
         out[i, 0], out[i, 1], out[i, 2] = fx, fy, fz
     return out
 

@@ -137,6 +137,7 @@ def _add_piece(
     cuts: FloatArray,
     arcs: FloatArray,
     count: int,
+    closed: bool,
 ) -> int:
     """Arcs of the rim that one piece, run over a length, has swept."""
     radius, bend = swept.radius, swept.turn[j]
@@ -171,6 +172,8 @@ def _add_piece(
         if 1e-12 < d < 2.0 * radius:
             half, middle = math.acos(d / (2.0 * radius)), math.atan2(dy, dx)
             count = _add(arcs, count, middle - half, middle + half, wall)
+        elif closed and d <= 1e-12:
+            count = _add(arcs, count, wall, wall + 2.0 * math.pi, wall)
     return count
 
 
@@ -237,7 +240,7 @@ def _levels(swept: Swept, first: int, last: int, way: float, bottom: float, top:
 @compiled
 def _contact(
     x: float, y: float, z: float, wall: float, way: float, swept: Swept, stock: Stock, out: FloatArray,
-    arcs: FloatArray, free: FloatArray, cuts: FloatArray, levels: FloatArray,
+    arcs: FloatArray, free: FloatArray, cuts: FloatArray, levels: FloatArray, closed: bool,
 ) -> int:  # fmt: skip
     """Contact patches of the mill at one place; their number, which may be more than ``out`` holds."""
     cx, cy = int((x - swept.corner[0]) / swept.cell), int((y - swept.corner[1]) / swept.cell)
@@ -257,7 +260,7 @@ def _contact(
                 break
             if below + 1e-9 < swept.height[j] <= floor + 1e-9:
                 done = min(1.0, (way - swept.way[j]) / swept.way_length[j]) if swept.way_length[j] > 0.0 else 1.0
-                count = _add_piece(swept, j, done * swept.length[j], x, y, wall, cuts, arcs, count)
+                count = _add_piece(swept, j, done * swept.length[j], x, y, wall, cuts, arcs, count, closed)
         below = floor
         if ceiling <= floor:
             continue
@@ -279,7 +282,7 @@ def _contact(
 
 @compiled
 def _contacts(
-    point: FloatArray, heading: FloatArray, way: FloatArray, swept: Swept, stock: Stock, out: FloatArray
+    point: FloatArray, heading: FloatArray, way: FloatArray, swept: Swept, stock: Stock, out: FloatArray, closed: bool
 ) -> int:
     arcs, free = np.empty((_ROOM, 2)), np.empty((_ROOM, 2))
     cuts, levels = np.empty(16), np.empty(_LEVELS)
@@ -288,7 +291,19 @@ def _contacts(
         if point[k, 2] < stock.top - 1e-12:
             wall = heading[k] - 0.5 * math.pi
             found = _contact(
-                point[k, 0], point[k, 1], point[k, 2], wall, way[k], swept, stock, out[k], arcs, free, cuts, levels
+                point[k, 0],
+                point[k, 1],
+                point[k, 2],
+                wall,
+                way[k],
+                swept,
+                stock,
+                out[k],
+                arcs,
+                free,
+                cuts,
+                levels,
+                closed,
             )
             most = max(most, found)
     return most
@@ -320,11 +335,31 @@ def contact_patches(point: FloatArray, heading: FloatArray, way: FloatArray, swe
     while True:
         out = np.zeros((point.shape[0], room, 4))
         most = _contacts(
-            np.ascontiguousarray(point), np.ascontiguousarray(heading), np.ascontiguousarray(way), swept, stock, out
+            np.ascontiguousarray(point),
+            np.ascontiguousarray(heading),
+            np.ascontiguousarray(way),
+            swept,
+            stock,
+            out,
+            False,
         )
         if most <= room:
             return out[:, : max(most, 1)]
         room = most
+
+
+def stands_in_material(point: FloatArray, way: FloatArray, swept: Swept, stock: Stock) -> FloatArray:
+    """How much of the whole rim is in contact where the mill goes straight down [rad], shape (n,).
+
+    ``point`` (n, 3) is the tip [m], ``way`` (n,) the arc length at which that move began [m]: what was swept before it is
+    gone, the very same place too.
+    """
+    whole = np.zeros(point.shape[0])
+    for heading in (0.0, math.pi):
+        out = np.zeros((point.shape[0], 8, 4))
+        _contacts(np.ascontiguousarray(point), np.full(len(point), heading), way, swept, stock, out, True)
+        whole += immersion(out)
+    return whole
 
 
 def removal_area(patches: FloatArray, radius: float) -> FloatArray:

@@ -1,0 +1,117 @@
+"""What the mill meets along its path: a wall by closed form, or the stock that the program has left so far."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from cutwise.maths.curves import FloatArray
+from cutwise.physics.engagement.corner import Corner, greatest_immersion, straight_immersion
+from cutwise.physics.engagement.path_sweep import swept_path
+from cutwise.physics.engagement.stock import (
+    Stock,
+    block_stock,
+    contact_patches,
+    immersion,
+    removal_area,
+    stands_in_material,
+)
+from cutwise.physics.engagement.wall import path_immersion, wall_patches
+from cutwise.physics.motion.reference import Reference
+from cutwise.process.program_path import ProgramPath
+from cutwise.spec.milling import MillingScenario
+from cutwise.spec.program import StockBlock
+
+_FLAT = 1e-6  # a direction of feed with less than this in the plane is a plunge
+_TOUCH = math.radians(0.5)  # contact of a rapid move that counts as a collision
+
+
+class SteadyPatch(NamedTuple):
+    """A contact that is looked at by itself."""
+
+    low: float  # arc from the wall side [rad]
+    high: float
+    depth: float  # [m]
+
+
+class Contact(NamedTuple):
+    """What the mill meets at the servo instants, ``n`` of them."""
+
+    patches: FloatArray  # arc from, to [rad], heights above the tip from, to [m]; shape (n, p, 4)
+    immersion: FloatArray  # largest sum of arcs at one height [rad], shape (n,)
+    greatest: float  # largest immersion [rad]
+    steady: dict[str, SteadyPatch]  # "straight", where there is one such contact, and "corner", the heaviest
+    removal: FloatArray | None  # cross-section taken per length of feed [m^2], where a stock is known, shape (n,)
+    collisions: tuple[int, ...]  # program lines of rapid moves that run through the stock
+    plunges: tuple[int, ...]  # program lines of feed moves straight down into it
+
+    @property
+    def depth(self) -> float:
+        """Greatest height of contact above the tip [m]."""
+        return float(self.patches[..., 3].max())
+
+
+def contact(scenario: MillingScenario, path: ProgramPath, reference: Reference) -> Contact:
+    """Contact along a path at the servo instants."""
+    if scenario.stock is not None:
+        return stock_contact(path, reference, 0.5 * scenario.tool.diameter, stock_of(scenario.stock))
+    return _wall_contact(scenario, path, reference)
+
+
+def stock_of(given: StockBlock) -> Stock:
+    """The block as a record."""
+    return block_stock(given.x, given.y, given.z[1], given.z[0])
+
+
+def _wall_contact(scenario: MillingScenario, path: ProgramPath, reference: Reference) -> Contact:
+    """The previous pass has the same shape, offset by the radial depth."""
+    radius, operation = 0.5 * scenario.tool.diameter, scenario.operation
+    assert operation.radial_depth is not None
+    assert operation.axial_depth is not None
+    depth, width = operation.axial_depth, operation.radial_depth
+    alpha = path_immersion(path.curve, path.cuts, reference.block, reference.point, reference.direction, radius, width)
+    alpha[reference.travelled >= path.curve.knots[-1]] = 0.0
+    greatest = float(alpha.max())
+    if scenario.path is not None:  # of a corner: the geometric maximum, not that of the samples
+        greatest = greatest_immersion(Corner(radius, width, scenario.path.turn, scenario.path.fillet))
+    steady = {}
+    if path.cuts.any():
+        arcs = {"straight": float(straight_immersion(width, radius)), "corner": greatest}
+        steady = {name: SteadyPatch(0.0, arc, depth) for name, arc in arcs.items()}
+    return Contact(wall_patches(alpha, depth), alpha, greatest, steady, None, (), ())
+
+
+def stock_contact(path: ProgramPath, reference: Reference, radius: float, stock: Stock) -> Contact:
+    """Contact with what the moves of a program have left of its stock.
+
+    Rapid moves cut nothing here, and neither do plunges, whose end of the mill is not modelled; both are noted by their lines where
+    they run into the stock.
+    """
+    heading = np.arctan2(reference.direction[:, 1], reference.direction[:, 0])
+    moving = reference.travelled < path.curve.knots[-1]
+    swept = swept_path(path.curve, radius)
+    patches = contact_patches(reference.point, heading, reference.travelled, swept, stock)
+    patches[~moving] = 0.0
+    angle = immersion(patches)
+    block = reference.block
+    rapid = np.isinf(path.feed[block])
+    upright = np.hypot(reference.direction[:, 0], reference.direction[:, 1]) < _FLAT
+    down = np.flatnonzero(upright & moving & (reference.direction[:, 2] < 0.0))
+    into = down[stands_in_material(reference.point[down], path.curve.knots[block[down]], swept, stock) > _TOUCH]
+    hit = np.concatenate([np.flatnonzero(rapid & ~upright & (angle > _TOUCH)), into[rapid[into]]])
+    collisions, plunges = _lines(path.source[block[hit]]), _lines(path.source[block[into[~rapid[into]]]])
+    patches[rapid | upright] = 0.0
+    angle = np.where(rapid | upright, 0.0, angle)
+    steady = {}
+    if angle.any():
+        heavy = removal_area(patches[:, :, None], radius)  # of each patch by itself
+        k, p = np.unravel_index(int(np.argmax(heavy)), heavy.shape)
+        steady["corner"] = SteadyPatch(
+            float(patches[k, p, 0]), float(patches[k, p, 1]), float(patches[k, p, 3] - patches[k, p, 2])
+        )
+    return Contact(patches, angle, float(angle.max()), steady, removal_area(patches, radius), collisions, plunges)
+
+
+def _lines(source: npt.NDArray[np.int64]) -> tuple[int, ...]:
+    return tuple(int(line) for line in np.unique(source))
