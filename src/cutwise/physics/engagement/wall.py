@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cutwise.maths.linearc import LineArc, block_point, block_tangent, block_turn
-from cutwise.physics.engagement.corner import Corner, arc_immersion, corner_immersion, straight_immersion
+from cutwise.physics.engagement.corner import Corner, arc_immersion, corner_immersions, straight_immersion
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -39,10 +39,11 @@ class _Zone:
     def __init__(self, at: FloatArray, heading: float, corner: Corner) -> None:
         self.at, self.heading, self.corner = at, heading, corner
 
-    def immersion(self, x: float, y: float, heading: float) -> float:
+    def immersions(self, points: FloatArray, tangents: FloatArray) -> FloatArray:
+        """At mill centres [m] with unit tangents, shapes (n, 3)."""
         c, s = math.cos(self.heading), math.sin(self.heading)
-        dx, dy = x - self.at[0], y - self.at[1]
-        return float(corner_immersion(c * dx + s * dy, c * dy - s * dx, heading - self.heading, self.corner))
+        to_corner = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+        return np.asarray(corner_immersions((points - self.at) @ to_corner, tangents @ to_corner, self.corner))
 
 
 def path_immersion(
@@ -52,7 +53,7 @@ def path_immersion(
     """Immersion angle at samples of a path that has the wall on its right, the previous pass offset to its left.
 
     Lines before and after an inner (left) corner or fillet, longer than the mill radius, follow
-    :func:`corner_immersion`; arcs elsewhere :func:`arc_immersion`; lines elsewhere :func:`straight_immersion`. Only
+    :func:`corner_immersions`; arcs elsewhere :func:`arc_immersion`; lines elsewhere :func:`straight_immersion`. Only
     the xy plane counts; blocks that do not cut give zero.
 
     Parameters
@@ -85,10 +86,9 @@ def path_immersion(
         if zone is not None:
             reach = _reach(zone.corner)
             distance = np.hypot(point[here, 0] - zone.at[0], point[here, 1] - zone.at[1])
+            near = here[distance <= reach]
             out[here] = straight
-            for k in here[distance <= reach]:
-                heading = math.atan2(direction[k, 1], direction[k, 0])
-                out[k] = zone.immersion(point[k, 0], point[k, 1], heading)
+            out[near] = zone.immersions(point[near], direction[near])
         elif lines[i]:
             out[here] = straight
         else:

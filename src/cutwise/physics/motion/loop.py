@@ -1,7 +1,7 @@
 """Linear analysis of a position loop without friction: frequency response, margins, bandwidth, poles."""
 
 import math
-from itertools import pairwise
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -102,6 +102,7 @@ def continuous_poles(plant: Plant, law: Controller) -> ComplexArray:
     )
 
 
+@lru_cache(maxsize=64)
 def loop_figures(plant: Plant, law: Controller) -> LoopFigures:
     """Margins, bandwidth and poles of one axis; friction, saturation and encoder are left out."""
     poles = continuous_poles(plant, law)
@@ -165,12 +166,17 @@ def _gain_margin(plant: Plant, law: Controller) -> float:
     """Factor on the loop gain at which the sampled loop turns unstable; below one: it is unstable already."""
     numerator, denominator = sampled_loop(plant, law)
 
-    def excess(factor: float) -> float:
-        return float(np.max(np.abs(np.roots(np.polyadd(factor * numerator, denominator))))) - 1.0
+    def excess(factors: FloatArray) -> FloatArray:
+        """Largest magnitude of z less one at each factor, from the companion matrices of all of them at once."""
+        characteristic = np.array([np.polyadd(factor * numerator, denominator) for factor in factors])
+        companion = np.repeat(np.eye(characteristic.shape[1] - 1, k=-1)[np.newaxis], factors.size, axis=0)
+        companion[:, 0] = -characteristic[:, 1:] / characteristic[:, :1]
+        return np.asarray(np.abs(np.linalg.eigvals(companion)).max(axis=1) - 1.0)
 
-    stable_now = excess(1.0) < 0.0
+    stable_now = bool(excess(np.ones(1))[0] < 0.0)
     factors = np.geomspace(1.0, 1e4, 400) if stable_now else np.geomspace(1.0, 1e-4, 400)
-    for a, b in pairwise(factors):
-        if (excess(b) < 0.0) != stable_now:
-            return float(brentq(excess, a, b))
-    return math.inf if stable_now else 0.0
+    changes = np.flatnonzero((excess(factors) < 0.0) != stable_now)
+    if changes.size == 0:
+        return math.inf if stable_now else 0.0
+    first = int(changes[0])
+    return float(brentq(lambda factor: excess(np.array([factor]))[0], factors[first - 1], factors[first]))
