@@ -1,284 +1,216 @@
-"""Modal interpreter for G-code of the RS274/NGC dialect: blocks of words into moves in SI."""
+"""RS274/NGC programs run into canonical commands: line by line, with subroutines, loops and branches."""
 
 import math
-from dataclasses import replace
-from typing import NamedTuple
+import re
+from collections.abc import Iterator
 
-from cutwise import units
-from cutwise.io.programs.blocks import Line, Word, blocks
-from cutwise.io.programs.cycles import drill
-from cutwise.io.programs.state import Move, Point, Run, State, new_move, target
+from cutwise.io.programs import execution, offsets
+from cutwise.io.programs.block import Block, computed_block, settle
+from cutwise.io.programs.canon import Command, Feed, FeedRate, Traverse
+from cutwise.io.programs.controller import INCH, MILLIMETRE, Controller, from_machine
+from cutwise.io.programs.expressions import BlockFault, CommentFault, computed
+from cutwise.io.programs.flow import Flow, FlowFault
+from cutwise.io.programs.remarks import say
+from cutwise.io.programs.setup import Setup
+from cutwise.io.programs.source import Source
+from cutwise.io.programs.variables import Memory
+from cutwise.io.programs.words import Line, column
 from cutwise.spec.faults import Fault, ScenarioFault
 
-# modal groups: one word of each in a block
-_MOTION = {0, 1, 2, 3, 73, 80, 81, 82, 83}
-_GROUPS: dict[str, set[float]] = {
-    "motion": {float(g) for g in _MOTION},
-    "plane": {17, 18, 19},
-    "units": {20, 21},
-    "distance": {90, 91},
-    "arc distance": {90.1, 91.1},
-    "feed mode": {94},
-    "cutter compensation": {40},
-    "tool length": {43, 49},
-    "work coordinates": {54, 55, 56, 57, 58, 59, 59.1, 59.2, 59.3},
-    "path mode": {61, 61.1, 64},
-    "return": {98, 99},
-    "once": {4},
-}
-_M_CODES = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 30}
-_KNOWN_M_REASON = "unknown or unsupported M code; known are M0-M9 and M30"
-_AXES = {"G17": (0, 1, 2), "G18": (2, 0, 1), "G19": (1, 2, 0)}
-_LETTERS = set("ABCDFGHIJKLMNPQRSTXYZ")
-_RADIUS_SLACK = (2.828e-3, 0.02828e-3, 1e-3)  # [m], [m], share: RS274/NGC limits between start and end radius
+MOST_FAULTS = 100  # after which the rest of a program is not looked at any more
+
+_AXIS = r"(?:[{}][ \t]*([-+.\d]+)[ \t]*)?"
+_PLAIN = re.compile(
+    r"[ \t]*(?:[nN](\d+)[ \t]*)?(?:[gG]0?([01])(?![\d.])[ \t]*)?"
+    + "".join(_AXIS.format(pair) for pair in ("xX", "yY", "zZ", "fF"))
+    + r"\r?"
+).fullmatch
+"""A straight motion and nothing else: most lines of most programs, read without taking them apart."""
+
+_UNIT_WORD = re.compile(r"(?:^|[^A-Za-z0-9#<_])[gG]\s*2\s*([01])(?![\d.])")
+_COMMENTS = re.compile(r"\([^)\n]*\)|;[^\n]*")
 
 
-class Interpreted(NamedTuple):
-    """The moves of a program, and what was noticed."""
+def first_unit(text: str) -> bool | None:
+    """Whether the first unit word of a program is G20 (inch); None if it has none."""
+    for match in _UNIT_WORD.finditer(text):
+        line = text[text.rfind("\n", 0, match.start()) + 1 : match.end()]
+        if _UNIT_WORD.search(_COMMENTS.sub("", line.partition(";")[0])):
+            return match[1] == "0"
+    return None
 
-    moves: tuple[Move, ...]
-    tools: tuple[int, ...]
-    notices: tuple[str, ...]
 
+class Interpreter:
+    """A run through a program.
 
-def interpret(text: str, name: str = "program") -> Interpreted:
-    """The moves of a G-code program.
-
-    Understood are G0-G4, G17-G19, G20/21, G40, G43/49, G54-G59.3, G61, G61.1, G64, G73, G80-G83, G90/91, G90.1/91.1,
-    G94, G98/99, M0-M9, M30 and the words F S T H N; anything else is a fault with line and column, never skipped. Work
-    coordinate systems are taken as one and the same, the tool length as contained in z.
-
-    Raises
-    ------
-    ScenarioFault
-        With everything in the program that cannot be run.
+    :meth:`commands` gives its commands; when they are used up, ``notices`` and ``controller`` tell the rest. A program
+    with faults raises :class:`ScenarioFault` at the end, with all of them.
     """
-    run = Run(name)
-    state = State()
-    for block in blocks(text, name, run.faults):
-        state = _block(block, state, run)
-        if state.ended:
-            break
-    if run.faults:
-        raise ScenarioFault(sorted(run.faults, key=lambda fault: (fault.line or 0, fault.column or 0)))
-    if not any(move.kind in ("feed", "arc") for move in run.moves):
-        raise ScenarioFault([Fault((), "has no feed move: nothing would be cut", file=name)])
-    return Interpreted(tuple(run.moves), tuple(run.tools), tuple(run.notices))
 
+    def __init__(self, text: str, name: str, setup: Setup = Setup()) -> None:  # noqa: B008
+        main = Source(name, text)
+        inch = first_unit(text) if setup.inch is None else setup.inch
+        self.name = name
+        self.out: list[Command] = []
+        self.controller = Controller(setup, bool(inch), self.out)
+        self.memory = Memory(self.controller)
+        self.flow = Flow(self.controller, self.memory, main, main, main.first)
+        self.faults: dict[Fault, None] = {}
+        self.blocks = 0  # lines with something to run
+        self.ended = False
+        _prepare(self.controller)
 
-def _block(block: Line, state: State, run: Run) -> State:
-    g, values = _sorted_words(block, run)
-    if g is None:
-        return state
-    state = _modes(g, values, state, run)
-    if "dwell" in values:  # set by _modes for G4
-        return state
-    axes = [letter for letter in "XYZ" if letter in values]
-    if "motion" in g:
-        state = replace(state, motion=g["motion"].value)
-        if state.motion == 80:
-            return replace(state, cycle_z=None, cycle_r=None) if not axes else _no_motion(values[axes[0]], state, run)
-    offsets = [letter for letter in "IJKR" if letter in values]
-    if not axes and not (state.motion in (2, 3) and offsets):
-        if "motion" in g and state.motion not in (0, 1):
-            run.fault(f"G{state.motion:g} needs axis words", g["motion"])
-        return _after(values, state)
-    first = values[(axes or offsets)[0]]
-    if state.motion == 80:
-        return _no_motion(first, state, run)
-    if state.motion in (0, 1):
-        return _after(values, _straight(values, first, state, run))
-    if state.motion in (2, 3):
-        return _after(values, _arc(values, first, state, run))
-    return _after(values, drill(values, first, state, run))
+    def commands(self) -> Iterator[Command]:
+        """The commands of the program, as it runs.
 
+        Raises
+        ------
+        ScenarioFault
+            At the end, with everything that could not be run.
+        """
+        if self.out:
+            yield from self.out
+            self.out.clear()
+        flow = self.flow
+        while not self.ended:
+            if flow.index >= flow.source.end:
+                self._end_of_file()
+                break
+            if self._easy():
+                yield from self._plain_lines()
+            if flow.index < flow.source.end:
+                self._line()
+            if self.out:
+                yield from self.out
+                self.out.clear()
+        if self.out:
+            yield from self.out
+            self.out.clear()
+        if self.faults:
+            raise ScenarioFault(list(self.faults))
 
-def _no_motion(word: Word, state: State, run: Run) -> State:
-    run.fault("axis words while motion is cancelled (G80); write G0 or G1", word)
-    return state
+    def _easy(self) -> bool:
+        """Whether lines of straight motions may be run without the whole machinery."""
+        c = self.controller
+        return (
+            c.motion in (0, 10) and not c.incremental and c.feed_mode == 94 and c.compensation is None
+            and c.spline is None and not c.no_arc_yet
+        )  # fmt: skip
 
-
-def _after(values: dict[str, Word], state: State) -> State:
-    """M2 and M30 take effect after the motion of their block."""
-    return replace(state, ended=True) if "end" in values else state
-
-
-def _sorted_words(block: Line, run: Run) -> tuple[dict[str, Word] | None, dict[str, Word]]:
-    """G words by modal group, all others by letter (M words are acted on as they come)."""
-    g: dict[str, Word] = {}
-    values: dict[str, Word] = {}
-    good = True
-    for word in block.words:
-        if word.letter == "G":
-            group = next((name for name, codes in _GROUPS.items() if word.value in codes), None)
-            if group is None:
-                run.fault(f"{word} is unknown or not supported", word)
-                good = False
-            elif group in g:
-                run.fault(f"{word} and {g[group]} are of one modal group ({group}); one of them per block", word)
-                good = False
-            else:
-                g[group] = word
-        elif word.letter == "M":
-            if word.value not in _M_CODES:
-                run.fault(f"{word}: {_KNOWN_M_REASON}", word)
-                good = False
-            elif word.value in (2, 30):
-                values["end"] = word
-            else:
-                values[f"M{word.value:g}"] = word
-        elif word.letter not in _LETTERS or word.letter in "ABC":
-            what = "rotary axes are not supported" if word.letter in "ABC" else "unknown word"
-            run.fault(f"{word}: {what}", word)
-            good = False
-        elif word.letter in values:
-            run.fault(f"word {word.letter} twice in one block", word)
-            good = False
-        else:
-            values[word.letter] = word
-    return (g if good else None), values
-
-
-def _modes(g: dict[str, Word], values: dict[str, Word], state: State, run: Run) -> State:
-    """Everything but motion, in the order of execution of RS274/NGC."""
-    if "units" in g:
-        state = replace(state, unit="inch" if g["units"].value == 20 else "mm")
-    scale = units.factor(state.unit, "length")
-    if "F" in values:
-        if values["F"].value <= 0.0:
-            run.fault("feed must be positive", values["F"])
-        state = replace(state, feed=values["F"].value * units.factor(f"{state.unit}/min", "speed"))
-    if "S" in values:
-        state = replace(state, speed=values["S"].value * units.factor("rpm", "angular_speed"))
-    if "T" in values:
-        run.tools.append(int(values["T"].value))
-    for code, turning in (("M3", 1), ("M4", -1), ("M5", 0)):
-        if code in values:
-            state = replace(state, turning=turning)
-    if "plane" in g:
-        state = replace(state, plane=f"G{g['plane'].value:g}")
-    if "distance" in g:
-        state = replace(state, absolute=g["distance"].value == 90)
-    if "arc distance" in g:
-        state = replace(state, arc_absolute=g["arc distance"].value == 90.1)
-    if "return" in g:
-        state = replace(state, retract_to_start=g["return"].value == 98)
-    if "path mode" in g:
-        mode = {61.0: "exact_path", 61.1: "exact_stop", 64.0: "blend"}[g["path mode"].value]
-        tolerance = values["P"].value * scale if mode == "blend" and "P" in values else 0.0
-        if mode == "blend" and tolerance == 0.0:
-            run.notices.append(
-                f"line {g['path mode'].line}: G64 without P has no tolerance; corners are run as exact path here"
+    def _plain_lines(self) -> Iterator[Command]:
+        """Lines of straight motions, up to the first other one."""
+        c, flow, lines, end = self.controller, self.flow, self.flow.source.lines, self.flow.source.end
+        at, rotary, extra = c.at, c.rotary, c.extra
+        x, y, z = at[:3]
+        rapid, index, begun = c.motion == 0, flow.index, flow.index
+        while index < end:
+            match = _PLAIN(lines[index])
+            if match is None:
+                break
+            number, code, new_x, new_y, new_z, feed = match.groups("")
+            if not (new_x or new_y or new_z):
+                break
+            try:
+                to_x = float(new_x) if new_x else x
+                to_y = float(new_y) if new_y else y
+                to_z = float(new_z) if new_z else z
+                rate = float(feed) if feed else c.feed
+            except ValueError:
+                break
+            to_rapid = code == "0" if code else rapid
+            if rate < 0.0 or (not to_rapid and rate == 0.0):
+                break
+            x, y, z, rapid = to_x, to_y, to_z, to_rapid
+            index += 1
+            if feed:
+                c.feed = rate
+                yield FeedRate(rate, index, number)
+            yield Traverse(x, y, z, rotary, extra, index, number) if rapid else Feed(
+                x, y, z, rotary, extra, index, number
             )
-            mode = "exact_path"
-        state = replace(state, mode=mode, tolerance=tolerance)
-    if "once" in g:
-        if "P" not in values:
-            run.fault("G4 needs a time P in seconds", g["once"])
+        at[0], at[1], at[2] = x, y, z
+        c.motion = 0 if rapid else 10
+        self.blocks += index - begun
+        flow.index = index
+
+    def _line(self) -> None:
+        """Any other line."""
+        flow, c = self.flow, self.controller
+        source, at = flow.source, flow.index
+        flow.index += 1
+        c.line = at + 1
+        try:
+            line = source.line(at)
+            c.number = line.number
+            if line.o_word is not None:
+                flow.follow(line.o_word)
+            elif line.words or line.assignments or line.remark is not None:
+                self._block(line)
+        except FlowFault as fault:
+            self._fault(source, c.line - 1, fault)
+            self.ended = True
+        except BlockFault as fault:
+            self._fault(source, c.line - 1, fault)
+            self.ended = len(self.faults) >= MOST_FAULTS
+
+    def _block(self, line: Line) -> None:
+        c, memory = self.controller, self.memory
+        block = computed_block(line.words, memory) if line.words else None
+        for key, value, place in [(a.key if isinstance(a.key, str) else computed(a.key, memory),
+                                   computed(a.value, memory), a.place) for a in line.assignments]:  # fmt: skip
+            memory.assign(key, value, place)
+        if line.remark is not None:
+            say(c, memory, line.remark)
+        if block is None:
+            return
+        self.blocks += 1
+        stop = block.m.get("stop")
+        if stop == 98:
+            self._call_program(block)
+        elif stop == 99:
+            if self.flow.end_program(block.place("m.stop")):
+                execution.end(c, shuttle=False)
+                self.ended = True
         else:
-            run.moves.append(new_move(state, "dwell", state.at, g["once"].line, dwell=values["P"].value))
-        values["dwell"] = g["once"]
-    return state
+            settle(block, c.motion)
+            self.ended = execution.execute(c, block)
+
+    def _call_program(self, block: Block) -> None:
+        if "p" not in block.values:
+            raise block.fault("M98 needs the number of a program P", "m.stop")
+        runs = block.whole("l") if "l" in block.values else 1
+        assert runs is not None
+        self.flow.call_program(str(block.whole("p")), runs, block.place("m.stop"))
+
+    def _end_of_file(self) -> None:
+        c, flow = self.controller, self.flow
+        if flow.frames:
+            self._fault(flow.source, c.line - 1, BlockFault("the file ends within a subroutine", 0))
+        elif not flow.source.framed:
+            c.notice("the program has no end (M2, M30, or % around it)")
+        execution.close(c)
+        self.ended = True
+
+    def _fault(self, source: Source, at: int, fault: BlockFault) -> None:
+        raw = source.lines[at]
+        place = fault.place + 1 if isinstance(fault, CommentFault) else column(raw, fault.place)
+        self.faults.setdefault(Fault((), fault.message, at + 1, place, source.name))
 
 
-def _straight(values: dict[str, Word], first: Word, state: State, run: Run) -> State:
-    end = target(values, state)
-    for letter in "IJKRQLD":
-        if letter in values:
-            run.fault(f"{letter} has no meaning with G{state.motion:g}", values[letter])
-    if state.motion == 1 and state.feed <= 0.0:
-        run.fault("feed move without a feed; write F before it or in its block", first)
-    if end != state.at:
-        run.moves.append(new_move(state, "rapid" if state.motion == 0 else "feed", end, first.line))
-    return replace(state, at=end)
-
-
-def _arc(values: dict[str, Word], first: Word, state: State, run: Run) -> State:
-    end = target(values, state)
-    if state.feed <= 0.0:
-        run.fault("feed move without a feed; write F before it or in its block", first)
-    u, v, w = _AXES[state.plane]
-    found = _centre(values, first, end, state, run)
-    if found is None:
-        return replace(state, at=end)
-    cu, cv, turns = found
-    a0 = math.atan2(state.at[v] - cv, state.at[u] - cu)
-    a1 = math.atan2(end[v] - cv, end[u] - cu)
-    sweep = (a1 - a0) % (2.0 * math.pi)
-    if state.motion == 2:
-        sweep -= 2.0 * math.pi if sweep > 1e-12 else 0.0
-    if abs(sweep) < 1e-12:
-        sweep = 2.0 * math.pi if state.motion == 3 else -2.0 * math.pi
-    sweep += math.copysign(2.0 * math.pi * (turns - 1), sweep)
-    centre = list(state.at)
-    centre[u], centre[v] = cu, cv
-    axis = [0.0, 0.0, 0.0]
-    axis[w] = 1.0
-    run.moves.append(
-        new_move(state, "arc", end, first.line, centre=(centre[0], centre[1], centre[2]), axis=(axis[0], axis[1], axis[2]),
-              sweep=sweep)
-    )  # fmt: skip
-    return replace(state, at=end)
-
-
-def _centre(
-    values: dict[str, Word], first: Word, end: Point, state: State, run: Run
-) -> tuple[float, float, int] | None:
-    """Centre in the plane [m] and number of turns; None after a fault."""
-    scale = units.factor(state.unit, "length")
-    u, v, _ = _AXES[state.plane]
-    turns = int(values["P"].value) if "P" in values else 1
-    if "R" in values:
-        if any(letter in values for letter in "IJK"):
-            run.fault("arc with both R and a centre; keep one", values["R"])
-            return None
-        return _centre_from_radius(values["R"], end, state, run, turns)
-    letters = ["IJK"[u], "IJK"[v]]
-    if not any(letter in values for letter in letters):
-        run.fault(f"arc without a centre; write {letters[0]}, {letters[1]} or R", first)
-        return None
-    for letter in "IJK":
-        if letter in values and letter not in letters:
-            run.fault(f"{letter} is not in the plane of the arc ({state.plane})", values[letter])
-            return None
-    given = [values[letter].value * scale if letter in values else 0.0 for letter in letters]
-    if state.arc_absolute and not all(letter in values for letter in letters):
-        run.fault(f"with G90.1 an arc needs both {letters[0]} and {letters[1]}", first)
-        return None
-    cu, cv = given if state.arc_absolute else (state.at[u] + given[0], state.at[v] + given[1])
-    r0, r1 = math.hypot(state.at[u] - cu, state.at[v] - cv), math.hypot(end[u] - cu, end[v] - cv)
-    gap = abs(r0 - r1)
-    far, near, share = _RADIUS_SLACK
-    if r0 <= 0.0:
-        run.fault("arc with its centre on its start", first)
-        return None
-    if gap > far or (gap > near and gap > share * max(r0, r1)):
-        shown = f"{units.show(r0, 'length')} at the start, {units.show(r1, 'length')} at the end"
-        run.fault(f"the end of the arc is not on its circle: radius {shown}", first)
-        return None
-    return cu, cv, turns
-
-
-def _centre_from_radius(word: Word, end: Point, state: State, run: Run, turns: int) -> tuple[float, float, int] | None:
-    u, v, _ = _AXES[state.plane]
-    radius = word.value * units.factor(state.unit, "length")
-    du, dv = end[u] - state.at[u], end[v] - state.at[v]
-    chord = math.hypot(du, dv)
-    if chord <= 0.0 or radius == 0.0:
-        run.fault(
-            "an arc by R needs a radius and an end apart from its start; write a full circle with its centre", word
-        )
-        return None
-    left = radius * radius - 0.25 * chord * chord
-    if left < -1e-3 * radius * radius:
-        run.fault(
-            f"the end is {units.show(chord, 'length')} from the start, more than twice the radius "
-            f"{units.show(abs(radius), 'length')}",
-            word,
-        )
-        return None
-    height = math.sqrt(max(left, 0.0))
-    side = 1.0 if (state.motion == 3) == (radius > 0.0) else -1.0  # short arc for positive R
-    cu = state.at[u] + 0.5 * du - side * height * dv / chord
-    cv = state.at[v] + 0.5 * dv + side * height * du / chord
-    return cu, cv, turns
+def _prepare(c: Controller) -> None:
+    """Tools, work offsets and the start position into the controller."""
+    setup = c.setup
+    c.tools = dict(setup.tools or {})
+    machine = INCH if c.machine_inch else MILLIMETRE
+    for number, system in setup.systems.items():
+        for i, value in enumerate(system.origin):
+            c.numbers[5201 + 20 * number + i] = value / machine
+        c.numbers[5210 + 20 * number] = math.degrees(system.rotation)
+    if 1 in setup.systems:
+        c.offsets.origin, c.offsets.rotation = offsets.system_of(c, 1)
+        offsets.say_system(c)
+        c.at[:] = from_machine(c.offsets, [0.0] * 9)
+    if setup.start is not None:
+        c.at[:3] = [value / MILLIMETRE for value in setup.start]
+    if setup.default_tool is not None:
+        c.tool = c.tools.get(setup.default_tool) or c.tool._replace(number=setup.default_tool)

@@ -1,0 +1,214 @@
+"""One line of a program into its words: read once, computed whenever the line is run."""
+
+import re
+from collections.abc import Iterator
+from typing import Literal, NamedTuple
+
+from cutwise.io.programs.expressions import BlockFault, CommentFault, Value, read_key, read_value
+
+KEYWORDS = (
+    "sub", "endsub", "call", "return", "if", "elseif", "else", "endif", "while", "endwhile", "do", "repeat",
+    "endrepeat", "break", "continue",
+)  # fmt: skip
+LETTERS = "abcdefghijklmnpqrstuvwxyz@^"
+
+_BLANKS = re.compile(r"[ \t\r\f\v\xa0\ufeff]+")
+_KEYWORD = re.compile("|".join(sorted(KEYWORDS, key=len, reverse=True)))
+_SEQUENCE = re.compile(r"n(\d*)(?:\.\d*)?")
+_DIGITS = re.compile(r"\d+")
+
+Active = Literal["msg", "debug", "print", "log", "logopen", "logappend", "logclose", "probeopen", "probeclose"]
+_ACTIVE = re.compile(
+    r"\s*(?:(msg|debug|print|log|logopen|logappend),|(logclose|probeclose)$|(probeopen)\s)", re.IGNORECASE
+)
+
+
+class Remark(NamedTuple):
+    """The comment of a line, if one counts: its last."""
+
+    text: str
+    active: Active | None  # what it does, if anything
+
+
+class Word(NamedTuple):
+    """A letter and its value."""
+
+    letter: str
+    value: Value
+    place: int  # in the compact text
+
+
+class Assignment(NamedTuple):
+    """``#key = value``."""
+
+    key: Value | str
+    value: Value
+    place: int
+
+
+class OWord(NamedTuple):
+    """A flow control word: its label, what it does, and the values behind it."""
+
+    label: Value | str
+    keyword: str  # empty: the number of a program
+    values: tuple[Value, ...]
+    place: int
+
+
+class Line(NamedTuple):
+    """A line as read."""
+
+    words: tuple[Word, ...]
+    assignments: tuple[Assignment, ...]
+    o_word: OWord | None
+    remark: Remark | None
+    number: str  # digits of the N word
+
+
+class Compact(NamedTuple):
+    """A line without white space, comments and capital letters."""
+
+    text: str
+    remark: Remark | None
+
+
+def compact(raw: str) -> Compact:
+    """The text of a line that the machine reads, and its comment.
+
+    Raises
+    ------
+    CommentFault
+        A comment is not closed, or opened within another.
+    """
+    if "(" not in raw and ";" not in raw:
+        return Compact(_BLANKS.sub("", raw).lower(), None)
+    kept, remark, at = [], None, 0
+    while at < len(raw):
+        opened, rest = raw.find("(", at), raw.find(";", at)
+        if rest >= 0 and not 0 <= opened < rest:
+            kept.append(raw[at:rest])
+            remark = raw[rest + 1 :].rstrip("\r\n")
+            break
+        if opened < 0:
+            kept.append(raw[at:])
+            break
+        closed, again = raw.find(")", opened), raw.find("(", opened + 1)
+        if closed < 0:
+            raise CommentFault("comment without its closing bracket", opened)
+        if 0 <= again < closed:
+            raise CommentFault("comment within a comment; close the first one before", again)
+        kept.append(raw[at:opened])
+        remark = raw[opened + 1 : closed]
+        at = closed + 1
+    return Compact(_BLANKS.sub("", "".join(kept)).lower(), None if remark is None else _remark(remark))
+
+
+def column(raw: str, place: int) -> int:
+    """The column (from 1) of the line as written that a place in its compact text comes from."""
+    within = False
+    for at, letter in enumerate(raw):
+        if within:
+            within = letter != ")"
+        elif letter == "(":
+            within = True
+        elif letter == ";":
+            break
+        elif not _BLANKS.match(letter):
+            if place <= 0:
+                return at + 1
+            place -= 1
+    return max(len(raw.rstrip()), 1)
+
+
+def _remark(text: str) -> Remark:
+    match = _ACTIVE.match(text)
+    if match is None:
+        return Remark(text.lstrip(), None)
+    return Remark(text[match.end() :], (match[1] or match[2] or match[3]).lower())  # type: ignore[arg-type]
+
+
+def read_line(text: str, remark: Remark | None) -> Line:
+    """The words of a compact text.
+
+    Raises
+    ------
+    BlockFault
+        Something in it cannot be read.
+    """
+    at, number = text[:1] == "/", ""
+    match = _SEQUENCE.match(text, at)
+    if match is not None:
+        if not match[1]:
+            raise BlockFault("N without a number", int(at))
+        number, at = match[1], match.end()
+    if text[at : at + 1] == "o":
+        return Line((), (), _o_word(text, int(at)), remark, number)
+    words: list[Word] = []
+    assignments: list[Assignment] = []
+    end = int(at)
+    while end < len(text):
+        start, letter = end, text[end]
+        if letter == "#":
+            key, end = read_key(text, end + 1)
+            if text[end : end + 1] != "=":
+                raise BlockFault("a variable that no word uses; write #... = value to assign one", start)
+            value, end = read_value(text, end + 1)
+            assignments.append(Assignment(key, value, start))
+        elif letter in LETTERS:
+            value, end = _value(text, end)
+            words.append(Word(letter, value, start))
+        else:
+            raise BlockFault(_unknown(letter), start)
+    return Line(tuple(words), tuple(assignments), None, remark, number)
+
+
+def _value(text: str, at: int) -> tuple[Value, int]:
+    following = text[at + 1 : at + 2]
+    if not following or following in LETTERS and not _KEYWORD_OR_FUNCTION.match(text, at + 1):
+        raise BlockFault(f"word {text[at].upper()} has no number", at)
+    return read_value(text, at + 1)
+
+
+_KEYWORD_OR_FUNCTION = re.compile(r"abs|acos|asin|atan|cos|exp|exists|fix|fup|ln|round|sin|sqrt|tan")
+
+
+def _unknown(letter: str) -> str:
+    hints = {
+        "o": "O words (flow control) stand alone in their line",
+        "n": "N stands at the beginning of its line",
+        "/": "block delete (/) stands at the beginning of its line",
+        "$": "several spindles ($) are not supported",
+        "%": "% stands alone in its line",
+        "=": "only variables (#) are assigned",
+    }
+    return hints.get(letter, f'"{letter}" is not G-code')
+
+
+def _o_word(text: str, at: int) -> OWord:
+    label, end = _label(text, at + 1)
+    if end == len(text):
+        return OWord(label, "", (), at)
+    match = _KEYWORD.match(text, end)
+    if match is None:
+        raise BlockFault(f"unknown flow control; behind an O word stands one of {', '.join(KEYWORDS)}", end)
+    return OWord(label, match.group(), tuple(_arguments(text, match.end())), at)
+
+
+def _label(text: str, at: int) -> tuple[Value | str, int]:
+    digits = _DIGITS.match(text, at)
+    if digits is not None:
+        return str(int(digits.group())), digits.end()
+    if text[at : at + 1] == "<":
+        end = text.find(">", at)
+        if end < 0:
+            raise BlockFault("label of an O word without its closing >", at)
+        return text[at + 1 : end], end + 1
+    return read_value(text, at)
+
+
+def _arguments(text: str, at: int) -> Iterator[Value]:
+    while at < len(text):
+        if text[at] != "[":
+            raise BlockFault("behind a flow control word stand only values in brackets [...]", at)
+        value, at = read_value(text, at)
+        yield value
