@@ -31,6 +31,7 @@ def change_tool(c: Controller, block: Block) -> None:
     else:
         turn(c, 0)
         c.tool = offsets.tool_of(c, c.selected, block, "m.tool change")
+    c.slot = c.tool.number
     c.out.append(ChangeTool(c.tool.number, code == 61, c.line, c.number))
 
 

@@ -160,7 +160,9 @@ def _joined(c: Controller, block: Block, curve: Curve, heading: Point, corner: P
     assert on.last is not None
     a, b = on.last.leaving, heading
     turn = on.side * math.atan2(a[0] * b[1] - a[1] * b[0], a[0] * b[0] + a[1] * b[1])  # positive: toward the tool
-    if _STRAIGHT_ON < turn < math.pi - _STRAIGHT_ON:
+    bent = curve if curve.radius else on.last
+    back_along_arc = math.pi - abs(turn) < _STRAIGHT_ON and bent.radius > 0.0 and on.left != (bent.turns > 0)
+    if _STRAIGHT_ON < turn < math.pi - _STRAIGHT_ON or back_along_arc:
         meeting = _meeting(on, block, curve)
         _cut_short(on, meeting)
         flush(on)

@@ -94,6 +94,7 @@ class Controller:
     switches: Switches = field(default_factory=Switches)
     cycle: Cycle = field(default_factory=Cycle)
     tool: Tool = Tool(0)
+    slot: int = 0  # tool that the spindle's place in the tool table stands for: the first one until another is put in
     selected: int = 0
     tools: dict[int, Tool] = field(default_factory=dict)
     numbers: dict[int, float] = field(default_factory=dict)  # numbered variables that were assigned

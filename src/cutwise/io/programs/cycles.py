@@ -36,7 +36,7 @@ def cycle(c: Controller, block: Block, *, again: bool) -> None:
         raise block.fault("a cycle cannot be repeated 0 times (L0)", "l")
     height = c.cycle.level if c.retract_to_start else c.at[w]
     top = max(height, clearance) if c.retract_to_start else clearance
-    if height < clearance:
+    if c.cycle.level < clearance:  # said in every block of the series
         height = clearance
         _up(c, w, height)
     exact = c.path_mode == "exact_path"

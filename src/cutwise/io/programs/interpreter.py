@@ -159,12 +159,12 @@ class Interpreter:
         for key, value, place in [(a.key if isinstance(a.key, str) else computed(a.key, memory),
                                    computed(a.value, memory), a.place) for a in line.assignments]:  # fmt: skip
             memory.assign(key, value, place)
-        if line.remark is not None:
+        stop = None if block is None else block.m.get("stop")
+        if line.remark is not None and not (stop == 98 or stop == 99 and self.flow.frames):
             say(c, memory, line.remark)
         if block is None:
             return
         self.blocks += 1
-        stop = block.m.get("stop")
         if stop == 98:
             self._call_program(block)
         elif stop == 99:
@@ -212,5 +212,7 @@ def _prepare(c: Controller) -> None:
         c.at[:] = from_machine(c.offsets, [0.0] * 9)
     if setup.start is not None:
         c.at[:3] = [value / MILLIMETRE for value in setup.start]
+    c.slot = next(iter(c.tools), 0)
     if setup.default_tool is not None:
+        c.slot = setup.default_tool
         c.tool = c.tools.get(setup.default_tool) or c.tool._replace(number=setup.default_tool)

@@ -128,8 +128,7 @@ def reference(c: Controller, block: Block, code: int) -> None:
     if c.compensation is not None:
         raise block.fault(f"{name(code)} cannot be used with cutter compensation; write G40 before", "g.non-modal")
     letters = block.axes()
-    if letters:
-        go(c, target(c, block), rapid=True)
+    go(c, target(c, block), rapid=True)
     end = from_machine(c.offsets, home(c, HOMES[code]))
     if letters:
         end = [new if AXES[i] in letters else old for i, (old, new) in enumerate(zip(c.at, end, strict=True))]

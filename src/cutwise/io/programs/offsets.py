@@ -237,8 +237,8 @@ def _set_tool(c: Controller, block: Block, form: int) -> None:
         front_angle=angles[0], back_angle=angles[1], orientation=tool.orientation if q is None else q,
     )  # fmt: skip
     c.tools[number] = tool
-    places = [tool.pocket]
-    if c.tool.number == number:
+    places = [list(c.tools).index(number) + 1]
+    if number == c.slot:
         c.tool = tool
         places.append(0)
     for place in places:

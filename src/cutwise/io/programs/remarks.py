@@ -42,6 +42,6 @@ def expanded(text: str, memory: Memory) -> str:
             return ""
         key = int(match["number"]) if match["number"] is not None else re.sub(r"\s", "", match["name"]).lower()
         value = memory.value(key)
-        return _UNKNOWN if value is None else f"{value:.{decimals}f}"
+        return _UNKNOWN if value is None else f"{round(value, decimals) + 0.0:.{decimals}f}"
 
     return _PLACE.sub(shown, text)

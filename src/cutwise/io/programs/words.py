@@ -73,7 +73,7 @@ class Compact(NamedTuple):
 
 
 def compact(raw: str) -> Compact:
-    """The text of a line that the machine reads, and its comment.
+    """The text of a line that the machine reads, and its comment: the last one in brackets, or an active one behind ``;``.
 
     Raises
     ------
@@ -82,12 +82,14 @@ def compact(raw: str) -> Compact:
     """
     if "(" not in raw and ";" not in raw:
         return Compact(_BLANKS.sub("", raw).lower(), None)
-    kept, remark, at = [], None, 0
+    kept: list[str] = []
+    bracketed: str | None = None
+    behind, at = "", 0
     while at < len(raw):
         opened, rest = raw.find("(", at), raw.find(";", at)
         if rest >= 0 and not 0 <= opened < rest:
             kept.append(raw[at:rest])
-            remark = raw[rest + 1 :].rstrip("\r\n")
+            behind = raw[rest + 1 :].rstrip("\r\n")
             break
         if opened < 0:
             kept.append(raw[at:])
@@ -98,9 +100,17 @@ def compact(raw: str) -> Compact:
         if 0 <= again < closed:
             raise CommentFault("comment within a comment; close the first one before", again)
         kept.append(raw[at:opened])
-        remark = raw[opened + 1 : closed]
+        bracketed = raw[opened + 1 : closed]
         at = closed + 1
-    return Compact(_BLANKS.sub("", "".join(kept)).lower(), None if remark is None else _remark(remark))
+    return Compact(_BLANKS.sub("", "".join(kept)).lower(), _remark(bracketed, behind))
+
+
+def _remark(bracketed: str | None, behind: str) -> Remark | None:
+    text = behind if bracketed is None else bracketed
+    match = _ACTIVE.match(text)
+    if match is not None:
+        return Remark(text[match.end() :], (match[1] or match[2] or match[3]).lower())  # type: ignore[arg-type]
+    return None if bracketed is None else Remark(text.lstrip(), None)
 
 
 def column(raw: str, place: int) -> int:
@@ -118,13 +128,6 @@ def column(raw: str, place: int) -> int:
                 return at + 1
             place -= 1
     return max(len(raw.rstrip()), 1)
-
-
-def _remark(text: str) -> Remark:
-    match = _ACTIVE.match(text)
-    if match is None:
-        return Remark(text.lstrip(), None)
-    return Remark(text[match.end() :], (match[1] or match[2] or match[3]).lower())  # type: ignore[arg-type]
 
 
 def read_line(text: str, remark: Remark | None) -> Line:
