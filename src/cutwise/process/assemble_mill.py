@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cutwise.io.programs.interpreter import Interpreted, interpret
-from cutwise.io.programs.state import Move
+from cutwise.io.programs.moves import Move
 from cutwise.maths.curves import FloatArray
 from cutwise.maths.linearc import Block, LineArc, arc, join, line
 from cutwise.paths.pocket import blended, corner

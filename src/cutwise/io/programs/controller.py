@@ -84,6 +84,7 @@ class Controller:
     arc_absolute: bool = False
     feed_mode: int = 94
     feed: float = 0.0
+    feedless: bool = False  # a motion without a feed was a fault
     path_mode: Literal["exact_path", "exact_stop", "continuous"] = "continuous"
     tolerance: float = 0.0
     naive_tolerance: float = 0.0

@@ -7,7 +7,7 @@ from cutwise.io.programs.block import Block
 from cutwise.io.programs.canon import Dwell, NaiveTolerance, PathControl, Signal, SpindleTurn, Stop, TapStroke
 from cutwise.io.programs.controller import INCH, MILLIMETRE, PLANES, Controller, Cycle
 from cutwise.io.programs.groups import MOTION
-from cutwise.io.programs.motions import go
+from cutwise.io.programs.motions import check_feed, go
 
 _CLEAR_INCHES = 0.010  # how far a peck stays off the bottom reached before, and how far G73 draws back
 _DWELLS = (820, 860, 880, 890)
@@ -62,8 +62,7 @@ def _check(c: Controller, block: Block) -> None:
         raise block.fault(f"{word} cannot be used with cutter compensation; write G40 before", *block.axes())
     if c.feed_mode == 93:
         raise block.fault(f"{word} cannot be used with inverse time (G93)", *block.axes())
-    if c.feed <= 0.0:
-        raise block.fault("drilling without a feed; write F before it or in its block", *block.axes())
+    check_feed(c, block)
 
 
 def _keep_words(c: Controller, block: Block, depth: str) -> None:
@@ -73,10 +72,9 @@ def _keep_words(c: Controller, block: Block, depth: str) -> None:
     held.peck = block.values.get("q", held.peck)
     held.dwell = block.values.get("p", held.dwell)
     word, places = MOTION[c.motion], block.axes()
-    if held.clearance is None:
-        raise block.fault(f"{word} needs the clearance plane R", *places)
-    if held.bottom is None:
-        raise block.fault(f"{word} needs the depth {depth.upper()}", *places)
+    for value, missing in ((held.clearance, "R, the clearance plane,"), (held.bottom, f"{depth.upper()}, the depth,")):
+        if value is None:
+            raise block.fault(f"{word} needs {depth.upper()} and R; {missing} is missing", *places)
     if c.motion in (730, 830) and (held.peck is None or held.peck <= 0.0):
         raise block.fault(f"{word} needs a positive peck Q", "q", *places)
     if c.motion in _DWELLS and held.dwell is None:

@@ -1,9 +1,12 @@
 """A block is run: its parts in the order that RS274/NGC lays down, wherever they stand in the line."""
 
+import contextlib
+
 from cutwise.io.programs import arcs, auxiliary, compensation, cycles, modes, motions, offsets, splines
 from cutwise.io.programs.block import Block
 from cutwise.io.programs.canon import Coolant, Dwell, FeedMode, FeedRate, Plane, Signal, SpindleMode, SpindleTurn, Stop
 from cutwise.io.programs.controller import Controller, Cycle
+from cutwise.io.programs.expressions import BlockFault
 from cutwise.io.programs.groups import CYCLES, PROBES
 
 _FIXED_WITH_COMPENSATION = frozenset({100, 520, 920, 921, 922, 923})
@@ -154,6 +157,17 @@ def _stop(c: Controller, code: int) -> bool:
         return False
     end(c, shuttle=code == 30)
     return True
+
+
+def go_on(c: Controller, block: Block) -> None:
+    """After a fault: be where the block would have led, so that its consequences are not faults too."""
+    if block.motion not in (0, 10, 20, 30, 50, 51):
+        return
+    c.motion = block.motion if block.motion < 50 else 800
+    with contextlib.suppress(BlockFault):
+        c.at[:] = motions.target(c, block)
+    if c.compensation is not None:
+        c.compensation.last = c.compensation.programmed = None
 
 
 def close(c: Controller) -> None:

@@ -112,7 +112,7 @@ class Flow:
         source, at = self._subroutine(label, word.place)
         wrong = source.structure.wrong.get(at)
         if wrong is not None:
-            raise BlockFault(f"subroutine {label}: {wrong or 'it holds another subroutine'}", word.place)
+            raise BlockFault(f"subroutine {label} of line {at + 1}: {wrong}", word.place)
         arguments = [computed(value, self.memory) for value in word.values]
         if len(arguments) > LOCAL:
             raise BlockFault(f"{len(arguments)} arguments; a subroutine takes {LOCAL} at most", word.place)

@@ -1,218 +1,81 @@
-"""RS274/NGC programs run into canonical commands: line by line, with subroutines, loops and branches."""
+"""Programs of any kind, G-code or APT, into canonical commands and moves."""
 
-import math
-import re
 from collections.abc import Iterator
+from typing import NamedTuple, Protocol
 
-from cutwise.io.programs import execution, offsets
-from cutwise.io.programs.block import Block, computed_block, settle
-from cutwise.io.programs.canon import Command, Feed, FeedRate, Traverse
-from cutwise.io.programs.controller import INCH, MILLIMETRE, Controller, from_machine
-from cutwise.io.programs.expressions import BlockFault, CommentFault, computed
-from cutwise.io.programs.flow import Flow, FlowFault
-from cutwise.io.programs.remarks import say
+from cutwise.io.programs.apt import Apt, is_apt
+from cutwise.io.programs.canon import Command, SelectTool
+from cutwise.io.programs.moves import Move, Point, moves
+from cutwise.io.programs.rs274 import Rs274
 from cutwise.io.programs.setup import Setup
-from cutwise.io.programs.source import Source
-from cutwise.io.programs.variables import Memory
-from cutwise.io.programs.words import Line, column
 from cutwise.spec.faults import Fault, ScenarioFault
 
-MOST_FAULTS = 100  # after which the rest of a program is not looked at any more
-
-_AXIS = r"(?:[{}][ \t]*([-+.\d]+)[ \t]*)?"
-_PLAIN = re.compile(
-    r"[ \t]*(?:[nN](\d+)[ \t]*)?(?:[gG]0?([01])(?![\d.])[ \t]*)?"
-    + "".join(_AXIS.format(pair) for pair in ("xX", "yY", "zZ", "fF"))
-    + r"\r?"
-).fullmatch
-"""A straight motion and nothing else: most lines of most programs, read without taking them apart."""
-
-_UNIT_WORD = re.compile(r"(?:^|[^A-Za-z0-9#<_])[gG]\s*2\s*([01])(?![\d.])")
-_COMMENTS = re.compile(r"\([^)\n]*\)|;[^\n]*")
+_NOTHING = Setup()
 
 
-def first_unit(text: str) -> bool | None:
-    """Whether the first unit word of a program is G20 (inch); None if it has none."""
-    for match in _UNIT_WORD.finditer(text):
-        line = text[text.rfind("\n", 0, match.start()) + 1 : match.end()]
-        if _UNIT_WORD.search(_COMMENTS.sub("", line.partition(";")[0])):
-            return match[1] == "0"
-    return None
+class Reading(Protocol):
+    """A run through a program."""
 
-
-class Interpreter:
-    """A run through a program.
-
-    :meth:`commands` gives its commands; when they are used up, ``notices`` and ``controller`` tell the rest. A program
-    with faults raises :class:`ScenarioFault` at the end, with all of them.
-    """
-
-    def __init__(self, text: str, name: str, setup: Setup = Setup()) -> None:  # noqa: B008
-        main = Source(name, text)
-        inch = first_unit(text) if setup.inch is None else setup.inch
-        self.name = name
-        self.out: list[Command] = []
-        self.controller = Controller(setup, bool(inch), self.out)
-        self.memory = Memory(self.controller)
-        self.flow = Flow(self.controller, self.memory, main, main, main.first)
-        self.faults: dict[Fault, None] = {}
-        self.blocks = 0  # lines with something to run
-        self.ended = False
-        _prepare(self.controller)
+    start: Point
+    blocks: int
 
     def commands(self) -> Iterator[Command]:
-        """The commands of the program, as it runs.
+        """Its commands; raises ScenarioFault at the end, with everything that could not be run."""
+        ...
 
-        Raises
-        ------
-        ScenarioFault
-            At the end, with everything that could not be run.
-        """
-        if self.out:
-            yield from self.out
-            self.out.clear()
-        flow = self.flow
-        while not self.ended:
-            if flow.index >= flow.source.end:
-                self._end_of_file()
-                break
-            if self._easy():
-                yield from self._plain_lines()
-            if flow.index < flow.source.end:
-                self._line()
-            if self.out:
-                yield from self.out
-                self.out.clear()
-        if self.out:
-            yield from self.out
-            self.out.clear()
-        if self.faults:
-            raise ScenarioFault(list(self.faults))
-
-    def _easy(self) -> bool:
-        """Whether lines of straight motions may be run without the whole machinery."""
-        c = self.controller
-        return (
-            c.motion in (0, 10) and not c.incremental and c.feed_mode == 94 and c.compensation is None
-            and c.spline is None and not c.no_arc_yet
-        )  # fmt: skip
-
-    def _plain_lines(self) -> Iterator[Command]:
-        """Lines of straight motions, up to the first other one."""
-        c, flow, lines, end = self.controller, self.flow, self.flow.source.lines, self.flow.source.end
-        at, rotary, extra = c.at, c.rotary, c.extra
-        x, y, z = at[:3]
-        rapid, index, begun = c.motion == 0, flow.index, flow.index
-        while index < end:
-            match = _PLAIN(lines[index])
-            if match is None:
-                break
-            number, code, new_x, new_y, new_z, feed = match.groups("")
-            if not (new_x or new_y or new_z):
-                break
-            try:
-                to_x = float(new_x) if new_x else x
-                to_y = float(new_y) if new_y else y
-                to_z = float(new_z) if new_z else z
-                rate = float(feed) if feed else c.feed
-            except ValueError:
-                break
-            to_rapid = code == "0" if code else rapid
-            if rate < 0.0 or (not to_rapid and rate == 0.0):
-                break
-            x, y, z, rapid = to_x, to_y, to_z, to_rapid
-            index += 1
-            if feed:
-                c.feed = rate
-                yield FeedRate(rate, index, number)
-            yield Traverse(x, y, z, rotary, extra, index, number) if rapid else Feed(
-                x, y, z, rotary, extra, index, number
-            )
-        at[0], at[1], at[2] = x, y, z
-        c.motion = 0 if rapid else 10
-        self.blocks += index - begun
-        flow.index = index
-
-    def _line(self) -> None:
-        """Any other line."""
-        flow, c = self.flow, self.controller
-        source, at = flow.source, flow.index
-        flow.index += 1
-        c.line = at + 1
-        try:
-            line = source.line(at)
-            c.number = line.number
-            if line.o_word is not None:
-                flow.follow(line.o_word)
-            elif line.words or line.assignments or line.remark is not None:
-                self._block(line)
-        except FlowFault as fault:
-            self._fault(source, c.line - 1, fault)
-            self.ended = True
-        except BlockFault as fault:
-            self._fault(source, c.line - 1, fault)
-            self.ended = len(self.faults) >= MOST_FAULTS
-
-    def _block(self, line: Line) -> None:
-        c, memory = self.controller, self.memory
-        block = computed_block(line.words, memory) if line.words else None
-        for key, value, place in [(a.key if isinstance(a.key, str) else computed(a.key, memory),
-                                   computed(a.value, memory), a.place) for a in line.assignments]:  # fmt: skip
-            memory.assign(key, value, place)
-        stop = None if block is None else block.m.get("stop")
-        if line.remark is not None and not (stop == 98 or stop == 99 and self.flow.frames):
-            say(c, memory, line.remark)
-        if block is None:
-            return
-        self.blocks += 1
-        if stop == 98:
-            self._call_program(block)
-        elif stop == 99:
-            if self.flow.end_program(block.place("m.stop")):
-                execution.end(c, shuttle=False)
-                self.ended = True
-        else:
-            settle(block, c.motion)
-            self.ended = execution.execute(c, block)
-
-    def _call_program(self, block: Block) -> None:
-        if "p" not in block.values:
-            raise block.fault("M98 needs the number of a program P", "m.stop")
-        runs = block.whole("l") if "l" in block.values else 1
-        assert runs is not None
-        self.flow.call_program(str(block.whole("p")), runs, block.place("m.stop"))
-
-    def _end_of_file(self) -> None:
-        c, flow = self.controller, self.flow
-        if flow.frames:
-            self._fault(flow.source, c.line - 1, BlockFault("the file ends within a subroutine", 0))
-        elif not flow.source.framed:
-            c.notice("the program has no end (M2, M30, or % around it)")
-        execution.close(c)
-        self.ended = True
-
-    def _fault(self, source: Source, at: int, fault: BlockFault) -> None:
-        raw = source.lines[at]
-        place = fault.place + 1 if isinstance(fault, CommentFault) else column(raw, fault.place)
-        self.faults.setdefault(Fault((), fault.message, at + 1, place, source.name))
+    def notices(self) -> list[str]:
+        """What was assumed, known when the commands are used up."""
+        ...
 
 
-def _prepare(c: Controller) -> None:
-    """Tools, work offsets and the start position into the controller."""
-    setup = c.setup
-    c.tools = dict(setup.tools or {})
-    machine = INCH if c.machine_inch else MILLIMETRE
-    for number, system in setup.systems.items():
-        for i, value in enumerate(system.origin):
-            c.numbers[5201 + 20 * number + i] = value / machine
-        c.numbers[5210 + 20 * number] = math.degrees(system.rotation)
-    if 1 in setup.systems:
-        c.offsets.origin, c.offsets.rotation = offsets.system_of(c, 1)
-        offsets.say_system(c)
-        c.at[:] = from_machine(c.offsets, [0.0] * 9)
-    if setup.start is not None:
-        c.at[:3] = [value / MILLIMETRE for value in setup.start]
-    c.slot = next(iter(c.tools), 0)
-    if setup.default_tool is not None:
-        c.slot = setup.default_tool
-        c.tool = c.tools.get(setup.default_tool) or c.tool._replace(number=setup.default_tool)
+class Interpreted(NamedTuple):
+    """The moves of a program, and what was noticed."""
+
+    moves: tuple[Move, ...]
+    tools: tuple[int, ...]  # as they are called; the default one if none is
+    notices: tuple[str, ...]
+
+
+def reading(text: str, name: str = "program", setup: Setup = _NOTHING) -> Reading:
+    """A run through a program, by the suffix of its name (``.apt``, ``.cls``, ``.cl``) or by what it looks like."""
+    return Apt(text, name, setup) if is_apt(text, name) else Rs274(text, name, setup)
+
+
+def default_tool(setup: Setup) -> int:
+    """Number of the tool that is taken where a program calls none: the one given, the table's first, or 1."""
+    return setup.default_tool if setup.default_tool is not None else min(setup.tools or (1,))
+
+
+def default_tool_notice(setup: Setup) -> str:
+    """What is said of it."""
+    origin = "as given" if setup.default_tool is not None else "the first of the tool table" if setup.tools else "assumed"
+    return f"the program calls no tool; tool {default_tool(setup)} is in the spindle ({origin})"
+
+
+def interpret(text: str, name: str = "program", setup: Setup = _NOTHING) -> Interpreted:
+    """The moves of a G-code or APT program.
+
+    Understood is the RS274/NGC dialect as LinuxCNC documents it, with expressions, subroutines, cutter compensation and
+    canned cycles; lathe words and anything unknown are faults with line and column, never skipped.
+
+    Raises
+    ------
+    ScenarioFault
+        With everything in the program that cannot be run; or it has no feed move.
+    """
+    run = reading(text, name, setup)
+    tools: list[int] = []
+
+    def watched() -> Iterator[Command]:
+        for command in run.commands():
+            if isinstance(command, SelectTool):
+                tools.append(command.tool)
+            yield command
+
+    made = tuple(moves(watched(), start=run.start, tool=default_tool(setup)))
+    if not any(move.kind in ("feed", "arc") for move in made):
+        raise ScenarioFault([Fault((), "has no feed move: nothing would be cut", file=name)])
+    notices = run.notices()
+    if not tools:
+        notices.append(default_tool_notice(setup))
+    return Interpreted(made, tuple(tools) or (default_tool(setup),), tuple(notices))

@@ -93,8 +93,15 @@ def check_feed(c: Controller, block: Block) -> None:
     assert block.motion is not None
     if c.feed_mode == 93 and "f" not in block.values:
         raise block.fault(f"{MOTION[block.motion]} under inverse time (G93) needs F in its block", "g.motion", *AXES)
-    if c.feed <= 0.0 and c.feed_mode != 93 or c.feed_mode == 93 and block.values["f"] <= 0.0:
-        raise block.fault("feed motion without a feed; write F before it or in its block", *block.axes(), "g.motion")
+    if c.feed_mode == 95 and c.spindle.speed == 0.0:
+        raise block.fault("feed per revolution (G95) without a spindle speed; write S before", *block.axes(), "g.motion")
+    feed = block.values["f"] if c.feed_mode == 93 else c.feed
+    if feed > 0.0 or c.feedless:
+        return
+    c.feedless = True  # said once, not for every block that follows
+    if "f" in block.values:
+        raise block.fault("the feed must be positive", "f")
+    raise block.fault("feed motion without a feed; write F before it or in its block", *block.axes(), "g.motion")
 
 
 def inverse_time(c: Controller, block: Block, distance: float) -> None:

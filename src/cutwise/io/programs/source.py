@@ -113,9 +113,9 @@ class _Scan:
             wrong[at] = f"label {label} is in use already, in line {self.known[label] + 1}; take another one"
         self.known[label] = at
         if keyword == "sub":
-            if any(outer.keyword == "sub" for outer in self.open):
-                wrong[at] = "subroutine within a subroutine; define it before or after"
-                wrong.setdefault(next(outer.at for outer in self.open if outer.keyword == "sub"), "")
+            outer = next((other for other in self.open if other.keyword == "sub"), None)
+            if outer is not None:
+                wrong[outer.at] = f"holds another subroutine, in line {at + 1}; define that one before or after"
             self.structure.subroutines.setdefault(label, at)
         self.open.append(_Open(keyword, label, at, [at]))
 

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from typing import Literal, NamedTuple
 
 from cutwise.io.programs.expressions import BlockFault, CommentFault, Value, read_key, read_value
+from cutwise.io.programs.functions import FUNCTIONS
 
 KEYWORDS = (
     "sub", "endsub", "call", "return", "if", "elseif", "else", "endif", "while", "endwhile", "do", "repeat",
@@ -16,6 +17,7 @@ _BLANKS = re.compile(r"[ \t\r\f\v\xa0\ufeff]+")
 _KEYWORD = re.compile("|".join(sorted(KEYWORDS, key=len, reverse=True)))
 _SEQUENCE = re.compile(r"n(\d*)(?:\.\d*)?")
 _DIGITS = re.compile(r"\d+")
+_BEGINS_VALUE = re.compile(rf"[+-]*(?:\d|\.\d|\[|#|{'|'.join([*FUNCTIONS, 'atan', 'exists'])})")
 
 Active = Literal["msg", "debug", "print", "log", "logopen", "logappend", "logclose", "probeopen", "probeclose"]
 _ACTIVE = re.compile(
@@ -166,13 +168,10 @@ def read_line(text: str, remark: Remark | None) -> Line:
 
 
 def _value(text: str, at: int) -> tuple[Value, int]:
-    following = text[at + 1 : at + 2]
-    if not following or following in LETTERS and not _KEYWORD_OR_FUNCTION.match(text, at + 1):
+    if not _BEGINS_VALUE.match(text, at + 1):
         raise BlockFault(f"word {text[at].upper()} has no number", at)
     return read_value(text, at + 1)
 
-
-_KEYWORD_OR_FUNCTION = re.compile(r"abs|acos|asin|atan|cos|exp|exists|fix|fup|ln|round|sin|sqrt|tan")
 
 
 def _unknown(letter: str) -> str:
