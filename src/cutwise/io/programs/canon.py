@@ -98,6 +98,16 @@ class TapStroke(NamedTuple):
     number: str
 
 
+class DrawnOut(NamedTuple):
+    """The operator has drawn the tool out of the hole, to here (G88); no call of its own."""
+
+    x: float
+    y: float
+    z: float
+    line: int
+    number: str
+
+
 class SpindleSync(NamedTuple):
     """Feed in step with the spindle from here on (G33), or no longer."""
 
@@ -289,7 +299,7 @@ class Signal(NamedTuple):
 
 
 Command = (
-    Traverse | Feed | Arc | Spline | Probe | RigidTap | TapStroke | SpindleSync | Dwell | LengthUnits | Plane | FeedRate | FeedMode
+    Traverse | Feed | Arc | Spline | Probe | RigidTap | TapStroke | DrawnOut | SpindleSync | Dwell | LengthUnits | Plane | FeedRate | FeedMode
     | PathControl | NaiveTolerance | WorkOffset | AxisOffset | Rotation | ToolLength | SelectTool | ChangeTool
     | SpindleMode | SpindleSpeed | SpindleTurn | Coolant | Stop | Comment | Message | Printed | Signal
 )  # fmt: skip

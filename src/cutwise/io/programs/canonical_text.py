@@ -119,6 +119,8 @@ def lines(commands: Iterable[canon.Command]) -> Iterator[str]:
     for count, words in enumerate(BEFORE, start=1):
         yield _line(count, "", words)
     for command in commands:
+        if isinstance(command, canon.DrawnOut):
+            continue
         words = call(command)
         if isinstance(command, canon.Printed) and not command.logged:
             yield words

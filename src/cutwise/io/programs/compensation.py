@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from cutwise.io.programs.block import Block
 from cutwise.io.programs.canon import Arc, Command, Feed, Traverse
 from cutwise.io.programs.controller import PLANES, Controller
+from cutwise.io.programs.expressions import BlockFault
 from cutwise.io.programs.offsets import tool_of
 
 if TYPE_CHECKING:
@@ -31,6 +32,9 @@ class Curve(NamedTuple):
     centre: Point = (0.0, 0.0)
     radius: float = 0.0
     turns: int = 0
+    full_end: Point = (0.0, 0.0)  # of an arc: its end before it was cut short
+    entry: bool = False  # to the contour, not along it
+    missed: bool = False  # an arc that begins where it is not
 
 
 @dataclass(slots=True)
@@ -81,10 +85,12 @@ def switch_on(c: Controller, block: Block, code: int) -> None:
     c.compensation = Compensation(left, abs(radius), u, v, c.out)
 
 
-def switch_off(c: Controller) -> None:
+def switch_off(c: Controller, block: Block | None = None) -> None:
     """G40: the tool stays where it is until the next motion, which must be straight."""
     if c.compensation is None:
         return
+    if block is not None:
+        _not_backwards(c.compensation, block)
     flush(c.compensation)
     c.out = c.compensation.out
     c.compensation = None
@@ -112,7 +118,7 @@ def straight(c: Controller, block: Block, end: list[float]) -> None:
         _move(c, rapid, (c.at[on.u], c.at[on.v]), end)
         return
     heading = ((point[0] - start[0]) / way, (point[1] - start[1]) / way)
-    curve = Curve(on.beside(start, heading), on.beside(point, heading), heading)
+    curve = Curve(on.beside(start, heading), on.beside(point, heading), heading, entry=on.last is None)
     curve = _joined(c, block, curve, heading, start, rapid) if on.last is not None else curve
     _wait(c, curve, point)
     _move(c, rapid, curve.end, end)
@@ -132,25 +138,28 @@ def arc(c: Controller, block: Block, end: list[float], circle: "Circle") -> None
                           *block.axes(), *"rijk")  # fmt: skip
     entering, leaving = _tangent(start, centre, circle.turns), _tangent(point, centre, circle.turns)
     finish = _along(centre, point, (last + reach) / last)
-    curve = Curve(_along(centre, start, (first + reach) / first), finish, leaving, centre, last + reach, circle.turns)
+    curve = Curve(_along(centre, start, (first + reach) / first), finish, leaving, centre, last + reach, circle.turns,
+                  finish)  # fmt: skip
     if on.last is None:
-        curve = _entry_arc(on, block, (c.at[on.u], c.at[on.v]), curve)
+        curve = _entry_arc(c, block, (c.at[on.u], c.at[on.v]), curve)
     else:
         curve = _joined(c, block, curve, entering, start, False)
     _wait(c, curve, point)
     _emit_arc(c, on.pending, curve, end)
 
 
-def _entry_arc(on: Compensation, block: Block, start: Point, curve: Curve) -> Curve:
+def _entry_arc(c: Controller, block: Block, start: Point, curve: Curve) -> Curve:
     """An arc from where the tool stands that ends as the contour does, beside it."""
     normal = (-curve.leaving[1], curve.leaving[0])
     to = (start[0] - curve.end[0], start[1] - curve.end[1])
     across = normal[0] * to[0] + normal[1] * to[1]
-    if abs(across) < 1e-12 or (across > 0.0) != (curve.turns > 0):
+    if abs(across) < 1e-12:
         raise block.fault("no arc from here ends beside the contour in its direction; begin with a line", *block.axes())
+    if (across > 0.0) != (curve.turns > 0):
+        c.notice("cutter compensation begins with an arc that goes the long way round; begin further to the side")
     r = (to[0] ** 2 + to[1] ** 2) / (2.0 * across)
     centre = (curve.end[0] + r * normal[0], curve.end[1] + r * normal[1])
-    return curve._replace(start=start, centre=centre, radius=abs(r))
+    return curve._replace(start=start, centre=centre, radius=abs(r), entry=True)
 
 
 def _joined(c: Controller, block: Block, curve: Curve, heading: Point, corner: Point, rapid: bool) -> Curve:
@@ -164,9 +173,15 @@ def _joined(c: Controller, block: Block, curve: Curve, heading: Point, corner: P
     back_along_arc = math.pi - abs(turn) < _STRAIGHT_ON and bent.radius > 0.0 and on.left != (bent.turns > 0)
     if _STRAIGHT_ON < turn < math.pi - _STRAIGHT_ON or back_along_arc:
         meeting = _meeting(on, block, curve)
+        on.last = on.last._replace(end=meeting)
+        _not_backwards(on, block)
         _cut_short(on, meeting)
         flush(on)
-        return curve._replace(start=meeting)
+        return curve._replace(start=meeting, missed=curve.radius > 0.0 and not _within(curve, meeting))
+    if not curve.radius:
+        _not_backwards(on, block)
+    elif _backwards(on.last):
+        c.notice(f"a tool of radius {on.radius:.6g} cuts into the contour in the concave corner before this block")
     flush(on)
     if abs(turn) > _STRAIGHT_ON:
         at = list(c.at)
@@ -219,7 +234,7 @@ def _cut_short(on: Compensation, meeting: Point) -> None:
 
 
 def _meeting(on: Compensation, block: Block, curve: Curve) -> Point:
-    """Where the next curve meets the last one, nearest to its end and on both."""
+    """Where the next curve meets the last one: on both of them if it can be, nearest to the corner."""
     assert on.last is not None
     last = on.last
     if not last.radius and not curve.radius:
@@ -230,11 +245,31 @@ def _meeting(on: Compensation, block: Block, curve: Curve) -> Point:
         found = _line_and_circle(curve.start, curve.leaving, last)
     else:
         found = _line_and_circle(last.end, last.leaving, curve)
-    good = [point for point in found if _within(last, point) and _within(curve, point)]
-    if not good:
-        raise block.fault(f"concave corner that a tool of radius {on.radius:.6g} does not reach without cutting into the "
-                          "contour", *block.axes(), *"rijk")  # fmt: skip
-    return min(good, key=lambda point: math.dist(point, last.end))
+    if not found:
+        raise _unreachable(on, block)
+    on_both = [point for point in found if _within(last, point) and _within(curve, point)]
+    on_last = [point for point in found if _within(last, point)]
+    return min(on_both or on_last or found, key=lambda point: math.dist(point, last.end))
+
+
+def _backwards(curve: Curve) -> bool:
+    """Whether what is left of a curve between its concave corners would lead back."""
+    if curve.entry:
+        return False
+    if curve.radius:
+        return curve.missed or not _within(curve._replace(end=curve.full_end), curve.end)
+    du, dv = curve.end[0] - curve.start[0], curve.end[1] - curve.start[1]
+    return du * curve.leaving[0] + dv * curve.leaving[1] < 0.0
+
+
+def _not_backwards(on: Compensation, block: Block) -> None:
+    if on.last is not None and _backwards(on.last):
+        raise _unreachable(on, block)
+
+
+def _unreachable(on: Compensation, block: Block) -> BlockFault:
+    return block.fault(f"concave corner that a tool of radius {on.radius:.6g} does not reach without cutting into the "
+                       "contour", *block.axes(), *"rijk")  # fmt: skip
 
 
 def _lines(a: Curve, b: Curve) -> list[Point]:

@@ -4,16 +4,16 @@ from collections.abc import Callable
 from typing import Literal
 
 from cutwise.io.programs.block import Block
-from cutwise.io.programs.canon import Dwell, NaiveTolerance, PathControl, Signal, SpindleTurn, Stop, TapStroke
+from cutwise.io.programs.canon import DrawnOut, Dwell, NaiveTolerance, PathControl, Signal, SpindleTurn, Stop, TapStroke
 from cutwise.io.programs.controller import INCH, MILLIMETRE, PLANES, Controller, Cycle
-from cutwise.io.programs.groups import MOTION
+from cutwise.io.programs.groups import CYCLES, MOTION
 from cutwise.io.programs.motions import check_feed, go
 
 _CLEAR_INCHES = 0.010  # how far a peck stays off the bottom reached before, and how far G73 draws back
 _DWELLS = (820, 860, 880, 890)
 
 
-def cycle(c: Controller, block: Block, *, again: bool) -> None:
+def cycle(c: Controller, block: Block, *, before: int) -> None:
     """One block of a canned cycle.
 
     Parameters
@@ -21,21 +21,21 @@ def cycle(c: Controller, block: Block, *, again: bool) -> None:
     c : Controller
         Its motion is already that of the cycle.
     block : Block
-        Words of the cycle; R and the depth hold on from block to block.
-    again : bool
-        Whether the block before ran the same cycle: only then do its words hold on.
+        Words of the cycle; R, the depth and others hold on as long as the cycle stays the same.
+    before : int
+        The motion before: the level to return to (G98) is that at which a series of cycles, of any kind, began.
     """
     _check(c, block)
     u, v, w = PLANES[c.plane]
-    if not again:
-        c.cycle = Cycle(level=c.at[w])
+    if before != c.motion:
+        c.cycle = Cycle(level=c.cycle.level if before in CYCLES else c.at[w])
     _keep_words(c, block, "xyz"[w])
     clearance, bottom = _heights(c, block)
     repeats = block.whole("l") if "l" in block.values else 1
     if not repeats:
         raise block.fault("a cycle cannot be repeated 0 times (L0)", "l")
-    height = c.cycle.level if c.retract_to_start else c.at[w]
-    top = max(height, clearance) if c.retract_to_start else clearance
+    top = max(c.cycle.level, clearance) if c.retract_to_start else clearance
+    height = max(c.at[w], top)
     if c.cycle.level < clearance:  # said in every block of the series
         height = clearance
         _up(c, w, height)
@@ -192,7 +192,7 @@ def _bore(c: Controller, block: Block, levels: Levels) -> None:
 
 
 def _bore_stopped(c: Controller, block: Block, levels: Levels) -> None:
-    """G86: the spindle stands while the tool is drawn out; G88: the operator does that."""
+    """G86: the spindle stands while the tool is drawn out; G88: the operator draws it out."""
     w, _, bottom, top = levels
     turning = c.spindle.turning
     if not turning:
@@ -202,7 +202,10 @@ def _bore_stopped(c: Controller, block: Block, levels: Levels) -> None:
     c.out.append(SpindleTurn(0, c.line, c.number))
     if c.motion == 880:
         c.out.append(Stop("stop", c.line, c.number))
-    _up(c, w, top)
+        c.at[w] = top
+        c.out.append(DrawnOut(c.at[0], c.at[1], c.at[2], c.line, c.number))
+    else:
+        _up(c, w, top)
     c.out.append(SpindleTurn(turning, c.line, c.number))
 
 

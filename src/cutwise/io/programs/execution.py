@@ -69,7 +69,7 @@ def _modal_words(c: Controller, block: Block) -> None:
         modes.set_units(c, g["units"] == 200)
     if "cutter compensation" in g:
         if g["cutter compensation"] == 400:
-            compensation.switch_off(c)
+            compensation.switch_off(c, block)
         else:
             compensation.switch_on(c, block, g["cutter compensation"])
     if "tool length" in g:
@@ -134,7 +134,7 @@ def _motion(c: Controller, block: Block) -> None:
     elif code in CYCLES:
         if "motion" in block.g and not block.axes():
             raise block.fault("a canned cycle needs axis words", "g.motion")
-        cycles.cycle(c, block, again=code == before)
+        cycles.cycle(c, block, before=before)
     elif code == 800:
         c.cycle = Cycle()
     elif code in PROBES:

@@ -143,6 +143,7 @@ class Saved(NamedTuple):
     retract_to_start: bool
     path_control: tuple[PathModeName, float, float]
     compensated: bool
+    axis_offset: bool  # whether that of G92 holds
 
 
 def saved(c: Controller) -> Saved:
@@ -152,7 +153,7 @@ def saved(c: Controller) -> Saved:
     return Saved(
         c.inch, c.plane, c.feed_mode, c.feed, s.speed, s.turning, s.surface_limit, w.mist, w.flood, switches,
         c.offsets.system, tuple(c.offsets.tool), c.incremental, c.arc_absolute, c.retract_to_start,
-        (c.path_mode, c.tolerance, c.naive_tolerance), c.compensation is not None,
+        (c.path_mode, c.tolerance, c.naive_tolerance), c.compensation is not None, bool(c.numbers.get(5210)),
     )  # fmt: skip
 
 
@@ -166,6 +167,8 @@ def restore(c: Controller, to: Saved) -> None:
         select_plane(c, to.plane)
     if to.system != c.offsets.system:
         offsets.select_system(c, 530 + 10 * to.system if to.system < 7 else 584 + to.system)
+    if to.axis_offset != bool(c.numbers.get(5210)):
+        offsets.reset_axis_offset(c, 923 if to.axis_offset else 922)
     if to.tool_offset != tuple(c.offsets.tool):
         offsets.use_tool_offset(c, list(to.tool_offset))
     if to.feed_mode != c.feed_mode:

@@ -59,13 +59,15 @@ def _machine_target(c: Controller, block: Block, at: Sequence[float]) -> list[fl
 
 
 def _polar(c: Controller, block: Block, at: Sequence[float]) -> tuple[float, float]:
+    if c.plane != "XY":
+        raise block.fault("polar words (@ ^) need the XY plane (G17)", "@", "^")
     for letter in "xy":
         if letter in block.values:
             raise block.fault("X and Y cannot be mixed with polar words (@ ^)", letter)
     radius, angle = block.get("@"), block.get("^")
     here = math.hypot(at[0], at[1])
-    if here == 0.0 and (angle is None or radius is None or c.incremental):
-        raise block.fault("a polar motion from the origin needs a distance (@) and an angle (^), both absolute", "@", "^")
+    if here == 0.0 and (angle is None or c.incremental):
+        raise block.fault("a polar motion from the origin needs an absolute angle (^)", "@", "^")
     direction = math.degrees(math.atan2(at[1], at[0]))
     if c.incremental:
         radius, angle = here + (radius or 0.0), direction + (angle or 0.0)

@@ -219,6 +219,10 @@ class _Deriving:
         end = self.place(command.x, command.y, command.z)
         return self.straight("probe", end, command.rotary, command.line, self.feed)
 
+    def drawn_out(self, command: canon.DrawnOut) -> Iterator[Move]:
+        end = self.place(command.x, command.y, command.z)
+        return self.straight("rapid", end, self.rotary_words, command.line, math.inf)
+
     def rigid_tap(self, command: canon.RigidTap) -> Iterator[Move]:
         end = self.place(command.x, command.y, command.z)
         start = self.at
@@ -263,6 +267,7 @@ class _Deriving:
 _MAKES: dict[type[Any], Callable[[_Deriving, Any], Iterator[Move]]] = {
     canon.Traverse: _Deriving.traverse, canon.Feed: _Deriving.fed, canon.Arc: _Deriving.arc,
     canon.TapStroke: _Deriving.tapped, canon.Probe: _Deriving.probed, canon.RigidTap: _Deriving.rigid_tap,
+    canon.DrawnOut: _Deriving.drawn_out,
     canon.Dwell: _Deriving.dwell, canon.Spline: _Deriving.spline,
 }  # fmt: skip
 _SETS: dict[type[Any], Callable[[_Deriving, Any], None]] = {

@@ -257,7 +257,8 @@ def _touch_off(c: Controller, block: Block, form: int, offset: list[float]) -> N
 
 
 def _entry(c: Controller, place: int, tool: Tool, offset: list[float]) -> str:
-    lengths = " ".join(f"{value + 0.0:.4f}" for value in offset)
+    """A line of the tool table, in units of the machine."""
+    lengths = " ".join(f"{round(value, 4) + 0.0:.4f}" for value in scaled(offset, c.machine_units()))
     degrees = ", ".join(f"{math.degrees(angle):.4f}" for angle in (tool.front_angle, tool.back_angle))
     return f"{place}, {tool.number}, {lengths}, {degrees}, {tool.orientation}"
 
