@@ -162,10 +162,8 @@ def _tap(c: Controller, block: Block, levels: Levels) -> None:
         raise block.fault(f"{word} needs the spindle turning by {needed}", *block.axes())
     s = c.switches
     feed, speed = s.feed_override, s.speed_override
-    if feed:
-        c.out.append(Signal("DISABLE_FEED_OVERRIDE", "", c.line, c.number))
-    if speed:
-        c.out.append(Signal("DISABLE_SPEED_OVERRIDE", "0", c.line, c.number))
+    c.out.append(Signal("DISABLE_FEED_OVERRIDE", "", c.line, c.number))
+    c.out.append(Signal("DISABLE_SPEED_OVERRIDE", "0", c.line, c.number))
     _stroke(c, w, bottom)
     c.out.append(SpindleTurn(0, c.line, c.number))
     c.out.append(SpindleTurn(-1 if way == 1 else 1, c.line, c.number))

@@ -142,6 +142,7 @@ def _motion(c: Controller, block: Block) -> None:
     elif code in (330, 331):
         motions.synchronised(c, block)
     elif code in (50, 51):
+        c.motion = before  # a spline is not modal
         splines.spline(c, block)
     elif code == 52:
         splines.control_point(c, block)
@@ -163,7 +164,7 @@ def go_on(c: Controller, block: Block) -> None:
     """After a fault: be where the block would have led, so that its consequences are not faults too."""
     if block.motion not in (0, 10, 20, 30, 50, 51):
         return
-    c.motion = block.motion if block.motion < 50 else 800
+    c.motion = block.motion if block.motion < 50 else c.motion
     with contextlib.suppress(BlockFault):
         c.at[:] = motions.target(c, block)
     if c.compensation is not None:

@@ -38,7 +38,6 @@ def spline(c: Controller, block: Block) -> None:
         c.spline_tangent = (-v["p"], -v["q"])
     points = ((x, y), *inner, (end[0], end[1]))
     c.at[:] = end
-    c.motion = 800  # a spline is not modal
     c.out.append(Spline(points, (1.0,) * len(points), len(points), c.line, c.number))
 
 
