@@ -10,9 +10,12 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from cutwise import units
 from cutwise.io import library
 from cutwise.io.files import as_text, read_bytes
+from cutwise.io.programs import given
 from cutwise.io.programs.interpreter import interpret
+from cutwise.io.programs.setup import Setup
 from cutwise.io.tables import read_table
 from cutwise.io.tree import Node, compose, from_data, merged, origins, placed, unwrapped
 from cutwise.io.urdf import read_urdf
@@ -373,16 +376,44 @@ class _Assembly:
         return self.folder / name
 
     def _program(self, node: Node, file: Node, path: spec_faults.Path) -> Node:
-        """The text of a G-code program, checked block by block."""
+        """The text of a program and of the subroutines that it calls, its tool table, checked block by block."""
         place = self._file(file.text, file)
+        written = dict(node.value) if isinstance(node.value, dict) else {}
         try:
-            text = as_text(read_bytes(place, str(place)), str(place))
-            interpret(text, str(place))
+            text = given.read_program(place, str(place))
+        except ScenarioFault as fault:
+            self.faults += [file.fault(path, f"{one.file}: {one.message}") for one in fault.faults]
+            return node
+        library = given.library_beside(place.parent)
+        if "tools" in written and isinstance(written["tools"].value, str):
+            written["tools"] = self._tool_table(written["tools"], text, (*path, "tools"))
+        read = {"file": file.text, "text": text, "subroutines": given.subroutine_files(text, library)}
+        inlined = {**written, **from_data(read, node.file, node.layer).value}
+        try:
+            setup = given.setup_of(Program.model_validate(replace(node, value=inlined).plain()), library)
+        except ValidationError:
+            setup = Setup(library=library)  # what is wrong with the section is said with the rest of the scenario
+        try:
+            interpret(text, str(place), setup)
         except ScenarioFault as fault:
             self.faults += [one if one.line else file.fault(path, f"{one.file}: {one.message}") for one in fault.faults]
-            return node
-        inlined = from_data({"file": file.text, "text": text}, node.file, node.layer)
-        return replace(node, value=inlined.value)
+        return replace(node, value=inlined)
+
+    def _tool_table(self, node: Node, program: str, path: spec_faults.Path) -> Node:
+        """The tools of a tool table file, as they would be written in the scenario."""
+        place = self._file(node.text, node)
+        try:
+            tools = given.tool_table(as_text(read_bytes(place, str(place)), str(place)), str(place), program)
+        except ScenarioFault as fault:
+            self.faults += [one if one.line else node.fault(path, f"{one.file}: {one.message}") for one in fault.faults]
+            return replace(node, value=[])
+        keys = ("x", "y", "z")
+        listed = [
+            {"number": tool.number, "diameter": units.text(tool.diameter, "length"),
+             **{key: units.text(value, "length") for key, value in zip(keys, tool.offset, strict=False)}}
+            for tool in tools.values()
+        ]  # fmt: skip
+        return replace(node, value=from_data(listed, node.file, node.layer).value)
 
     def _table(self, node: Node, file: Node, kind: type[Table], path: spec_faults.Path) -> Node:
         place = self._file(file.text, file)
@@ -399,7 +430,7 @@ class _Assembly:
 
 
 def _program_file(node: Node) -> Node | None:
-    """The node that names a G-code file, unless its text is there already (a document)."""
+    """The node that names a program file, unless its text is there already (a document)."""
     if isinstance(node.value, str):
         return node
     if isinstance(node.value, dict) and "file" in node.value and "text" not in node.value:

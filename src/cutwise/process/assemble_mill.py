@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from cutwise.io.programs.given import setup_of
 from cutwise.io.programs.interpreter import Interpreted, interpret
 from cutwise.io.programs.moves import Move
 from cutwise.maths.curves import FloatArray
@@ -52,10 +53,7 @@ def program_path(scenario: MillingScenario, program: Interpreted | None) -> Prog
             ["exact_path"] * n, [0.0] * n, scenario,
         )  # fmt: skip
     moves = [move for move in program.moves if move.kind != "dwell"]
-    left = next((move for move in moves if move.spindle < 0.0), None)
-    if left is not None:
-        message = f"line {left.line}: the spindle turns to the left (M4); milling is covered for M3 only"
-        raise ScenarioFault([Fault(("program",), message)])
+    _check_covered(moves)
     dwell = np.zeros(len(moves))
     at = -1
     for move in program.moves:
@@ -73,6 +71,19 @@ def program_path(scenario: MillingScenario, program: Interpreted | None) -> Prog
         [move.tolerance for move in moves],
         scenario,
     )
+
+
+def _check_covered(moves: list[Move]) -> None:
+    """Milling with drives is that of three axes, and of a spindle that turns to the right while it cuts."""
+    faults = []
+    left = next((move for move in moves if move.spindle < 0.0), None)
+    if left is not None:
+        faults.append(f"line {left.line}: the spindle turns to the left (M4); milling is covered for M3 only")
+    rotary = next((move for move in moves if move.rotary_start != move.rotary_end), None)
+    if rotary is not None:
+        faults.append(f"line {rotary.line}: a rotary axis moves; milling is covered for x, y and z only")
+    if faults:
+        raise ScenarioFault([Fault(("program",), message) for message in faults])
 
 
 def _with_mode(
@@ -109,12 +120,13 @@ def _block(move: Move) -> Block:
 def _cuts(move: Move, turning: bool) -> bool:
     """A feed move within the stock: below z = 0, not a plunge, the spindle running (or taken to run)."""
     flat = move.kind == "arc" or math.hypot(move.end[0] - move.start[0], move.end[1] - move.start[1]) > 1e-9
-    return move.kind != "rapid" and flat and min(move.start[2], move.end[2]) < 0.0 and (turning or move.spindle > 0.0)
+    return move.kind in ("feed", "arc") and flat and min(move.start[2], move.end[2]) < 0.0 and (turning or move.spindle > 0.0)
 
 
 def read_program(scenario: MillingScenario) -> Interpreted | None:
     """The moves of the scenario's program; None for a corner."""
-    return interpret(scenario.program.text, scenario.program.file) if scenario.program is not None else None
+    program = scenario.program
+    return None if program is None else interpret(program.text, program.file, setup_of(program))
 
 
 def spindle_speed(scenario: MillingScenario, program: Interpreted | None) -> float:

@@ -62,8 +62,8 @@ def test_a_program_that_is_not_there_and_one_that_is_wrong(tmp_path):
     file.write_text(text)
     with pytest.raises(ScenarioFault, match="no such file"):
         load(file)
-    (tmp_path / "part.nc").write_text("G21 G90 F600 M3\nG1 X10 Z-1\nG5 X20\n")
-    with pytest.raises(ScenarioFault, match=r"part\.nc:3:1: G5 is unknown"):
+    (tmp_path / "part.nc").write_text("G21 G90 F600 M3\nG1 X10 Z-1\nG12 X20\n")
+    with pytest.raises(ScenarioFault, match=r"part\.nc:3:1: G12 is unknown"):
         load(file)
     (tmp_path / "part.nc").write_text("G21 G90 F600 M3\nG1 X10 Z-1\n")
     with pytest.raises(ScenarioFault, match=r"no spindle speed .S with M3."):

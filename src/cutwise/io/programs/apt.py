@@ -60,6 +60,8 @@ class Apt:
     :meth:`commands` gives its commands; when they are used up, :meth:`notices` tells what was assumed.
     """
 
+    language: Literal["G-code", "APT"] = "APT"
+
     def __init__(self, text: str, name: str, setup: Setup = Setup()) -> None:  # noqa: B008
         self.name = name
         self.statements = list(statements(text))

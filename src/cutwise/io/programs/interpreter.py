@@ -1,7 +1,7 @@
 """Programs of any kind, G-code or APT, into canonical commands and moves."""
 
 from collections.abc import Iterator
-from typing import NamedTuple, Protocol
+from typing import Literal, NamedTuple, Protocol
 
 from cutwise.io.programs.apt import Apt, is_apt
 from cutwise.io.programs.canon import Command, SelectTool
@@ -16,8 +16,9 @@ _NOTHING = Setup()
 class Reading(Protocol):
     """A run through a program."""
 
-    start: Point
-    blocks: int
+    language: Literal["G-code", "APT"]
+    start: Point  # of the tool tip in the machine [m]
+    blocks: int  # that were run so far
 
     def commands(self) -> Iterator[Command]:
         """Its commands; raises ScenarioFault at the end, with everything that could not be run."""

@@ -3,6 +3,7 @@
 import math
 import re
 from collections.abc import Iterator
+from typing import Literal
 
 from cutwise.io.programs import execution, offsets
 from cutwise.io.programs.block import Block, computed_block, settle
@@ -45,6 +46,8 @@ class Rs274:
 
     :meth:`commands` gives its commands; when they are used up, :meth:`notices` tells what was assumed.
     """
+
+    language: Literal["G-code", "APT"] = "G-code"
 
     def __init__(self, text: str, name: str, setup: Setup = Setup()) -> None:  # noqa: B008
         main = Source(name, text)
