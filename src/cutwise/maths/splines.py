@@ -43,7 +43,9 @@ def point(points: Sequence[Point], weights: Sequence[float], order: int, knots: 
     span = next((i for i in range(order - 1, n) if t < knots[i + 1]), n - 1)
     while knots[span] == knots[span + 1]:
         span -= 1
-    rows = [(points[i][0] * weights[i], points[i][1] * weights[i], weights[i]) for i in range(span - order + 1, span + 1)]
+    rows = [
+        (points[i][0] * weights[i], points[i][1] * weights[i], weights[i]) for i in range(span - order + 1, span + 1)
+    ]
     for level in range(1, order):
         for j in range(order - 1, level - 1, -1):
             i = span - order + 1 + j

@@ -120,7 +120,12 @@ def _block(move: Move) -> Block:
 def _cuts(move: Move, turning: bool) -> bool:
     """A feed move within the stock: below z = 0, not a plunge, the spindle running (or taken to run)."""
     flat = move.kind == "arc" or math.hypot(move.end[0] - move.start[0], move.end[1] - move.start[1]) > 1e-9
-    return move.kind in ("feed", "arc") and flat and min(move.start[2], move.end[2]) < 0.0 and (turning or move.spindle > 0.0)
+    return (
+        move.kind in ("feed", "arc")
+        and flat
+        and min(move.start[2], move.end[2]) < 0.0
+        and (turning or move.spindle > 0.0)
+    )
 
 
 def read_program(scenario: MillingScenario) -> Interpreted | None:

@@ -131,7 +131,9 @@ class Program(Spec):
         """Work coordinate systems that do not exist; a tool twice; a default tool that is not there."""
         for name in self.offsets:
             if name not in WORK_SYSTEMS:
-                yield Remark(("offsets",), f'"{name}" is not a work coordinate system; they are {", ".join(WORK_SYSTEMS)}')
+                yield Remark(
+                    ("offsets",), f'"{name}" is not a work coordinate system; they are {", ".join(WORK_SYSTEMS)}'
+                )
         numbers = [tool.number for tool in self.tools]
         for number in sorted({n for n in numbers if numbers.count(n) > 1}):
             yield Remark(("tools",), f"tool {number} is there twice")

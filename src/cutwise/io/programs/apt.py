@@ -66,7 +66,9 @@ class Apt:
         self.name = name
         self.statements = list(statements(text))
         self.inch, said = _unit(self.statements)
-        self.noticed: dict[str, int] = {} if said else {"no UNITS: lengths are taken as " + ("in" if self.inch else "mm"): 0}
+        self.noticed: dict[str, int] = (
+            {} if said else {"no UNITS: lengths are taken as " + ("in" if self.inch else "mm"): 0}
+        )
         self.faults: list[Fault] = []
         self.blocks = 0
         self.line = 0
@@ -163,7 +165,9 @@ class Apt:
     def _point(self, s: Statement) -> tuple[Point, Point]:
         n = s.numbers()
         if len(n) not in (3, 6) and len(n) < 6:
-            raise _StatementFault(f"{s.word} needs x,y,z, or x,y,z,i,j,k with the tool axis; found {len(n)} numbers", s.column)
+            raise _StatementFault(
+                f"{s.word} needs x,y,z, or x,y,z,i,j,k with the tool axis; found {len(n)} numbers", s.column
+            )
         point = (n[0], n[1], n[2])
         if len(n) == 3:
             return point, self.tool_axis
@@ -244,7 +248,10 @@ class Apt:
         count = max(1, math.ceil(angle / max(step, 1e-3)))
         for k in range(1, count):
             a, rise = angle * k / count, rise0 + (rise1 - rise0) * k / count
-            on = [circle.centre[i] + rise * circle.axis[i] + math.cos(a) * first[i] + math.sin(a) * side[i] for i in range(3)]
+            on = [
+                circle.centre[i] + rise * circle.axis[i] + math.cos(a) * first[i] + math.sin(a) * side[i]
+                for i in range(3)
+            ]
             self._straight(s, (on[0], on[1], on[2]), rapid=False)
         self._straight(s, end, rapid=False)
 

@@ -46,14 +46,10 @@ def arc(c: Controller, block: Block) -> None:
         compensation.arc(c, block, end, circle)
         return
     c.at[:] = end
-    c.out.append(
-        Arc(end[u], end[v], circle.u, circle.v, circle.turns, end[w], c.rotary, c.extra, c.line, c.number)
-    )
+    c.out.append(Arc(end[u], end[v], circle.u, circle.v, circle.turns, end[w], c.rotary, c.extra, c.line, c.number))
 
 
-def arc_length(
-    start: Sequence[float], end: Sequence[float], circle: Circle, axes: tuple[int, int, int]
-) -> float:
+def arc_length(start: Sequence[float], end: Sequence[float], circle: Circle, axes: tuple[int, int, int]) -> float:
     """Length of an arc or helix."""
     u, v, w = axes
     radius = math.hypot(start[u] - circle.u, start[v] - circle.v)
@@ -101,9 +97,7 @@ def circle_of(c: Controller, block: Block, start: Sequence[float], end: Sequence
     return _by_centre(c, block, (start[u], start[v]), (end[u], end[v]), sense)
 
 
-def _by_centre(
-    c: Controller, block: Block, start: tuple[float, float], end: tuple[float, float], turns: int
-) -> Circle:
+def _by_centre(c: Controller, block: Block, start: tuple[float, float], end: tuple[float, float], turns: int) -> Circle:
     u, v, _ = PLANES[c.plane]
     letters = "ijk"[u], "ijk"[v]
     offset = [block.values.get(letter, 0.0) for letter in letters]
@@ -127,9 +121,7 @@ def _by_centre(
     return circle
 
 
-def _by_radius(
-    c: Controller, block: Block, start: tuple[float, float], end: tuple[float, float], turns: int
-) -> Circle:
+def _by_radius(c: Controller, block: Block, start: tuple[float, float], end: tuple[float, float], turns: int) -> Circle:
     radius = block.values["r"]
     du, dv = end[0] - start[0], end[1] - start[1]
     chord = math.hypot(du, dv)

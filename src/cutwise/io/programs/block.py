@@ -103,9 +103,13 @@ def _add_m(block: Block, number: float, place: int) -> None:
     group = M_GROUP.get(code)
     if group is None:
         reason = "are for the user to define and not known here" if 100 <= code <= 199 else ""
-        raise BlockFault(f"M{code} is unknown or not supported" if not reason else f"M{code}: M100 to M199 {reason}", place)
+        raise BlockFault(
+            f"M{code} is unknown or not supported" if not reason else f"M{code}: M100 to M199 {reason}", place
+        )
     if group in block.m:
-        raise BlockFault(f"M{block.m[group]} and M{code} are of one modal group ({group}); one of them per block", place)
+        raise BlockFault(
+            f"M{block.m[group]} and M{code} are of one modal group ({group}); one of them per block", place
+        )
     block.m[group] = code
     block.places["m." + group] = place
 
@@ -144,7 +148,9 @@ def _own_motion(block: Block, own: int, taker: int | None, axes: Sequence[str]) 
         if axes and taker is None:
             raise block.fault("axis words while motion is cancelled (G80); write G0 or G1", axes[0])
     elif taker is not None:
-        raise block.fault(f"{name(taker)} and {MOTION[own]} both want the axis words; one of them per block", "g.motion")
+        raise block.fault(
+            f"{name(taker)} and {MOTION[own]} both want the axis words; one of them per block", "g.motion"
+        )
     block.motion = own
 
 

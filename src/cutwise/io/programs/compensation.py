@@ -76,7 +76,9 @@ def switch_on(c: Controller, block: Block, code: int) -> None:
         d = block.whole("d")
         tool = tool_of(c, d, block, "d") if d is not None else c.tool
         if tool.orientation:
-            raise block.fault(f"tool {tool.number} has an orientation: it is for lathes, which are not supported", "d", key)
+            raise block.fault(
+                f"tool {tool.number} has an orientation: it is for lathes, which are not supported", "d", key
+            )
         radius = 0.5 * tool.diameter / c.unit()
         if tool.diameter == 0.0 and c.setup.tools is None:
             c.notice("cutter compensation without a tool table: diameters are taken as 0, the path as programmed")
@@ -218,9 +220,7 @@ def _emit_arc(c: Controller, out: list[Command], curve: Curve, end: list[float])
     at = list(end)
     at[u], at[v] = curve.end
     c.at[:] = at
-    out.append(
-        Arc(*curve.end, *curve.centre, curve.turns, at[w], c.rotary, c.extra, c.line, c.number)
-    )
+    out.append(Arc(*curve.end, *curve.centre, curve.turns, at[w], c.rotary, c.extra, c.line, c.number))
 
 
 def _cut_short(on: Compensation, meeting: Point) -> None:

@@ -49,7 +49,9 @@ def default_tool(setup: Setup) -> int:
 
 def default_tool_notice(setup: Setup) -> str:
     """What is said of it."""
-    origin = "as given" if setup.default_tool is not None else "the first of the tool table" if setup.tools else "assumed"
+    origin = (
+        "as given" if setup.default_tool is not None else "the first of the tool table" if setup.tools else "assumed"
+    )
     return f"the program calls no tool; tool {default_tool(setup)} is in the spindle ({origin})"
 
 

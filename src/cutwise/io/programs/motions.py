@@ -96,7 +96,9 @@ def check_feed(c: Controller, block: Block) -> None:
     if c.feed_mode == 93 and "f" not in block.values:
         raise block.fault(f"{MOTION[block.motion]} under inverse time (G93) needs F in its block", "g.motion", *AXES)
     if c.feed_mode == 95 and c.spindle.speed == 0.0:
-        raise block.fault("feed per revolution (G95) without a spindle speed; write S before", *block.axes(), "g.motion")
+        raise block.fault(
+            "feed per revolution (G95) without a spindle speed; write S before", *block.axes(), "g.motion"
+        )
     feed = block.values["f"] if c.feed_mode == 93 else c.feed
     if feed > 0.0 or c.feedless:
         return

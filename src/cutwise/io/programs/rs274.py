@@ -134,8 +134,10 @@ class Rs274:
             if feed:
                 c.feed = rate
                 yield FeedRate(rate, index, number)
-            yield Traverse(x, y, z, rotary, extra, index, number) if rapid else Feed(
-                x, y, z, rotary, extra, index, number
+            yield (
+                Traverse(x, y, z, rotary, extra, index, number)
+                if rapid
+                else Feed(x, y, z, rotary, extra, index, number)
             )
         at[0], at[1], at[2] = x, y, z
         c.motion = 0 if rapid else 10

@@ -34,6 +34,8 @@ class Setup(NamedTuple):
     systems: Mapping[int, WorkSystem] = {}  # 1 (G54) to 9 (G59.3); the others stand at the machine's zero
     start: Triple | None = None  # [m] of the tool tip in G54; None: its zero
     default_tool: int | None = None  # in the spindle where the program calls none
-    inch: bool | None = None  # unit of the machine and its numbered variables; None: that of the program's first unit word
+    inch: bool | None = (
+        None  # unit of the machine and its numbered variables; None: that of the program's first unit word
+    )
     library: Callable[[str], str | None] | None = None  # text of a subroutine file by its name without suffix
     step_limit: int = 1_000_000  # lines that may be run again before a program counts as endless

@@ -73,7 +73,9 @@ def _tool(line: str, remark: str, unit: float) -> Tool:
                              "T1 P1 D6 Z-20 ; remark", column)  # fmt: skip
         letter = match[1].upper()
         if letter not in "TPDIJQ" + _AXES:
-            raise _LineFault(f"{letter} has no meaning in a tool table; known are T P D I J Q X Y Z A B C U V W", column)
+            raise _LineFault(
+                f"{letter} has no meaning in a tool table; known are T P D I J Q X Y Z A B C U V W", column
+            )
         if letter in values:
             raise _LineFault(f"{letter} twice in one line", column)
         values[letter] = float(match[2])

@@ -173,7 +173,6 @@ def _value(text: str, at: int) -> tuple[Value, int]:
     return read_value(text, at + 1)
 
 
-
 def _unknown(letter: str) -> str:
     hints = {
         "o": "O words (flow control) stand alone in their line",
