@@ -1,5 +1,6 @@
 """Rational B-splines in a plane, and the arcs and lines that stand for them."""
 
+import itertools
 import math
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
@@ -63,7 +64,7 @@ def pieces(points: Sequence[Point], weights: Sequence[float], order: int, tolera
     """Arcs where the curve is one, else lines that stay within a tolerance of it."""
     knots = clamped_knots(len(points), order)
     ends = sorted(set(knots))
-    for low, high in zip(ends[:-1], ends[1:], strict=True):
+    for low, high in itertools.pairwise(ends):
         sampled = [point(points, weights, order, knots, low + (high - low) * i / 8.0) for i in range(9)]
         circle = _circle(sampled)
         if circle is not None:
@@ -111,5 +112,5 @@ def _circle(sampled: Sequence[Point]) -> Piece | None:
     if any(abs(math.hypot(px - x, py - y) - radius) > _ROUND * radius for px, py in sampled):
         return None
     angles = [math.atan2(py - y, px - x) for px, py in sampled]
-    steps = [math.remainder(q - p, 2.0 * math.pi) for p, q in zip(angles[:-1], angles[1:], strict=True)]
+    steps = [math.remainder(q - p, 2.0 * math.pi) for p, q in itertools.pairwise(angles)]
     return Piece(sampled[-1], (x, y), sum(steps))

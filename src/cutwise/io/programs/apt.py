@@ -223,7 +223,7 @@ class Apt:
         if w is None:
             self._tilted_arc(s, circle, end)
             return
-        plane: Literal["XY", "XZ", "YZ"] = ("YZ", "XZ", "XY")[w]  # type: ignore[assignment]
+        plane: Literal["XY", "XZ", "YZ"] = ("YZ", "XZ", "XY")[w]
         if plane != self.plane:
             self.plane = plane
             self._say(canon.Plane, plane)

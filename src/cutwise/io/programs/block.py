@@ -160,7 +160,7 @@ def _all_used(block: Block) -> None:
         wanted_g, wanted_m = G_WORDS.get(letter), M_WORDS.get(letter)
         if wanted_g is None and wanted_m is None:
             continue
-        if not (wanted_g is not None and wanted_g & codes or wanted_m is not None and wanted_m & machine):
+        if not ((wanted_g is not None and wanted_g & codes) or (wanted_m is not None and wanted_m & machine)):
             raise block.fault(_useless(letter, block), letter)
 
 

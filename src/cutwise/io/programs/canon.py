@@ -299,7 +299,7 @@ class Signal(NamedTuple):
 
 
 Command = (
-    Traverse | Feed | Arc | Spline | Probe | RigidTap | TapStroke | DrawnOut | SpindleSync | Dwell | LengthUnits | Plane | FeedRate | FeedMode
-    | PathControl | NaiveTolerance | WorkOffset | AxisOffset | Rotation | ToolLength | SelectTool | ChangeTool
-    | SpindleMode | SpindleSpeed | SpindleTurn | Coolant | Stop | Comment | Message | Printed | Signal
+    Traverse | Feed | Arc | Spline | Probe | RigidTap | TapStroke | DrawnOut | SpindleSync | Dwell | LengthUnits | Plane
+    | FeedRate | FeedMode | PathControl | NaiveTolerance | WorkOffset | AxisOffset | Rotation | ToolLength | SelectTool
+    | ChangeTool | SpindleMode | SpindleSpeed | SpindleTurn | Coolant | Stop | Comment | Message | Printed | Signal
 )  # fmt: skip

@@ -179,7 +179,7 @@ def _joined(c: Controller, block: Block, curve: Curve, heading: Point, corner: P
         _not_backwards(on, block)
         _cut_short(on, meeting)
         flush(on)
-        return curve._replace(start=meeting, missed=curve.radius > 0.0 and not _within(curve, meeting))
+        return curve._replace(start=meeting, missed=_beyond(curve, meeting))
     if not curve.radius:
         _not_backwards(on, block)
     elif _backwards(on.last):
@@ -225,12 +225,13 @@ def _emit_arc(c: Controller, out: list[Command], curve: Curve, end: list[float])
 
 def _cut_short(on: Compensation, meeting: Point) -> None:
     """All that waits ends where the curves meet: the last motion, and those across the plane behind it."""
-    for i, command in enumerate(on.pending):
+    for place, command in enumerate(on.pending):
         if isinstance(command, Arc):
-            on.pending[i] = command._replace(first=meeting[0], second=meeting[1])
+            on.pending[place] = command._replace(first=meeting[0], second=meeting[1])
         elif isinstance(command, Feed | Traverse):
-            axes = dict(zip((on.u, on.v), meeting, strict=True))
-            on.pending[i] = command._replace(**{"xyz"[axis]: value for axis, value in axes.items()})
+            at = [command.x, command.y, command.z]
+            at[on.u], at[on.v] = meeting
+            on.pending[place] = command._replace(x=at[0], y=at[1], z=at[2])
 
 
 def _meeting(on: Compensation, block: Block, curve: Curve) -> Point:
@@ -311,6 +312,14 @@ def _within(curve: Curve, point: Point) -> bool:
         return -_SLACK * square <= along <= (1.0 + _SLACK) * square
     whole = _angle(curve, curve.end)
     return _angle(curve, point) <= (whole if whole > 0.0 else 2.0 * math.pi) + _SLACK
+
+
+def _beyond(curve: Curve, point: Point) -> bool:
+    """Whether a point on the circle of an arc is behind its end, rather than on it or before its start."""
+    if not curve.radius:
+        return False
+    whole, angle = _angle(curve, curve.end), _angle(curve, point)
+    return whole + _SLACK < angle < 0.5 * (whole + 2.0 * math.pi)
 
 
 def _angle(curve: Curve, point: Point) -> float:

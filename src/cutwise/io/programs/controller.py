@@ -24,6 +24,7 @@ PLANES: dict[str, tuple[int, int, int]] = {"XY": (0, 1, 2), "XZ": (2, 0, 1), "YZ
 """The axes of a plane in the order of its arcs, and the axis across it."""
 
 ZEROS = (0.0,) * 9
+NO_TOOL = Tool(0)
 INCH, MILLIMETRE = units.factor("inch", "length"), units.factor("mm", "length")
 
 
@@ -94,7 +95,7 @@ class Controller:
     spindle: Spindle = field(default_factory=Spindle)
     switches: Switches = field(default_factory=Switches)
     cycle: Cycle = field(default_factory=Cycle)
-    tool: Tool = Tool(0)
+    tool: Tool = NO_TOOL
     slot: int = 0  # tool that the spindle's place in the tool table stands for: the first one until another is put in
     selected: int = 0
     tools: dict[int, Tool] = field(default_factory=dict)

@@ -121,7 +121,7 @@ def _down(c: Controller, w: int, height: float) -> None:
 Levels = tuple[int, float, float, float]  # axis, clearance plane, bottom, height to end at
 
 
-def _drill(c: Controller, block: Block, levels: Levels) -> None:
+def _drill(c: Controller, block: Block, levels: Levels) -> None:  # noqa: ARG001
     """G81, G82 with a dwell."""
     w, _, bottom, top = levels
     _down(c, w, bottom)
@@ -130,7 +130,7 @@ def _drill(c: Controller, block: Block, levels: Levels) -> None:
     _up(c, w, top)
 
 
-def _peck(c: Controller, block: Block, levels: Levels) -> None:
+def _peck(c: Controller, block: Block, levels: Levels) -> None:  # noqa: ARG001
     """G83 clears the hole after each peck, G73 breaks the chip."""
     w, clearance, bottom, top = levels
     step = c.cycle.peck
@@ -177,7 +177,7 @@ def _tap(c: Controller, block: Block, levels: Levels) -> None:
         c.out.append(Signal("ENABLE_SPEED_OVERRIDE", "0", c.line, c.number))
 
 
-def _bore(c: Controller, block: Block, levels: Levels) -> None:
+def _bore(c: Controller, block: Block, levels: Levels) -> None:  # noqa: ARG001
     """G85 feeds out to the clearance plane; G89 dwells, then feeds out all the way."""
     w, clearance, bottom, top = levels
     _down(c, w, bottom)

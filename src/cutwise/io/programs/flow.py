@@ -23,7 +23,7 @@ class Frame(NamedTuple):
     """A call: where it came from, and what is put back at its end."""
 
     source: Source
-    index: int
+    line: int  # index of the line behind the call
     numbered: bool  # called by M98: no local variables
     start: int  # first line of the subroutine
     numbers: dict[int, float]
@@ -187,7 +187,7 @@ class Flow:
             m.named_locals = frame.named
         m.level -= 1
         self.repeats, self.passes = frame.repeats, frame.passes
-        self.source, self.index = frame.source, frame.index
+        self.source, self.index = frame.source, frame.line
 
     def end_program(self, place: int) -> bool:
         """M99: back from a program called by M98, or once more; whether it was the main program that ended."""
@@ -226,7 +226,7 @@ def _if(flow: Flow, word: OWord, at: int) -> None:
         branch = flow.source.line(at).o_word
         assert branch is not None
         flow.controller.line = at + 1
-        taken = branch.keyword == "else" or branch.keyword == "elseif" and flow.value(branch) != 0.0
+        taken = branch.keyword == "else" or (branch.keyword == "elseif" and flow.value(branch) != 0.0)
     flow.index = at + 1
 
 

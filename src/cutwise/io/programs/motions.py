@@ -7,8 +7,8 @@ from cutwise.io.programs import compensation
 from cutwise.io.programs.block import Block
 from cutwise.io.programs.canon import Feed, FeedRate, Probe, RigidTap, Signal, SpindleSync, Traverse
 from cutwise.io.programs.controller import AXES, Controller, from_machine, to_machine
-from cutwise.io.programs.offsets import HOMES, home
 from cutwise.io.programs.groups import MOTION, name
+from cutwise.io.programs.offsets import HOMES, home
 
 _LEAST_RATE = 0.1  # [length/min] of a feed by inverse time
 _NEAR = 1e-9  # of a unit; a probe that starts nearer than this has nowhere to go

@@ -171,7 +171,7 @@ class Rs274:
                                    computed(a.value, memory), a.place) for a in line.assignments]:  # fmt: skip
             memory.assign(key, value, place)
         stop = None if block is None else block.m.get("stop")
-        if line.remark is not None and not (stop == 98 or stop == 99 and self.flow.frames):
+        if line.remark is not None and not (stop == 98 or (stop == 99 and self.flow.frames)):
             say(c, memory, line.remark)
         if block is None:
             return

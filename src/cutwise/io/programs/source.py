@@ -95,7 +95,7 @@ class _Scan:
     def _place(self, at: int, keyword: str, label: str) -> None:
         if keyword == "":
             self.structure.programs.setdefault(label, at)
-        elif keyword in ("sub", "if", "do", "repeat") or keyword == "while" and not self._closes_do(label):
+        elif keyword in ("sub", "if", "do", "repeat") or (keyword == "while" and not self._closes_do(label)):
             self._begin(at, keyword, label)
         elif keyword in ("elseif", "else"):
             self._branch(at, keyword, label)

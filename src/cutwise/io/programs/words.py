@@ -140,17 +140,17 @@ def read_line(text: str, remark: Remark | None) -> Line:
     BlockFault
         Something in it cannot be read.
     """
-    at, number = text[:1] == "/", ""
+    at, number = int(text[:1] == "/"), ""
     match = _SEQUENCE.match(text, at)
     if match is not None:
         if not match[1]:
-            raise BlockFault("N without a number", int(at))
+            raise BlockFault("N without a number", at)
         number, at = match[1], match.end()
     if text[at : at + 1] == "o":
-        return Line((), (), _o_word(text, int(at)), remark, number)
+        return Line((), (), _o_word(text, at), remark, number)
     words: list[Word] = []
     assignments: list[Assignment] = []
-    end = int(at)
+    end = at
     while end < len(text):
         start, letter = end, text[end]
         if letter == "#":
