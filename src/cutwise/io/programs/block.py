@@ -91,7 +91,9 @@ def _add_g(block: Block, number: float, place: int) -> None:
     if group is None:
         reason = "is for lathes, which are not supported" if code in LATHE else "is unknown or not supported"
         raise BlockFault(f"G{number:g} {reason}", place)
-    if group in block.g:
+    if group == "motion" and 800 in (code, block.g.get(group)):  # G80 gives way to a motion of its block
+        code = code if block.g.get(group, 800) == 800 else block.g[group]
+    elif group in block.g:
         both = f"{name(block.g[group])} and {name(code)}"
         raise BlockFault(f"{both} are of one modal group ({group}); one of them per block", place)
     block.g[group] = code

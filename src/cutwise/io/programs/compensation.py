@@ -24,7 +24,7 @@ _SLACK = 1e-9  # share of the length by which a curve may be cut short beyond it
 
 
 class Curve(NamedTuple):
-    """A motion of the tool centre: a line, or an arc if it has a radius."""
+    """A motion of the tool centre: a line, or an arc if it has turns."""
 
     start: Point
     end: Point
@@ -135,7 +135,8 @@ def arc(c: Controller, block: Block, end: list[float], circle: "Circle") -> None
     inside = on.left == (circle.turns > 0)
     reach = -on.radius if inside else on.radius
     first, last = math.dist(start, centre), math.dist(point, centre)
-    if min(first, last) <= on.radius and (inside or on.last is None):
+    least = on.radius * (1.0 - _SLACK) if "r" in block.values else on.radius * (1.0 + _SLACK)  # by R: down to a point
+    if min(first, last) < least and (inside or on.last is None):
         raise block.fault(f"arc of radius {min(first, last):.6g}, not larger than the tool radius {on.radius:.6g}",
                           *block.axes(), *"rijk")  # fmt: skip
     entering, leaving = _tangent(start, centre, circle.turns), _tangent(point, centre, circle.turns)
@@ -171,8 +172,8 @@ def _joined(c: Controller, block: Block, curve: Curve, heading: Point, corner: P
     assert on.last is not None
     a, b = on.last.leaving, heading
     turn = on.side * math.atan2(a[0] * b[1] - a[1] * b[0], a[0] * b[0] + a[1] * b[1])  # positive: toward the tool
-    bent = curve if curve.radius else on.last
-    back_along_arc = math.pi - abs(turn) < _STRAIGHT_ON and bent.radius > 0.0 and on.left != (bent.turns > 0)
+    bent = curve if curve.turns else on.last
+    back_along_arc = math.pi - abs(turn) < _STRAIGHT_ON and bent.turns != 0 and on.left != (bent.turns > 0)
     if _STRAIGHT_ON < turn < math.pi - _STRAIGHT_ON or back_along_arc:
         meeting = _meeting(on, block, curve)
         on.last = on.last._replace(end=meeting)
@@ -180,7 +181,7 @@ def _joined(c: Controller, block: Block, curve: Curve, heading: Point, corner: P
         _cut_short(on, meeting)
         flush(on)
         return curve._replace(start=meeting, missed=_beyond(curve, meeting))
-    if not curve.radius:
+    if not curve.turns:
         _not_backwards(on, block)
     elif _backwards(on.last):
         c.notice(f"a tool of radius {on.radius:.6g} cuts into the contour in the concave corner before this block")
@@ -238,11 +239,11 @@ def _meeting(on: Compensation, block: Block, curve: Curve) -> Point:
     """Where the next curve meets the last one: on both of them if it can be, nearest to the corner."""
     assert on.last is not None
     last = on.last
-    if not last.radius and not curve.radius:
+    if not last.turns and not curve.turns:
         found = _lines(last, curve)
-    elif last.radius and curve.radius:
+    elif last.turns and curve.turns:
         found = _circles(last, curve)
-    elif last.radius:
+    elif last.turns:
         found = _line_and_circle(curve.start, curve.leaving, last)
     else:
         found = _line_and_circle(last.end, last.leaving, curve)
@@ -257,7 +258,7 @@ def _backwards(curve: Curve) -> bool:
     """Whether what is left of a curve between its concave corners would lead back."""
     if curve.entry:
         return False
-    if curve.radius:
+    if curve.turns:
         return curve.missed or not _within(curve._replace(end=curve.full_end), curve.end)
     du, dv = curve.end[0] - curve.start[0], curve.end[1] - curve.start[1]
     return du * curve.leaving[0] + dv * curve.leaving[1] < 0.0
@@ -305,7 +306,7 @@ def _circles(a: Curve, b: Curve) -> list[Point]:
 
 def _within(curve: Curve, point: Point) -> bool:
     """Whether a point of its line or circle is on the curve, between its start and its end."""
-    if not curve.radius:
+    if not curve.turns:
         du, dv = curve.end[0] - curve.start[0], curve.end[1] - curve.start[1]
         along = du * (point[0] - curve.start[0]) + dv * (point[1] - curve.start[1])
         square = du * du + dv * dv
@@ -316,7 +317,7 @@ def _within(curve: Curve, point: Point) -> bool:
 
 def _beyond(curve: Curve, point: Point) -> bool:
     """Whether a point on the circle of an arc is behind its end, rather than on it or before its start."""
-    if not curve.radius:
+    if not curve.turns:
         return False
     whole, angle = _angle(curve, curve.end), _angle(curve, point)
     return whole + _SLACK < angle < 0.5 * (whole + 2.0 * math.pi)

@@ -7,7 +7,7 @@ from cutwise.io.programs.block import Block
 from cutwise.io.programs.canon import DrawnOut, Dwell, NaiveTolerance, PathControl, Signal, SpindleTurn, Stop, TapStroke
 from cutwise.io.programs.controller import INCH, MILLIMETRE, PLANES, Controller, Cycle
 from cutwise.io.programs.groups import CYCLES, MOTION
-from cutwise.io.programs.motions import check_feed, go
+from cutwise.io.programs.motions import check_feed, go, polar
 
 _CLEAR_INCHES = 0.010  # how far a peck stays off the bottom reached before, and how far G73 draws back
 _DWELLS = (820, 860, 880, 890)
@@ -99,6 +99,9 @@ def _place(c: Controller, block: Block, axes: tuple[int, int], w: int, height: f
     """Where the hole is, at a height above it."""
     at = list(c.at)
     at[w] = height
+    if "@" in block.values or "^" in block.values:
+        at[0], at[1] = polar(c, block, at)
+        return at
     for i in axes:
         letter = "xyz"[i]
         if letter in block.values:

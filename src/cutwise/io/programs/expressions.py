@@ -46,6 +46,10 @@ class BlockFault(Exception):
         self.place = place
 
 
+class FlowFault(BlockFault):
+    """A fault after which nobody knows where to go on."""
+
+
 class CommentFault(BlockFault):
     """A comment that cannot be read; its place counts the characters of the line as written."""
 
@@ -94,7 +98,7 @@ def read_value(text: str, at: int) -> Read:
         return _expression(text, at)
     if letter == "#":
         return _variable(text, at)
-    if letter.isalpha():
+    if _WORD.match(text, at):
         return _function(text, at)
     if letter in ("+", "-") and following and following not in ".0123456789":
         value, end = read_value(text, at + 1)

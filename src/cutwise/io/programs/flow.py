@@ -6,17 +6,13 @@ from typing import NamedTuple
 
 from cutwise.io.programs import modes
 from cutwise.io.programs.controller import Controller
-from cutwise.io.programs.expressions import BlockFault, computed, whole
+from cutwise.io.programs.expressions import BlockFault, FlowFault, computed, whole
 from cutwise.io.programs.source import Source
 from cutwise.io.programs.variables import LOCAL, Memory
 from cutwise.io.programs.words import OWord
 
 DEEPEST = 10  # levels of subroutines, the main program counted
 IDLE_PASSES = 1000  # of a loop in which nothing changes, after which it counts as endless
-
-
-class FlowFault(BlockFault):
-    """A flow control word after which nobody knows where to go on."""
 
 
 class Frame(NamedTuple):
@@ -47,6 +43,7 @@ class Flow:
     repeats: dict[int, int] = field(default_factory=dict)  # passes left of repeat loops
     passes: dict[int, tuple[object, int]] = field(default_factory=dict)  # of loops: last state seen, how often
     files: dict[str, Source | None] = field(default_factory=dict)
+    numbered: bool = False  # the main program has begun with an O number
 
     def follow(self, word: OWord) -> None:
         """Go where a flow control word of the line before ``index`` leads.
@@ -60,7 +57,9 @@ class Flow:
         label = self._label(word)
         if word.keyword == "call":
             self._call(word, label)
-        elif word.keyword:
+        elif not word.keyword:
+            self.numbered = self.numbered or not self.frames
+        else:
             wrong = self.source.structure.wrong.get(at)
             if wrong is not None:
                 raise FlowFault(wrong, word.place)
@@ -204,7 +203,9 @@ class Flow:
         return False
 
 
-def _sub(flow: Flow, word: OWord, at: int) -> None:  # noqa: ARG001
+def _sub(flow: Flow, word: OWord, at: int) -> None:
+    if flow.numbered and not flow.frames:
+        raise FlowFault("subroutine within a numbered main program; end that with M2 or M30 before", word.place)
     flow.index = flow.source.structure.end[at] + 1
 
 

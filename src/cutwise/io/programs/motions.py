@@ -11,7 +11,6 @@ from cutwise.io.programs.groups import MOTION, name
 from cutwise.io.programs.offsets import HOMES, home
 
 _LEAST_RATE = 0.1  # [length/min] of a feed by inverse time
-_NEAR = 1e-9  # of a unit; a probe that starts nearer than this has nowhere to go
 
 
 def present(c: Controller) -> list[float]:
@@ -34,7 +33,7 @@ def target(c: Controller, block: Block) -> list[float]:
     if block.g.get("non-modal") == 530:
         return _machine_target(c, block, at)
     if "@" in block.values or "^" in block.values:
-        at[0], at[1] = _polar(c, block, at)
+        at[0], at[1] = polar(c, block, at)
     for i, letter in enumerate(AXES):
         if letter in block.values:
             at[i] = at[i] + block.values[letter] if c.incremental else block.values[letter]
@@ -58,7 +57,8 @@ def _machine_target(c: Controller, block: Block, at: Sequence[float]) -> list[fl
     return from_machine(c.offsets, place)
 
 
-def _polar(c: Controller, block: Block, at: Sequence[float]) -> tuple[float, float]:
+def polar(c: Controller, block: Block, at: Sequence[float]) -> tuple[float, float]:
+    """Where polar words lead: a distance (@) from the origin and an angle (^), or steps of them."""
     if c.plane != "XY":
         raise block.fault("polar words (@ ^) need the XY plane (G17)", "@", "^")
     for letter in "xy":
@@ -158,10 +158,6 @@ def probe(c: Controller, block: Block) -> None:
         raise block.fault(f"{word} cannot be used with cutter compensation; write G40 before", "g.motion")
     check_feed(c, block)
     end = target(c, block)
-    if end[3:6] != c.at[3:6]:
-        raise block.fault(f"{word} cannot turn the rotary axes", *"abc")
-    if length(c.at, end) < _NEAR:
-        raise block.fault(f"{word}: the tool stands at the target already", "g.motion", *AXES)
     inverse_time(c, block, length(c.at, end))
     c.notice(f"{word} is not simulated: the probe is taken to touch at its target")
     c.at[:] = end

@@ -18,6 +18,7 @@ from cutwise.maths.splines import pieces
 Point = tuple[float, float, float]
 
 SPLINE_TOLERANCE = 1e-6  # [m] between a spline and the lines that stand for it
+_LEAST_RADIUS = 1e-9  # [m] of an arc
 _ORIGIN: Point = (0.0, 0.0, 0.0)
 _Z: Point = (0.0, 0.0, 1.0)
 _MODES = {"exact_path": "exact_path", "exact_stop": "exact_stop", "continuous": "blend"}
@@ -249,6 +250,9 @@ class _Deriving:
             axis[0], axis[1] = turned(axis[0], axis[1], self.frame.angle - base.angle)
         c, e = [value * self.unit for value in centre_raw], [value * self.unit for value in end_raw]
         angle = sweep((seen[u] - c[u], seen[v] - c[v]), (e[u] - c[u], e[v] - c[v]), command.turns)
+        if math.hypot(seen[u] - c[u], seen[v] - c[v]) < _LEAST_RADIUS:  # of a corner that the tool just fits
+            yield from self.straight("feed", end, command.rotary, command.line, self.feed)
+            return
         to = self._turned(command.rotary)
         yield self._move("arc", end, to, command.line, self.feed, centre=centre, axis=(axis[0], axis[1], axis[2]),
                          angle=angle)  # fmt: skip

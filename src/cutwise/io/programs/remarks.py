@@ -4,6 +4,7 @@ import re
 
 from cutwise.io.programs.canon import Comment, Message, Printed, Signal
 from cutwise.io.programs.controller import Controller
+from cutwise.io.programs.expressions import FlowFault
 from cutwise.io.programs.variables import Memory
 from cutwise.io.programs.words import Remark
 
@@ -16,8 +17,9 @@ def say(c: Controller, memory: Memory, remark: Remark) -> None:
     """The command that a comment is."""
     kind, text = remark.active, remark.text
     if kind is None:
-        if text:
-            c.out.append(Comment(text, c.line, c.number))
+        c.out.append(Comment(text, c.line, c.number))
+    elif kind == "abort":
+        raise FlowFault(f"the program aborts: {expanded(text, memory).strip()}", 0)
     elif kind == "msg":
         c.out.append(Message(text, c.line, c.number))
     elif kind == "debug":

@@ -9,8 +9,8 @@ from cutwise.io.programs import execution, offsets
 from cutwise.io.programs.block import Block, computed_block, settle
 from cutwise.io.programs.canon import Command, Feed, FeedRate, Traverse
 from cutwise.io.programs.controller import INCH, MILLIMETRE, Controller, from_machine, to_machine
-from cutwise.io.programs.expressions import BlockFault, CommentFault, computed
-from cutwise.io.programs.flow import Flow, FlowFault
+from cutwise.io.programs.expressions import BlockFault, CommentFault, FlowFault, computed
+from cutwise.io.programs.flow import Flow
 from cutwise.io.programs.remarks import say
 from cutwise.io.programs.setup import Setup
 from cutwise.io.programs.source import Source

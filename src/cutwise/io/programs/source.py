@@ -7,7 +7,7 @@ from typing import NamedTuple
 from cutwise.io.programs.expressions import BlockFault
 from cutwise.io.programs.words import Line, OWord, compact, read_line
 
-_O_LINE = re.compile(r"\s*/?\s*(?:[nN][\d.\s]*)?[oO]")
+_O_LINE = re.compile(r"/?(?:n[\d.]*)?o")
 _REMEMBERED = 20_000  # lines
 _CLOSES = {"endif": "if", "endwhile": "while", "endrepeat": "repeat", "endsub": "sub"}
 
@@ -86,7 +86,7 @@ class _Scan:
         self.open: list[_Open] = []
         self.known: dict[str, int] = {}
         for at in range(source.first, source.end):
-            word = _o_word(source.lines[at]) if _O_LINE.match(source.lines[at]) else None
+            word = _o_word(source.lines[at])
             if word is not None and isinstance(word.label, str):
                 self._place(at, word.keyword, word.label)
         for left in self.open:
@@ -158,7 +158,10 @@ def _closing(keyword: str) -> str:
 
 
 def _o_word(raw: str) -> OWord | None:
+    if "o" not in raw and "O" not in raw:
+        return None
     try:
-        return read_line(compact(raw).text, None).o_word
+        text = compact(raw).text
+        return read_line(text, None).o_word if _O_LINE.match(text) else None
     except (BlockFault, RecursionError):
         return None  # said when the line is run

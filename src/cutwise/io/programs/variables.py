@@ -10,7 +10,8 @@ from cutwise.io.programs.expressions import LAST_VARIABLE, BlockFault, variable_
 LOCAL = 30  # variables #1 to #30 belong to a subroutine
 
 _POSITION, _TOOL, _DIAMETER = 5420, 5400, 5410
-_READ_ONLY = frozenset(range(5400, 5414)) | frozenset(range(5420, 5429))
+_MACHINE = 5021
+_READ_ONLY = frozenset((*range(5021, 5030), *range(5400, 5414), *range(5420, 5429)))
 
 
 @dataclass(slots=True)
@@ -32,6 +33,8 @@ class Memory:
 
     def _state(self, index: int) -> float:
         c = self.controller
+        if index < _TOOL:
+            return to_machine(c.offsets, c.at)[index - _MACHINE]
         if index >= _POSITION:
             return c.at[index - _POSITION]
         if index == _TOOL:

@@ -19,10 +19,8 @@ _SEQUENCE = re.compile(r"n(\d*)(?:\.\d*)?")
 _DIGITS = re.compile(r"\d+")
 _BEGINS_VALUE = re.compile(rf"[+-]*(?:\d|\.\d|\[|#|{'|'.join([*FUNCTIONS, 'atan', 'exists'])})")
 
-Active = Literal["msg", "debug", "print", "log", "logopen", "logappend", "logclose", "probeopen", "probeclose"]
-_ACTIVE = re.compile(
-    r"\s*(?:(msg|debug|print|log|logopen|logappend),|(logclose|probeclose)$|(probeopen)\s)", re.IGNORECASE
-)
+Active = Literal["msg", "abort", "debug", "print", "log", "logopen", "logappend", "logclose"]
+_ACTIVE = re.compile(r"\s*(?:(msg|abort|debug|print|log|logopen|logappend),|(logclose)$)", re.IGNORECASE)
 
 
 class Remark(NamedTuple):
@@ -111,8 +109,8 @@ def _remark(bracketed: str | None, behind: str) -> Remark | None:
     text = behind if bracketed is None else bracketed
     match = _ACTIVE.match(text)
     if match is not None:
-        return Remark(text[match.end() :], (match[1] or match[2] or match[3]).lower())  # type: ignore[arg-type]
-    return None if bracketed is None else Remark(text.lstrip(), None)
+        return Remark(text[match.end() :], (match[1] or match[2]).lower())  # type: ignore[arg-type]
+    return Remark(bracketed.lstrip(), None) if bracketed else None
 
 
 def column(raw: str, place: int) -> int:
