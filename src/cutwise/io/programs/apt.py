@@ -81,6 +81,7 @@ class Apt:
         self.feed, self.per_revolution = 0.0, False
         self.circle: Circle | None = None
         self.hole: Hole | None = None
+        self.feed_before = 0.0  # before the feed of a cycle
         self.plane = "XY"
         self.ended = False
 
@@ -262,6 +263,8 @@ class Apt:
         words, numbers = s.words(), s.numbers()
         if "OFF" in words:
             self.hole = None
+            if self.feed_before > 0.0 and self.feed_before != self.feed:
+                self._set_feed(self.feed_before, self.per_revolution)
             return
         if not words or words[0] not in _DRILLED:
             raise _StatementFault(f"CYCLE/{words[0] if words else ''}: unknown or unsupported cycle; known are "
@@ -281,8 +284,8 @@ class Apt:
     def _drill(self, s: Statement, point: Point) -> None:
         hole = self.hole
         assert hole is not None
-        before = self.feed
-        if hole.feed and hole.feed != before:
+        if hole.feed and hole.feed != self.feed:
+            self.feed_before = self.feed
             self._set_feed(hole.feed, self.per_revolution)
         self._straight(s, self._above(point, hole.clearance), rapid=True)
         depth = hole.clearance - hole.peck
@@ -295,8 +298,6 @@ class Apt:
         if hole.seconds:
             self._say(canon.Dwell, hole.seconds)
         self._straight(s, self._above(point, hole.clearance), rapid=True)
-        if hole.feed and hole.feed != before and before > 0.0:
-            self._set_feed(before, self.per_revolution)
 
     def _above(self, point: Point, height: float) -> Point:
         x, y, z = (p + height * a for p, a in zip(point, self.tool_axis, strict=True))

@@ -28,8 +28,8 @@ def cycle(c: Controller, block: Block, *, before: int) -> None:
     _check(c, block)
     u, v, w = PLANES[c.plane]
     if before != c.motion:
-        c.cycle = Cycle(level=c.cycle.level if before in CYCLES else c.at[w])
-    _keep_words(c, block, "xyz"[w])
+        c.cycle = Cycle(level=c.cycle.level if before in CYCLES else c.at[w], dwell=c.cycle.dwell)
+    _keep_words(c, block, "xyz"[w], begins=before != c.motion)
     clearance, bottom = _heights(c, block)
     repeats = block.whole("l") if "l" in block.values else 1
     if not repeats:
@@ -65,7 +65,7 @@ def _check(c: Controller, block: Block) -> None:
     check_feed(c, block)
 
 
-def _keep_words(c: Controller, block: Block, depth: str) -> None:
+def _keep_words(c: Controller, block: Block, depth: str, *, begins: bool) -> None:
     held = c.cycle
     held.bottom = block.values.get(depth, held.bottom)
     held.clearance = block.values.get("r", held.clearance)
@@ -77,7 +77,7 @@ def _keep_words(c: Controller, block: Block, depth: str) -> None:
             raise block.fault(f"{word} needs {depth.upper()} and R; {missing} is missing", *places)
     if c.motion in (730, 830) and (held.peck is None or held.peck <= 0.0):
         raise block.fault(f"{word} needs a positive peck Q", "q", *places)
-    if c.motion in _DWELLS and held.dwell is None:
+    if c.motion in _DWELLS and begins and "p" not in block.values:
         raise block.fault(f"{word} needs a dwell time P in seconds", *places)
 
 

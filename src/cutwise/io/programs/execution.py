@@ -136,7 +136,7 @@ def _motion(c: Controller, block: Block) -> None:
             raise block.fault("a canned cycle needs axis words", "g.motion")
         cycles.cycle(c, block, before=before)
     elif code == 800:
-        c.cycle = Cycle()
+        c.cycle = Cycle(dwell=c.cycle.dwell)
     elif code in PROBES:
         motions.probe(c, block)
     elif code in (330, 331):

@@ -163,6 +163,11 @@ def restore(c: Controller, to: Saved) -> None:
         compensation.switch_off(c)
     if to.inch != c.inch:
         set_units(c, to.inch)
+    if to.feed_mode != c.feed_mode:
+        set_feed_mode(c, to.feed_mode)
+    if to.feed != c.feed:
+        say_feed(c, to.feed)
+    _restore_spindle(c, to)
     if to.plane != c.plane:
         select_plane(c, to.plane)
     if to.system != c.offsets.system:
@@ -171,20 +176,15 @@ def restore(c: Controller, to: Saved) -> None:
         offsets.reset_axis_offset(c, 923 if to.axis_offset else 922)
     if to.tool_offset != tuple(c.offsets.tool):
         offsets.use_tool_offset(c, list(to.tool_offset))
-    if to.feed_mode != c.feed_mode:
-        set_feed_mode(c, to.feed_mode)
-    if to.feed != c.feed:
-        say_feed(c, to.feed)
-    _restore_spindle(c, to)
+    if to.path_control != (c.path_mode, c.tolerance, c.naive_tolerance):
+        say_path_control(c, *to.path_control)
+    c.incremental, c.arc_absolute, c.retract_to_start = to.incremental, to.arc_absolute, to.retract_to_start
     for kind, on in (("mist", to.mist), ("flood", to.flood)):
         if on != getattr(c.switches, kind):
             auxiliary.set_coolant(c, "mist" if kind == "mist" else "flood", on)
     for code, on in to.switches:
         if on != getattr(c.switches, auxiliary.SWITCHES[code][0]):
             auxiliary.set_switch(c, code, on)
-    if to.path_control != (c.path_mode, c.tolerance, c.naive_tolerance):
-        say_path_control(c, *to.path_control)
-    c.incremental, c.arc_absolute, c.retract_to_start = to.incremental, to.arc_absolute, to.retract_to_start
 
 
 def _restore_spindle(c: Controller, to: Saved) -> None:

@@ -206,6 +206,7 @@ class Rs274:
         if flow.frames:
             self._fault(flow.source, c.line - 1, BlockFault("the file ends within a subroutine", 0))
         elif not flow.source.framed:
+            c.line = 0
             c.notice("the program has no end (M2, M30, or % around it)")
         execution.close(c)
         self.ended = True

@@ -11,7 +11,7 @@ KEYWORDS = (
     "sub", "endsub", "call", "return", "if", "elseif", "else", "endif", "while", "endwhile", "do", "repeat",
     "endrepeat", "break", "continue",
 )  # fmt: skip
-LETTERS = "abcdefghijklmnpqrstuvwxyz@^"
+LETTERS = "abcdefghijklmpqrstuvwxyz@^"
 
 _BLANKS = re.compile(r"[ \t\r\f\v\xa0\ufeff]+")
 _KEYWORD = re.compile("|".join(sorted(KEYWORDS, key=len, reverse=True)))
@@ -114,7 +114,8 @@ def _remark(bracketed: str | None, behind: str) -> Remark | None:
 
 
 def column(raw: str, place: int) -> int:
-    """The column (from 1) of the line as written that a place in its compact text comes from."""
+    """The column (from 1) of the line as written that a place in its compact text comes from; its end if beyond."""
+    code = []
     within = False
     for at, letter in enumerate(raw):
         if within:
@@ -124,10 +125,10 @@ def column(raw: str, place: int) -> int:
         elif letter == ";":
             break
         elif not _BLANKS.match(letter):
-            if place <= 0:
-                return at + 1
-            place -= 1
-    return max(len(raw.rstrip()), 1)
+            code.append(at)
+    if not code:
+        return len(raw) - len(raw.lstrip()) + 1
+    return code[min(place, len(code) - 1)] + 1
 
 
 def read_line(text: str, remark: Remark | None) -> Line:
