@@ -387,7 +387,9 @@ class _Assembly:
         library = given.library_beside(place.parent)
         if "tools" in written and isinstance(written["tools"].value, str):
             written["tools"] = self._tool_table(written["tools"], text, (*path, "tools"))
-        read = {"file": file.text, "text": text, "subroutines": given.subroutine_files(text, library)}
+        read: dict[str, Any] = {"file": file.text, "text": text}
+        subroutines = given.subroutine_files(text, library)
+        read |= {"subroutines": subroutines} if subroutines else {}
         inlined = {**written, **from_data(read, node.file, node.layer).value}
         try:
             setup = given.setup_of(Program.model_validate(replace(node, value=inlined).plain()), library)

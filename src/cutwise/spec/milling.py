@@ -73,8 +73,8 @@ class ProgramTool(Spec):
     """A tool that a program calls by its number."""
 
     number: Count = Field(description="number of the tool (T)", examples=[1], ge=1)
-    diameter: Length = Field(
-        default=0.0, description="diameter, for cutter compensation (G41, G42); 0: not known", examples=["10 mm"], ge=0
+    diameter: Length | None = Field(
+        default=None, description="diameter, for cutter compensation (G41, G42)", examples=["10 mm"], ge=0
     )
     x: Length = Field(default=0.0, description="tool offset in x (G43)", examples=["0 mm"])
     y: Length = Field(default=0.0, description="tool offset in y (G43)", examples=["0 mm"])
@@ -108,16 +108,16 @@ class Program(Spec):
     text: str = Field(
         default="", description="the text of the program (read from the file)", examples=["G21 G90 G1 X10 F600"]
     )
-    subroutines: dict[str, str] = Field(
-        default={}, description="texts of the subroutine files that the program calls (read from beside it)",
+    subroutines: dict[str, str] | None = Field(
+        default=None, description="texts of the subroutine files that the program calls (read from beside it)",
         examples=["{}"],
     )  # fmt: skip
-    tools: tuple[ProgramTool, ...] = Field(
-        default=(), description="tools that the program calls: a tool table file, or a list; none: every tool is there",
-        examples=["tool.tbl"],
+    tools: tuple[ProgramTool, ...] | None = Field(
+        default=None, description="tools that the program calls, a list or a tool table file; left out: every tool is there",
+        examples=["[{number: 2, diameter: 10 mm, z: 62 mm}]"],
     )  # fmt: skip
-    offsets: dict[str, WorkOffset] = Field(
-        default={}, description="where work coordinate systems (G54 to G59.3) stand in the machine; left out: at its zero",
+    offsets: dict[str, WorkOffset] | None = Field(
+        default=None, description="where work coordinate systems (G54 to G59.3) stand in the machine; left out: at its zero",
         examples=["{G55: {x: 100 mm}}"],
     )  # fmt: skip
     start: StartPosition | None = Field(
@@ -129,12 +129,12 @@ class Program(Spec):
 
     def contradictions(self) -> Iterator[Remark]:
         """Work coordinate systems that do not exist; a tool twice; a default tool that is not there."""
-        for name in self.offsets:
+        for name in self.offsets or ():
             if name not in WORK_SYSTEMS:
                 yield Remark(
                     ("offsets",), f'"{name}" is not a work coordinate system; they are {", ".join(WORK_SYSTEMS)}'
                 )
-        numbers = [tool.number for tool in self.tools]
+        numbers = [tool.number for tool in self.tools or ()]
         for number in sorted({n for n in numbers if numbers.count(n) > 1}):
             yield Remark(("tools",), f"tool {number} is there twice")
         if self.default_tool is not None and numbers and self.default_tool not in numbers:

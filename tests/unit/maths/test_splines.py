@@ -1,5 +1,6 @@
 """Rational B-splines: known curves, and lines that stay near them."""
 
+import itertools
 import math
 
 import numpy as np
@@ -33,7 +34,7 @@ def test_lines_stay_within_the_tolerance_and_are_not_wasted(tolerance):
     ends = [(0.0, 0.0), *(piece.end for piece in pieces(points, weights, 4, tolerance))]
     knots = clamped_knots(5, 4)
     curve = [point(points, weights, 4, knots, float(t)) for t in np.linspace(0, knots[-1], 800)]
-    worst = max(min(_off(p, a, b) for a, b in zip(ends[:-1], ends[1:], strict=True)) for p in curve)
+    worst = max(min(_off(p, a, b) for a, b in itertools.pairwise(ends)) for p in curve)
     assert worst <= 1.5 * tolerance
     assert len(ends) < 8.0 / math.sqrt(tolerance)
     assert ends[-1] == pytest.approx((5.0, 2.0))

@@ -86,14 +86,14 @@ def table_in_inches(table: str, program: str) -> bool:
 
 def setup_of(program: Program, library: Callable[[str], str | None] | None = None) -> Setup:
     """What a scenario says about its program; subroutines are those that it holds unless a library is given."""
-    texts: Mapping[str, str] = program.subroutines
+    texts: Mapping[str, str] = program.subroutines or {}
     tools = {
-        tool.number: Tool(tool.number, tool.number, (tool.x, tool.y, tool.z, *(0.0,) * 6), tool.diameter)
-        for tool in program.tools
+        tool.number: Tool(tool.number, tool.number, (tool.x, tool.y, tool.z, *(0.0,) * 6), tool.diameter or 0.0)
+        for tool in program.tools or ()
     }
     systems = {
         WORK_SYSTEMS.index(name) + 1: WorkSystem((offset.x, offset.y, offset.z), offset.rotation)
-        for name, offset in program.offsets.items()
+        for name, offset in (program.offsets or {}).items()
     }
     start = program.start
     return Setup(

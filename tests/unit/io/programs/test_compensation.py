@@ -1,5 +1,6 @@
 """Cutter compensation: the path of the tool centre runs at its radius beside the contour."""
 
+import itertools
 import math
 
 import pytest
@@ -24,7 +25,7 @@ def points(move):
 
 
 def distance(p, contour):
-    return min(_from_segment(p, a, b) for a, b in zip(contour[:-1], contour[1:], strict=True))
+    return min(_from_segment(p, a, b) for a, b in itertools.pairwise(contour))
 
 
 def _from_segment(p, a, b):

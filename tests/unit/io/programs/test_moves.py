@@ -1,5 +1,6 @@
 """What a block means for the tool: moves in SI, in one frame."""
 
+import itertools
 import math
 
 import pytest
@@ -123,7 +124,7 @@ def test_offsets_that_change_do_not_tear_the_path():
     found = moves(
         "G1 X10 Y0\nG92 X0 Y0\nG1 X5\nG92.1\nG10 L2 P2 X20 Y0 R90\nG55\nG1 X5 Y0\nG2 X5 Y-10 I0 J-5\nG54\nG52 Z3\nG1 Z0"
     )
-    for before, after in zip(found[:-1], found[1:], strict=True):
+    for before, after in itertools.pairwise(found):
         assert after.start == pytest.approx(before.end, abs=1e-15)
     assert [m.end for m in found] == [
         mm((10, 0, 0)), mm((15, 0, 0)), mm((20, 5, 0)), mm((30, 5, 0)), mm((30, 5, 3)),
@@ -177,7 +178,7 @@ def test_splines_become_lines_within_a_micrometre():
     assert 50 < len(found) < 2000
     for i in range(501):
         p = point(control, [1.0] * 4, 4, knots, i / 500)
-        assert min(_distance(p, a, b) for a, b in zip(ends[:-1], ends[1:], strict=True)) < SPLINE_TOLERANCE
+        assert min(_distance(p, a, b) for a, b in itertools.pairwise(ends)) < SPLINE_TOLERANCE
 
 
 def _distance(p, a, b):
