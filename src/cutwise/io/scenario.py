@@ -10,12 +10,9 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from cutwise import units
 from cutwise.io import library
 from cutwise.io.files import as_text, read_bytes
-from cutwise.io.programs import given
-from cutwise.io.programs.interpreter import interpret
-from cutwise.io.programs.setup import Setup
+from cutwise.io.program_files import ProgramFiles, named_file
 from cutwise.io.tables import read_table
 from cutwise.io.tree import Node, compose, from_data, merged, origins, placed, unwrapped
 from cutwise.io.urdf import read_urdf
@@ -25,7 +22,7 @@ from cutwise.spec import fields
 from cutwise.spec.base import LibrarySpec, Spec
 from cutwise.spec.faults import Fault, ScenarioFault, dotted, split_dotted
 from cutwise.spec.kinds import ALIASES, KINDS
-from cutwise.spec.milling import Program
+from cutwise.spec.program import Program
 from cutwise.spec.scenario import Origin, Scenario
 from cutwise.spec.tables import Table
 
@@ -284,7 +281,7 @@ class _Assembly:
             sections = [kind for kind in fields.sections(info) if not issubclass(kind, Table)]
             if tables and (file := _table_file(value[name])) is not None:
                 value[name] = self._table(value[name], file, tables[0], here)
-            elif Program in sections and (file := _program_file(value[name])) is not None:
+            elif any(issubclass(k, Program) for k in sections) and (file := named_file(value[name])) is not None:
                 value[name] = self._program(value[name], file, here)
             elif value[name].value is None and sections and not tables:
                 value[name] = replace(value[name], value={})  # "part:" with nothing below it
@@ -376,46 +373,10 @@ class _Assembly:
         return self.folder / name
 
     def _program(self, node: Node, file: Node, path: spec_faults.Path) -> Node:
-        """The text of a program and of the subroutines that it calls, its tool table, checked block by block."""
-        place = self._file(file.text, file)
-        written = dict(node.value) if isinstance(node.value, dict) else {}
-        try:
-            text = given.read_program(place, str(place))
-        except ScenarioFault as fault:
-            self.faults += [file.fault(path, f"{one.file}: {one.message}") for one in fault.faults]
-            return node
-        library = given.library_beside(place.parent)
-        if "tools" in written and isinstance(written["tools"].value, str):
-            written["tools"] = self._tool_table(written["tools"], text, (*path, "tools"))
-        read: dict[str, Any] = {"file": file.text, "text": text}
-        subroutines = given.subroutine_files(text, library)
-        read |= {"subroutines": subroutines} if subroutines else {}
-        inlined = {**written, **from_data(read, node.file, node.layer).value}
-        try:
-            setup = given.setup_of(Program.model_validate(replace(node, value=inlined).plain()), library)
-        except ValidationError:
-            setup = Setup(library=library)  # what is wrong with the section is said with the rest of the scenario
-        try:
-            interpret(text, str(place), setup)
-        except ScenarioFault as fault:
-            self.faults += [one if one.line else file.fault(path, f"{one.file}: {one.message}") for one in fault.faults]
-        return replace(node, value=inlined)
-
-    def _tool_table(self, node: Node, program: str, path: spec_faults.Path) -> Node:
-        """The tools of a tool table file, as they would be written in the scenario."""
-        place = self._file(node.text, node)
-        try:
-            tools = given.tool_table(as_text(read_bytes(place, str(place)), str(place)), str(place), program)
-        except ScenarioFault as fault:
-            self.faults += [one if one.line else node.fault(path, f"{one.file}: {one.message}") for one in fault.faults]
-            return replace(node, value=[])
-        keys = ("x", "y", "z")
-        listed = [
-            {"number": tool.number, "diameter": units.text(tool.diameter, "length"),
-             **{key: units.text(value, "length") for key, value in zip(keys, tool.offset, strict=False)}}
-            for tool in tools.values()
-        ]  # fmt: skip
-        return replace(node, value=from_data(listed, node.file, node.layer).value)
+        """The section of a program with the texts of its files."""
+        section, faults = ProgramFiles(lambda named: self._file(named.text, named)).read_in(node, file, path)
+        self.faults += faults
+        return section
 
     def _table(self, node: Node, file: Node, kind: type[Table], path: spec_faults.Path) -> Node:
         place = self._file(file.text, file)
@@ -429,15 +390,6 @@ class _Assembly:
             return node
         inlined = from_data({"columns": columns, "file": file.text}, node.file, node.layer)
         return replace(node, value=inlined.value)
-
-
-def _program_file(node: Node) -> Node | None:
-    """The node that names a program file, unless its text is there already (a document)."""
-    if isinstance(node.value, str):
-        return node
-    if isinstance(node.value, dict) and "file" in node.value and "text" not in node.value:
-        return node.value["file"]  # type: ignore[no-any-return]
-    return None
 
 
 def _table_file(node: Node) -> Node | None:

@@ -24,7 +24,8 @@ from cutwise.process.assemble import linear_coefficients
 from cutwise.process.loops_drives import NO_FORCE, Cut, DrivePair
 from cutwise.spec.drives import CncMachine, FeedDrive
 from cutwise.spec.faults import Fault, ScenarioFault
-from cutwise.spec.milling import Blend, MillingScenario
+from cutwise.spec.milling import MillingScenario
+from cutwise.spec.program import Blend
 
 
 class ProgramPath(NamedTuple):

@@ -9,7 +9,7 @@ from cutwise import units
 from cutwise.spec import fields
 from cutwise.spec.base import LibrarySpec, Spec, Status
 from cutwise.spec.kinds import KINDS
-from cutwise.spec.milling import Program
+from cutwise.spec.program import Program
 from cutwise.spec.scenario import Scenario
 from cutwise.spec.tables import Table
 

@@ -13,6 +13,7 @@ from cutwise.io.programs.cldata import Statement, is_apt, statements
 from cutwise.io.programs.controller import INCH, MILLIMETRE, PLANES
 from cutwise.io.programs.moves import Point
 from cutwise.io.programs.setup import Setup
+from cutwise.maths.circles import Circle, chords, distance_from_axis
 from cutwise.spec.faults import Fault, ScenarioFault
 
 __all__ = ["Apt", "is_apt"]
@@ -44,14 +45,6 @@ class Hole(NamedTuple):
     peck: float  # 0: none
     seconds: float
     feed: float  # 0: the feed in force
-
-
-class Circle(NamedTuple):
-    """The arc that the next GOTO ends."""
-
-    centre: Point
-    axis: Point
-    radius: float
 
 
 class Apt:
@@ -216,10 +209,10 @@ class Apt:
         if self.feed <= 0.0:
             raise _StatementFault("arc without a feed; write FEDRAT before", s.column)
         for name, point in (("start", self.at), ("end", end)):
-            off = abs(_distance(point, circle) - circle.radius)
-            if off > max(_ON_CIRCLE * circle.radius, 0.02 * MILLIMETRE / self._metres()):
-                raise _StatementFault(f"the {name} of the arc is {_distance(point, circle):.6g} from its axis, its radius is "
-                                      f"{circle.radius:.6g}", s.column)  # fmt: skip
+            far = distance_from_axis(circle, point)
+            if abs(far - circle.radius) > max(_ON_CIRCLE * circle.radius, 0.02 * MILLIMETRE / self._metres()):
+                message = f"the {name} of the arc is {far:.6g} from its axis, its radius is {circle.radius:.6g}"
+                raise _StatementFault(message, s.column)
         w = next((i for i in range(3) if abs(abs(circle.axis[i]) - 1.0) < 1e-9), None)
         if w is None:
             self._tilted_arc(s, circle, end)
@@ -237,24 +230,8 @@ class Apt:
     def _tilted_arc(self, s: Statement, circle: Circle, end: Point) -> None:
         """Lines within a micrometre of an arc about a tilted axis."""
         self.noticed.setdefault("arcs about tilted axes are run as short lines, within 1 µm", self.line)
-        across = _minus(self.at, circle.centre)
-        rise0 = _dot(across, circle.axis)
-        first = _minus(across, _times(rise0, circle.axis))
-        side = _cross(circle.axis, first)
-        to = _minus(end, circle.centre)
-        rise1 = _dot(to, circle.axis)
-        angle = math.atan2(_dot(to, side), _dot(to, first)) % (2.0 * math.pi)
-        angle = angle if angle > 1e-9 else 2.0 * math.pi
-        step = 2.0 * math.acos(max(0.0, 1.0 - _CHORD_TOLERANCE / (circle.radius * self._metres())))
-        count = max(1, math.ceil(angle / max(step, 1e-3)))
-        for k in range(1, count):
-            a, rise = angle * k / count, rise0 + (rise1 - rise0) * k / count
-            on = [
-                circle.centre[i] + rise * circle.axis[i] + math.cos(a) * first[i] + math.sin(a) * side[i]
-                for i in range(3)
-            ]
-            self._straight(s, (on[0], on[1], on[2]), rapid=False)
-        self._straight(s, end, rapid=False)
+        for point in chords(circle, self.at, end, _CHORD_TOLERANCE / self._metres()):
+            self._straight(s, point, rapid=False)
 
     # cycles
 
@@ -410,25 +387,3 @@ def _unit(found: list[Statement]) -> tuple[bool, bool]:
             if word in _INCH_FEEDS or word in _MM_FEEDS:
                 return word in _INCH_FEEDS, True
     return False, False
-
-
-def _distance(point: Point, circle: Circle) -> float:
-    """Distance of a point from the axis of a circle."""
-    across = _minus(point, circle.centre)
-    return math.hypot(*_minus(across, _times(_dot(across, circle.axis), circle.axis)))
-
-
-def _minus(a: Point, b: Point) -> Point:
-    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
-
-
-def _times(s: float, a: Point) -> Point:
-    return s * a[0], s * a[1], s * a[2]
-
-
-def _dot(a: Point, b: Point) -> float:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-def _cross(a: Point, b: Point) -> Point:
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]

@@ -10,7 +10,7 @@ from cutwise.io.programs.rs274 import first_unit
 from cutwise.io.programs.setup import Setup, Tool, WorkSystem
 from cutwise.io.programs.tools import is_in_inches, read_tool_table
 from cutwise.io.programs.words import compact, read_line
-from cutwise.spec.milling import WORK_SYSTEMS, Program
+from cutwise.spec.program import WORK_SYSTEMS, Program
 
 SUBROUTINE_SUFFIXES = (".ngc", ".nc")
 _CALLS = re.compile(r"^.*[oO].*[cC]\s*[aA]\s*[lL]\s*[lL].*$", re.MULTILINE)
