@@ -41,7 +41,8 @@ def arc(c: Controller, block: Block) -> None:
     start, end = present(c), target(c, block)
     circle = circle_of(c, block, start, end)
     u, v, w = PLANES[c.plane]
-    inverse_time(c, block, arc_length(start, end, circle, (u, v, w)))
+    if c.feed_mode == 93:
+        inverse_time(c, block, arc_length(start, end, circle, (u, v, w)))
     if c.compensation is not None and c.compensation.radius > 0.0:
         compensation.arc(c, block, end, circle)
         return

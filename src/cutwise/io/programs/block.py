@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 from cutwise.io.programs.expressions import BlockFault, Variables, computed, whole
 from cutwise.io.programs.groups import (
+    BOUND_LETTERS,
     G_GROUP,
     G_WORDS,
     LATHE,
@@ -157,12 +158,16 @@ def _own_motion(block: Block, own: int, taker: int | None, axes: Sequence[str]) 
 
 
 def _all_used(block: Block) -> None:
+    bound = block.values.keys() & BOUND_LETTERS
+    if not bound:
+        return
     codes, machine = block.codes(), set(block.m.values())
     for letter in block.values:
-        wanted_g, wanted_m = G_WORDS.get(letter), M_WORDS.get(letter)
-        if wanted_g is None and wanted_m is None:
-            continue
-        if not ((wanted_g is not None and wanted_g & codes) or (wanted_m is not None and wanted_m & machine)):
+        if (
+            letter in bound
+            and codes.isdisjoint(G_WORDS.get(letter, ()))
+            and machine.isdisjoint(M_WORDS.get(letter, ()))
+        ):
             raise block.fault(_useless(letter, block), letter)
 
 

@@ -35,7 +35,7 @@ def cycle(c: Controller, block: Block, *, before: int) -> None:
     if not repeats:
         raise block.fault("a cycle cannot be repeated 0 times (L0)", "l")
     top = max(c.cycle.level, clearance) if c.retract_to_start else clearance
-    height = max(c.at[w], top)
+    height = c.at[w] if c.at[w] > clearance else top
     if c.cycle.level < clearance:  # said in every block of the series
         height = clearance
         _up(c, w, height)

@@ -63,6 +63,7 @@ M_WORDS: dict[str, frozenset[int]] = {  # letter: M codes that make use of it
     "q": frozenset({19, 61, 66, 67, 68}),
     "r": frozenset({19}),
 }
+BOUND_LETTERS = G_WORDS.keys() | M_WORDS.keys()  # letters that need one of those codes in their block
 
 
 def name(code: int) -> str:

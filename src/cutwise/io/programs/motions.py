@@ -109,9 +109,8 @@ def check_feed(c: Controller, block: Block) -> None:
 
 
 def inverse_time(c: Controller, block: Block, distance: float) -> None:
-    """Under G93, the feed that runs a distance in 1/F minutes."""
-    if c.feed_mode == 93:
-        c.out.append(FeedRate(max(_LEAST_RATE, distance * block.values["f"]), c.line, c.number))
+    """The feed that runs a distance in 1/F minutes (G93)."""
+    c.out.append(FeedRate(max(_LEAST_RATE, distance * block.values["f"]), c.line, c.number))
 
 
 def straight(c: Controller, block: Block) -> None:
@@ -119,7 +118,8 @@ def straight(c: Controller, block: Block) -> None:
     end = target(c, block)
     if block.motion == 10:
         check_feed(c, block)
-        inverse_time(c, block, length(present(c), end))
+        if c.feed_mode == 93:
+            inverse_time(c, block, length(present(c), end))
     c.no_arc_yet = False
     if c.compensation is not None and c.compensation.radius > 0.0:
         compensation.straight(c, block, end)
@@ -158,7 +158,8 @@ def probe(c: Controller, block: Block) -> None:
         raise block.fault(f"{word} cannot be used with cutter compensation; write G40 before", "g.motion")
     check_feed(c, block)
     end = target(c, block)
-    inverse_time(c, block, length(c.at, end))
+    if c.feed_mode == 93:
+        inverse_time(c, block, length(c.at, end))
     c.notice(f"{word} is not simulated: the probe is taken to touch at its target")
     c.at[:] = end
     c.out.append(Signal("TURN_PROBE_ON", "", c.line, c.number))

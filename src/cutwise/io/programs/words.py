@@ -17,6 +17,7 @@ _BLANKS = re.compile(r"[ \t\r\f\v\xa0\ufeff]+")
 _KEYWORD = re.compile("|".join(sorted(KEYWORDS, key=len, reverse=True)))
 _SEQUENCE = re.compile(r"n(\d*)(?:\.\d*)?")
 _DIGITS = re.compile(r"\d+")
+_NUMBER_WORD = re.compile(r"([a-mp-z@^])([+-]?(?:\d{1,30}(?:\.\d*)?|\.\d{1,30}))(?![\d.])")
 _BEGINS_VALUE = re.compile(rf"[+-]*(?:\d|\.\d|\[|#|{'|'.join([*FUNCTIONS, 'atan', 'exists'])})")
 
 Active = Literal["msg", "abort", "debug", "print", "log", "logopen", "logappend", "logclose"]
@@ -151,6 +152,11 @@ def read_line(text: str, remark: Remark | None) -> Line:
     assignments: list[Assignment] = []
     end = at
     while end < len(text):
+        match = _NUMBER_WORD.match(text, end)  # most words of most programs
+        if match is not None:
+            words.append(Word(match[1], float(match[2]), end))
+            end = match.end()
+            continue
         start, letter = end, text[end]
         if letter == "#":
             key, end = read_key(text, end + 1)
