@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
-from cutwise import units
 from cutwise.io.programs.canon import Command, Triple
 from cutwise.io.programs.setup import Setup, Tool
 
@@ -25,7 +24,7 @@ PLANES: dict[str, tuple[int, int, int]] = {"XY": (0, 1, 2), "XZ": (2, 0, 1), "YZ
 
 ZEROS = (0.0,) * 9
 NO_TOOL = Tool(0)
-INCH, MILLIMETRE = units.factor("inch", "length"), units.factor("mm", "length")
+INCH, MILLIMETRE = 0.0254, 1e-3  # [m], by definition: no need to load the registry of units for them
 
 
 @dataclass(slots=True)
