@@ -282,6 +282,42 @@ def part(
 
 
 @app.command()
+def program(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="G-code, or APT cutter location data (.apt, .cls)")],
+    canonical: Annotated[
+        bool, typer.Option("--canonical", help="print the canonical machining commands, one call a line")
+    ] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="print one JSON object (SI)")] = False,
+    picture: Annotated[Path | None, typer.Option("--svg", metavar="FILE", help="draw the path")] = None,
+    tool_table: Annotated[
+        Path | None, typer.Option("--tool-table", metavar="FILE", help="tools, in the format of LinuxCNC")
+    ] = None,
+) -> None:
+    """Run through an NC program without a machine: tools, feeds, extents, lengths, time, and all its faults."""
+    from cutwise.app.programs import Sketch, opened
+    from cutwise.io.files import write_text
+    from cutwise.io.programs import canonical_text, summary
+
+    run, setup, remarks = opened(file, tool_table)
+    if canonical:
+        lines = list(canonical_text.lines(run.commands()))  # first all of them: a faulty program prints none
+        print("\n".join(lines))
+        return
+    sketch = Sketch() if picture is not None else None
+    found = summary.summarise(run, setup, sketch.add if sketch is not None else None)
+    found = found._replace(notices=(*found.notices, *remarks))
+    if as_json:
+        import json
+
+        print(json.dumps({"file": str(file), **summary.as_json(found)}, allow_nan=False))
+    else:
+        print(summary.shown(str(file), found))
+    if picture is not None and sketch is not None:
+        write_text(picture, sketch.svg(file.name))
+        print(picture, file=sys.stderr)
+
+
+@app.command()
 def library(
     kind: Annotated[str | None, typer.Argument(metavar="[KIND]", help="shelf: tools, materials, spindles, ...")] = None,
     name: Annotated[str | None, typer.Argument(metavar="[NAME]", help="entry, whose values are shown")] = None,

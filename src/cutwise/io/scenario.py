@@ -12,7 +12,7 @@ from pydantic import ValidationError
 
 from cutwise.io import library
 from cutwise.io.files import as_text, read_bytes
-from cutwise.io.programs.interpreter import interpret
+from cutwise.io.program_files import ProgramFiles, named_file
 from cutwise.io.tables import read_table
 from cutwise.io.tree import Node, compose, from_data, merged, origins, placed, unwrapped
 from cutwise.io.urdf import read_urdf
@@ -281,9 +281,7 @@ class _Assembly:
             sections = [kind for kind in fields.sections(info) if not issubclass(kind, Table)]
             if tables and (file := _table_file(value[name])) is not None:
                 value[name] = self._table(value[name], file, tables[0], here)
-            elif (
-                any(issubclass(kind, Program) for kind in sections) and (file := _program_file(value[name])) is not None
-            ):
+            elif any(issubclass(k, Program) for k in sections) and (file := named_file(value[name])) is not None:
                 value[name] = self._program(value[name], file, here)
             elif value[name].value is None and sections and not tables:
                 value[name] = replace(value[name], value={})  # "part:" with nothing below it
@@ -375,17 +373,10 @@ class _Assembly:
         return self.folder / name
 
     def _program(self, node: Node, file: Node, path: spec_faults.Path) -> Node:
-        """The text of a G-code program, checked block by block."""
-        place = self._file(file.text, file)
-        try:
-            text = as_text(read_bytes(place, str(place)), str(place))
-            interpret(text, str(place))
-        except ScenarioFault as fault:
-            self.faults += [one if one.line else file.fault(path, f"{one.file}: {one.message}") for one in fault.faults]
-            return node
-        inlined = from_data({"file": file.text, "text": text}, node.file, node.layer)
-        given = node.value if isinstance(node.value, dict) else {}
-        return replace(node, value={**given, **inlined.value})
+        """The section of a program with the texts of its files."""
+        section, faults = ProgramFiles(lambda named: self._file(named.text, named)).read_in(node, file, path)
+        self.faults += faults
+        return section
 
     def _table(self, node: Node, file: Node, kind: type[Table], path: spec_faults.Path) -> Node:
         place = self._file(file.text, file)
@@ -399,15 +390,6 @@ class _Assembly:
             return node
         inlined = from_data({"columns": columns, "file": file.text}, node.file, node.layer)
         return replace(node, value=inlined.value)
-
-
-def _program_file(node: Node) -> Node | None:
-    """The node that names a G-code file, unless its text is there already (a document)."""
-    if isinstance(node.value, str):
-        return node
-    if isinstance(node.value, dict) and "file" in node.value and "text" not in node.value:
-        return node.value["file"]  # type: ignore[no-any-return]
-    return None
 
 
 def _table_file(node: Node) -> Node | None:

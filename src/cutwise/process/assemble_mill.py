@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from cutwise.io.programs.given import setup_of
 from cutwise.io.programs.interpreter import Interpreted, interpret
 from cutwise.paths.pocket import corner
 from cutwise.physics.cutting.discs import discs
@@ -40,7 +41,8 @@ def program_path(scenario: MillingScenario, program: Interpreted | None) -> Prog
 
 def read_program(scenario: MillingScenario) -> Interpreted | None:
     """The moves of the scenario's program; None for a corner."""
-    return interpret(scenario.program.text, scenario.program.file) if scenario.program is not None else None
+    program = scenario.program
+    return None if program is None else interpret(program.text, program.file, setup_of(program))
 
 
 def spindle_speed(scenario: MillingScenario, program: Interpreted | None) -> float:

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cutwise import units
+from cutwise.io.programs.given import setup_of
 from cutwise.io.programs.interpreter import interpret
 from cutwise.maths import chains
 from cutwise.maths.frames import FloatArray
@@ -101,7 +102,7 @@ def _path_way(scenario: MachineScenario, path: MachinePath, axes: Axes, samples:
 def _program_way(scenario: MachineScenario, program: ProgramPass, axes: Axes, samples: int | None) -> Way:
     cut = scenario.load.force
     turning = isinstance(cut, FromCutting) and cut.spindle_speed is not None
-    moves = interpret(program.text, program.file)
+    moves = interpret(program.text, program.file, setup_of(program))
     path = moves_path(moves, feed=None, turning=turning or not isinstance(cut, FromCutting), mode=None)
     block, along, travel = _feed_places(path, samples, program.samples)
     point, direction = at_blocks(path.curve, block, along)

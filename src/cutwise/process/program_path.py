@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cutwise.io.programs.interpreter import Interpreted
-from cutwise.io.programs.state import Move
+from cutwise.io.programs.moves import Move
 from cutwise.maths.curves import FloatArray
 from cutwise.maths.linearc import Block, LineArc, arc, join, line
 from cutwise.paths.pocket import blended
@@ -54,13 +54,10 @@ def moves_path(program: Interpreted, *, feed: float | None, turning: bool, mode:
     Raises
     ------
     ScenarioFault
-        The spindle turns to the left.
+        The spindle turns to the left, or a rotary axis moves.
     """
     moves = [move for move in program.moves if move.kind != "dwell"]
-    left = next((move for move in moves if move.spindle < 0.0), None)
-    if left is not None:
-        message = f"line {left.line}: the spindle turns to the left (M4); milling is covered for M3 only"
-        raise ScenarioFault([Fault(("program",), message)])
+    _check_covered(moves)
     dwell = np.zeros(len(moves))
     at = -1
     for move in program.moves:
@@ -76,6 +73,19 @@ def moves_path(program: Interpreted, *, feed: float | None, turning: bool, mode:
         dwell=dwell,
         source=np.array([move.line for move in moves]),
     )
+
+
+def _check_covered(moves: list[Move]) -> None:
+    """Cuts are those of x, y and z, and of a spindle that turns to the right."""
+    faults = []
+    left = next((move for move in moves if move.spindle < 0.0), None)
+    if left is not None:
+        faults.append(f"line {left.line}: the spindle turns to the left (M4); milling is covered for M3 only")
+    rotary = next((move for move in moves if move.rotary_start != move.rotary_end), None)
+    if rotary is not None:
+        faults.append(f"line {rotary.line}: a rotary axis moves; milling is covered for x, y and z only")
+    if faults:
+        raise ScenarioFault([Fault(("program",), message) for message in faults])
 
 
 def blocks_path(
@@ -132,4 +142,5 @@ def _block(move: Move) -> Block:
 def _cuts(move: Move, turning: bool) -> bool:
     """A feed move within the stock: below z = 0, not a plunge, the spindle running (or taken to run)."""
     flat = move.kind == "arc" or math.hypot(move.end[0] - move.start[0], move.end[1] - move.start[1]) > 1e-9
-    return move.kind != "rapid" and flat and min(move.start[2], move.end[2]) < 0.0 and (turning or move.spindle > 0.0)
+    below = min(move.start[2], move.end[2]) < 0.0
+    return move.kind in ("feed", "arc") and flat and below and (turning or move.spindle > 0.0)

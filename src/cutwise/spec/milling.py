@@ -200,7 +200,7 @@ class MillingScenario(Scenario):
 
     process: Literal["mill"] = Field(description="which operation is simulated", examples=["mill"])
     path: CornerPath | None = Field(default=None, description="a pocket corner (or give program)")
-    program: Program | None = Field(default=None, description="a G-code program (or give path)")
+    program: Program | None = Field(default=None, description="an NC program (or give path)")
     stock: StockBlock | None = Field(
         default=None,
         description="the block that a program cuts: contact then follows from what its moves have left, the depths of "

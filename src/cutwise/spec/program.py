@@ -1,21 +1,83 @@
-"""A program of a CNC machine, how it runs through its corners, and the stock that it cuts."""
+"""A program of a CNC machine, what is given to it, how it runs through its corners, and the stock that it cuts."""
 
 from collections.abc import Iterator
 from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field
 
-from cutwise.spec.base import Length, Remark, Spec
+from cutwise.spec.base import Angle, Count, Length, Remark, Spec
 from cutwise.spec.fields import tag
+
+WORK_SYSTEMS = ("G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3")
+
+
+class ProgramTool(Spec):
+    """A tool that a program calls by its number."""
+
+    number: Count = Field(description="number of the tool (T)", examples=[1], ge=1)
+    diameter: Length | None = Field(
+        default=None, description="diameter, for cutter compensation (G41, G42)", examples=["10 mm"], ge=0
+    )
+    x: Length = Field(default=0.0, description="tool offset in x (G43)", examples=["0 mm"])
+    y: Length = Field(default=0.0, description="tool offset in y (G43)", examples=["0 mm"])
+    z: Length = Field(default=0.0, description="tool length (G43)", examples=["80 mm"])
+
+
+class WorkOffset(Spec):
+    """Where a work coordinate system stands in the machine."""
+
+    x: Length = Field(default=0.0, description="x of its origin in the machine", examples=["100 mm"])
+    y: Length = Field(default=0.0, description="y of its origin in the machine", examples=["50 mm"])
+    z: Length = Field(default=0.0, description="z of its origin in the machine", examples=["-200 mm"])
+    rotation: Angle = Field(default=0.0, description="rotation about z", examples=["0 deg"])
+
+
+class StartPosition(Spec):
+    """Where the tool tip stands before the program, in G54."""
+
+    x: Length = Field(description="x of the tool tip", examples=["0 mm"])
+    y: Length = Field(description="y of the tool tip", examples=["0 mm"])
+    z: Length = Field(description="z of the tool tip", examples=["50 mm"])
 
 
 class Program(Spec):
-    """A G-code program."""
+    """An NC program: G-code, or APT cutter location data."""
 
-    file: str = Field(description="the G-code file", examples=["pocket.nc"])
+    file: str = Field(description="the program: G-code, or APT (.apt, .cls)", examples=["pocket.nc"])
     text: str = Field(
         default="", description="the text of the program (read from the file)", examples=["G21 G90 G1 X10 F600"]
     )
+    subroutines: dict[str, str] | None = Field(
+        default=None, description="texts of the subroutine files that the program calls (read from beside it)",
+        examples=["{}"],
+    )  # fmt: skip
+    tools: tuple[ProgramTool, ...] | None = Field(
+        default=None, description="tools that the program calls, a list or a tool table file; left out: every tool is there",
+        examples=["[{number: 2, diameter: 10 mm, z: 62 mm}]"],
+    )  # fmt: skip
+    offsets: dict[str, WorkOffset] | None = Field(
+        default=None, description="where work coordinate systems (G54 to G59.3) stand in the machine; left out: at its zero",
+        examples=["{G55: {x: 100 mm}}"],
+    )  # fmt: skip
+    start: StartPosition | None = Field(
+        default=None, description="where the tool tip stands before the program; left out: at the machine's zero"
+    )
+    default_tool: Count | None = Field(
+        default=None, description="number of the tool in the spindle before the program calls one", examples=[1], ge=1
+    )
+
+    def contradictions(self) -> Iterator[Remark]:
+        """Work coordinate systems that do not exist; a tool twice; a default tool that is not there."""
+        for name in self.offsets or ():
+            if name not in WORK_SYSTEMS:
+                yield Remark(
+                    ("offsets",), f'"{name}" is not a work coordinate system; they are {", ".join(WORK_SYSTEMS)}'
+                )
+        numbers = [tool.number for tool in self.tools or ()]
+        for number in sorted({n for n in numbers if numbers.count(n) > 1}):
+            yield Remark(("tools",), f"tool {number} is there twice")
+        if self.default_tool is not None and numbers and self.default_tool not in numbers:
+            yield Remark(("default_tool",), f"tool {self.default_tool} is not among the tools")
 
 
 class Blend(Spec):

@@ -9,6 +9,7 @@ from cutwise import units
 from cutwise.spec import fields
 from cutwise.spec.base import LibrarySpec, Spec, Status
 from cutwise.spec.kinds import KINDS
+from cutwise.spec.program import Program
 from cutwise.spec.scenario import Scenario
 from cutwise.spec.tables import Table
 
@@ -79,6 +80,11 @@ def _for_editors(definition: dict[str, Any], section: type[Spec] | None) -> None
         definition["properties"][name] = plain
     if section is not None and issubclass(section, LibrarySpec):
         definition.pop("required", None)
+    if section is Program:
+        listed = definition["properties"]["tools"]
+        listed["anyOf"] = [*listed["anyOf"], {"type": "string", "description": "tool table file"}]
+        whole = {key: definition.pop(key) for key in ("type", "properties", "required", "additionalProperties")}
+        definition["anyOf"] = [whole, {"type": "string", "description": "program file"}]
     if section is not None and issubclass(section, Table):
         columns = {key: definition.pop(key) for key in ("type", "properties", "required", "additionalProperties")}
         from_file = {

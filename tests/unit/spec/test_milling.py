@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from cutwise.io.scenario import load, parse
-from cutwise.process.assemble_mill import drive_pair
+from cutwise.io.scenario import load, parse, read_document
+from cutwise.process.assemble_mill import drive_pair, read_program
 from cutwise.process.recipes import simulate
 from cutwise.spec.faults import ScenarioFault
 
@@ -89,12 +89,53 @@ def test_a_program_that_is_not_there_and_one_that_is_wrong(tmp_path):
     file.write_text(text)
     with pytest.raises(ScenarioFault, match="no such file"):
         load(file)
-    (tmp_path / "part.nc").write_text("G21 G90 F600 M3\nG1 X10 Z-1\nG5 X20\n")
-    with pytest.raises(ScenarioFault, match=r"part\.nc:3:1: G5 is unknown"):
+    (tmp_path / "part.nc").write_text("G21 G90 F600 M3\nG1 X10 Z-1\nG12 X20\n")
+    with pytest.raises(ScenarioFault, match=r"part\.nc:3:1: G12 is unknown"):
         load(file)
     (tmp_path / "part.nc").write_text("G21 G90 F600 M3\nG1 X10 Z-1\n")
     with pytest.raises(ScenarioFault, match=r"no spindle speed .S with M3."):
         simulate(load(file, ["operation={axial_depth: 5 mm, radial_depth: 4 mm}"]))
+
+
+PROGRAM = """\
+program:
+  file: part.nc
+  tools: tool.tbl
+  offsets: {G55: {x: 30 mm, rotation: 90 deg}}
+  start: {x: 0 mm, y: 0 mm, z: 20 mm}
+"""
+
+
+def test_what_a_program_needs_is_read_with_it(tmp_path):
+    """Tools, offsets, start and subroutine files; all of it is in the document, so that a run file runs again."""
+    (tmp_path / "s.yaml").write_text(BASE.replace("path: {corner: 2 mm}\n", PROGRAM))
+    (tmp_path / "part.nc").write_text("G21 S8000 M3 F2400\nT2 M6\no<edge> call [40]\nG55 G1 X0 Y10\nM2\n")
+    (tmp_path / "edge.ngc").write_text("o<edge> sub\nG0 X-20\nG1 Z-5\nG41\nG1 X0\nX#1\nG40\nX[#1+5]\no<edge> endsub\n")
+    (tmp_path / "tool.tbl").write_text("T2 P1 D10 Z50\n")
+    scenario = load(tmp_path / "s.yaml")
+    assert scenario.program.tools[0].diameter == pytest.approx(0.01)
+    assert "edge" in scenario.program.subroutines
+    again = read_document(scenario.document())
+    for one in (scenario, again):
+        moves = read_program(one).moves
+        assert moves[0].start == pytest.approx((0.0, 0.0, 0.02))
+        assert any(move.end == pytest.approx((0.04, 0.005, -0.005)) for move in moves)  # compensated by half of 10 mm
+        assert moves[-1].end == pytest.approx((0.02, 0.0, -0.005))
+
+
+def test_what_is_wrong_with_a_program_and_what_stands_beside_it(tmp_path):
+    (tmp_path / "s.yaml").write_text(BASE.replace("path: {corner: 2 mm}\n", PROGRAM.replace("G55", "G60")))
+    (tmp_path / "part.nc").write_text("G21 S8000 M3 F2400\nG12\nG1 X1\n")
+    (tmp_path / "tool.tbl").write_text("T2 P1 D10 Z50\nrubbish\n")
+    with pytest.raises(ScenarioFault) as found:
+        load(tmp_path / "s.yaml")
+    said = str(found.value)
+    for words in ('"G60" is not a work coordinate system', "part.nc:2:1: G12 is unknown", "tool.tbl:2:1"):
+        assert words in said
+    code = "G21 S8000 M3 F2400\nG1 X10 Z-1\nA30\nM4\nX20\n"
+    text = BASE.replace("path: {corner: 2 mm}", "program: {file: inline, text: " + repr(code).replace("'", '"') + "}")
+    with pytest.raises(ScenarioFault, match=r"line 5: the spindle turns to the left.*\n.*line 3: a rotary axis moves"):
+        simulate(parse(text))
 
 
 def test_readings_of_the_gain_table():

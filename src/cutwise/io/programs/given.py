@@ -1,0 +1,102 @@
+"""What an engineer gives to a program: tools, offsets, start; and the files that stand beside it."""
+
+import re
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from cutwise.io.files import read_bytes
+from cutwise.io.programs.expressions import BlockFault
+from cutwise.io.programs.rs274 import first_unit
+from cutwise.io.programs.setup import Setup, Tool, WorkSystem
+from cutwise.io.programs.tools import is_in_inches, read_tool_table
+from cutwise.io.programs.words import compact, read_line
+from cutwise.spec.program import WORK_SYSTEMS, Program
+
+SUBROUTINE_SUFFIXES = (".ngc", ".nc")
+_CALLS = re.compile(r"^.*[oO].*[cC]\s*[aA]\s*[lL]\s*[lL].*$", re.MULTILINE)
+_FILE_NAME = re.compile(r"[a-z0-9_-]+")
+
+
+def decoded(content: bytes) -> str:
+    """Text of a program: UTF-8, else Latin-1, as older CAM systems write their comments; ``\\n`` between lines."""
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        text = content.decode("latin-1")
+    return text if "\r" not in text or "\n" in text else text.replace("\r", "\n")
+
+
+def read_program(path: Path, shown: str) -> str:
+    """Text of a program file.
+
+    Raises
+    ------
+    ScenarioFault
+        There is no such file, or it cannot be read.
+    """
+    return decoded(read_bytes(path, shown))
+
+
+def library_beside(folder: Path) -> Callable[[str], str | None]:
+    """The subroutine files of a folder, by their names without suffix."""
+
+    def text_of(name: str) -> str | None:
+        if not _FILE_NAME.fullmatch(name):
+            return None
+        path = next((p for s in SUBROUTINE_SUFFIXES if (p := folder / f"{name}{s}").is_file()), None)
+        return None if path is None else decoded(path.read_bytes())
+
+    return text_of
+
+
+def subroutine_files(text: str, library: Callable[[str], str | None]) -> dict[str, str]:
+    """Texts of the subroutine files that a program calls by written-out labels, and those that they call in turn."""
+    found: dict[str, str] = {}
+    waiting = [text]
+    while waiting:
+        for label in _called(waiting.pop()):
+            body = library(label) if label not in found else None
+            if body is not None:
+                found[label] = body
+                waiting.append(body)
+    return found
+
+
+def _called(text: str) -> set[str]:
+    labels = set()
+    for match in _CALLS.finditer(text):
+        try:
+            word = read_line(compact(match.group()).text, None).o_word
+        except BlockFault:
+            continue
+        if word is not None and word.keyword == "call" and isinstance(word.label, str):
+            labels.add(word.label)
+    return labels
+
+
+def tool_table(table: str, name: str, program: str) -> dict[int, Tool]:
+    """The tools of a table, in the unit that its diameters speak for, else that of the program."""
+    return read_tool_table(table, name, inch=table_in_inches(table, program))
+
+
+def table_in_inches(table: str, program: str) -> bool:
+    """Whether a tool table is taken to be in inches: a diameter is too small for millimetres, or the program says G20."""
+    return is_in_inches(table) or bool(first_unit(program))
+
+
+def setup_of(program: Program, library: Callable[[str], str | None] | None = None) -> Setup:
+    """What a scenario says about its program; subroutines are those that it holds unless a library is given."""
+    texts: Mapping[str, str] = program.subroutines or {}
+    tools = {
+        tool.number: Tool(tool.number, tool.number, (tool.x, tool.y, tool.z, *(0.0,) * 6), tool.diameter or 0.0)
+        for tool in program.tools or ()
+    }
+    systems = {
+        WORK_SYSTEMS.index(name) + 1: WorkSystem((offset.x, offset.y, offset.z), offset.rotation)
+        for name, offset in (program.offsets or {}).items()
+    }
+    start = program.start
+    return Setup(
+        tools or None, systems, None if start is None else (start.x, start.y, start.z), program.default_tool,
+        library=library or texts.get,
+    )  # fmt: skip

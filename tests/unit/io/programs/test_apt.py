@@ -1,0 +1,119 @@
+"""APT cutter location data: the same commands and moves as G-code of the same path."""
+
+import math
+
+import pytest
+
+from cutwise.io.programs.cldata import is_apt, statements
+from cutwise.io.programs.interpreter import interpret, reading
+from cutwise.io.programs.moves import moves
+from cutwise.spec.faults import ScenarioFault
+
+HEAD = "PARTNO X\nUNITS/MM\nSPINDL/RPM,1000,CLW\nFEDRAT/600,MMPM\n"
+
+
+def mm(point):
+    return pytest.approx([1e-3 * value for value in point], abs=1e-12)
+
+
+def made(text, head=HEAD):
+    run = reading(head + text, "p.cls")
+    return list(moves(run.commands(), start=run.start))
+
+
+def test_the_same_path_as_g_code():
+    apt = made("FROM/0,0,10\nRAPID\nGOTO/5,0,1\nGOTO/5,0,-1\nCIRCLE/5,10,-1,0,0,1,10\nGOTO/15,10,-1\nGODLTA/-1\nFINI")
+    code = interpret("G21 G90 S1000 M3 F600\nG0 Z10\nG0 X5 Z1\nG1 Z-1\nG3 X15 Y10 I0 J10\nG91 G1 Z-1\nM2").moves[1:]
+    assert len(apt) == len(code)
+    for a, b in zip(apt, code, strict=True):
+        assert a.kind == b.kind
+        assert a.start == pytest.approx(b.start)
+        assert a.end == pytest.approx(b.end)
+        assert a.sweep == pytest.approx(b.sweep)
+        assert (a.feed, a.spindle) == pytest.approx((b.feed, b.spindle))
+
+
+def test_circles_about_any_axis():
+    clockwise = made("FROM/0,0,0\nCIRCLE/10,0,0,0,0,-1,10\nGOTO/20,0,0")[0]
+    assert clockwise.sweep == pytest.approx(-math.pi)
+    whole = made("FROM/0,0,0\nCIRCLE/10,0,0,0,1,0,10\nGOTO/0,0,0")[0]
+    assert whole.axis == (0.0, 1.0, 0.0)
+    assert abs(whole.sweep) == pytest.approx(2 * math.pi)
+    s = math.sqrt(0.5)
+    tilted = made(f"FROM/10,0,0\nCIRCLE/0,0,0,0,{-s},{s},10\nGOTO/-10,0,0")
+    middle = tilted[len(tilted) // 2].start
+    assert middle == pytest.approx((0.0, 10e-3 * s, 10e-3 * s), abs=0.1e-3)
+    assert sum(math.dist(m.start, m.end) for m in tilted) == pytest.approx(math.pi * 10e-3, rel=1e-3)
+
+
+def test_holes():
+    plain = made(
+        "RAPID\nGOTO/0,0,20\nCYCLE/DRILL,RAPTO,3,FEDTO,-12,MMPM,150\nGOTO/5,5,0\nGOTO/9,5,0\nCYCLE/OFF\nGOTO/0,0,0"
+    )
+    assert [m.kind for m in plain[1:]] == ["rapid", "feed", "rapid", "rapid", "feed", "rapid", "feed"]
+    assert plain[2].end == mm((5, 5, -12))
+    assert (plain[2].feed, plain[-1].feed) == pytest.approx((2.5e-3, 10e-3))
+    catia = made("CYCLE/DRILL,20,MMPM,100,5\nGOTO/1,1,0")
+    assert [round(1e3 * m.end[2], 6) for m in catia] == [5, -20, 5]
+    deep = made("CYCLE/DEEP,RAPTO,2,FEDTO,-5,STEP,3,MMPM,100,DWELL,0.5\nGOTO/0,0,0")
+    assert [round(1e3 * m.end[2], 6) for m in deep if m.kind == "feed"] == [-1, -4, -5]
+    assert [m.dwell for m in deep if m.kind == "dwell"] == [0.5]
+    along = made("CYCLE/DRILL,4,MMPM,100,2\nGOTO/0,0,0,1,0,0")
+    assert along[1].end == mm((-4, 0, 0))
+
+
+def test_tool_axes_are_carried():
+    tilted = made("MULTAX/ON\nGOTO/1,0,0,0,0,1\nGOTO/2,0,0,0,0.5,0.8660254")
+    assert tilted[0].rotary_end == (0.0, 0.0, 0.0)
+    assert tilted[1].rotary_end == pytest.approx((0.0, math.pi / 6, math.pi / 2))
+
+
+def test_units_and_feeds():
+    inch = made("UNITS/INCH\nFEDRAT/10,IPM\nGOTO/1,0,0", head="")[0]
+    assert (inch.end[0], inch.feed) == pytest.approx((25.4e-3, 0.254 / 60))
+    mixed = made("FEDRAT/10,IPM\nGOTO/1,0,0", head="UNITS/MM\n")[0]
+    assert mixed.feed == pytest.approx(0.254 / 60)
+    turned = made("FEDRAT/0.1,MMPR\nGOTO/1,0,0")[0]
+    assert turned.feed == pytest.approx(0.1e-3 * 1000 / 60)
+    assert made("FEDRAT/10,IPM\nGOTO/1,0,0", head="")[0].end[0] == pytest.approx(
+        25.4e-3
+    )  # no UNITS, but a feed in inches
+
+
+def test_statements_go_over_lines_and_comments_end_them():
+    found = list(statements("GOTO/1.0,$\n 2.0,$$ rest\n-3\n\n$$ only\nPPRINT $ not a line\nGOTO / 1 , 2, 3E-1"))
+    assert found[0].numbers() == [1.0, 2.0]
+    assert [s.word for s in found] == ["GOTO", "-3", "PPRINT", "GOTO"]
+    assert found[-1].numbers() == [1.0, 2.0, 0.3]
+    assert (found[-1].line, found[-1].arguments[2].column) == (7, 15)
+
+
+def test_what_is_cl_data():
+    assert is_apt("", "part.CLS")
+    assert is_apt("PARTNO X\nGOTO/1,2,3", "part.txt")
+    assert not is_apt("G21 G90\n(GOTO the fixture)\nG1 X1", "part.nc")
+
+
+@pytest.mark.parametrize(
+    ("text", "place", "words"),
+    [
+        ("GOTO/1,2", "p.cls:5:1", "x,y,z"),
+        ("GOTO/1,2,3,0,0,0", "p.cls:5:12", "no length"),
+        ("TLON,GOFWD/1", "p.cls:5:1", "unknown or unsupported"),
+        ("FEDRAT/0", "p.cls:5:1", "positive feed"),
+        ("FROM/0,0,0\nCIRCLE/10,0,0,0,0,1,10\nGOTO/50,0,0", "p.cls:7:1", "end of the arc"),
+        ("CIRCLE/10,0,0,0,0,1", "p.cls:5:1", "radius"),
+        ("CYCLE/WHAT", "p.cls:5:1", "unsupported cycle"),
+        ("LOADTL/A", "p.cls:5:1", "number of a tool"),
+        ("SPINDL/SFM,100", "p.cls:5:1", "surface speeds"),
+    ],
+)
+def test_faults_name_their_place(text, place, words):
+    with pytest.raises(ScenarioFault) as found:
+        list(reading(HEAD + text + "\nFINI", "p.cls").commands())
+    assert any(str(fault).startswith(place + ":") and words in str(fault) for fault in found.value.faults), found.value
+
+
+def test_a_feed_is_needed():
+    with pytest.raises(ScenarioFault, match="without a feed"):
+        list(reading("GOTO/1,2,3\nFINI", "p.cls").commands())
