@@ -90,5 +90,7 @@ def test_work_of_proportional_loads_is_convex_along_straight_travel():
     loads = bodies.Loads(np.array([0]), np.tile(-force, (21, 1, 1)), at_tool)
     twists = bodies.element_twists(elements, bodies.element_wrenches(elements, loads))
     error = bodies.contributions(elements, twists, at_tool[:, 0])[:, 0]
-    assert bodies.least_convexity(error @ force) > 0.0
-    assert bodies.least_convexity(-(error @ force)) < 0.0
+    assert bodies.least_convexity(x, error @ force) > 0.0
+    assert bodies.least_convexity(x, -(error @ force)) < 0.0
+    uneven = np.unique(np.concatenate([x, [0.001, 0.0373]]))
+    assert bodies.least_convexity(uneven, 3.0 * uneven**2) == pytest.approx(6.0 * 0.4**2 / 0.12)  # L^2 w''/max w

@@ -11,8 +11,7 @@ from cutwise.physics.cutting.discs import discs
 from cutwise.physics.cutting.flute import EdgeCoefficients, Mill
 from cutwise.physics.cutting.uneven import even_edges
 from cutwise.physics.cutting.wall import FLUTES
-from cutwise.physics.engagement.corner import Corner, corner_immersions
-from cutwise.physics.engagement.wall import wall_patches
+from cutwise.physics.engagement.wall import path_contact, wall_patches
 from cutwise.physics.motion.lookahead import plan
 from cutwise.physics.motion.profile import Limits
 from cutwise.physics.motion.reference import central_difference, sampled
@@ -47,14 +46,13 @@ def scaled_run(length, mass, time):
     planned = plan(curve, np.full(3, 0.04 * speed), limits)
     step = 1e-3 * time
     reference = sampled(curve, [planned.profile], step, 0.1 * time)
-    shape = Corner(0.01 * length, 0.004 * length, 0.5 * math.pi, 2e-3 * length)
-    immersion = corner_immersions(reference.point, reference.direction, shape)
+    every = np.ones(curve.count, bool)
+    arcs = path_contact(curve, every, reference.block, reference.travelled, 0.01 * length, 0.004 * length)
     point = np.ascontiguousarray(reference.point[:, :2])
     velocity = central_difference(point, step)
     heading = np.arctan2(reference.direction[:, 1], reference.direction[:, 0])
-    commands = Commands(
-        point, velocity, central_difference(velocity, step), heading, wall_patches(immersion, 0.005 * length)
-    )
+    patches = wall_patches(arcs, 0.005 * length)
+    commands = Commands(point, velocity, central_difference(velocity, step), heading, patches)
     x, y = (law(c) for c in laws("kp_ki_swapped"))
     stress = force / length**2
     metal = EdgeCoefficients(*(k * stress for k in AL7075[:3]), *(k * stress * length for k in AL7075[3:]))

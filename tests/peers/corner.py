@@ -10,8 +10,7 @@ from cutwise.physics.cutting.discs import discs
 from cutwise.physics.cutting.flute import EdgeCoefficients, Mill
 from cutwise.physics.cutting.uneven import even_edges
 from cutwise.physics.cutting.wall import AVERAGED, DISCS
-from cutwise.physics.engagement.corner import Corner, corner_immersions
-from cutwise.physics.engagement.wall import wall_patches
+from cutwise.physics.engagement.wall import path_contact, wall_patches
 from cutwise.physics.motion.contour import contour_errors
 from cutwise.physics.motion.drives import Controller, Plant
 from cutwise.physics.motion.lookahead import plan
@@ -54,14 +53,13 @@ def run(
     controllers = laws(reading, **options)
     step = controllers[0].sample_time
     reference = sampled(curve, [planned.profile], step, tail)
-    shape = Corner(0.01, 0.004, 0.5 * math.pi, fillet)
-    immersion = corner_immersions(reference.point, reference.direction, shape)
-    immersion[reference.travelled >= curve.knots[-1]] = 0.0
+    arcs = path_contact(curve, np.ones(curve.count, bool), reference.block, reference.travelled, 0.01, 0.004)
+    arcs[reference.travelled >= curve.knots[-1]] = 0.0
     point = np.ascontiguousarray(reference.point[:, :2])
     velocity = central_difference(point, step)
     commands = Commands(
         point, velocity, central_difference(velocity, step),
-        np.arctan2(reference.direction[:, 1], reference.direction[:, 0]), wall_patches(immersion, 0.005),
+        np.arctan2(reference.direction[:, 1], reference.direction[:, 0]), wall_patches(arcs, 0.005),
     )  # fmt: skip
     pair = DrivePair(plants[0], controllers[0], plants[1], controllers[1])
     mill = Mill(0.01, 3, math.radians(30))
@@ -86,8 +84,38 @@ def run(
 __all__ = ["AVERAGED", "DISCS", "NO_FORCE", "run"]
 
 
+def corner_immersion(px, py, heading, shape):
+    """Closed form for an obtuse or right corner and a_e < R: from the wall side to the first crossing of the rim with
+    the edge that the previous pass has left, a line, an arc of radius max(rho - a_e, 0) + R, and a line."""
+    radius, depth, turn = shape.mill_radius, shape.radial_depth, shape.turn
+    b = max(shape.fillet, depth)
+    wall, gap, foot = heading - 0.5 * math.pi, radius - depth, b * math.tan(0.5 * turn)
+    angles = [math.pi]
+
+    def meets(x, y):
+        angles.append(((math.atan2(y - py, x - px) - wall) % (2.0 * math.pi)) or 2.0 * math.pi)
+
+    for second, (dx, dy) in enumerate(((1.0, 0.0), (math.cos(turn), math.sin(turn)))):
+        along, off = px * dx + py * dy, -px * dy + py * dx
+        if (square := radius**2 - (off + gap) ** 2) >= 0.0:
+            for q in (along - math.sqrt(square), along + math.sqrt(square)):
+                if (second and q >= foot) or (not second and q <= -foot):
+                    meets(q * dx + gap * dy, q * dy - gap * dx)
+    cx, cy, bound = -foot, b, b - depth + radius
+    distance = math.hypot(px - cx, py - cy)
+    if 0.0 < distance <= radius + bound and distance >= abs(radius - bound):
+        axial = (distance**2 + bound**2 - radius**2) / (2.0 * distance)
+        side = math.sqrt(max(bound**2 - axial**2, 0.0))
+        ux, uy = (px - cx) / distance, (py - cy) / distance
+        for sign in (-1.0, 1.0):
+            x, y = axial * ux - sign * side * uy, axial * uy + sign * side * ux
+            if (math.atan2(y, x) + 0.5 * math.pi) % (2.0 * math.pi) <= turn:
+                meets(cx + x, cy + y)
+    return min(angles)
+
+
 def counted_immersion(px, py, heading, shape, points=40_000):
-    """Immersion angle from counting rim points outside what the previous pass has cleared."""
+    """Immersion angle from counting rim points outside what the previous pass, and this one before the corner, cleared."""
     radius, depth = shape.mill_radius, shape.radial_depth
     angle = heading - 0.5 * math.pi + (np.arange(points) + 0.5) * math.pi / points
     x, y = px + radius * np.cos(angle), py + radius * np.sin(angle)
@@ -106,5 +134,7 @@ def counted_immersion(px, py, heading, shape, points=40_000):
     on_arc = turned <= shape.turn
     third = np.where(on_arc, np.abs(np.hypot(x - x0, y - y0) - inner), np.inf)
     cleared = np.minimum(np.minimum(first, second), third) <= radius
-    first_clear = np.argmax(cleared) if cleared.any() else points
-    return first_clear * math.pi / points
+    cleared |= np.hypot(x - np.minimum(x, min(px, -shape.fillet * math.tan(0.5 * shape.turn))), y) < radius * (
+        1.0 - 1e-9
+    )
+    return (~cleared).sum() * math.pi / points

@@ -7,9 +7,11 @@ import pytest
 
 from cutwise.maths.linearc import arc, join, line, sample
 from cutwise.paths.pocket import corner
-from cutwise.physics.engagement.corner import Corner, corner_immersions
+from cutwise.physics.engagement.corner import Corner, summed
 from cutwise.physics.engagement.path_sweep import swept_path
 from cutwise.physics.engagement.stock import Stock, block_stock, contact_patches, immersion, removal_area
+from cutwise.physics.engagement.wall import path_contact
+from peers.corner import corner_immersion
 
 R = 0.01
 ENDLESS = Stock(np.zeros((0, 3)), 0.005, -1.0)
@@ -36,22 +38,41 @@ def contacts(curve, s, stock=ENDLESS, radius=R):
     return contact_patches(point, heading, s, swept_path(curve, radius), stock), point, tangent
 
 
-@pytest.mark.parametrize("turn", [1.0, math.pi / 2, 2.2])
+def two_passes(turn, fillet, depth, lead=0.03):
+    """The way from the end of the first pass through the second, in a program that runs both, and the second alone."""
+    inner = moved(corner(lead, turn, max(fillet - depth, 0.0)), [-depth * math.tan(turn / 2), depth, 0.0])
+    outer = corner(lead, turn, fillet)
+    curve = join([*inner, *over(end_of(inner[-1]), outer[0].start), *outer])
+    return curve, curve.knots[len(inner) + 3], join(outer)
+
+
+@pytest.mark.parametrize("turn", [1.0, math.pi / 2])
 @pytest.mark.parametrize("fillet", [0.0, 2e-3, 8e-3])
 @pytest.mark.parametrize("depth", [0.5e-3, 4e-3])
 def test_corner_whose_previous_pass_is_really_run(turn, fillet, depth):
     """Two passes of a program, offset by the radial depth: the closed form to rounding."""
-    inner = moved(corner(0.03, turn, max(fillet - depth, 0.0)), [-depth * math.tan(turn / 2), depth, 0.0])
-    outer = corner(0.03, turn, fillet)
-    curve = join([*inner, *over(end_of(inner[-1]), outer[0].start), *outer])
-    begin = curve.knots[len(inner) + 3]
+    curve, begin, _ = two_passes(turn, fillet, depth)
     s = np.linspace(begin + 0.014, curve.knots[-1] - 0.014, 1501)
     patches, point, tangent = contacts(curve, s)
-    expected = corner_immersions(point, tangent, Corner(R, depth, turn, fillet))
+    heading = np.arctan2(tangent[:, 1], tangent[:, 0])
+    shape = Corner(R, depth, turn, fillet)
+    expected = [corner_immersion(*p[:2], h, shape) for p, h in zip(point, heading, strict=True)]
     np.testing.assert_allclose(patches[:, 0, 1], expected, atol=1e-12)
     np.testing.assert_allclose(patches[:, 0, 0], 0.0, atol=1e-12)
     np.testing.assert_allclose(immersion(patches), expected, atol=1e-12)
     np.testing.assert_allclose(patches[:, 0, 2:], [[0.0, 0.005]] * len(s), atol=1e-15)
+
+
+@pytest.mark.parametrize("turn", [0.5, math.pi / 2, 2.2, 2.9])
+@pytest.mark.parametrize("fillet", [0.0, 2e-3, 15e-3])
+@pytest.mark.parametrize("depth", [4e-3, 9.9e-3, 16e-3, 19.9e-3])
+def test_wall_is_a_previous_pass(turn, fillet, depth):
+    """Acute corners and depths beyond the radius too, where the mill meets stock in two arcs."""
+    curve, begin, own = two_passes(turn, fillet, depth, lead=1.2)
+    s = np.linspace(0.7, own.knots[-1] - 0.5, 401)
+    _, _, block = sample(own, own.knots, s)
+    arcs = path_contact(own, np.ones(own.count, bool), block, s, R, depth)
+    np.testing.assert_allclose(summed(arcs), immersion(contacts(curve, begin + s)[0]), atol=1e-6)
 
 
 def zigzag():

@@ -128,6 +128,36 @@ def join(blocks: Sequence[Block]) -> LineArc:
     return LineArc(*(np.array(column, dtype=np.float64) for column in columns))
 
 
+def block_at(curve: LineArc, i: int) -> Block:
+    """Block ``i`` of a curve by itself; the reverse of :func:`join`."""
+    vectors = (_triple(column[i]) for column in curve[:4])
+    return Block(*vectors, *(float(column[i]) for column in curve[4:]))
+
+
+def carried(curve: LineArc, turn: FloatArray, shift: FloatArray) -> LineArc:
+    """The curve turned (or mirrored) by an orthogonal matrix (3, 3), then shifted [m]."""
+    vectors = (column @ turn.T for column in curve[1:4])
+    return LineArc(curve.start @ turn.T + shift, *vectors, *curve[4:])
+
+
+def extremes(curve: LineArc, i: int, direction: FloatArray) -> FloatArray:
+    r"""Arc lengths inside an arc or helix at which the curve runs farthest along a direction, either way [m].
+
+    There :math:`(\sigma t \cos\varphi + \sigma n \sin\varphi + c) \cdot d = 0`. Lines and clothoids have none.
+    """
+    if math.isinf(curve.radius[i]) or curve.sharpness[i] != 0.0:
+        return np.zeros(0)
+    a, b = (curve.share[i] * float(column[i] @ direction) for column in (curve.along, curve.inward))
+    rise, size = float(curve.climb[i] @ direction), math.hypot(a, b)
+    if size <= abs(rise):
+        return np.zeros(0)
+    whole = block_turn(curve, i, curve.length[i])
+    first = math.atan2(b, a) + math.acos(-rise / size) * np.array([-1.0, 1.0])
+    turns = np.arange(math.ceil(whole / (2.0 * math.pi)) + 1)
+    phi = (first % (2.0 * math.pi) + 2.0 * math.pi * turns[:, None]).ravel()
+    return np.sort(phi[phi < whole]) * curve.length[i] / whole
+
+
 def _triple(values: Sequence[float]) -> tuple[float, float, float]:
     x, y = float(values[0]), float(values[1])
     return x, y, float(values[2]) if len(values) > 2 else 0.0

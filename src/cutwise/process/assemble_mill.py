@@ -22,6 +22,7 @@ from cutwise.process.program_path import ProgramPath, blocks_path, moves_path, p
 from cutwise.spec.drives import CncMachine, FeedDrive
 from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.spec.milling import MillingScenario
+from cutwise.spec.program import top_of
 
 _DISCS = 20  # where the scenario names no number
 
@@ -31,7 +32,11 @@ def program_path(scenario: MillingScenario, program: Interpreted | None) -> Prog
     operation = scenario.operation
     if program is not None:
         mode = scenario.path_mode if "path_mode" in scenario.model_fields_set else None
-        return moves_path(program, feed=operation.feed, turning=operation.spindle_speed is not None, mode=mode)
+        assert scenario.program is not None
+        return moves_path(
+            program, feed=operation.feed, turning=operation.spindle_speed is not None, mode=mode,
+            top=top_of(scenario.program, scenario.stock),
+        )  # fmt: skip
     assert scenario.path is not None
     assert operation.feed is not None
     blocks = corner(scenario.path.lead, scenario.path.turn, scenario.path.fillet)

@@ -24,6 +24,7 @@ CHUNK = 200_000  # servo steps between two looks at the keyboard
 STEPS_PER_OSCILLATION = 60  # of the quickest mode, at ten substeps of the drives
 _STATE = 8  # per axis: motor side x, w, integral, last error, held voltage, load side x, load x one substep before
 _DELAYS_PER_TURN = 2  # how many turns back a tooth that jumped out of the cut may matter
+_AT_WALL = 1e-6  # [rad] from the wall side: an arc of contact that begins nearer leaves a wall
 
 
 class DrivePair(NamedTuple):
@@ -174,7 +175,7 @@ def _cut_on_modes(
                 wall = heading - 0.5 * math.pi + low
                 gx, gy, gz = delayed_disc_forces(now, wall, high - low, lowest, highest, moved, cut.discs, cut.edges)
                 fx, fy, fz = fx + gx, fy + gy, fz + gz
-                if low <= 0.0 and _leaves_wall(now, wall, cut.spindle * dt, lowest, highest, cut.discs):
+                if low < _AT_WALL and _leaves_wall(now, wall, cut.spindle * dt, lowest, highest, cut.discs):
                     into = ux * wall_x + uy * wall_y
                     left[0], left[1] = min(left[0], into), max(left[1], into)
         ahead_x, ahead_y = 1.5 * fx - 0.5 * memory.force[0], 1.5 * fy - 0.5 * memory.force[1]  # at the step's middle

@@ -41,8 +41,9 @@ class WallMap(NamedTuple):
 
 
 class Chances(NamedTuple):
-    """Random errors in the middle of the pass."""
+    """Random errors at one place of the pass."""
 
+    place: int  # row of the pass
     deviation: FloatArray  # [m] standard deviations, shape (3,)
     shares: FloatArray  # of each body in the variance, shape (n + 1,)
     quantiles: Quantiles
@@ -64,10 +65,9 @@ class MachinePass(NamedTuple):
     """A finished pass with everything that is read off it."""
 
     run: MachineRun
-    ends: MachineRun  # start, middle and end only
     balance: float | None
     convexity: float | None
-    gain: FloatArray  # [m] change of |Delta| at the worst place if an element were 10 % stiffer, shape (e,)
+    gain: FloatArray  # [m] change of the largest |Delta| if an element were 10 % stiffer, shape (e,)
     wall: WallMap | None
     chances: Chances | None
 
@@ -75,16 +75,14 @@ class MachinePass(NamedTuple):
 def evaluate_pass(scenario: MachineScenario) -> MachinePass:
     """Ideal and loaded pass, budget, wall and probability."""
     run = run_pass(machine_assemble.machine_cell(scenario))
-    ends = run_pass(machine_assemble.machine_cell(scenario, samples=3))
-    worst = run.worst
+    counted = run.counted
     return MachinePass(
         run,
-        ends,
         energy_balance(run),
         work_convexity(run.cell),
-        budget.stiffening_gain(run.contributions[worst], run.deviation[worst]),
+        budget.stiffening_gain(run.contributions[counted], run.deviation[counted]),
         wall_map(scenario, run),
-        chances(scenario, ends),
+        chances(scenario, run),
     )
 
 
@@ -96,17 +94,17 @@ def work_convexity(cell: MachineCell) -> float | None:
     """
     commands, force = cell.way.commands, cell.cut.force
     straight = np.linalg.matrix_rank(np.diff(commands, axis=0), tol=1e-9) <= 1
-    even = np.ptp(np.diff(cell.way.travel)) <= 1e-9
+    onward = np.diff(cell.way.travel).min() > 0.0
     turning = np.ptp(commands[:, cell.axes.chain.kinds == chains.REVOLUTE], axis=0).any()
     constant = not np.ptp(force, axis=0).any() and force.any()
     contact = any(element.contact is not None for element in cell.elements)
-    if not straight or not even or turning or not constant or contact or cell.literal or not cell.feed_moment:
+    if not straight or not onward or turning or not constant or contact or cell.literal or not cell.feed_moment:
         return None
     bare = run_pass(cell._replace(weights=(), axes=cell.axes._replace(errors=(None,) * len(cell.axes.errors))))
     if cell.part is not None and np.ptp(bare.ideal[:, 2]) > 1e-12:
         return None
     work = np.einsum("mi,mi->m", force, bare.deviation)
-    return least_convexity(work) if work.any() else None
+    return least_convexity(cell.way.travel, work) if work.any() else None
 
 
 def wall_map(scenario: MachineScenario, run: MachineRun) -> WallMap | None:
@@ -133,20 +131,20 @@ def _wall_normal(surface: CutSurface, run: MachineRun, axis: FloatArray) -> Floa
     return left if surface.side == "right" else -left
 
 
-def chances(scenario: MachineScenario, ends: MachineRun) -> Chances | None:
-    """Covariance, variance shares and quantiles in the middle of the pass."""
+def chances(scenario: MachineScenario, run: MachineRun) -> Chances | None:
+    """Covariance, variance shares and quantiles in the middle of a path, or at the worst place of a program."""
     given = scenario.uncertainty
     if given is None:
         return None
-    middle = len(ends.deviation) // 2
-    jacobian = chains.error_jacobian(ends.at, ends.cell.tip)[middle]
+    place = run.cell.way.marks[1] if scenario.program is None else run.worst
+    jacobian = chains.error_jacobian(run.at, run.cell.tip)[place]
     deviation, laws = machine_assemble.scatter(scenario)
     spread = np.sqrt(np.diag(probability.covariance(jacobian, deviation)))
     random = probability.random_errors(jacobian, deviation, laws, samples=given.samples, seed=given.seed)
-    together = np.linalg.norm(random + ends.deviation[middle], axis=1)
+    together = np.linalg.norm(random + run.deviation[place], axis=1)
     within = None if given.tolerance is None else float((together <= given.tolerance).mean())
-    drawn = probability.quantiles(ends.deviation[middle], random, 0.95)
-    return Chances(spread, probability.variance_shares(jacobian, deviation), drawn, within)
+    drawn = probability.quantiles(run.deviation[place], random, 0.95)
+    return Chances(place, spread, probability.variance_shares(jacobian, deviation), drawn, within)
 
 
 def evaluate_volume(scenario: MachineScenario) -> VolumeMap | None:
@@ -187,15 +185,16 @@ def pass_measures(found: MachinePass) -> dict[str, float]:
     """All measures of a pass in SI; one that does not apply is left out."""
     run, worst = found.run, found.run.worst
     measures: dict[str, float | None] = {}
-    for row, where in enumerate(("start", "middle", "end")):
+    start = run.cell.way.marks[0]
+    for row, where in zip(run.cell.way.marks, ("start", "middle", "end"), strict=True):
         for k, axis in enumerate("xyz"):
-            measures[f"deviation_{axis}_{where}"] = found.ends.deviation[row, k]
+            measures[f"deviation_{axis}_{where}"] = run.deviation[row, k]
     measures["deviation_norm_max"] = run.size[worst]
     measures["deviation_norm_max_at"] = run.ideal[worst, 0]
     shares = budget.signed_shares(run.body[worst], run.deviation[worst])
     measures |= {f"share_{name}": share for name, share in zip(run.cell.names, shares, strict=True)}
     for k, axis in enumerate("xyz"):
-        measures[f"position_start_{axis}"] = run.ideal[0, k]
+        measures[f"position_start_{axis}"] = run.ideal[start, k]
     measures["linear_residual_max"] = np.linalg.norm(run.exact - run.deviation, axis=1).max()
     measures["energy_balance"] = found.balance
     measures["work_convexity"] = found.convexity
@@ -221,13 +220,21 @@ def volume_measures(found: VolumeMap) -> dict[str, float]:
     }
 
 
-def halved_spacing(scenario: MachineScenario, found: MachinePass) -> Mapping[str, float]:
-    """The measures that depend on where the pass is sampled, with twice as many points."""
-    coarse = scenario.program.samples if scenario.program else len(found.run.cell.way.travel)
-    finer = run_pass(machine_assemble.machine_cell(scenario, samples=2 * coarse - (scenario.program is None)))
-    measures = {"deviation_norm_max": float(finer.size[finer.worst])}
-    surface = wall_map(scenario, finer)
-    return measures | (_wall_measures(surface) if surface is not None else {})
+def refined(scenario: MachineScenario, found: MachinePass | None, volume: VolumeMap | None) -> Mapping[str, float]:
+    """The measures that depend on where pass and working space are looked at, from a spacing of a third or a half."""
+    measures: dict[str, float] = {}
+    given = scenario.program or scenario.path
+    if found is not None and given is not None:
+        finer = run_pass(machine_assemble.machine_cell(scenario, samples=3 * given.samples - 2))
+        measures["deviation_norm_max"] = float(finer.size[finer.worst])
+        surface = wall_map(scenario, finer)
+        measures |= _wall_measures(surface) if surface is not None else {}
+    if volume is not None and scenario.volume is not None:
+        twice = scenario.volume.model_copy(update={"points": 2 * scenario.volume.points - 1})
+        again = evaluate_volume(scenario.model_copy(update={"volume": twice}))
+        assert again is not None
+        measures["volumetric_error_max"] = volume_measures(again)["volumetric_error_max"]
+    return measures
 
 
 def _wall_measures(surface: WallMap) -> dict[str, float]:

@@ -16,23 +16,35 @@ from cutwise.physics.structure.pads import ContactPads, pad_compliance
 from cutwise.physics.surface import probability
 from cutwise.process.machine_force import cut_force
 from cutwise.process.machine_pass import ElasticElement, FlexiblePart, MachineCell, Weight
-from cutwise.process.machine_way import machine_way
+from cutwise.process.machine_program import program_way
+from cutwise.process.machine_way import Way, path_way
 from cutwise.spec.geometry_errors import COMPONENTS, LINEAR_AXES, SQUARENESS
 from cutwise.spec.machine import Beam, ContactGroup, Drive, Joint
 from cutwise.spec.machine import ElasticElement as ElementSpec
 from cutwise.spec.machine_scenario import MachineScenario, MachineTool
 from cutwise.spec.tables import Table
 
+_PLUNGE = 1e-6  # sine of the angle between feed and tool axis
 _KINDS = {"fixed": FIXED, "prismatic": PRISMATIC, "revolute": REVOLUTE}
 _LAWS = {"normal": probability.NORMAL, "uniform": probability.UNIFORM, "triangular": probability.TRIANGULAR}
 
 
 def machine_cell(scenario: MachineScenario, *, samples: int | None = None) -> MachineCell:
-    """Everything that takes part in a pass; ``samples`` replaces the number of points along it."""
+    """Everything that takes part in a pass; ``samples`` replaces the number of places along it.
+
+    Raises
+    ------
+    ScenarioFault
+        The program cannot be run on this machine, or its cut is not covered.
+    """
     bodies = scenario.machine.ordered
     axes = machine_axes(scenario)
-    way = machine_way(scenario, axes, samples=samples)
-    cut = cut_force(scenario, way, chains.frames(axes.chain, way.commands * axes.sense))
+    way = _way(scenario, axes, samples)
+    at = chains.frames(axes.chain, way.commands * axes.sense)
+    if scenario.program is not None:  # along its own axis the tool plunges
+        across = np.linalg.norm(np.cross(way.direction, at.rotations[:, -1, :, 2]), axis=1)
+        way = way._replace(cuts=way.cuts & (across > _PLUNGE))
+    cut = cut_force(scenario, way, at)
     if cut.immersion is not None:
         way = way._replace(cuts=way.cuts & (cut.immersion > 0.0))
     return MachineCell(
@@ -48,6 +60,13 @@ def machine_cell(scenario: MachineScenario, *, samples: int | None = None) -> Ma
         scenario.convention == "paper_literal",
         scenario.load.feed_moment,
     )
+
+
+def _way(scenario: MachineScenario, axes: Axes, samples: int | None) -> Way:
+    if scenario.program is not None:
+        return program_way(scenario, scenario.program, axes, samples=samples)
+    assert scenario.path is not None
+    return path_way(scenario, scenario.path, axes, samples=samples)
 
 
 def machine_axes(scenario: MachineScenario) -> Axes:

@@ -7,6 +7,7 @@ import numpy as np
 
 from cutwise.maths.chains import Frames
 from cutwise.maths.frames import FloatArray
+from cutwise.maths.linearc import carried
 from cutwise.physics.cutting.discs import discs
 from cutwise.physics.cutting.flute import Mill, feed_per_tooth
 from cutwise.physics.cutting.uneven import even_edges
@@ -14,13 +15,14 @@ from cutwise.physics.cutting.wall import AVERAGED, wall_force
 from cutwise.physics.engagement.corner import straight_immersion
 from cutwise.physics.engagement.path_sweep import swept_path
 from cutwise.physics.engagement.stock import block_stock, contact_patches, immersion
-from cutwise.physics.engagement.wall import path_immersion, wall_patches
+from cutwise.physics.engagement.wall import path_contact, wall_patches
 from cutwise.process.assemble import linear_coefficients
 from cutwise.process.machine_way import Way
+from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.spec.machine_pass import FromCutting
 from cutwise.spec.machine_scenario import MachineScenario
 
-_UPRIGHT = 1e-9  # a tool axis that leans less is along z of the part
+_STEADY = 1e-9  # a tool axis that changes less keeps its direction
 
 
 class CutForce(NamedTuple):
@@ -35,8 +37,13 @@ def cut_force(scenario: MachineScenario, way: Way, at: Frames) -> CutForce:
 
     A prescribed force acts wherever the tool cuts. Otherwise it is the mean over a revolution of the flute kernel at
     the local immersion, in the frame of the feed direction f and the tool axis u, :math:`F = F_x f + F_y\,u \times f +
-    F_z\,u`. Inner corners are seen where the tool stands upright on the part and the previous pass was offset by less
-    than its radius; elsewhere the immersion is that of a straight wall.
+    F_z\,u`. Where the tool keeps its direction, inner corners are seen; elsewhere the immersion is that of a straight
+    wall. The end of the mill does not cut: along its axis there is no force.
+
+    Raises
+    ------
+    ScenarioFault
+        There is a stock, and the tool does not stand upright.
     """
     given = scenario.load.force
     if not isinstance(given, FromCutting):
@@ -46,7 +53,7 @@ def cut_force(scenario: MachineScenario, way: Way, at: Frames) -> CutForce:
     assert scenario.material is not None
     assert scenario.tool.flutes is not None
     upward = at.rotations[:, -1, :, 2]
-    patches = _patches(scenario, given, way, upward)
+    patches = _patches(scenario, given, way, at)
     mill, flutes = Mill(0.5 * scenario.tool.diameter, scenario.tool.flutes, 0.0), scenario.tool.flutes
     none = discs(mill.radius, 0.0, 1e-3, flutes, 1)  # the mean needs none
     cutting = even_edges(linear_coefficients(scenario.material))
@@ -61,26 +68,31 @@ def cut_force(scenario: MachineScenario, way: Way, at: Frames) -> CutForce:
     return CutForce(force, np.where(way.cuts, immersion(patches), 0.0))
 
 
-def _patches(scenario: MachineScenario, cut: FromCutting, way: Way, upward: FloatArray) -> FloatArray:
+def _patches(scenario: MachineScenario, cut: FromCutting, way: Way, at: Frames) -> FloatArray:
     """Contact at every place: with the stock that the program has left, or along a wall."""
+    radius, tool = 0.5 * scenario.tool.diameter, at.rotations[:, -1]
+    steady = bool(np.abs(tool[..., 2] - tool[0, :, 2]).max() < _STEADY)
     if scenario.stock is not None:
-        assert scenario.program is not None
-        assert way.curve is not None
-        x, y, z = (np.array(side) + shift for side, shift in zip(
-            (scenario.stock.x, scenario.stock.y, scenario.stock.z), scenario.program.zero, strict=True
-        ))  # fmt: skip
-        swept = swept_path(way.curve, 0.5 * scenario.tool.diameter)
-        heading = np.arctan2(way.direction[:, 1], way.direction[:, 0])
-        return contact_patches(way.point, heading, way.along, swept, block_stock(x, y, z[1], z[0]))
+        return _stock_patches(scenario, way, steady and bool(np.abs(tool[0, :, 2] - [0.0, 0.0, 1.0]).max() < _STEADY))
     assert cut.axial_depth is not None
-    return wall_patches(_immersion(scenario, cut, way, upward), cut.axial_depth)
-
-
-def _immersion(scenario: MachineScenario, cut: FromCutting, way: Way, upward: FloatArray) -> FloatArray:
-    radius = 0.5 * scenario.tool.diameter
     if cut.radial_depth is None:
-        return np.full(len(way.travel), math.pi)
-    upright = np.abs(upward - [0.0, 0.0, 1.0]).max() < _UPRIGHT
-    if way.curve is None or not upright or cut.radial_depth >= radius:
-        return np.full(len(way.travel), straight_immersion(cut.radial_depth, radius))
-    return path_immersion(way.curve, way.curve_cuts, way.block, way.point, way.direction, radius, cut.radial_depth)
+        return wall_patches(np.full(len(way.travel), math.pi), cut.axial_depth)
+    if way.curve is None or not steady:
+        return wall_patches(np.full(len(way.travel), straight_immersion(cut.radial_depth, radius)), cut.axial_depth)
+    seen = carried(way.curve, tool[0].T, np.zeros(3))  # by the tool, which looks along its own axis
+    arcs = path_contact(seen, way.curve_cuts, way.block, way.along, radius, cut.radial_depth)
+    return wall_patches(arcs, cut.axial_depth)
+
+
+def _stock_patches(scenario: MachineScenario, way: Way, upright: bool) -> FloatArray:
+    if way.curve is None or not upright:
+        message = "is cut by a tool that stands upright on the part; leave it out, and write load.force.axial_depth"
+        raise ScenarioFault([Fault(("stock",), message)])
+    assert scenario.stock is not None
+    assert scenario.program is not None
+    x, y, z = (np.array(side) + shift for side, shift in zip(
+        (scenario.stock.x, scenario.stock.y, scenario.stock.z), scenario.program.zero, strict=True
+    ))  # fmt: skip
+    swept = swept_path(way.curve, 0.5 * scenario.tool.diameter)
+    heading = np.arctan2(way.direction[:, 1], way.direction[:, 0])
+    return contact_patches(way.point, heading, way.along, swept, block_stock(x, y, z[1], z[0]))

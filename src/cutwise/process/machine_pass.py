@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from cutwise.maths import chains
 from cutwise.maths.chains import Frames
@@ -87,10 +88,15 @@ class MachineRun(NamedTuple):
         return np.linalg.norm(self.deviation, axis=1)
 
     @property
-    def worst(self) -> int:
-        """Row of the largest |Delta| of the cut, or of all if nothing cuts; the first of equals."""
+    def counted(self) -> npt.NDArray[np.bool_]:
+        """Rows that count: those of the cut, or all if nothing cuts; shape (m,)."""
         cuts = self.cell.way.cuts
-        return int(np.argmax(np.where(cuts, self.size, -1.0) if cuts.any() else self.size))
+        return cuts if cuts.any() else np.ones_like(cuts)
+
+    @property
+    def worst(self) -> int:
+        """Row of the largest |Delta| of those that count; the first of equals."""
+        return int(np.argmax(np.where(self.counted, self.size, -1.0)))
 
 
 def run_pass(cell: MachineCell) -> MachineRun:

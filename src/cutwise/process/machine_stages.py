@@ -76,7 +76,7 @@ def _pass_groups(found: MachinePass) -> dict[str, xr.Dataset]:
     if found.chances is not None:
         groups["uncertainty"] = xr.Dataset({
             "variance_share": _array(("body",), found.chances.shares, "1", "share of the body in the variance"),
-            "deviation": _array(("axis",), found.chances.deviation, "m", "standard deviation in the middle"),
+            "deviation": _array(("axis",), found.chances.deviation, "m", "standard deviation"),
         }, {"body": list(cell.names), "axis": _AXES})  # fmt: skip
     return groups
 
@@ -213,13 +213,17 @@ def _stiffness_for(run: MachineRun, limit: float) -> str:
 
 
 def _probability(found: MachinePass, scenario: MachineScenario) -> str:
-    chances, middle = found.chances, len(found.ends.deviation) // 2
+    chances = found.chances
     assert chances is not None
+    systematic = found.run.deviation[chances.place]
     spans = ", ".join(
         f"{axis} {units.show(mean, 'small_length', 4)} ± {units.show(1.95996 * spread, 'small_length', 3)}"
-        for axis, mean, spread in zip("xyz", found.ends.deviation[middle], chances.deviation, strict=True)
+        for axis, mean, spread in zip("xyz", systematic, chances.deviation, strict=True)
     )
-    text = f"In the middle of the pass, in 95 of 100 cases (normal errors): {spans}."
+    where = "In the middle of the pass" if scenario.program is None else "At the worst place"
+    laws = {given.distribution for given in scenario.uncertainty.bodies} if scenario.uncertainty else set()
+    margin = "" if laws == {"normal"} else ", as for normal errors"
+    text = f"{where}, in 95 of 100 cases{margin}: {spans}."
     if chances.within is not None and scenario.uncertainty is not None and scenario.uncertainty.tolerance:
         allowed = units.show(scenario.uncertainty.tolerance, "small_length", 4)
         text += f" The length of the error stays within {allowed} in {100 * chances.within:.3g} of 100 cases."

@@ -17,7 +17,7 @@ from cutwise.physics.engagement.stock import (
     removal_area,
     stands_in_material,
 )
-from cutwise.physics.engagement.wall import path_immersion, wall_patches
+from cutwise.physics.engagement.wall import path_contact, wall_patches
 from cutwise.physics.motion.reference import Reference
 from cutwise.process.program_path import ProgramPath
 from cutwise.spec.milling import MillingScenario
@@ -70,16 +70,18 @@ def _wall_contact(scenario: MillingScenario, path: ProgramPath, reference: Refer
     assert operation.radial_depth is not None
     assert operation.axial_depth is not None
     depth, width = operation.axial_depth, operation.radial_depth
-    alpha = path_immersion(path.curve, path.cuts, reference.block, reference.point, reference.direction, radius, width)
-    alpha[reference.travelled >= path.curve.knots[-1]] = 0.0
+    arcs = path_contact(path.curve, path.cuts, reference.block, reference.travelled, radius, width)
+    arcs[reference.travelled >= path.curve.knots[-1]] = 0.0
+    patches = wall_patches(arcs, depth)
+    alpha = immersion(patches)
     greatest = float(alpha.max())
     if scenario.path is not None:  # of a corner: the geometric maximum, not that of the samples
         greatest = greatest_immersion(Corner(radius, width, scenario.path.turn, scenario.path.fillet))
     steady = {}
     if path.cuts.any():
-        arcs = {"straight": float(straight_immersion(width, radius)), "corner": greatest}
-        steady = {name: SteadyPatch(0.0, arc, depth) for name, arc in arcs.items()}
-    return Contact(wall_patches(alpha, depth), alpha, greatest, steady, None, (), ())
+        angles = {"straight": float(straight_immersion(width, radius)), "corner": greatest}
+        steady = {name: SteadyPatch(0.0, angle, depth) for name, angle in angles.items()}
+    return Contact(patches, alpha, greatest, steady, None, (), ())
 
 
 def stock_contact(path: ProgramPath, reference: Reference, radius: float, stock: Stock) -> Contact:

@@ -27,6 +27,8 @@ class ProgramPath(NamedTuple):
     source: npt.NDArray[np.int64]  # line of the program, 0 for a corner, shape (n,)
     programmed: LineArc  # the path before its corners were blended: what the contour error is measured from
     origin: npt.NDArray[np.int64]  # block of the programmed path that each block came from, shape (n,)
+    rotary: FloatArray  # A, B, C at its start and end [rad], shape (n, 2, 3)
+    still: tuple[int, ...]  # lines of moves that would cut if the spindle turned
 
 
 class PathModes(NamedTuple):
@@ -37,8 +39,10 @@ class PathModes(NamedTuple):
     shape: str = "arc"  # of the blends
 
 
-def moves_path(program: Interpreted, *, feed: float | None, turning: bool, mode: str | Blend | None) -> ProgramPath:
-    """The path of a program.
+def moves_path(
+    program: Interpreted, *, feed: float | None, turning: bool, mode: str | Blend | None, top: float, rotary: bool = False
+) -> ProgramPath:  # fmt: skip
+    """The path of a program; moves of rotary axes alone are left out.
 
     Parameters
     ----------
@@ -50,40 +54,49 @@ def moves_path(program: Interpreted, *, feed: float | None, turning: bool, mode:
         The spindle is taken to turn although the program does not say so.
     mode : str, Blend or None
         Path mode that replaces those of the program (G61, G61.1, G64 P).
+    top : float
+        Top of the material [m]: feed moves below it cut, if they are no plunges.
+    rotary : bool
+        Whether rotary axes may move; then plunges are not told from other moves.
 
     Raises
     ------
     ScenarioFault
-        The spindle turns to the left, or a rotary axis moves.
+        The spindle turns to the left, or a rotary axis moves that may not.
     """
-    moves = [move for move in program.moves if move.kind != "dwell"]
-    _check_covered(moves)
-    dwell = np.zeros(len(moves))
-    at = -1
+    _check_covered(program, rotary)
+    moves, dwell = [], []
     for move in program.moves:
-        at += move.kind != "dwell"
-        if move.kind == "dwell" and at >= 0:
-            dwell[at] += move.dwell
+        if move.kind == "dwell" and moves:
+            dwell[-1] += move.dwell
+        elif move.kind == "arc" or (move.kind != "dwell" and move.start != move.end):
+            moves.append(move)
+            dwell.append(0.0)
+    within = np.array([_within(move, top, rotary) for move in moves], dtype=bool)
+    turns = np.array([turning or move.spindle > 0.0 for move in moves], dtype=bool)
     given = PathModes([move.mode for move in moves], [move.tolerance for move in moves])
-    return blocks_path(
+    path = blocks_path(
         [_block(move) for move in moves],
         np.array([move.feed if math.isinf(move.feed) or feed is None else feed for move in moves]),
-        np.array([_cuts(move, turning) for move in moves], dtype=bool),
+        within & turns,
         given if mode is None else _all_alike(mode, len(moves)),
-        dwell=dwell,
+        dwell=np.array(dwell),
         source=np.array([move.line for move in moves]),
     )
+    ends = np.array([(move.rotary_start, move.rotary_end) for move in moves])
+    still = tuple(sorted({move.line for move, idle in zip(moves, within & ~turns, strict=True) if idle}))
+    return path._replace(rotary=ends[path.origin], still=still)
 
 
-def _check_covered(moves: list[Move]) -> None:
-    """Cuts are those of x, y and z, and of a spindle that turns to the right."""
+def _check_covered(program: Interpreted, rotary: bool) -> None:
+    """Cuts are those of a spindle that turns to the right, and of x, y and z unless rotary axes may move."""
     faults = []
-    left = next((move for move in moves if move.spindle < 0.0), None)
+    left = next((move for move in program.moves if move.spindle < 0.0), None)
     if left is not None:
         faults.append(f"line {left.line}: the spindle turns to the left (M4); milling is covered for M3 only")
-    rotary = next((move for move in moves if move.rotary_start != move.rotary_end), None)
-    if rotary is not None:
-        faults.append(f"line {rotary.line}: a rotary axis moves; milling is covered for x, y and z only")
+    turned = next((move for move in program.moves if move.rotary_start != move.rotary_end), None)
+    if turned is not None and not rotary:
+        faults.append(f"line {turned.line}: a rotary axis moves; milling is covered for x, y and z only")
     if faults:
         raise ScenarioFault([Fault(("program",), message) for message in faults])
 
@@ -108,7 +121,10 @@ def blocks_path(
     stop = np.array([mode[i] == "exact_stop" for i in origin[:-1]], dtype=bool) & last_of_origin[:-1]
     rest = np.where(last_of_origin, pause[index], 0.0)
     stop |= rest[:-1] > 0.0
-    return ProgramPath(join(path), feed[index], cuts[index], stop, rest, lines[index], join(blocks), index)
+    return ProgramPath(
+        join(path), feed[index], cuts[index], stop, rest, lines[index], join(blocks), index,
+        np.zeros((len(index), 2, 3)), (),
+    )  # fmt: skip
 
 
 def program_speed(program: Interpreted, key: tuple[str, ...]) -> float:
@@ -139,8 +155,7 @@ def _block(move: Move) -> Block:
     return line(move.start, move.end)
 
 
-def _cuts(move: Move, turning: bool) -> bool:
-    """A feed move within the stock: below z = 0, not a plunge, the spindle running (or taken to run)."""
+def _within(move: Move, top: float, rotary: bool) -> bool:
+    """A feed move below the top of the material, and not a plunge unless the tool may be tilted."""
     flat = move.kind == "arc" or math.hypot(move.end[0] - move.start[0], move.end[1] - move.start[1]) > 1e-9
-    below = min(move.start[2], move.end[2]) < 0.0
-    return move.kind in ("feed", "arc") and flat and below and (turning or move.spindle > 0.0)
+    return move.kind in ("feed", "arc") and (flat or rotary) and min(move.start[2], move.end[2]) < top

@@ -70,7 +70,7 @@ def machine_errors(scenario: MachineScenario, progress: Progress | None = None) 
     one_pass = machine.evaluate_pass(scenario) if scenario.has_pass else None
     volume = machine.evaluate_volume(scenario)
     found = _machine_found(one_pass, volume)
-    finer = machine.halved_spacing(scenario, one_pass) if one_pass is not None else {}
+    finer = machine.refined(scenario, one_pass, volume)
     if progress is not None:
         progress(1.0)
     return collect(

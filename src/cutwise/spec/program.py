@@ -62,6 +62,10 @@ class Program(Spec):
     start: StartPosition | None = Field(
         default=None, description="where the tool tip stands before the program; left out: at the machine's zero"
     )
+    top: Length = Field(
+        default=0.0, description="top of the material in the program: feed moves below it cut (a stock has its own)",
+        examples=["0 mm"],
+    )  # fmt: skip
     default_tool: Count | None = Field(
         default=None, description="number of the tool in the spindle before the program calls one", examples=[1], ge=1
     )
@@ -114,3 +118,8 @@ class StockBlock(Spec):
             low, high = getattr(self, side)
             if low >= high:
                 yield Remark((side,), "ends before it begins: write the smaller value first")
+
+
+def top_of(program: Program, stock: StockBlock | None) -> float:
+    """Top of the material [m]: that of the stock, or what the program is given."""
+    return program.top if stock is None else stock.z[1]

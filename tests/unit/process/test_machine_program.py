@@ -21,7 +21,7 @@ def scenario(examples, folder, text, *changes):
     (folder / "part.nc").write_text(text)
     base = (examples / "machine_error_budget.yaml").read_text()
     start, end = base.index("path:"), base.index("load:")
-    program = "program: {file: part.nc, zero: [0 mm, 0 mm, 300 mm], samples: 26}\n\n"
+    program = "program: {file: part.nc, zero: [0 mm, 0 mm, 300 mm], samples: 27}\n\n"
     (folder / "machine.yaml").write_text(base[:start] + program + base[end:])
     return load(folder / "machine.yaml", changes)
 
@@ -34,7 +34,7 @@ def test_a_straight_program_is_the_pass_of_the_paper(examples, tmp_path):
     """The same way as G-code: every number of the loaded pass, time of rapid moves left out."""
     by_program = simulate(scenario(examples, tmp_path, STRAIGHT))
     by_path = simulate(load(examples / "machine_error_budget.yaml"))
-    skipped = {"work_convexity", "wall_flatness"}
+    skipped = {"wall_flatness", "deviation_std_x", "deviation_std_y", "deviation_std_z"}  # of a path: in the middle
     for name, measure in by_path.measures.items():
         if name not in skipped and "p95" not in name:
             assert by_program.measures[name].value == pytest.approx(measure.value, rel=1e-9, abs=1e-15), name
@@ -47,7 +47,7 @@ def test_words_may_be_positions_of_the_axes(examples, tmp_path):
     """X of this machine is 130 mm further than in the part: program.zero then shifts the axes."""
     plain = cell(scenario(examples, tmp_path, STRAIGHT))
     shifted = STRAIGHT.replace("X-130", "X0").replace("X130", "X260").replace("Z10", "Z310").replace("Z-5", "Z295")
-    by_axes = ("program.words=axes", "program.zero=[0 mm, 0 mm, 0 mm]")
+    by_axes = ("program.words=axes", "program.zero=[0 mm, 0 mm, 0 mm]", "program.top=5 mm")
     moved = cell(scenario(examples, tmp_path, shifted.replace("Z310", "Z10").replace("Z295", "Z0").replace("Y-40", "Y0"),
                           *by_axes))  # fmt: skip
     np.testing.assert_allclose(moved.way.commands, plain.way.commands, atol=1e-12)
@@ -105,7 +105,7 @@ def test_a_wall_to_the_right_of_the_feed_turns_with_it(examples, tmp_path):
 @pytest.mark.parametrize(
     ("text", "change", "words"),
     [
-        (STRAIGHT.replace("X130", "X150"), "", "line 4 leads axis X to 280 mm, beyond its travel of 0 mm to 260 mm"),
+        (STRAIGHT.replace("X130", "X150"), "", "part.nc:4:1: leads axis X to 280 mm, beyond its travel of 0 mm to 260 mm"),
         (STRAIGHT, "path={points: [{X: 0 mm}, {X: 1 mm}], feed: 1 mm/s}", "no fault"),
         (STRAIGHT.replace("S500 M3", "M3"), CUT, "the program has no spindle speed"),
         (STRAIGHT, ("load.force={axial_depth: 5 mm, radial_depth: 11 mm}", CUT[1]), "more than the diameter"),

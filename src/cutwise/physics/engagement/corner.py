@@ -1,62 +1,65 @@
-"""Immersion angle of a flat end mill along a straight wall and through an inner corner, in closed form."""
+"""Immersion in pocket corners: a flat end mill with its wall on the right, the previous pass offset to its left."""
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from cutwise.maths.compiled import compiled
+from cutwise.maths.linearc import Block, arc, join, line
+from cutwise.physics.engagement.path_sweep import swept_path
+from cutwise.physics.engagement.stock import Stock, contact_patches
 
 FloatArray = npt.NDArray[np.float64]
 
+_ENDLESS = Stock(np.zeros((0, 3)), 1.0, 0.0)  # a metre above the tip: only arcs are asked for
+_NARROW = 1e-9  # [-] of the mill radius: an arc of the previous pass that is shorter is a point
+
 
 class Corner(NamedTuple):
-    """An inner corner in its own frame: along +x to the corner point of the centre path (0, 0), then left by a turn."""
+    """An inner (left-hand) corner of the centre path with a fillet; the corner point is the origin, the first wall +x."""
 
     mill_radius: float  # R [m]
-    radial_depth: float  # a_e, offset of the previous pass from this one [m]
-    turn: float  # angle of the turn [rad], above 0 and below pi
-    fillet: float  # rho, radius of the centre path [m], 0 for a sharp corner
+    radial_depth: float  # a_e [m]
+    turn: float  # theta [rad], above 0 and below pi
+    fillet: float  # rho of the centre path [m]
 
 
 @compiled
 def straight_immersion(radial_depth: float, mill_radius: float) -> float:
-    r"""Immersion angle along a straight wall.
+    r"""Immersion angle of a straight cut.
 
-    .. math:: \alpha_0 = \arccos(1 - a_e / R)
+    .. math:: \alpha_0 = \arccos(1 - a_e/R)
 
     Parameters
     ----------
-    radial_depth : float
-        :math:`a_e` [m]; not positive: no contact, 0 is returned; a full slot from :math:`2R` on.
-    mill_radius : float
-        :math:`R` [m].
+    radial_depth, mill_radius : float
+        [m]; beyond twice the radius the cut is a slot.
 
     Returns
     -------
     float
-        :math:`\alpha_0` [rad].
+        [rad], 0 to pi.
     """
     if radial_depth <= 0.0:
         return 0.0
-    return math.acos(max(-1.0, 1.0 - radial_depth / mill_radius))
+    return math.acos(max(1.0 - radial_depth / mill_radius, -1.0))
 
 
 @compiled
 def arc_immersion(radial_depth: float, path_radius: float, mill_radius: float) -> float:
-    r"""Steady immersion angle on an inner (concave) arc of the wall.
+    r"""Immersion angle on a long arc of the centre path.
 
-    .. math:: \cos\alpha = \frac{r_b^2 - \rho^2 - R^2}{2 \rho R}, \qquad r_b = \rho + R - a_e
+    .. math:: \cos\alpha = \frac{(\rho + R - a_e)^2 - \rho^2 - R^2}{2 \rho R}
 
     Parameters
     ----------
-    radial_depth : float
-        :math:`a_e` [m], from a previous pass concentric to this one.
+    radial_depth, mill_radius : float
+        :math:`a_e` and R [m].
     path_radius : float
-        Radius :math:`\rho` of the centre path [m], at least :math:`a_e`. A negative one is an outer (convex) arc.
-    mill_radius : float
-        :math:`R` [m].
+        :math:`\rho` [m]; positive for a concave wall, negative for a convex one, infinite for a straight wall.
 
     Returns
     -------
@@ -72,62 +75,14 @@ def arc_immersion(radial_depth: float, path_radius: float, mill_radius: float) -
     return math.acos(min(max(cosine, -1.0), 1.0))
 
 
-@compiled
-def _ahead(angle: float) -> float:
-    """The angle brought to (0, 2 pi]."""
-    turned = angle % (2.0 * math.pi)
-    return turned if turned > 1e-12 else 2.0 * math.pi
+def corner_contact(
+    own: Sequence[Block], way: FloatArray, point: FloatArray, heading: FloatArray, corner: Corner
+) -> FloatArray:
+    r"""Contact arcs of a mill near an inner corner whose previous pass ran :math:`a_e` inside this one.
 
-
-@compiled
-def _nearer(best: float, px: float, py: float, x: float, y: float, wall: float) -> float:
-    """The smaller of ``best`` and the angle of rim point (x, y), counted from the wall side of a mill at (px, py)."""
-    return min(best, _ahead(math.atan2(y - py, x - px) - wall))
-
-
-@compiled
-def _line_crossings(best: float, px: float, py: float, wall: float, corner: Corner, b: float, second: bool) -> float:
-    """Rim against the edge left by the previous pass along the first or second straight wall."""
-    radius, gap = corner.mill_radius, corner.mill_radius - corner.radial_depth
-    dx, dy = (math.cos(corner.turn), math.sin(corner.turn)) if second else (1.0, 0.0)
-    along, off = px * dx + py * dy, -px * dy + py * dx
-    reach = radius * radius - (off + gap) * (off + gap)
-    if reach < 0.0:
-        return best
-    reach = math.sqrt(reach)
-    foot = b * math.tan(0.5 * corner.turn)
-    for q in (along - reach, along + reach):
-        if (second and q >= foot) or (not second and q <= -foot):
-            best = _nearer(best, px, py, q * dx + gap * dy, q * dy - gap * dx, wall)
-    return best
-
-
-@compiled
-def _arc_crossings(best: float, px: float, py: float, wall: float, corner: Corner, b: float) -> float:
-    """Rim against the arc left by the previous pass in the corner."""
-    radius = corner.mill_radius
-    cx, cy = -b * math.tan(0.5 * corner.turn), b
-    bound = b - corner.radial_depth + radius
-    distance = math.hypot(px - cx, py - cy)
-    if distance <= 0.0 or distance > radius + bound or distance < abs(radius - bound):
-        return best
-    axial = (distance * distance + bound * bound - radius * radius) / (2.0 * distance)
-    side = math.sqrt(max(bound * bound - axial * axial, 0.0))
-    ux, uy = (px - cx) / distance, (py - cy) / distance
-    for sign in (-1.0, 1.0):
-        x, y = axial * ux - sign * side * uy, axial * uy + sign * side * ux
-        if (math.atan2(y, x) + 0.5 * math.pi) % (2.0 * math.pi) <= corner.turn:
-            best = _nearer(best, px, py, cx + x, cy + y, wall)
-    return best
-
-
-@compiled
-def corner_immersion(px: float, py: float, heading: float, corner: Corner) -> float:
-    r"""Immersion angle of a mill near an inner corner whose previous pass ran :math:`a_e` inside this one.
-
-    The edge of the uncut stock is a line, an arc of radius :math:`r_p + R` with :math:`r_p = \max(\rho - a_e, 0)`
-    about :math:`(-b \tan\tfrac{\theta}{2},\, b)`, :math:`b = a_e + r_p`, and a line. The cut runs from the wall side
-    of the mill (heading - 90°) to the first crossing of the rim with that edge. For a right angle this gives
+    The previous pass went along the lines offset by :math:`a_e`, and round the corner on a radius
+    :math:`\max(\rho - a_e, 0)` of its centre. What it swept is gone, and what this pass has swept until now: in an acute
+    corner the mill meets stock on its left side too, in a second arc. For a right angle and :math:`a_e < R` this gives
 
     .. math::
         \alpha_0 = \arccos(1 - a_e/R) \;\text{on the straight}, \qquad
@@ -138,75 +93,100 @@ def corner_immersion(px: float, py: float, heading: float, corner: Corner) -> fl
 
     Parameters
     ----------
-    px, py : float
-        Mill centre in the corner's frame [m].
-    heading : float
-        Direction of feed [rad], 0 along the first wall.
+    own : sequence of Block
+        This pass in the corner's frame [m]: a line that begins at least :func:`reach` before the corner, what rounds
+        the corner, and a line.
+    way : ndarray
+        Arc length of the places along it [m], shape (n,).
+    point : ndarray
+        Mill centre there [m], shape (n, 3).
+    heading : ndarray
+        Direction of feed [rad], 0 along the first wall, shape (n,).
     corner : Corner
-        Its shape; the fillet must fit (:math:`a_e < R`).
+        Its shape.
 
     Returns
     -------
-    float
-        :math:`\alpha` [rad], 0 to pi.
+    ndarray
+        Arc from, to in angles from the wall side of the mill (heading - 90°) [rad], 0 to pi; empty ones are zero.
+        Shape (n, p, 2).
 
     References
     ----------
-    Derived here; checked against counted rim points in tests/unit and against the removed area.
+    Derived here; checked against closed forms, counted rim points, and the removed area.
     """
     if corner.radial_depth <= 0.0:
-        return 0.0
-    b = max(corner.fillet, corner.radial_depth)
-    wall = heading - 0.5 * math.pi
-    best = 2.0 * math.pi
-    best = _line_crossings(best, px, py, wall, corner, b, False)
-    best = _arc_crossings(best, px, py, wall, corner, b)
-    best = _line_crossings(best, px, py, wall, corner, b, True)
-    if best >= 2.0 * math.pi:  # no crossing ahead: inside the edge all round
-        return 0.0
-    return min(best, math.pi)
+        return np.zeros((way.shape[0], 1, 2))
+    before = _previous_pass(corner, sum(block.length for block in own))
+    lift = [line(_end(before[-1]), _end(before[-1], 2.0)), line(_end(before[-1], 2.0), (*own[0].start[:2], 2.0)),
+            line((*own[0].start[:2], 2.0), own[0].start)]  # fmt: skip
+    prior = sum(block.length for block in (*before, *lift))
+    swept = swept_path(join([*before, *lift, *own]), corner.mill_radius)
+    return contact_patches(point, heading, prior + way, swept, _ENDLESS)[..., :2]
 
 
-@compiled
-def corner_immersions(points: FloatArray, tangents: FloatArray, corner: Corner) -> FloatArray:
-    """:func:`corner_immersion` along a sampled path; shapes (n, 3) in the corner's frame [m], result (n,) [rad]."""
-    out = np.empty(points.shape[0])
-    for k in range(points.shape[0]):
-        out[k] = corner_immersion(points[k, 0], points[k, 1], math.atan2(tangents[k, 1], tangents[k, 0]), corner)
-    return out
+def reach(corner: Corner) -> float:
+    """Distance from the corner point beyond which the cut is the straight one [m]."""
+    across = corner.fillet + corner.radial_depth + corner.mill_radius
+    return 2.0 * corner.mill_radius + across * math.tan(0.5 * corner.turn)
+
+
+def _previous_pass(corner: Corner, length: float) -> list[Block]:
+    """Centre path of the previous pass, each leg of a length [m] at least."""
+    depth, radius = corner.radial_depth, max(corner.fillet - corner.radial_depth, 0.0)
+    half = math.tan(0.5 * corner.turn)
+    cos, sin = math.cos(corner.turn), math.sin(corner.turn)
+    apex_x, apex_y, cut = -depth * half, depth, radius * half
+    first_end = (apex_x - cut, apex_y)
+    second = (apex_x + cut * cos, apex_y + cut * sin)
+    legs = [
+        line((first_end[0] - length, apex_y), first_end),
+        line(second, (second[0] + length * cos, second[1] + length * sin)),
+    ]
+    if radius > _NARROW * corner.mill_radius:
+        return [legs[0], arc(first_end, (first_end[0], apex_y + radius), corner.turn), legs[1]]
+    return legs
+
+
+def _end(block: Block, height: float = 0.0) -> tuple[float, float, float]:
+    """End of a line, at a height [m]."""
+    return (block.start[0] + block.length * block.along[0], block.start[1] + block.length * block.along[1], height)
 
 
 def greatest_immersion(corner: Corner) -> float:
-    r"""Largest immersion angle on the way through a right-angled or other inner corner [rad].
+    r"""Largest immersion angle on the way through an inner corner [rad].
 
-    A sharp corner peaks at :math:`\alpha_0 + \theta` (for :math:`\theta` = 90°); on a fillet the largest angle is
-    searched along the path, densely and then by golden section, to 1e-12 of a length.
+    A sharp right angle peaks at :math:`\alpha_0 + 90°`. The largest angle is searched along the path, densely and then
+    between the neighbours of the largest, to 1e-12 of a length.
     """
-    tangent_length = corner.fillet * math.tan(0.5 * corner.turn)
-    reach = tangent_length + 4.0 * corner.mill_radius
+    leg = 2.0 * reach(corner)
+    half = math.tan(0.5 * corner.turn)
+    cut, far = corner.fillet * half, leg + corner.fillet * half
+    cos, sin = math.cos(corner.turn), math.sin(corner.turn)
+    own = [line((-far, 0.0), (-cut, 0.0)), line((cut * cos, cut * sin), (far * cos, far * sin))]
+    bend = corner.fillet * corner.turn
+    if bend > 0.0:
+        own.insert(1, arc((-cut, 0.0), (-cut, corner.fillet), corner.turn))
 
-    def immersion(s: float) -> float:
-        return float(corner_immersion(*_fillet_pose(s, corner), corner))
+    def angles(s: FloatArray) -> FloatArray:
+        """Immersion at arc lengths from the end of the first line, negative on it, up to the end of the bend."""
+        turned = np.clip(s / bend, 0.0, 1.0) * corner.turn if bend > 0.0 else np.zeros(s.shape)
+        point = np.zeros((s.shape[0], 3))
+        point[:, 0] = np.minimum(s, 0.0) - cut + corner.fillet * np.sin(turned)
+        point[:, 1] = corner.fillet * (1.0 - np.cos(turned))
+        return summed(corner_contact(own, leg + s, point, turned, corner))
 
-    arc_length = corner.fillet * corner.turn
-    grid = np.unique(np.concatenate((np.linspace(-reach, -tangent_length, 400),
-                                     -tangent_length + np.linspace(0.0, arc_length, 400))))  # fmt: skip
-    values = [immersion(float(s)) for s in grid]
-    best = int(np.argmax(values))
-    low, high = float(grid[max(best - 1, 0)]), float(grid[min(best + 1, grid.size - 1)])
-    for _ in range(60):
-        third = (high - low) / 3.0
-        if immersion(low + third) < immersion(high - third):
-            low += third
-        else:
-            high -= third
-    return max(immersion(0.5 * (low + high)), values[best])
+    at = np.unique(np.concatenate((np.linspace(-0.5 * leg, 0.0, 400), np.linspace(0.0, bend, 400))))
+    found = angles(at)
+    while True:
+        best = int(np.argmax(found))
+        low, high = at[max(best - 1, 0)], at[min(best + 1, at.size - 1)]
+        if high - low < 1e-12 * corner.mill_radius:
+            return float(found[best])
+        at = np.linspace(low, high, 41)
+        found = angles(at)
 
 
-def _fillet_pose(s: float, corner: Corner) -> tuple[float, float, float]:
-    """Centre and heading at path length ``s``, 0 at the corner point if it were sharp, up to the end of the fillet."""
-    tangent_length = corner.fillet * math.tan(0.5 * corner.turn)
-    if s <= -tangent_length or corner.fillet == 0.0:
-        return s, 0.0, 0.0
-    angle = (s + tangent_length) / corner.fillet
-    return -tangent_length + corner.fillet * math.sin(angle), corner.fillet * (1.0 - math.cos(angle)), angle
+def summed(arcs: FloatArray) -> FloatArray:
+    """Immersion angle: the sum of the contact arcs of a place [rad]; shape (n, p, 2) to (n,)."""
+    return np.asarray((arcs[..., 1] - arcs[..., 0]).sum(axis=-1))

@@ -203,10 +203,20 @@ def energy_residual(external: ArrayLike, internal: ArrayLike) -> FloatArray:
     return np.abs(np.asarray(external, dtype=float) - inside) / inside
 
 
-def least_convexity(values: ArrayLike) -> float:
-    """Smallest second difference of equally spaced samples, relative to their size; not negative for convex ones.
+def least_convexity(at: ArrayLike, values: ArrayLike) -> float:
+    r"""Smallest second derivative of samples over a travel, :math:`L^2 w''/\max|w|`; not negative for convex ones.
 
-    The work of a constant cutting force on constant compliances is convex along a straight travel.
+    The work of a constant cutting force on constant compliances is convex along a straight travel. Second divided
+    differences stand for the derivative: they have its sign for any spacing, and its value as the spacing shrinks.
+
+    Parameters
+    ----------
+    at : array (n,)
+        Ascending, n at least 3.
+    values : array (n,)
+        w there.
     """
-    sampled = np.asarray(values, dtype=float)
-    return float(np.diff(sampled, 2).min() / np.abs(sampled).max())
+    x, w = np.asarray(at, dtype=float), np.asarray(values, dtype=float)
+    slope = np.diff(w) / np.diff(x)
+    bend = 2.0 * np.diff(slope) / (x[2:] - x[:-2])
+    return float(bend.min() * (x[-1] - x[0]) ** 2 / np.abs(w).max())

@@ -23,22 +23,28 @@ def signed_shares(contributions: ArrayLike, total: ArrayLike) -> FloatArray:
 
 
 def stiffening_gain(contributions: ArrayLike, total: ArrayLike, *, stiffer: float = 0.1) -> FloatArray:
-    r"""Change of |Δ| [m] when one contribution's element gets stiffer, :math:`|\Delta - v_b + v_b/(1+s)| - |\Delta|`.
+    r"""Change of the largest |Δ| of the pass [m] when one contribution's element gets stiffer.
+
+    .. math:: \max_m |\Delta_m - v_{bm} + v_{bm}/(1+s)| - \max_m |\Delta_m|
 
     Exact for linear elements under given forces: the others keep their load.
 
     Parameters
     ----------
-    contributions : array (..., b, 3)
-        :math:`v_b` [m].
-    total : array (..., 3)
+    contributions : array (m, b, 3)
+        :math:`v_b` [m] at places along the pass.
+    total : array (m, 3)
         Δ [m].
     stiffer : float
         s, 0.1 for 10 %.
+
+    Returns
+    -------
+    array (b,)
     """
     error, parts = np.asarray(total, dtype=float), np.asarray(contributions, dtype=float)
-    changed = error[..., None, :] - parts * (stiffer / (1.0 + stiffer))
-    return np.linalg.norm(changed, axis=-1) - np.linalg.norm(error, axis=-1)[..., None]
+    changed = error[:, None, :] - parts * (stiffer / (1.0 + stiffer))
+    return np.asarray(np.linalg.norm(changed, axis=-1).max(axis=0) - np.linalg.norm(error, axis=-1).max())
 
 
 def stiffness_for(contributions: ArrayLike, total: ArrayLike, limit: float) -> FloatArray:

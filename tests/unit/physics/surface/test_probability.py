@@ -44,8 +44,17 @@ def test_shares_of_no_error_are_zero():
 def test_stiffening_is_the_derivative_for_small_changes():
     parts = np.random.default_rng(1).normal(size=(4, 3))
     total = parts.sum(axis=0)
-    gain = budget.stiffening_gain(parts, total, stiffer=1e-6)
+    gain = budget.stiffening_gain(parts[None], total[None], stiffer=1e-6)
     assert gain == pytest.approx(-1e-6 * budget.signed_shares(parts, total), rel=1e-4)
+
+
+def test_stiffening_counts_over_the_whole_pass():
+    """What helps at the worst place alone makes another one the worst."""
+    parts = np.array([[[3.0, 0, 0], [7.0, 0, 0]], [[-0.2, 0, 0], [10.1, 0, 0]]])
+    total = parts.sum(axis=1)  # 10 and 9.9
+    expected = [np.abs(total[:, 0] - parts[:, e, 0] * 0.1 / 1.1).max() - 10.0 for e in (0, 1)]
+    assert budget.stiffening_gain(parts, total) == pytest.approx(expected)
+    assert budget.stiffening_gain(parts, total)[0] == pytest.approx(9.9 + 0.2 * 0.1 / 1.1 - 10.0)
 
 
 def test_stiffness_for_a_limit_brings_the_error_to_it():
