@@ -111,6 +111,7 @@ class Result:
             "assumed": list(self.assumed),
             "warnings": list(self.warnings),
             "infeasible": list(self.infeasible),
+            "notes": dict(self.notes),
             "convergence": dict(self.convergence),
             "advice": list(self.advice),
             "sensitivity": {"measure": self.scenario.focus, "unit": self._focus_unit, "change": dict(self.sensitivity)},

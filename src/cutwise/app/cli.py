@@ -85,9 +85,11 @@ def check(file: ScenarioFile, overrides: Overrides = None) -> None:
     """Find every fault of a scenario without running it."""
     from cutwise.app.console import Console
     from cutwise.io.scenario import load
+    from cutwise.process.recipes import prepare
     from cutwise.spec.notices import notices
 
     scenario = load(file, overrides or ())
+    prepare(scenario)
     Console().checked(str(file), scenario, notices(scenario))
 
 

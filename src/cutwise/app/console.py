@@ -97,6 +97,8 @@ class Console:
             self.line(f"infeasible: {reason}", "red")
         for warning in result.warnings:
             self.line(f"warning: {warning}", "yellow")
+        for note in result.notes.values():
+            self.line(f"note: {note}")
         self.line(_assumed(result.scenario))
         self.advice(result.scenario, result.advice, result.sensitivity)
         for kind, place in files.items():

@@ -14,7 +14,8 @@ from cutwise import references, units
 from cutwise.app import inputs
 from cutwise.app.plots import PLOTS
 from cutwise.app.plots.figures import COLOURS, Plot, svg
-from cutwise.app.wording import against, compared, margin, placed, requirement, verdict_line
+from cutwise.app.wording import against, compared, margin, requirement, verdict_line
+from cutwise.spec.fields import placed
 
 if TYPE_CHECKING:
     from cutwise.results import Check, Measure, Result

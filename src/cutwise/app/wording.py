@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from cutwise import units
-from cutwise.spec.faults import split_dotted
+from cutwise.spec.fields import placed
 
 if TYPE_CHECKING:
     from cutwise.results import Check, Result
@@ -63,15 +63,6 @@ def sensitivity_line(scenario: "Scenario", sensitivity: Mapping[str, float], cou
         for key, change in list(sensitivity.items())[:count]
     ]
     return f"assumed values that move {scenario.focus} most when they are off by 10 %: {'; '.join(most)}"
-
-
-def placed(scenario: "Scenario", key: str) -> str:
-    """A dotted key, with the name of the innermost entry of a list that it leads into: ``machine.chain[2]... (table)``."""
-    here, name = scenario, ""
-    for step in split_dotted(key)[:-1]:
-        here = here[step] if isinstance(step, int) else getattr(here, step, None)  # type: ignore[index]
-        name = getattr(here, "name", name) if isinstance(step, int) else name
-    return f"{key} ({name})" if name else key
 
 
 def compared(result: "Result") -> tuple[tuple[str, ...], list[tuple[str, ...]]] | None:

@@ -14,7 +14,7 @@ from cutwise.io import library
 from cutwise.io.files import as_text, read_bytes
 from cutwise.io.program_files import ProgramFiles, named_file
 from cutwise.io.tables import read_table
-from cutwise.io.tree import Node, compose, from_data, merged, origins, placed, unwrapped
+from cutwise.io.tree import Node, compose, from_data, merged, origins, placed, too_short, unwrapped
 from cutwise.io.urdf import read_urdf
 from cutwise.io.wording import faults_of, unknown_key
 from cutwise.spec import faults as spec_faults
@@ -27,6 +27,7 @@ from cutwise.spec.scenario import Origin, Scenario
 from cutwise.spec.tables import Table
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
+_OVERRIDE = 2  # layer of values that are given beside the file; null takes away what the others say
 _UNNAMED = ("name", "process")  # not values with an origin
 
 
@@ -69,7 +70,7 @@ def parse(
         if not faults:
             empty = tree is None or tree.value is None
             found = "is empty" if empty else "is a list" if isinstance(tree.value, list) else "is a single value"  # type: ignore[union-attr]
-            message = f"{found}; a scenario has sections, start with: cutwise new {next(iter(KINDS))}"
+            message = f"{found}; a scenario has sections, start with: cutwise new {'|'.join(KINDS)}"
             faults.append(Fault((), message, file=name))
         raise ScenarioFault(faults)
     return _scenario(tree, faults, overrides, folder or Path(), title)
@@ -171,11 +172,17 @@ def _overridden(tree: Node, text: str, faults: list[Fault]) -> Node:
     if not sign or not path or dotted(path) != key:
         faults.append(Fault((), "is not of the form dotted.key=value", file=f"--set {text}"))
         return tree
-    value, found = compose(value_text, file, layer=2)
+    value, found = compose(value_text, file, layer=_OVERRIDE)
     if found:
         faults += [Fault(path, fault.message, file=file) for fault in found]
         return tree
-    value = value or Node(None, file=file, layer=2)
+    short = too_short(tree, path)
+    if short is not None:
+        faults.append(
+            Fault((), f"there is no such entry: {dotted(short[0])} has {short[1]}, counted from 0", file=file)
+        )
+        return tree
+    value = value or Node(None, file=file, layer=_OVERRIDE)
     value = unwrapped(value, path, found)
     faults += found
     for _, node in value.walk():
@@ -283,7 +290,7 @@ class _Assembly:
                 value[name] = self._table(value[name], file, tables[0], here)
             elif any(issubclass(k, Program) for k in sections) and (file := named_file(value[name])) is not None:
                 value[name] = self._program(value[name], file, here)
-            elif value[name].value is None and sections and not tables:
+            elif value[name].value is None and sections and not tables and value[name].layer < _OVERRIDE:
                 value[name] = replace(value[name], value={})  # "part:" with nothing below it
                 value[name] = self.complete(value[name], sections[0], here)
             elif sections:

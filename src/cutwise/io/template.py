@@ -105,7 +105,8 @@ def _comment(text: str, indent: str) -> Iterator[str]:
 def _from_library(section: type[LibrarySpec], path: Path, starts: Mapping[str, str]) -> Iterator[str]:
     """A section that an entry fills; the keys that one may want to write are shown with the entry's values."""
     indent = "  " * len(path)
-    there = library.shelf(section.library_shelf)
+    entries = library.shelf(section.library_shelf)
+    there = {name: entry for name, entry in entries.items() if set(entry.values.value) <= set(section.model_fields)}
     name = starts.get(dotted((*path, "library")), next(iter(there), ""))
     yield f"{indent}# values from the library (a key written here wins); see: cutwise library {section.library_shelf}"
     yield from _comment(f"there are: {', '.join(there)}", indent)
@@ -113,6 +114,10 @@ def _from_library(section: type[LibrarySpec], path: Path, starts: Mapping[str, s
         yield from _comment(f"{name}: {there[name].describes}", indent)
     yield f"{indent}library: {name}"
     values = there[name].values.value if name in there else {}
+    hidden = [key for key, node in values.items() if _has_sections(node)]
+    if hidden:
+        where = f"their values and the file to copy them from: cutwise library {section.library_shelf} {name}"
+        yield from _comment(f"of one's own, instead of library: {', '.join(hidden)}; {where}", indent)
     for key, info in section.model_fields.items():
         if key in values and not _has_sections(values[key]):
             brief = re.split(r"[:;(]", info.description or "")[0].strip()

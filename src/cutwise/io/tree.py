@@ -259,6 +259,15 @@ def placed(root: Node, path: Path, value: Node) -> Node:
     return replace(root, value=mapping)
 
 
+def too_short(root: Node, path: Path) -> tuple[Path, int] | None:
+    """The list on the way that has no entry of the number that the path names, and how many it has."""
+    for place, step in enumerate(path):
+        node = root.at(path[:place])
+        if node is not None and isinstance(step, int) and isinstance(node.value, list) and step >= len(node.value):
+            return path[:place], len(node.value)
+    return None
+
+
 def origins(node: Node, path: Path = (), inherited: Origin | None = None) -> Iterator[tuple[Path, Origin]]:
     """Where every value of the tree came from; what says nothing about it came from the user."""
     origin = node.origin or inherited

@@ -1,6 +1,6 @@
 """Faults in plain words: from what pydantic found to what the engineer has to change."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from difflib import get_close_matches
 from typing import Any, Literal, get_args, get_origin
 
@@ -35,11 +35,13 @@ def faults_of(error: ValidationError, model: type[Spec], root: Node) -> Iterator
             message, meant = unknown_key(model, path)
             suggested.add(meant)
             found.append((path, message, True))
+        elif kind == "missing" and isinstance(path[-1], int):  # a list of a fixed length
+            found.append((path[:-1], _too_few(model, path[:-1]), False))
         elif kind == "missing":
             found.append((path, _missing(model, path), True))
         else:
             found.append((path, _wrong_value(item, model, path, root), False))
-    for path, message, at_key in found:
+    for path, message, at_key in dict.fromkeys(found):
         if not (path in suggested and message.startswith("missing")):  # the misspelled key says it already
             yield root.nearest(path).fault(path, message, at_key=at_key)
 
@@ -109,6 +111,10 @@ def _missing(model: type[Spec], path: Path) -> str:
     return message
 
 
+def _too_few(model: type[Spec], path: Path) -> str:
+    return f"has too few entries; write for example {path[-1]}: {example(fields.field_at(model, path))}"
+
+
 def example(info: FieldInfo | None) -> str:
     """An example of the value of a field, as it would be written."""
     if info is None or not info.examples:
@@ -141,15 +147,38 @@ def _wrong_value(item: Any, model: type[Spec], path: Path, root: Node) -> str:
                 return f'is a section; to take the library entry "{text}", write {path[-1]}: {{library: {text}}}'
         keys = ", ".join(_known(model, path))
         return f'expected a section{" with " + keys if keys else ""}, found "{text}"'
+    if (
+        kind in ("tuple_type", "list_type")
+        and node is not None
+        and isinstance(node.value, dict)
+        and _numbers(node.value)
+    ):
+        return f"has no entry {next(iter(node.value))}; they are counted from 0"
     if kind in ("tuple_type", "list_type"):
         return f'expected a list, found "{text}"; write for example {path[-1]}: {example(info)}'
     if kind == "string_type":
         return f"expected text, for example {path[-1]}: {example(info)}"
     if kind == "string_pattern_mismatch":
-        return f'"{text}" is not allowed; leave out / and \\ and line ends'
-    if kind in ("too_short", "too_long"):
-        return f"has too few entries; write for example {path[-1]}: {example(info)}"
+        rule = (
+            "leave out / and \\ and line ends"
+            if "/" in context["pattern"]
+            else "use letters, digits and _, a letter first"
+        )
+        return f'"{text}" is not allowed; {rule}'
+    if kind == "too_short":
+        return _too_few(model, path)
+    if kind == "too_long":
+        return f"has too many entries; write for example {path[-1]}: {example(info)}"
+    if kind.startswith("bool"):
+        return f"{text} is neither true nor false"
+    if kind.startswith("float"):
+        return f"{text} is not a number; write for example {path[-1]}: {example(info)}"
     return f"{text}: {item['msg']}" if text else str(item["msg"])
+
+
+def _numbers(keys: Iterable[str]) -> bool:
+    """Whether keys are those of entries that a list does not have."""
+    return all(key.isdigit() for key in keys)
 
 
 def _as_written(node: Node | None, value: Any) -> str:

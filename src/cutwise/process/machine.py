@@ -72,6 +72,18 @@ class MachinePass(NamedTuple):
     chances: Chances | None
 
 
+def prepare(scenario: MachineScenario) -> None:
+    """Build what a run stands on, without running it.
+
+    Raises
+    ------
+    ScenarioFault
+        The program cannot be run on this machine, or its cut is not covered.
+    """
+    if scenario.has_pass:
+        machine_assemble.machine_cell(scenario)
+
+
 def evaluate_pass(scenario: MachineScenario) -> MachinePass:
     """Ideal and loaded pass, budget, wall and probability."""
     run = run_pass(machine_assemble.machine_cell(scenario))

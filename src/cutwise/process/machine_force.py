@@ -9,7 +9,7 @@ from cutwise.maths.chains import Frames
 from cutwise.maths.frames import FloatArray
 from cutwise.maths.linearc import carried
 from cutwise.physics.cutting.discs import discs
-from cutwise.physics.cutting.flute import Mill, feed_per_tooth
+from cutwise.physics.cutting.flute import Mill
 from cutwise.physics.cutting.uneven import even_edges
 from cutwise.physics.cutting.wall import AVERAGED, wall_force
 from cutwise.physics.engagement.corner import straight_immersion
@@ -30,6 +30,7 @@ class CutForce(NamedTuple):
 
     force: FloatArray  # [N] in the part's frame, shape (m, 3)
     immersion: FloatArray | None  # immersion angle [rad], shape (m,), if the force follows from it
+    chip: FloatArray | None  # feed per tooth [m], shape (m,), if the force follows from it
 
 
 def cut_force(scenario: MachineScenario, way: Way, at: Frames) -> CutForce:
@@ -48,7 +49,7 @@ def cut_force(scenario: MachineScenario, way: Way, at: Frames) -> CutForce:
     given = scenario.load.force
     if not isinstance(given, FromCutting):
         constant = np.array(given or (0.0, 0.0, 0.0))
-        return CutForce(np.where(way.cuts[:, None], constant, 0.0), None)
+        return CutForce(np.where(way.cuts[:, None], constant, 0.0), None, None)
     assert way.spindle is not None
     assert scenario.material is not None
     assert scenario.tool.flutes is not None
@@ -58,14 +59,15 @@ def cut_force(scenario: MachineScenario, way: Way, at: Frames) -> CutForce:
     none = discs(mill.radius, 0.0, 1e-3, flutes, 1)  # the mean needs none
     cutting = even_edges(linear_coefficients(scenario.material))
     local = np.zeros((len(way.travel), 3))
-    for k in np.flatnonzero(way.cuts):
-        chip = feed_per_tooth(way.feed[k], 0.0, way.spindle, flutes)
-        for low, high, z_lo, z_hi in patches[k]:
-            local[k] += wall_force(AVERAGED, 0.0, 0.0, low, high, z_lo, z_hi, chip, 0.0, mill, none, cutting)
     ahead = way.direction - np.einsum("mi,mi->m", way.direction, upward)[:, None] * upward
-    ahead /= np.maximum(np.linalg.norm(ahead, axis=1, keepdims=True), 1e-300)
+    across = np.linalg.norm(ahead, axis=1)  # what goes along the axis makes no chip
+    chips = way.feed * across * 2.0 * math.pi / (way.spindle * flutes)
+    for k in np.flatnonzero(way.cuts):
+        for low, high, z_lo, z_hi in patches[k]:
+            local[k] += wall_force(AVERAGED, 0.0, 0.0, low, high, z_lo, z_hi, chips[k], 0.0, mill, none, cutting)
+    ahead /= np.maximum(across, 1e-300)[:, None]
     force = local[:, :1] * ahead + local[:, 1:2] * np.cross(upward, ahead) + local[:, 2:] * upward
-    return CutForce(force, np.where(way.cuts, immersion(patches), 0.0))
+    return CutForce(force, np.where(way.cuts, immersion(patches), 0.0), chips)
 
 
 def _patches(scenario: MachineScenario, cut: FromCutting, way: Way, at: Frames) -> FloatArray:

@@ -181,7 +181,7 @@ def program_way(scenario: MachineScenario, program: ProgramPass, axes: Axes, *, 
     return Way(
         np.cumsum(step / path.feed[block]), at.travel, commands, point, direction, feed, path.cuts[block],
         path.source[block], carried(path.curve, *frame) if frame else None, path.cuts, block,
-        path.curve.knots[block] + at.along, spindle,
+        path.curve.knots[block] + at.along, spindle, path.still,
     )  # fmt: skip
 
 

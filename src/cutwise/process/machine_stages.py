@@ -14,6 +14,8 @@ from cutwise.spec.machine_scenario import MachineScenario
 _AXES = ["x", "y", "z"]
 _COMPONENTS = ["x", "y", "z", "a", "b", "c"]
 _TURNED = 1e-3  # a path whose direction changes by more is drawn in plan
+_LISTED = 8  # lines named
+_CHIPS = (5e-6, 0.4e-3)  # [m] usual feed per tooth
 _FIRST_ORDER = 1e-3  # [rad] above it, exact and first-order errors part by more than 0.1 %
 
 LIMITS = (
@@ -144,12 +146,39 @@ def _warnings(scenario: MachineScenario, found: MachinePass) -> Iterator[str]:
             f"a body turns by {tilt * 1e3:.3g} mrad: beyond 1 mrad the first-order sum is off; here by {missed} "
             "against the exact composition"
         )
+    yield from _cut_warnings(scenario, run)
     if not scenario.tool.flexible and run.cell.cut.force.any():
         yield "the tool does not bend in this run (tool.flexible: false); a slender mill may add more than the machine"
 
 
+def _cut_warnings(scenario: MachineScenario, run: MachineRun) -> Iterator[str]:
+    """A spindle at rest, chips out of range, and a tool point that is nowhere near the part."""
+    way, chips = run.cell.way, run.cell.cut.chip
+    if way.still:
+        shown = ", ".join(str(line) for line in way.still[:_LISTED])
+        more = f" and {len(way.still) - _LISTED} more" if len(way.still) > _LISTED else ""
+        yield f"the spindle does not turn in moves that would cut, which have no force here: line {shown}{more}"
+    if chips is not None and way.cuts.any():
+        greatest = float(chips[way.cuts].max())
+        if not _CHIPS[0] <= greatest <= _CHIPS[1]:
+            yield f"the feed per tooth is {units.show(greatest, 'small_length', 4)}; usual is 5 to 400 µm"
+        assert scenario.material is not None
+        if beyond := scenario.material.beyond(greatest):
+            yield beyond
+    part = scenario.part
+    if part is None:
+        return
+    at, reach = run.ideal[run.counted], 0.5 * scenario.tool.diameter
+    if at[:, 2].max() > part.height * (1 + 1e-9) or at[:, 2].min() < 0.0:
+        low, high = (units.show(float(end), "length") for end in (at[:, 2].min(), at[:, 2].max()))
+        yield f"the tool point cuts at z = {low} to {high}, but the part stands from 0 to {units.show(part.height, 'length')}"
+    if (np.abs(at[:, :2]) > 0.5 * np.array([part.width_x, part.width_y]) + reach).any():
+        yield "the tool point leaves the part by more than the radius of the tool while it cuts"
+
+
 def notes(scenario: MachineScenario, found: MachinePass | None, volume: VolumeMap | None) -> dict[str, str]:
     """The worst place and body, what to stiffen, what holds of the energy balance; the worst diagonal."""
+    bodies = scenario.machine.ordered
     told: dict[str, str] = {}
     if found is not None:
         told |= _worst(found)
@@ -163,12 +192,21 @@ def notes(scenario: MachineScenario, found: MachinePass | None, volume: VolumeMa
             if found.balance is None
             else f"Energy balance over all loads: relative residual {found.balance:.1e}."
         )
-        if found.convexity is not None:
+        if found.convexity is None:
+            told["convexity"] = (
+                "Convexity of cutting force times error: not applicable (it holds for a constant force on a straight pass of "
+                "linear axes, with linear elements)."
+            )
+        else:
             word = "convex" if found.convexity > -1e-9 else "NOT convex"
             told["convexity"] = (
-                f"Cutting force times error is {word} along the pass (least second difference {found.convexity:.2e} of "
-                "its size), as constant compliances ask for."
+                f"Cutting force times error is {word} along the pass (least second derivative {found.convexity:.2e} of "
+                "its size over the travel squared), as constant compliances ask for."
             )
+    told["chain"] = (
+        f"At rest: {bodies[scenario.machine.ground].name}; what comes before it in the chain moves with the part, what comes "
+        "after it with the tool."
+    )
     if volume is not None:
         ranges = np.ptp(volume.along, axis=1)
         told["diagonals"] = "Range of the error along the body diagonals: " + ", ".join(

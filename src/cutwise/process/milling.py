@@ -30,6 +30,7 @@ from cutwise.process.labels import labelled
 from cutwise.process.loops_drives import NO_FORCE, Commands, Cut, DriveHistory, DrivePair, run_drives
 from cutwise.process.milling_contact import Contact, SteadyPatch, contact
 from cutwise.process.milling_stability import TipStability, tip_stability
+from cutwise.spec.faults import all_faults
 from cutwise.spec.milling import MillingScenario
 from cutwise.spec.program import Blend
 
@@ -86,6 +87,22 @@ def run(scenario: MillingScenario, substeps: int, progress: Progress | None = No
         error,
         chip,
         tip is not None,
+    )
+
+
+def prepare(scenario: MillingScenario) -> None:
+    """Build what a run stands on, without running it.
+
+    Raises
+    ------
+    ScenarioFault
+        The program cannot be run, has no spindle speed or feed, or a position loop is unstable.
+    """
+    program = read_program(scenario)
+    all_faults(
+        lambda: program_path(scenario, program),
+        lambda: spindle_speed(scenario, program),
+        lambda: drive_pair(scenario.machine),
     )
 
 

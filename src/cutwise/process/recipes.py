@@ -1,5 +1,6 @@
 """The recipes: one short function for each process, side by side, from scenario to result."""
 
+import math
 from collections.abc import Callable, Collection, Mapping
 
 from cutwise.process import (
@@ -18,7 +19,7 @@ from cutwise.process import (
     remarks_mill,
 )
 from cutwise.process.convergence import change_on_halved_step
-from cutwise.results import Measure, Result, judge
+from cutwise.results import Measure, Result, SolverFailure, judge
 from cutwise.spec.chamfer import ChamferScenario
 from cutwise.spec.deburring import DeburringScenario
 from cutwise.spec.drilling import DrillingScenario
@@ -200,6 +201,12 @@ MEASURES: Mapping[str, Callable[..., Mapping[str, float]]] = {
     "machine": machine_measures,
     "mill": milling_measures,
 }
+PREPARATIONS: Mapping[str, Callable[..., object]] = {
+    "deburr": assemble.deburring_cell,
+    "drill": drilling.drill_cell,
+    "machine": machine.prepare,
+    "mill": milling.prepare,
+}
 RECIPES: Mapping[str, Callable[..., Result]] = {
     "chamfer": chamfer_path,
     "deburr": deburr,
@@ -227,6 +234,17 @@ def simulate(scenario: Scenario, progress: Progress | None = None) -> Result:
     return RECIPES[scenario.process](scenario, progress)
 
 
+def prepare(scenario: Scenario) -> None:
+    """Find the faults that show only when a run is built, without running it.
+
+    Raises
+    ------
+    ScenarioFault
+        All of them.
+    """
+    PREPARATIONS[scenario.process](scenario)
+
+
 def quick_measures(scenario: Scenario, wanted: Collection[str] = ()) -> Mapping[str, float]:
     """The measures of a scenario in SI, without histories and convergence: what sweeps and advice run many times.
 
@@ -238,6 +256,11 @@ def quick_measures(scenario: Scenario, wanted: Collection[str] = ()) -> Mapping[
 def collect(scenario: Scenario, found: Mapping[str, float], **parts: object) -> Result:
     """A result: measures with their dimension and meaning, held against the requirements."""
     known = type(scenario).measures
+    wild = [name for name, value in found.items() if not math.isfinite(value)]
+    if wild:
+        raise SolverFailure(
+            f"no finite number came out for {', '.join(wild)}: a load, a size or a stiffness is out of scale"
+        )
     measures = {name: Measure(value, *known[name]) for name, value in found.items()}
     checks = tuple(judge(scenario, measures))
     return Result(scenario=scenario, measures=measures, checks=checks, **parts)  # type: ignore[arg-type]

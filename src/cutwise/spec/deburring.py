@@ -108,13 +108,8 @@ class DeburringScenario(Scenario):
                 f"the cutting speed is {speed:.4g} m/min; usual for burs is up to {usual:g} m/min {where}",
             )
         chip = self.operation.feed * 2 * math.pi / (self.operation.spindle_speed * self.tool.flutes)
-        low, high = self.material.chip_thickness_min, self.material.chip_thickness_max
-        if (low is not None and chip < low) or (high is not None and chip > high):
-            ends = [_um(end) if end is not None else "" for end in (low, high)]
-            yield Remark(
-                ("material",),
-                f"the coefficients hold for chips of {' to '.join(ends).strip()}, this feed per tooth is {_um(chip)}",
-            )
+        if beyond := self.material.beyond(chip):
+            yield Remark(("material",), beyond)
 
     def _preset_and_stroke(self) -> Iterator[Remark]:
         spindle, operation = self.spindle, self.operation

@@ -1,7 +1,7 @@
 """What is wrong with a scenario: every fault with its place, all of them at once."""
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 _STEP = re.compile(r"([^.\[\]]+)|\[(\d+)\]")
@@ -51,3 +51,21 @@ class ScenarioFault(Exception):
         count = len(self.faults)
         total = f"{count} fault{'s' if count != 1 else ''}, nothing was run"
         return "\n".join([*(str(fault) for fault in self.faults), total])
+
+
+def all_faults(*jobs: Callable[[], object]) -> None:
+    """Run jobs that may find faults, all of them, and raise what they found together.
+
+    Raises
+    ------
+    ScenarioFault
+        With the faults of every job.
+    """
+    faults: list[Fault] = []
+    for job in jobs:
+        try:
+            job()
+        except ScenarioFault as found:
+            faults += found.faults
+    if faults:
+        raise ScenarioFault(faults)

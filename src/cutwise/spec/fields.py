@@ -8,7 +8,7 @@ from pydantic import Tag
 from pydantic.fields import FieldInfo
 
 from cutwise.spec.base import Quantity, Spec, Usual
-from cutwise.spec.faults import Path
+from cutwise.spec.faults import Path, split_dotted
 
 
 def tag(name: str) -> Tag:
@@ -130,3 +130,13 @@ def leaves(spec: Spec) -> Iterator[tuple[Path, FieldInfo, Any]]:
 
 def _holds_specs(value: Any) -> bool:
     return isinstance(value, tuple) and any(isinstance(entry, Spec) for entry in value)
+
+
+def placed(spec: Spec, key: str) -> str:
+    """A dotted key, with the name of the innermost entry of a list that it leads into: ``machine.chain[2]... (table)``."""
+    here: Any = spec
+    name = ""
+    for step in split_dotted(key)[:-1]:
+        here = here[step] if isinstance(step, int) else getattr(here, step, None)
+        name = getattr(here, "name", name) if isinstance(step, int) else name
+    return f"{key} ({name})" if name else key

@@ -12,8 +12,7 @@ from cutwise.spec.tables import Column, Table
 LINEAR_AXES = ("X", "Y", "Z")
 ROTARY_AXES = ("A", "B", "C")
 COMPONENTS = LINEAR_AXES + ROTARY_AXES
-SQUARENESS = {"A0Z": ("Z", 0), "B0Z": ("Z", 1), "C0Z": ("Z", 2), "A0Y": ("Y", 0), "C0Y": ("Y", 2), "B0X": ("X", 1),
-              "C0X": ("X", 2)}  # fmt: skip
+SQUARENESS = {"A0Z": ("Z", 0), "B0Z": ("Z", 1), "A0Y": ("Y", 0), "C0Y": ("Y", 2), "B0X": ("X", 1), "C0X": ("X", 2)}
 """Squareness: axis whose motion it turns, and about which direction."""
 
 
@@ -45,6 +44,11 @@ class _Periodic(Spec):
     def over(self) -> float:
         """Wavelength or period, SI."""
         return self.wavelength if self.wavelength is not None else self.period or 0.0
+
+    @property
+    def rotary(self) -> bool:
+        """Whether it is over the command of a rotary axis."""
+        return self.period is not None
 
     def contradictions(self) -> Iterator[Remark]:
         """One of the two."""
@@ -95,6 +99,11 @@ class _Powers(Spec):
     def over(self) -> float:
         """Command that counts as 1, SI."""
         return self.scale if self.scale is not None else self.angle_scale or 0.0
+
+    @property
+    def rotary(self) -> bool:
+        """Whether it is over the command of a rotary axis."""
+        return self.angle_scale is not None
 
     def contradictions(self) -> Iterator[Remark]:
         """One of the two scales."""

@@ -232,9 +232,20 @@ class Machine(LibrarySpec):
         """The moving joints by their letters."""
         return {
             body.joint.command: body.joint
-            for body in self.ordered
+            for body in self.chain
             if body.joint is not None and body.joint.command is not None
         }
+
+
+def stiffnesses(machine: Machine) -> Iterator[tuple[int, int, str]]:
+    """Body, element and key of what makes the elements of a chain stiff, where it is written as such."""
+    for body, of_body in enumerate(machine.chain):
+        for element, given in enumerate(of_body.elements):
+            if given.pads is not None:
+                yield body, element, "pads.stiffness"
+            if given.springs is not None:
+                yield body, element, "springs.stiffness"
+                yield body, element, "springs.angular_stiffness"
 
 
 def merged_errors(machine: Machine, own: Any) -> dict[str, Any]:

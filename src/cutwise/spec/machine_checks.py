@@ -18,7 +18,7 @@ def chain_faults(machine: Machine) -> Iterator[Remark]:
     seen: dict[str, str] = {}
     for place, body in enumerate(machine.chain):
         path: Path = ("chain", place)
-        if list(places).count(body.name) and places[body.name] != place:
+        if places[body.name] != place:
             yield Remark((*path, "name"), f'there are two bodies "{body.name}"')
         if (body.weight is None) != (body.weight_at is None):
             yield Remark((*path, "weight"), "weight and weight_at go together")
@@ -39,7 +39,7 @@ def _structure_faults(machine: Machine, places: dict[str, int]) -> Iterator[Rema
     first = [place for place, body in enumerate(machine.chain) if body.parent is None]
     if len(machine.chain) < 2:
         yield Remark(("chain",), "needs at least a part and a body that carries the tool")
-    if not first:
+    if not first and machine.chain:
         yield Remark(("chain",), "is a loop: no body is without a parent; the part, where the chain begins, has none")
     for extra in first[1:]:
         yield Remark(
@@ -61,6 +61,8 @@ def _structure_faults(machine: Machine, places: dict[str, int]) -> Iterator[Rema
             yield Remark(
                 (*path, "parent"), f'{body.name} is an orphan: there is no body "{body.parent}"; there are {known}'
             )
+        elif body.parent == body.name:
+            continue  # told as a loop
         elif body.parent in children:
             yield Remark(
                 (*path, "parent"),

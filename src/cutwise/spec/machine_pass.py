@@ -37,7 +37,11 @@ class MachinePath(Spec):
         description="feed along the path of the linear axes", examples=["400 mm/min"], gt=0
     )
     samples: Annotated[Count, Usual(3, 100000)] = Field(
-        default=27, description="points evaluated, equally spaced along the path", examples=[27], ge=3
+        default=27,
+        description="places evaluated, equally spaced along the path, besides its corners",
+        examples=[27],
+        ge=3,
+        le=1_000_000,
     )
 
     def corners(self) -> list[dict[str, float]]:
@@ -63,8 +67,8 @@ class ProgramPass(Program):
         examples=["part"],
     )
     samples: Annotated[Count, Usual(50, 100000)] = Field(
-        default=400, description="points evaluated, equally spaced along the feed moves, besides the ends of the "
-        "blocks", examples=[400], ge=3,
+        default=400, description="places evaluated, equally spaced along the feed moves, besides the ends of the "
+        "blocks and every 10° of an arc", examples=[400], ge=3, le=1_000_000,
     )  # fmt: skip
     text: str = Field(
         default="", description="the text of the program (read from the file)", examples=["G21 G90 G1 X10 F600"]

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from itertools import pairwise
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
@@ -21,8 +21,8 @@ from cutwise.spec.base import (
     Usual,
 )
 from cutwise.spec.faults import Path
-from cutwise.spec.geometry_errors import LINEAR_AXES, SQUARENESS, GeometryErrors
-from cutwise.spec.machine import Joint, Machine, Place, merged_errors
+from cutwise.spec.geometry_errors import LINEAR_AXES, ROTARY_AXES, SQUARENESS, GeometryErrors
+from cutwise.spec.machine import Joint, Machine, Place, merged_errors, stiffnesses
 from cutwise.spec.machine_checks import chain_faults
 from cutwise.spec.machine_pass import AxisPosition, CutSurface, FromCutting, MachineLoad, MachinePath, ProgramPass
 from cutwise.spec.material import Material
@@ -136,7 +136,12 @@ class MachineScenario(Scenario):
         "uncertainty.samples": "100000",
         "requirements": "{deviation_norm_max: {max: 0.5 mm}}",
     }
-    focus: ClassVar[str] = "deviation_norm_max"
+    levers: ClassVar[Mapping[str, tuple[str, str]]] = {
+        "load.force.axial_depth": ("0.5 mm", "20 mm"),
+        "load.force.radial_depth": ("0.2 mm", "8 mm"),
+        "load.force.spindle_speed": ("200 rpm", "20000 rpm"),
+        "path.feed": ("1 mm/s", "100 mm/s"),
+    }
 
     process: Literal["machine"] = Field(description="which operation is simulated", examples=["machine"])
     machine: Machine = Field(description="the machine tool")
@@ -169,6 +174,18 @@ class MachineScenario(Scenario):
         """Whether there is a pass, and not only a map of the working space."""
         return self.path is not None or self.program is not None
 
+    @property
+    def focus(self) -> str:  # type: ignore[override]
+        """The largest error of the pass, or of the working space where there is none."""
+        return "deviation_norm_max" if self.has_pass else "volumetric_error_max"
+
+    def turned(self) -> Mapping[str, tuple[str, str]]:
+        """The cut, and the stiffness of every element by itself."""
+        stiffer = {}
+        for body, element, key in stiffnesses(self.machine):
+            stiffer[f"machine.chain[{body}].elements[{element}].{key}"] = ("0.5", "5")
+        return {**self.levers, **(stiffer if self.has_pass else {})}
+
     def contradictions(self) -> Iterator[Remark]:
         """Everything wrong with the chain, the errors and the travel, at once."""
         for remark in chain_faults(self.machine):
@@ -181,15 +198,30 @@ class MachineScenario(Scenario):
         yield from self._load_faults()
         if self.volume is not None:
             yield from _beyond(self.volume.at, axes, ("volume", "at"))
+            for letter in LINEAR_AXES:
+                if getattr(self.volume.at, letter) is not None:
+                    yield Remark(("volume", "at", letter), "is mapped over its whole travel; leave it out")
             if sum(letter in LINEAR_AXES for letter in axes) != 3:
                 yield Remark(("volume",), "a map of the working space needs three linear axes")
         yield from self._error_faults(axes)
+        yield from self._named_bodies()
+
+    def _named_bodies(self) -> Iterator[Remark]:
+        """Bodies of random errors and of requirements, which must be there, each once."""
         known = [body.name for body in self.machine.chain]
+        there = f"there are {', '.join(known)}"
+        seen: set[str] = set()
         for place, scatter in enumerate(self.uncertainty.bodies if self.uncertainty else ()):
             for number, name in enumerate(scatter.bodies):
+                path: Path = ("uncertainty", "bodies", place, "bodies", number)
                 if name not in known:
-                    path: Path = ("uncertainty", "bodies", place, "bodies", number)
-                    yield Remark(path, f'there is no body "{name}"; there are {", ".join(known)}')
+                    yield Remark(path, f'there is no body "{name}"; {there}')
+                elif name in seen:
+                    yield Remark(path, f"{name} has its random error already; write each body once")
+                seen.add(name)
+        for name in self.requirements:
+            if name.startswith("share_") and name.removeprefix("share_") not in known:
+                yield Remark(("requirements", name), f'there is no body "{name.removeprefix("share_")}"; {there}')
 
     def _pass_faults(self, axes: Mapping[str, Joint]) -> Iterator[Remark]:
         if self.path is not None and self.program is not None:
@@ -223,6 +255,8 @@ class MachineScenario(Scenario):
             yield Remark(("load", "force", "axial_depth"), "missing")
         if cut.spindle_speed is None and self.program is None:
             yield Remark(("load", "force", "spindle_speed"), "missing")
+        if cut.radial_depth is not None and self.surface is not None and self.surface.side == "left":
+            yield Remark(("surface", "side"), "the wall of this cut is on the right (load.force.radial_depth)")
         if cut.radial_depth is not None and cut.radial_depth > self.tool.diameter * (1 + 1e-9):
             yield Remark(
                 ("load", "force", "radial_depth"),
@@ -245,6 +279,8 @@ class MachineScenario(Scenario):
                     )
                 elif isinstance(value, Table):
                     yield from _gaps(value, axis, axes[axis], (*before, name))
+                elif name.startswith("E") and value.rotary != (axis in ROTARY_AXES):
+                    yield Remark((*before, name), _over_what(value, axis))
 
     def remarks(self) -> Iterator[Remark]:
         """Conventions that are not physics, and loads that the model does not cover."""
@@ -252,12 +288,24 @@ class MachineScenario(Scenario):
             yield Remark(("convention",), "paper_literal is a demo of the printed Eq. (2), not a prediction")
         if not self.load.feed_moment:
             yield Remark(("load", "feed_moment"), "false leaves out a moment that acts; a demo, not a prediction")
+        rest = self.machine.ordered[self.machine.ground] if self.machine.ordered else None
+        if rest is not None and rest.weight:
+            place = [body.name for body in self.machine.chain].index(rest.name)
+            path: Path = ("machine", "chain", place, "weight")
+            yield Remark(path, f"{rest.name} is at rest, between part and tool side: its weight bends nothing")
         if self.has_pass and self.load.force is None:
             yield Remark(("load",), "no cutting force: the pass shows weights and geometric errors only")
 
     def errors(self) -> dict[str, object]:
         """Geometric errors that count, by name."""
         return merged_errors(self.machine, self.geometry_errors)
+
+
+def _over_what(error: Any, axis: str) -> str:
+    """That an error is given over a length where its axis turns, or the other way round."""
+    linear, rotary = ("scale", "angle_scale") if hasattr(error, "angle_scale") else ("wavelength", "period")
+    given, wanted = (rotary, linear) if error.rotary else (linear, rotary)
+    return f"axis {axis} {'moves' if error.rotary else 'turns'}: write {wanted} instead of {given}"
 
 
 def _beyond(point: AxisPosition, axes: Mapping[str, Joint], path: Path) -> Iterator[Remark]:

@@ -5,6 +5,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
+from cutwise import units
 from cutwise.spec.base import EdgeForce, LibrarySpec, Number, Remark, SmallLength, Stress, Usual
 
 LINEAR = ("K_tc", "K_rc", "K_ac", "K_te", "K_re", "K_ae")
@@ -91,6 +92,16 @@ class Material(LibrarySpec):
         low, high = self.chip_thickness_min, self.chip_thickness_max
         if low is not None and high is not None and low >= high:
             yield Remark(("chip_thickness_min",), "is not below chip_thickness_max")
+
+    def beyond(self, chip: float) -> str:
+        """That the coefficients do not hold for a feed per tooth [m]; nothing if they do."""
+        low, high = self.chip_thickness_min, self.chip_thickness_max
+        if (low is None or chip >= low) and (high is None or chip <= high):
+            return ""
+        ends = " to ".join(units.show(end, "small_length", 3) for end in (low, high) if end is not None)
+        return (
+            f"the coefficients hold for chips of {ends}, this feed per tooth is {units.show(chip, 'small_length', 3)}"
+        )
 
     def remarks(self) -> Iterator[Remark]:
         """Ratios that are out of what measurements show."""

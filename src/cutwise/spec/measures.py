@@ -106,22 +106,24 @@ def _deviation(where: str, words: str) -> dict[str, MeasureSpec]:
 
 MACHINE: Mapping[str, MeasureSpec] = _BodyMeasures(
     {
-        **_deviation("start", "at the start of the pass"),
+        **_deviation("start", "at the start of the pass (program: of its cuts)"),
         **_deviation("middle", "in the middle of the pass"),
         **_deviation("end", "at the end of the pass"),
         "deviation_norm_max": MeasureSpec("small_length", "largest length of the error over the pass"),
         "deviation_norm_max_at": MeasureSpec("length", "x of the ideal tool point where the error is largest"),
-        "deviation_p95": MeasureSpec("small_length", "95 % quantile of the error in the middle, systematic and random"),
-        "deviation_random_p95": MeasureSpec("small_length", "95 % quantile of the random error alone, in the middle"),
-        "probability_within": MeasureSpec(
-            "dimensionless", "probability that the error in the middle stays within uncertainty.tolerance"
+        "deviation_p95": MeasureSpec(
+            "small_length", "95 % quantile of the error in the middle (program: where it is worst)"
         ),
-        **_per_axis("deviation_std", "small_length", "standard deviation of the random error in the middle"),
+        "deviation_random_p95": MeasureSpec("small_length", "95 % quantile of the random error alone, there"),
+        "probability_within": MeasureSpec(
+            "dimensionless", "probability that the error there stays within uncertainty.tolerance"
+        ),
+        **_per_axis("deviation_std", "small_length", "standard deviation of the random error there"),
         **_per_axis("position_start", "length", "ideal tool point in the part at the start"),
         "linear_residual_max": MeasureSpec("small_length", "largest difference of exact and first-order error"),
         "energy_balance": MeasureSpec("dimensionless", "relative residual of Clapeyron's balance over all loads"),
         "work_convexity": MeasureSpec(
-            "dimensionless", "least second difference of cutting force times error over its size; not below 0"
+            "dimensionless", "least second derivative of cutting force times error along the pass; not below 0"
         ),
         "stiffening_gain_best": MeasureSpec(
             "small_length", "change of the largest error if the element that brings most were 10 % stiffer"

@@ -244,8 +244,8 @@ class MillingScenario(Scenario):
         if self.stock is None and operation.radial_depth is not None and operation.radial_depth >= radius:
             yield Remark(
                 ("operation", "radial_depth"),
-                f"{_mm(operation.radial_depth)} is not below the radius of the mill ({_mm(radius)}): the engagement in a "
-                "corner holds for less; split the pass, take a larger mill, or describe the stock of a program",
+                f"{_mm(operation.radial_depth)} is not below the radius of the mill ({_mm(radius)}): split the pass, "
+                "take a larger mill, or describe the stock of a program",
             )
         length, depth = self.tool.flute_length, operation.axial_depth
         if length is not None and depth is not None and depth > length * (1 + 1e-9):
@@ -267,14 +267,8 @@ class MillingScenario(Scenario):
                     ("operation", "feed"),
                     f"is {units.show(chip, 'small_length', 3)} per tooth; usual is 5 to 400 µm",
                 )
-            low, high = self.material.chip_thickness_min, self.material.chip_thickness_max
-            if (low is not None and chip < low) or (high is not None and chip > high):
-                ends = " to ".join(units.show(end, "small_length", 3) for end in (low, high) if end is not None)
-                yield Remark(
-                    ("material",),
-                    f"the coefficients hold for chips of {ends}, this feed per tooth is "
-                    f"{units.show(chip, 'small_length', 3)}",
-                )
+            if beyond := self.material.beyond(chip):
+                yield Remark(("material",), beyond)
             step = self.machine.control.sample_time / self.numerics.substeps
             tooth = 2.0 * math.pi / (speed * self.tool.flutes)
             if self.numerics.force == "tooth_resolved" and step > tooth / 10:

@@ -52,6 +52,10 @@ class Scenario(Spec):
     focus: ClassVar[str] = ""
     """The measure that sensitivities are told for."""
 
+    def turned(self) -> Mapping[str, tuple[str, str]]:
+        """The levers of this scenario; those of several numbers turn all of them together, by a factor."""
+        return self.levers
+
     name: str = Field(
         default="unnamed",
         description="name of the scenario",

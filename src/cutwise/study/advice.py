@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache
 from itertools import combinations
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from cutwise import units
 from cutwise.process.recipes import quick_measures
 from cutwise.spec import fields
 from cutwise.spec.faults import Fault, ScenarioFault, dotted
+from cutwise.spec.fields import placed
 from cutwise.spec.scenario import Scenario
 from cutwise.study.sensitivity import changed
 
@@ -20,17 +21,25 @@ _HALVINGS = 6
 
 
 class Lever(NamedTuple):
-    """A setting that may be turned, in SI."""
+    """A setting that may be turned, in SI; several numbers are turned together, by a factor."""
 
     key: str
+    name: str  # with what stands there
     dimension: str
     now: float
     low: float
     high: float
+    given: tuple[float, ...] = ()  # the numbers that a factor turns
 
     def shown(self, value: float) -> str:
         """A value of the setting as people read it."""
-        return units.show(value, self.dimension, 3)
+        return f"{value:.3g} times" if self.given else units.show(value, self.dimension, 3)
+
+    def written(self, value: float) -> str:
+        """A value of the setting as a scenario has it."""
+        if self.given:
+            return f"[{', '.join(units.text(value * entry, self.dimension) for entry in self.given)}]"
+        return units.text(value, self.dimension)
 
 
 class Proposal(NamedTuple):
@@ -63,13 +72,13 @@ def advise(
     """
     if not scenario.requirements:
         return ()
-    levers = list(_levers(scenario, limits or scenario.levers))
+    levers = list(_levers(scenario, limits or scenario.turned()))
     margin = _margins(scenario, levers)
     if margin(()) >= 0.0:
         return tuple(_room(lever, margin) for lever in levers)
     proposals = propose(scenario, limits, pairs=pairs)
     if not proposals:
-        tried = ", ".join(f"{lever.key} {lever.shown(lever.low)} to {lever.shown(lever.high)}" for lever in levers)
+        tried = ", ".join(f"{lever.name} {lever.shown(lever.low)} to {lever.shown(lever.high)}" for lever in levers)
         beyond = "and no pair of them " if pairs else ""
         hint = "" if pairs else "; cutwise advise looks for two together"
         return (f"no single lever {beyond}meets the requirements within its limits ({tried}){hint}",)
@@ -80,7 +89,7 @@ def propose(
     scenario: Scenario, limits: Mapping[str, tuple[str, str]] | None = None, *, pairs: bool = True
 ) -> list[Proposal]:
     """Settings that bring a failing scenario within its requirements: one lever, or two where one is not enough."""
-    levers = list(_levers(scenario, limits or scenario.levers))
+    levers = list(_levers(scenario, limits or scenario.turned()))
     margin = _margins(scenario, levers)
     found = [settings for lever in levers if (settings := _nearest(lever, margin)) is not None]
     if not found and pairs:
@@ -96,16 +105,18 @@ def read_limits(scenario: Scenario, texts: Sequence[str]) -> dict[str, tuple[str
     ScenarioFault
         Everything that is wrong with the texts.
     """
-    given = {dotted(path): info for path, info, _ in fields.leaves(scenario)}
+    given = {dotted(path): (info, value) for path, info, value in fields.leaves(scenario)}
     limits: dict[str, tuple[str, str]] = {}
     faults = []
     for text in texts:
         key, _, span = text.partition("=")
         low, dots, high = (part.strip() for part in span.partition(".."))
         place = f"--limit {key}"
-        dimension = fields.dimension(given[key]) if key in given else None
+        dimension = fields.dimension(given[key][0]) if key in given else None
+        if key in given and dimension is not None and isinstance(given[key][1], tuple):
+            dimension = "dimensionless"  # a factor on all of its numbers
         if dimension is None:
-            faults.append(Fault((), "is not a quantity of this scenario", file=place))
+            faults.append(Fault((), _no_lever(key, given), file=place))
         elif not dots:
             faults.append(Fault((), "is not of the form dotted.key=low..high", file=place))
         else:
@@ -113,7 +124,14 @@ def read_limits(scenario: Scenario, texts: Sequence[str]) -> dict[str, tuple[str
             limits[key] = (low, high)
     if faults:
         raise ScenarioFault(faults)
-    return limits or dict(scenario.levers)
+    return limits or dict(scenario.turned())
+
+
+def _no_lever(key: str, given: Mapping[str, Any]) -> str:
+    whole = key.rpartition("[")[0]
+    if whole in given:
+        return f"is one number of {whole}; write --limit {whole}=low..high with factors, which turn all of them"
+    return "is not a quantity of this scenario"
 
 
 def _limit_faults(low: str, high: str, dimension: str, place: str) -> Iterator[Fault]:
@@ -130,10 +148,15 @@ def _limit_faults(low: str, high: str, dimension: str, place: str) -> Iterator[F
 def _levers(scenario: Scenario, limits: Mapping[str, tuple[str, str]]) -> Iterator[Lever]:
     given = {dotted(path): (info, value) for path, info, value in fields.leaves(scenario)}
     for key, (low, high) in limits.items():
-        if key in given and isinstance(given[key][1], float):  # not a word, such as a posture to be searched for
-            info, now = given[key]
-            dimension = fields.dimension(info) or "dimensionless"
-            yield Lever(key, dimension, now, units.parse(low, dimension), units.parse(high, dimension))
+        if key not in given:
+            continue
+        info, now = given[key]
+        dimension, name = fields.dimension(info) or "dimensionless", placed(scenario, key)
+        if isinstance(now, float):  # not a word, such as a posture to be searched for
+            yield Lever(key, name, dimension, now, units.parse(low, dimension), units.parse(high, dimension))
+        elif isinstance(now, tuple) and now and all(isinstance(entry, float) for entry in now):
+            ends = (units.parse(end, "dimensionless") for end in (low, high))
+            yield Lever(key, name, dimension, 1.0, *ends, given=now)
 
 
 Settings = tuple[tuple[str, float], ...]
@@ -147,8 +170,8 @@ def with_settings(scenario: Scenario, levers: list[Lever], settings: Settings) -
     ScenarioFault
         The settings do not fit the other values.
     """
-    dimension = {lever.key: lever.dimension for lever in levers}
-    values = {key: units.text(value, dimension[key]) for key, value in settings}
+    by_key = {lever.key: lever for lever in levers}
+    values = {key: by_key[key].written(value) for key, value in settings}
     now = {lever.key: lever.now for lever in levers}
     turned = dict(settings)
     lead_in = turned.get("operation.lead_in_time")
@@ -209,9 +232,12 @@ def _nearest(lever: Lever, margin: Callable[[Settings], float]) -> Settings | No
 def _rounded(lever: Lever, value: float, margin: Callable[[Settings], float]) -> float:
     """The value to two figures where it still passes, else to three, else as it is."""
     for digits in (2, 3):
-        number, _ = units.displayed(value, lever.dimension)
-        text = f"{number:.{digits}g} {units.DIMENSIONS[lever.dimension].display}"
-        short = units.parse(text, lever.dimension)
+        if lever.given:
+            short = float(f"{value:.{digits}g}")
+        else:
+            number, _ = units.displayed(value, lever.dimension)
+            text = f"{number:.{digits}g} {units.DIMENSIONS[lever.dimension].display}"
+            short = units.parse(text, lever.dimension)
         if lever.low <= short <= lever.high and margin(((lever.key, short),)) >= 0.0:
             return short
     return value
@@ -245,13 +271,18 @@ def _nearest_pair(pair: tuple[Lever, ...], margin: Callable[[Settings], float]) 
 def _proposal(scenario: Scenario, levers: list[Lever], settings: Settings) -> Proposal:
     measures = quick_measures(with_settings(scenario, levers, settings))
     by_key = {lever.key: lever for lever in levers}
-    turns = " and ".join(f"{key} {by_key[key].shown(by_key[key].now)} -> {by_key[key].shown(v)}" for key, v in settings)
+    turns = " and ".join(f"{by_key[key].name} {_turn(by_key[key], value)}" for key, value in settings)
     outcome = ", ".join(
         f"{name} {units.show(measures[name], scenario.measures[name].dimension, 3)}"
         for name in scenario.requirements
         if name in measures
     )
     return Proposal(dict(settings), measures, f"change {turns}: a run with it gives {outcome}")
+
+
+def _turn(lever: Lever, value: float) -> str:
+    """From what to what."""
+    return f"to {lever.shown(value)} what it is" if lever.given else f"{lever.shown(lever.now)} -> {lever.shown(value)}"
 
 
 def _room(lever: Lever, margin: Callable[[Settings], float]) -> str:
@@ -268,4 +299,4 @@ def _room(lever: Lever, margin: Callable[[Settings], float]) -> str:
             good = float(value)
         else:
             ends.append(f"{lever.shown(limit)} (limit)")
-    return f"room in {lever.key} (now {lever.shown(lever.now)}): from {ends[0]} to {ends[1]}"
+    return f"room in {lever.name} (now {lever.shown(lever.now)}): from {ends[0]} to {ends[1]}"

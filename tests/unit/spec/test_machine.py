@@ -6,6 +6,7 @@ from cutwise.io.scenario import parse
 from cutwise.spec.faults import ScenarioFault
 from cutwise.spec.geometry_errors import GeometryErrors
 from cutwise.spec.kinds import KINDS
+from cutwise.spec.notices import notices
 
 BAD = """
 process: machine
@@ -99,7 +100,7 @@ load: {force: [1 N, 0 N, 0 N]}
         ("machine.chain[4].elements[1].beam.wall=200 mm", "is thicker than half of the box"),
         ("path.points=[{X: 0 mm}, {X: 0 mm}]", "all points are the same"),
         ("path.points=[{X: 0 mm}, {B: 1 deg}]", "the machine has no axis B; it has X, Y, Z"),
-        ("path=null", "path.points: missing"),
+        ("path=null", "missing: write a path or program for a pass"),
         ("uncertainty={bodies: [{bodies: [tabel], displacement: 1 um, rotation: 1 urad, distribution: normal}]}",
          'there is no body "tabel"'),
         ("load.force={axial_depth: 5 mm, spindle_speed: 500 rpm}", "material: missing"),
@@ -110,7 +111,17 @@ load: {force: [1 N, 0 N, 0 N]}
          "2 entries for 1 amplitudes"),
         ("geometry_errors={EXX: {deviation: 1 um, seed: 1}}", "exactly one of wavelength"),
         ("geometry_errors={EXQ: {deviation: 1 um, seed: 1}}", "unknown key"),
-        ("machine.chain[9].weight=1 N", "machine.chain"),
+        ("machine.chain[9].weight=1 N", "machine.chain: has no entry 9; they are counted from 0"),
+        ("geometry_errors={EXX: {deviation: 1 um, seed: 1, period: 360 deg}}", "axis X moves: write wavelength instead of period"),
+        ("geometry_errors={EAX: {polynomial: [1 urad], angle_scale: 1 rad}}", "axis X moves: write scale instead of angle_scale"),
+        ("volume={points: 3, at: {X: 10 mm}}", "is mapped over its whole travel; leave it out"),
+        ("uncertainty={bodies: [{bodies: [table, table], displacement: 1 um, rotation: 1 urad, distribution: normal}]}",
+         "table has its random error already"),
+        ("requirements={share_tabel: {max: 1 um}}", 'there is no body "tabel"'),
+        ("load.force=[1 N, 2 N]", "load.force: has too few entries"),
+        ("machine.chain[1].name=my table", "use letters, digits and _, a letter first"),
+        ("tool.flexible=perhaps", "perhaps is neither true nor false"),
+        ("machine.chain[1].parent=table", "is a loop: table - table"),
     ],
 )  # fmt: skip
 def test_single_faults(change, words):
@@ -126,11 +137,33 @@ def test_axes_off_their_travel_are_refused_in_a_map_too():
         parse(GOOD, overrides=["volume={points: 3, at: {C: 1 deg}}"])
 
 
+def test_null_takes_a_section_of_the_file_away():
+    text = GOOD + "surface: {normal: [0, 1, 0], depth: 5 mm}\n"
+    assert parse(text).surface is not None
+    assert parse(text, overrides=["surface=null"]).surface is None
+
+
+def test_a_fault_has_no_followers():
+    """A wrong list is one fault, whatever else could be said of it; a loop hides no axes."""
+    with pytest.raises(ScenarioFault) as caught:
+        parse(GOOD, overrides=["machine.chain[2].joint.axis=[1, 0]", "machine.chain[1].parent=table"])
+    found = [str(fault) for fault in caught.value.faults]
+    assert sum("has too few entries" in fault for fault in found) == 1
+    assert not any("no axis" in fault for fault in found)
+
+
+def test_weight_of_the_body_at_rest_is_told():
+    told = notices(
+        parse(GOOD, overrides=["machine.chain[3].weight=1 kN", "machine.chain[3].weight_at=[0 mm, 0 mm, 0 mm]"])
+    )
+    assert any("bed is at rest" in notice for notice in told)
+
+
 def test_every_error_function_is_described():
     for name, info in GeometryErrors.model_fields.items():
         assert info.description, name
         assert info.examples, name
-    assert len(GeometryErrors.model_fields) == 36 + 7 + 18
+    assert len(GeometryErrors.model_fields) == 36 + 6 + 18
 
 
 def test_shares_are_measures_whatever_the_bodies_are_called():

@@ -71,9 +71,9 @@ def along_the_pass(result: "Result") -> Figure:
     axes = drawn.subplots()
     for axis, colour in zip("xyz", SERIES, strict=False):
         curve(axes, long * travel, factor * error.sel(axis=axis).values, color=colour, label=axis)
-    size = np.linalg.norm(error.values, axis=1)
+    size, cuts = np.linalg.norm(error.values, axis=1), result["motion"]["cuts"].values > 0.0
     curve(axes, long * travel, factor * size, color=INK, label="length")
-    worst = int(size.argmax())
+    worst = int(np.argmax(np.where(cuts, size, -1.0) if cuts.any() else size))
     axes.plot(long * travel[worst], factor * size[worst], "o", color=BAD, markersize=5)
     axes.set(xlabel=f"way along the pass [{long_unit}]", ylabel=f"error of the tool point [{unit}]")
     axes.margins(x=0.01)
@@ -109,7 +109,7 @@ def plan(result: "Result") -> Figure:
     ends = np.stack([np.column_stack([x[:-1], y[:-1]]), np.column_stack([x[1:], y[1:]])], axis=1)
     # steps of colour: a smooth bar would be a picture, not lines
     levels = BoundaryNorm(np.linspace(np.nanmin(values), max(np.nanmax(values), np.nanmin(values) + 1e-9), 13), 256)
-    seen = np.maximum(values[:-1], values[1:])
+    seen = np.where(np.abs(values[:-1]) > np.abs(values[1:]), values[:-1], values[1:])
     image = axes.add_collection(LineCollection(list(ends), array=seen, norm=levels, linewidths=3.0))
     drawn.colorbar(image, ax=axes, label=f"{error.attrs['long_name']} [{unit}]")
     worst = int(np.nanargmax(np.abs(values)))
@@ -222,11 +222,11 @@ PLOTS = [
         ("budget/stiffening_gain",),
     ),
     Plot(
-        "Error along the pass", "Error of the tool point against the part; the dot is the worst place.", along_the_pass,
+        "Error along the pass", "Error of the tool point against the part; the dot is the worst place that is cut.", along_the_pass,
         ("surface/f4",),
     ),
     Plot(
-        "Error in plan", "Where along the program the part goes wrong; the ring is the worst place.", plan,
+        "Error in plan", "Where along the program the part goes wrong; the ring is where this error is largest.", plan,
         ("surface/error_on_path",),
     ),
     Plot(

@@ -75,7 +75,8 @@ def chain_errors(axes: Axes, at: Frames, commands: ArrayLike) -> ChainErrors:
     Tool side: :math:`E = H \exp[\mathrm{Ad}(H^{-1})\,\xi_\text{before}]^\wedge \exp[\xi]^\wedge`. A table moves against
     the chain, :math:`E^{-1}`: what acts after its motion is carried, with the motion (R, d) of the chain,
     :math:`\varepsilon_i = -R^T \varepsilon`, :math:`\delta_i = -R^T(e + \varepsilon \times d)`, and what acts before
-    it comes last. Both are exact.
+    it comes last. Both are exact; a location error and an error motion that both act before the motion count as one
+    twist, their sum.
 
     Parameters
     ----------
