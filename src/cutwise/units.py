@@ -69,6 +69,7 @@ _ALL = (
 )
 DIMENSIONS = {dimension.name: dimension for dimension in _ALL}
 
+_LARGEST = 1e60  # SI; squares and products of such values are still numbers
 _QUANTITY = re.compile(r"\s*([+-]?(?:\d[\d_]*\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*", re.DOTALL)
 
 
@@ -180,8 +181,8 @@ def parse(text: object, dimension: str) -> float:
     if not unit:
         raise UnitFault(f'{text} has no unit; write it as text with a unit, for example "{_with_unit(number, wanted)}"')
     value = converted(float(number.replace("_", "")), unit, dimension)
-    if math.isinf(value):
-        raise UnitFault(f"{text} is too large to be a number")
+    if abs(value) > _LARGEST:
+        raise UnitFault(f"{text} is out of scale: too large to be calculated with")
     return value
 
 

@@ -198,7 +198,7 @@ def _part(scenario: MachineScenario) -> FlexiblePart | None:
         return None
     section = block_section(part.width_x, part.width_y, shear_factor=part.shear_factor)
     shear_modulus = part.youngs_modulus / (2.0 * (1.0 + part.poisson_ratio))
-    return FlexiblePart(section, part.youngs_modulus, shear_modulus, np.zeros(2))
+    return FlexiblePart(section, part.youngs_modulus, shear_modulus)
 
 
 def scatter(scenario: MachineScenario) -> tuple[FloatArray, FloatArray]:

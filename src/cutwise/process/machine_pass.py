@@ -44,7 +44,6 @@ class FlexiblePart(NamedTuple):
     section: Section
     youngs_modulus: float  # [Pa]
     shear_modulus: float  # [Pa]
-    centre: FloatArray  # [m] x and y of the block's axis, shape (2,)
 
 
 class MachineCell(NamedTuple):
@@ -185,7 +184,7 @@ def _part_displacement(cell: MachineCell, tool: FloatArray) -> tuple[FloatArray,
     blocks = np.array(
         [cantilever(part.section, h, part.youngs_modulus, part.shear_modulus) if h > 0.0 else rigid for h in heights]
     )
-    centre = np.column_stack([np.broadcast_to(part.centre, (len(tool), 2)), tool[:, 2]])
+    centre = tool * [0.0, 0.0, 1.0]  # on the axis of the block
     block = PartBlock(centre, blocks[inverse])
     wrench, twist = bodies.part_twist(block, cell.cut.force, tool)
     return bodies.point_displacement(centre, twist, tool), np.einsum("mi,mi->m", wrench, twist)

@@ -70,9 +70,6 @@ class ProgramPass(Program):
         default=400, description="places evaluated, equally spaced along the feed moves, besides the ends of the "
         "blocks and every 10° of an arc", examples=[400], ge=3, le=1_000_000,
     )  # fmt: skip
-    text: str = Field(
-        default="", description="the text of the program (read from the file)", examples=["G21 G90 G1 X10 F600"]
-    )
 
 
 class FromCutting(Spec):

@@ -4,11 +4,14 @@ import math
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
 
 from cutwise.io.scenario import load, parse, read_document
+from cutwise.physics.motion.volumetric import chain_errors
 from cutwise.process import machine, machine_assemble, machine_pass
-from cutwise.process.recipes import MEASURES, simulate
+from cutwise.process.recipes import MEASURES, collect, simulate
 from cutwise.results import SolverFailure
+from cutwise.spec.faults import ScenarioFault
 
 UM = 1e-6
 
@@ -216,6 +219,113 @@ def test_five_axis_machine_from_its_text():
     from cutwise.physics.motion.volumetric import direct_error
 
     assert volume == pytest.approx(direct_error(axes, commands, tip)[0], abs=1e-9)
+
+
+def _turn(axis, angle):
+    """Rotation about x or z by hand."""
+    c, s = math.cos(angle), math.sin(angle)
+    return np.array([[1, 0, 0], [0, c, -s], [0, s, c]] if axis == "x" else [[c, -s, 0], [s, c, 0], [0, 0, 1]])
+
+
+def test_five_axis_pass_by_superposition_in_the_part():
+    """Every error by itself, in absolute coordinates: no chain recursion, no frames of the program."""
+    scenario = parse(FIVE_AXES)
+    run = machine_pass.run_pass(machine_assemble.machine_cell(scenario))
+    k = 7
+    share = run.cell.way.travel[k] / 0.1
+    x, c, a = -0.05 + 0.1 * share, math.radians(90) * share, math.radians(-35) * share
+    # a table that turns by +c shows the tool turning by -c, and so on for A and X
+    work, turntable = np.eye(3), _turn("z", -c)
+    cradle = turntable @ _turn("x", -a)
+    o = {"work": np.zeros(3), "turntable": np.array([0, 0, -0.05])}
+    o["cradle"] = o["turntable"] + turntable @ [0.005, -0.02, -0.08]
+    o["bed"] = o["cradle"] + cradle @ [-0.12 - x, 0.06, -0.03]
+    o["column"] = o["bed"] + cradle @ [0.01, 0.3, 0.45]
+    p = o["column"] + cradle @ [0, 0, -0.14]
+    np.testing.assert_allclose(run.ideal[k], p, atol=1e-15)
+
+    force, down = np.array([300.0, -200.0, 500.0]), cradle @ [0, 0, -1]  # gravity in the frame of the bed
+    weight = (300.0 * down, o["turntable"] + turntable @ [0.01, 0, 0])
+    on_part, on_table, on_tool = (-force, p), weight, (force, p)
+
+    def moved(at, axes, compliance, loads):
+        """Displacement of the tool point by one element under loads, all seen from the side they act on."""
+        wrench = np.concatenate([sum(f for f, _ in loads), sum(np.cross(q - at, f) for f, q in loads)])
+        big = np.kron(np.eye(2), axes)
+        twist = big @ compliance @ big.T @ wrench
+        return twist[:3] + np.cross(twist[3:], p - at)
+
+    bearing = np.diag([1 / 300e6, 1 / 300e6, 1 / 500e6, 5e-7, 5e-7, 1e-6])
+    guide = np.diag([1 / 100e6, 1 / 800e6, 1 / 900e6, 2e-7, 2e-7, 2e-7])
+    ram = np.diag([1e-8, 1e-8, 5e-9, 1e-7, 1e-7, 1e-7])
+    ram[0, 4] = ram[4, 0] = 2e-9
+    elastic = (
+        -moved(o["turntable"], turntable, bearing, [on_part]) - moved(o["cradle"], cradle, bearing, [on_part, on_table])
+        - moved(o["bed"], cradle, guide, [on_part, on_table]) + moved(o["column"], cradle, ram, [on_tool])
+    )  # fmt: skip
+    given = scenario.errors()
+    wobble = machine_assemble.machine_axes(scenario).errors[0].motion[3](np.array([c]))[0]
+    assert given["XOC"] == 8e-6
+    geometric = (  # of a table: taken off; location errors in the frame that stands, motions in the one that moves
+        -np.array(turntable @ [8e-6, 0, 0]) - np.cross(turntable @ [20e-6, 0, 0], p - o["turntable"])
+        - np.cross(work @ [wobble, 0, 0], p - o["work"]) + np.cross(cradle @ [0, 30e-6, 0], p - o["cradle"])
+        + np.cross(cradle @ [0, 5e-6, 0], p - o["column"])
+        - turntable @ _turn("x", -a) @ [5e-6 * (x / 0.2) + 2e-6 * (x / 0.2) ** 2, 0, 0]
+    )  # fmt: skip
+    np.testing.assert_allclose(run.deviation[k], elastic + geometric, rtol=1e-10, atol=1e-17)
+
+
+def test_exact_error_of_a_pass_is_the_product_of_its_matrices():
+    """E = H exp(carried) exp(own) exp(elastic) for every body, multiplied out by hand."""
+    run = machine_pass.run_pass(machine_assemble.machine_cell(parse(FIVE_AXES)))
+    errors = chain_errors(run.cell.axes, run.at, run.cell.way.commands)
+    k, whole = 9, np.eye(4)
+    for i in range(len(run.cell.names)):
+        step = np.eye(4)
+        if i:
+            back = run.at.rotations[k, i - 1].T
+            step[:3, :3] = back @ run.at.rotations[k, i]
+            step[:3, 3] = back @ (run.at.origins[k, i] - run.at.origins[k, i - 1])
+        elastic = run.twists[k, i] - run.geometric[k, i]
+        for twist in (errors.carried[k, i], errors.own[k, i], elastic):
+            generator = np.zeros((4, 4))
+            generator[:3, :3], generator[:3, 3] = np.cross(np.eye(3), twist[3:]), twist[:3]
+            step = step @ expm(generator)
+        whole = whole @ step
+    point = whole @ np.append(run.cell.tip, 1.0)
+    np.testing.assert_allclose(run.exact[k], point[:3] - run.ideal[k], rtol=1e-7)
+
+
+def test_wall_on_the_left_is_the_wall_on_the_right_seen_from_behind(examples):
+    right, left = (
+        machine.evaluate_pass(load(examples / "machine_error_budget.yaml", [f"surface={{side: {side}, depth: 5 mm}}"]))
+        for side in ("right", "left")
+    )
+    np.testing.assert_array_equal(right.wall.error, -left.wall.error)
+
+
+def test_wall_of_a_tilted_tool_is_along_its_axis():
+    """Height by height: the error of a point of the tool, by its own displacement and rotation."""
+    found = machine.evaluate_pass(parse(FIVE_AXES, overrides=["surface={side: right, depth: 8 mm}"]))
+    run, k = found.run, 10
+    axis = run.at.rotations[k, -1, :, 2]
+    normal = np.cross(axis, run.cell.way.direction[k])
+    point = run.deviation[k] + np.cross(run.rotation[k], 0.008 * axis)
+    assert found.wall.error[k, -1] == pytest.approx(point @ normal / np.linalg.norm(normal), rel=1e-12)
+
+
+def test_worst_body_and_element_are_named(budget):
+    shares = {name: budget.measures[f"share_{name}"].value for name in ("part", "table", "saddle", "bed", "column")}
+    assert f"{max(shares, key=shares.get)} costs most of it" in budget.notes["worst"]
+    gain = budget["budget"]["stiffening_gain"]
+    assert f"Making {gain['element'].values[int(gain.argmin())]} 10 % stiffer" in budget.notes["remedy"]
+
+
+def test_numbers_out_of_scale_are_no_result():
+    with pytest.raises(ScenarioFault, match="1e300 N is out of scale"):
+        parse(FIVE_AXES, overrides=["load.force=[1e300 N, 0 N, 0 N]"])
+    with pytest.raises(SolverFailure, match="no finite number came out for deviation_norm_max"):
+        collect(parse(FIVE_AXES), {"deviation_norm_max": math.inf})
 
 
 def test_energy_is_of_the_loads_whatever_the_geometric_errors_are():
