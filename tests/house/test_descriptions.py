@@ -26,7 +26,7 @@ WITHOUT_PHYSICS = {
     "redundancy_angle", "singularity_margin", "drill_torque_on_arm",
     "lead", "turn", "compare", "path_mode", "reading", "modes", "substeps", "settling_time", "text", "act_on",
     # machine: conventions of signs and frames
-    "errors_act", "zero", "words",
+    "errors_act", "zero", "words", "top",
     # milling: how corners are rounded, and how the map of stability is drawn
     "shape", "lobes", "speeds", "depths",
 }  # fmt: skip

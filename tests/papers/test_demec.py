@@ -87,7 +87,7 @@ def mill(
         R_N,
         mill_elements(**elements),
         tuple(Weight(b, np.array([0, 0, -w], float), np.array(at) * MM) for b, w, at in heavy) if weights else (),
-        FlexiblePart(beams.block_section(0.260, 0.090), 2.1e11, 2.1e11 / 2.6, np.zeros(2)),
+        FlexiblePart(beams.block_section(0.260, 0.090), 2.1e11, 2.1e11 / 2.6),
         way_along_x(s, commands),
         CutForce(np.tile(np.array(force, float), (len(s), 1)), None),
         literal,
