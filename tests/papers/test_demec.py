@@ -89,7 +89,7 @@ def mill(
         tuple(Weight(b, np.array([0, 0, -w], float), np.array(at) * MM) for b, w, at in heavy) if weights else (),
         FlexiblePart(beams.block_section(0.260, 0.090), 2.1e11, 2.1e11 / 2.6),
         way_along_x(s, commands),
-        CutForce(np.tile(np.array(force, float), (len(s), 1)), None),
+        CutForce(np.tile(np.array(force, float), (len(s), 1))),
         literal,
         feed_moment,
     )

@@ -29,8 +29,8 @@ class CutForce(NamedTuple):
     """What the cut does to the tool along the way."""
 
     force: FloatArray  # [N] in the part's frame, shape (m, 3)
-    immersion: FloatArray | None  # immersion angle [rad], shape (m,), if the force follows from it
-    chip: FloatArray | None  # feed per tooth [m], shape (m,), if the force follows from it
+    immersion: FloatArray | None = None  # immersion angle [rad], shape (m,), if the force follows from it
+    chip: FloatArray | None = None  # feed per tooth [m], shape (m,), if the force follows from it
 
 
 def cut_force(scenario: MachineScenario, way: Way, at: Frames) -> CutForce:
@@ -49,7 +49,7 @@ def cut_force(scenario: MachineScenario, way: Way, at: Frames) -> CutForce:
     given = scenario.load.force
     if not isinstance(given, FromCutting):
         constant = np.array(given or (0.0, 0.0, 0.0))
-        return CutForce(np.where(way.cuts[:, None], constant, 0.0), None, None)
+        return CutForce(np.where(way.cuts[:, None], constant, 0.0))
     assert way.spindle is not None
     assert scenario.material is not None
     assert scenario.tool.flutes is not None

@@ -33,7 +33,7 @@ class Way(NamedTuple):
     block: IntArray  # block of the curve, shape (m,)
     along: FloatArray  # arc length of the curve [m], rapid moves counted, shape (m,)
     spindle: float | None  # [rad/s], if the cut needs it
-    still: tuple[int, ...]  # program lines of moves that would cut if the spindle turned
+    still: tuple[int, ...] = ()  # program lines of moves that would cut if the spindle turned
 
     @property
     def marks(self) -> tuple[int, int, int]:
@@ -119,7 +119,7 @@ def path_way(scenario: MachineScenario, path: MachinePath, axes: Axes, *, sample
     return Way(
         at.travel / path.feed, at.travel, commands, point, direction, feed, np.ones(len(feed), bool),
         np.zeros(len(feed), np.int64), curve, np.ones(len(legs), bool), at.block,
-        at.travel if curve is None else curve.knots[at.block] + at.along * ratio, given_speed(scenario), (),
+        at.travel if curve is None else curve.knots[at.block] + at.along * ratio, given_speed(scenario),
     )  # fmt: skip
 
 
