@@ -18,11 +18,12 @@ from cutwise.physics.structure.pistons import PistonRing
 from cutwise.physics.structure.statics import characteristic
 from cutwise.physics.surface.sweep import swept_chamfer
 from cutwise.process.assemble import piston_ring
+from cutwise.process.chamfer_chains import EdgePlan, plan_chains
 from cutwise.process.chamfer_loop import BallEnd, PassForces, Yielding, pass_forces, sections, yielding_pass
-from cutwise.process.chamfer_plan import EdgePath, EdgePlan, chamfer_of, plan_chain, plan_pipe
+from cutwise.process.chamfer_plan import EdgePath, chamfer_of, needed_tilt, plan_pipe
 from cutwise.process.chamfer_program import moves
 from cutwise.process.chamfer_setup import SetupBand, setup_band
-from cutwise.process.chamfer_work import cad_work, cutter, pipe_hole, pipe_work
+from cutwise.process.chamfer_work import cad_work, cutter, pipe_hole, pipe_work, read_part
 from cutwise.process.labels import labelled
 from cutwise.spec.chamfer import ChamferScenario
 from cutwise.spec.material import LINEAR
@@ -112,45 +113,23 @@ def _pipe(scenario: ChamferScenario, part: PipeHole) -> _Planned:
         path = plan_pipe(scenario, work, part)
     except NoPathError as fault:
         return [], [f"{reach.PATH}: {fault}"], helped({reach.PATH}), []
-    failed = [margin for margin in path.margins if not margin.met]
     tilt = None
-    if failed and not path.tilt and not cut.leg:
-
-        def shortest(tilted: "object") -> float:
-            found = reach.path_margins(
-                chamfer_path(work.nodes, tilted, tool.ball_radius),
-                part,
-                tool,
-                clearance,
-                inner=inner,  # type: ignore[arg-type]
-            )
-            return min(m.value for m in found if m.code in (reach.ROD_WALL, reach.KNIFE))
-
-        tilt = reach.least_tilt(cut, shortest, float(work.nodes.wedge.max()))
-    plan = EdgePlan(work, (path,), 0.0, "")
-    return [plan], [str(m) for m in failed], helped({m.code for m in failed}, tilt) if failed else [], []
+    if path.failed and not path.tilt and not cut.leg:
+        tilt = needed_tilt(
+            scenario, work, part,
+            lambda tried: chamfer_path(work.nodes, cut._replace(tilt=tried), tool.ball_radius),
+        )  # fmt: skip
+    plan = EdgePlan(work, (path,), ())
+    return [plan], [str(m) for m in path.failed], helped({m.code for m in path.failed}, tilt) if path.failed else [], []
 
 
 def _cad(scenario: ChamferScenario) -> _Planned:
     """The selected edges of a CAD part; edges that cannot be done are refused with the reason, and the rest is done."""
-    found = cad_work(scenario)
-    plans, infeasible, remedies = [], [], []
-    remarks = list(found.model.part.remarks)
-    for work in found.chosen:
-        plan = plan_chain(scenario, work)
-        good = tuple(path for path in plan.paths if all(m.met for m in path.margins))
-        bad = [path for path in plan.paths if path not in good] if len(good) < len(plan.paths) else []
-        reasons = [str(m) for path in bad for m in path.margins if not m.met]
-        lost = sum(float(lengths(p.path.frames.point, closed=p.path.frames.closed).sum()) for p in bad)
-        plan = plan._replace(paths=good, trimmed=plan.trimmed + lost)
-        plans.append(plan)
-        if not good:
-            why = "; ".join(dict.fromkeys([*reasons, *filter(None, [plan.remark])])) or "no piece is long enough"
-            infeasible.append(f"{work.name}: {why}")
-        elif plan.remark or reasons:
-            shown = units.show(plan.trimmed, "length", 3)
-            why = "; ".join(dict.fromkeys([*filter(None, [plan.remark]), *reasons]))
-            remarks.append(f"{work.name}: {shown} of it left out: {why}")
+    part = read_part(scenario)
+    plans = plan_chains(scenario, cad_work(scenario, part))
+    infeasible = [_refused(plan) for plan in plans if not plan.paths]
+    remarks = [*part.remarks, *(str(plan) for plan in plans if plan.paths and plan.trims)]
+    remedies = []
     if infeasible:
         remedies = [
             "tilt the chamfer (chamfer.tilt: auto)" if scenario.chamfer.tilt != "auto" else "a narrower chamfer",
@@ -159,6 +138,10 @@ def _cad(scenario: ChamferScenario) -> _Planned:
             "leave these edges out (part.edges)",
         ]
     return plans, infeasible, remedies, remarks
+
+
+def _refused(plan: EdgePlan) -> str:
+    return f"{plan.work.name}: {'; '.join(dict.fromkeys(trim.reason for trim in plan.trims))}"
 
 
 def _forces(path: EdgePath, ball: BallEnd) -> PassForces:
@@ -200,8 +183,8 @@ def measures(scenario: ChamferScenario, done: ChamferRun) -> Mapping[str, float]
         found["width_min"], found["width_max"] = float(width.min()), float(width.max())
     elif np.isfinite(width).any():
         found["width_min"], found["width_max"] = 0.0, float(np.nanmax(width))  # somewhere the edge still stands
-    found["gouge_max"] = max(0.0, *(path.gouge.depth for path in paths))
-    rods = [path.rod for path in paths if path.rod is not None]
+    found["gouge_max"] = max(0.0, *(path.gouge.value for path in paths))
+    rods = [path.rod.value for path in paths if path.rod is not None]
     if rods:
         found["rod_clearance_min"] = min(rods)
     found["knife_margin_min"] = min(m.value for path in paths for m in path.margins if m.code == reach.KNIFE)

@@ -45,7 +45,9 @@ def _one(path: EdgePath, retract: float) -> tuple[FloatArray, FloatArray, FloatA
     n = len(centre)
     cut = path.feeds.centre
     if closed and path.work.foot is not None:
-        rim = float((np.asarray(path.work.tree.data) @ path.axis).max())  # out of the hole, not only off the edge
+        rim = float(
+            (path.work.shape.skin.corner.reshape(-1, 3) @ path.axis).max()
+        )  # out of the hole, not only off the edge
         above_path = rim - float((centre @ path.axis).max()) + path.ball_radius + retract
         ways = leads(path.path, path.axis, path.work.foot, max(retract, above_path))
         over = len(ways.overlap)

@@ -27,17 +27,23 @@ class PassFrames(NamedTuple):
 def pass_frames(tangent: FloatArray, axis: FloatArray) -> PassFrames:
     r"""Frames of a pass from edge tangents and the rod direction k: :math:`x = t - (t \cdot k) k`, normalised.
 
-    Raises
-    ------
-    ValueError
-        The edge runs along the rod somewhere.
+    Where the edge runs along the rod there is no feed across it (:math:`|t \cdot k| = 1`, a plunge): x is then that of
+    the nearest place that has one, or any direction across the rod if there is none.
     """
     plunge = tangent @ axis
     x = tangent - plunge[:, None] * axis
-    length = np.linalg.norm(x, axis=1, keepdims=True)
-    if length.min() < 1e-6:
-        raise ValueError("the edge runs along the tool axis: there is no direction of feed across it")
-    x = x / length
+    length = np.linalg.norm(x, axis=1)
+    known = np.flatnonzero(length > 1e-6)
+    if not known.size:
+        x = np.tile(np.eye(3)[int(np.argmin(np.abs(axis)))], (len(tangent), 1))
+        x -= (x @ axis)[:, None] * axis
+    elif known.size < len(x):
+        place = np.arange(len(x))
+        after = np.clip(np.searchsorted(known, place), 0, known.size - 1)
+        before = np.maximum(after - 1, 0)
+        nearer = np.abs(known[after] - place) <= np.abs(known[before] - place)
+        x = x[np.where(nearer, known[after], known[before])]
+    x = x / np.linalg.norm(x, axis=1, keepdims=True)
     return PassFrames(x, np.cross(axis, x), plunge)
 
 
