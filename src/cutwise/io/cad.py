@@ -226,6 +226,17 @@ def curve_points(edge: Any, at: FloatArray) -> tuple[FloatArray, FloatArray]:
     return point * MM, slope * MM
 
 
+def edge_lines(model: Topology, points: int = 24) -> list[FloatArray]:
+    """All edges of a part that a drawing shows, as polylines [m]; seams and smooth edges are left out."""
+    lines = []
+    line_type = occ("GeomAbs").GeomAbs_CurveType.GeomAbs_Line
+    for edge in model.edges:
+        if edge.kind in (CONVEX, CONCAVE):
+            straight = occ("BRepAdaptor").BRepAdaptor_Curve(edge.shape).GetType() == line_type
+            lines.append(curve_points(edge.shape, np.linspace(*curve_range(edge.shape), 2 if straight else points))[0])
+    return lines or [np.zeros((1, 3))]
+
+
 def curve_range(edge: Any) -> tuple[float, float]:
     """First and last parameter of the curve of an edge."""
     curve = occ("BRepAdaptor").BRepAdaptor_Curve(edge)

@@ -135,8 +135,8 @@ class Surroundings:
         return {int(self.number[i]) for i in self.tree.query_ball_point(point, reach)}
 
 
-def plan_chains(scenario: ChamferScenario, found: CadWork) -> list[EdgePlan]:
-    """Plan all selected edges of a part together."""
+def plan_chains(scenario: ChamferScenario, found: CadWork) -> tuple[list[EdgePlan], list[proof.EdgeZone]]:
+    """Plan all selected edges of a part together; with the zones in which the tool is meant to cut."""
     around = Surroundings(found.model, found.chains, [work.number for work in found.chosen])
     drafts = [draft(scenario, work) for work in found.chosen]
     width = scenario.chamfer.width
@@ -153,8 +153,9 @@ def plan_chains(scenario: ChamferScenario, found: CadWork) -> list[EdgePlan]:
         for i, d in enumerate(drafts):
             if plans[i].paths and any(_touches(d, m, reach) for m in gone):
                 plans[i] = _plan(scenario, d, kept, around)
-    exact = iter(sharpened(scenario, [path for plan in plans for path in plan.paths]))
-    return [plan._replace(paths=tuple(next(exact) for _ in plan.paths)) for plan in plans]
+        members = kept
+    exact = iter(sharpened([path for plan in plans for path in plan.paths]))
+    return [plan._replace(paths=tuple(next(exact) for _ in plan.paths)) for plan in plans], members
 
 
 def _touches(one: Draft, other: proof.EdgeZone, reach: float) -> bool:

@@ -10,11 +10,21 @@ from cutwise.maths.curves import FloatArray
 from cutwise.paths.chamfer import ChamferPath
 from cutwise.physics.cutting.ball import disc_force
 from cutwise.physics.cutting.flute import EdgeCoefficients, FluteForce, feed_direction, feed_per_tooth
-from cutwise.physics.engagement.ball import PassFrames, Wedge, chip_area, disc_arc, height_limits
+from cutwise.physics.engagement.ball import (
+    Burr,
+    PassFrames,
+    Wedge,
+    burr_bounds,
+    burr_limits,
+    chip_area,
+    disc_arc,
+    height_limits,
+    wedge_bounds,
+)
 from cutwise.physics.structure.pistons import PistonRing, RingState, at_rest
 from cutwise.physics.structure.pistons import step as piston_step
 
-SLICES = 48  # discs over the height of the contact
+SLICES = 48  # discs over the height of the contact, and as many over that of the burr
 _RUN_IN = 0.1  # of a closed path, before the part that is reported
 
 
@@ -28,75 +38,110 @@ class BallEnd(NamedTuple):
 
 
 class Section(NamedTuple):
-    """The wedge of material at each sample of a path, in the (y, z) plane of the pass, and the feed."""
+    """The material at each sample of a path, in the (y, z) plane of the pass, and the feed."""
 
     wedge: FloatArray  # the six numbers of a Wedge, shape (n, 6)
+    burr: FloatArray  # the six numbers of a Burr, shape (n, 6)
     speed: FloatArray  # [m/s] along the edge, across the rod, shape (n,)
+
+
+class EdgeBurr(NamedTuple):
+    """A burr along an edge."""
+
+    height: FloatArray  # [m] at each sample of a path, shape (n,)
+    width: FloatArray
+    side: int  # which face of the edge carries it, 0 or 1: the one along the rod is 1
 
 
 class PassForces(NamedTuple):
     """Forces on the tool along a path, in the frame of the pass."""
 
-    force: FloatArray  # [N] x feed, y off the work, z along the rod, shape (n, 3)
+    force: FloatArray  # [N] x feed, y off the work, z along the rod, of work and burr together, shape (n, 3)
+    burr_force: FloatArray  # [N] that of the burr alone, shape (n, 3)
     power: FloatArray  # [W], shape (n,)
-    chip_area: FloatArray  # [m^2], shape (n,)
+    chip_area: FloatArray  # [m^2] with the burr, shape (n,)
 
 
-def sections(path: ChamferPath, local: PassFrames, axis: FloatArray, contact_speed: FloatArray) -> Section:
-    """The wedges that a path meets; the chip follows from the speed of the contact, so that the removal rate is right."""
+def sections(
+    path: ChamferPath, local: PassFrames, axis: FloatArray, contact_speed: FloatArray, burr: EdgeBurr | None = None
+) -> Section:
+    """The material that a path meets; the chip follows from the speed of the contact, so that the removal rate is right.
+
+    Faces are taken as planes, seen along the feed.
+    """
     edge = path.frames.point - path.centre
-    y, z = np.einsum("ij,ij->i", edge, local.off), edge @ axis
-    normals = [
-        (np.einsum("ij,ij->i", path.frames.normal[:, m], local.off), path.frames.normal[:, m] @ axis) for m in range(2)
-    ]
-    wedge = np.column_stack([y, z, *normals[0], *normals[1]])
-    return Section(wedge, contact_speed * np.sqrt(1.0 - local.plunge**2))
+
+    def seen(vector: FloatArray) -> FloatArray:
+        return np.column_stack([np.einsum("ij,ij->i", vector, local.off), vector @ axis])
+
+    wedge = np.hstack([seen(edge), seen(path.frames.normal[:, 0]), seen(path.frames.normal[:, 1])])
+    strip = np.zeros((len(edge), 6))
+    if burr is not None:
+        strip[:, 0], strip[:, 1] = burr.height, burr.width
+        strip[:, 2:4], strip[:, 4:6] = seen(path.frames.into[:, burr.side]), seen(path.frames.normal[:, burr.side])
+    return Section(wedge, strip, contact_speed * np.sqrt(np.maximum(0.0, 1.0 - local.plunge**2)))
 
 
 @compiled
-def ball_force(wedge: Wedge, ball: BallEnd, speed_x: float, speed_y: float, slices: int) -> tuple[FluteForce, float]:
-    """Force of all discs of a ball averaged over a tooth period, and the cutting power [W]."""
+def _disc(
+    low: float, high: float, z: float, dz: float, ball: BallEnd, chip: float, theta: float
+) -> tuple[float, float, float, float]:
+    """Force of one disc of a ball in material between two y, and the tangential force [N]."""
+    x = y = axial = tangential = 0.0
+    a1, a2 = disc_arc(low, high, ball.ball_radius, z)
+    if a2 > a1:
+        for side in range(2):  # leading and trailing side of the disc
+            lo, hi = (a1, a2) if side == 0 else (2.0 * math.pi - a2, 2.0 * math.pi - a1)
+            lo, hi = max(lo, theta), min(hi, math.pi + theta)
+            if hi > lo:
+                f = disc_force(lo, hi, z, dz, ball.ball_radius, chip, theta, ball.flutes, ball.coefficients)
+                x, y, axial, tangential = x + f.x, y + f.y, axial + f.z, tangential + f.tangential
+    return x, y, axial, tangential
+
+
+@compiled
+def ball_force(
+    wedge: Wedge, burr: Burr, ball: BallEnd, speed_x: float, speed_y: float, slices: int, part: int
+) -> tuple[FluteForce, float]:
+    """Force of all discs of a ball averaged over a tooth period, and the cutting power [W].
+
+    ``part``: 0 the work, 1 the burr; each is cut in its own discs.
+    """
     theta = feed_direction(speed_x, speed_y)
     chip = feed_per_tooth(speed_x, speed_y, ball.spindle_speed, ball.flutes)
     radius = ball.ball_radius
-    low, high = height_limits(wedge, radius)
+    low, high = height_limits(wedge, radius) if part == 0 else burr_limits(wedge, burr, radius)
     dz = (high - low) / slices
     fx = fy = fz = tangential = power = 0.0
-    if dz > 0.0:
-        for k in range(slices):
-            z = low + (k + 0.5) * dz
-            a1, a2 = disc_arc(wedge, radius, z)
-            if a2 <= a1:
-                continue
-            for side in range(2):  # leading and trailing side of the disc
-                lo, hi = (a1, a2) if side == 0 else (2.0 * math.pi - a2, 2.0 * math.pi - a1)
-                lo, hi = max(lo, theta), min(hi, math.pi + theta)
-                if hi <= lo:
-                    continue
-                f = disc_force(lo, hi, z, dz, radius, chip, theta, ball.flutes, ball.coefficients)
-                fx += f.x
-                fy += f.y
-                fz += f.z
-                tangential += f.tangential
-                power += f.tangential * math.sqrt(radius * radius - z * z) * ball.spindle_speed
+    for k in range(slices if dz > 0.0 else 0):
+        z = low + (k + 0.5) * dz
+        y_low, y_high = wedge_bounds(wedge, z) if part == 0 else burr_bounds(wedge, burr, z)
+        x, y, axial, tangent = _disc(y_low, y_high, z, dz, ball, chip, theta)
+        fx, fy, fz, tangential = fx + x, fy + y, fz + axial, tangential + tangent
+        power += tangent * math.sqrt(max(0.0, radius * radius - z * z)) * ball.spindle_speed
     return FluteForce(fx, fy, fz, tangential), power
 
 
-def pass_forces(section: Section, ball: BallEnd) -> PassForces:
+def pass_forces(section: Section, ball: BallEnd, slices: int = SLICES) -> PassForces:
     """Forces along a path with a rigid tool."""
-    out = np.empty((len(section.speed), 5))
-    _forces(section.wedge, section.speed, ball, out)
-    return PassForces(out[:, :3], out[:, 3], out[:, 4])
+    out = np.empty((len(section.speed), 8))
+    _forces(section.wedge, section.burr, section.speed, ball, slices, out)
+    return PassForces(out[:, :3], out[:, 3:6], out[:, 6], out[:, 7])
 
 
 @compiled
-def _forces(wedges: FloatArray, speed: FloatArray, ball: BallEnd, out: FloatArray) -> None:
+def _forces(
+    wedges: FloatArray, burrs: FloatArray, speed: FloatArray, ball: BallEnd, slices: int, out: FloatArray
+) -> None:
     for i in range(speed.size):
-        w = wedges[i]
-        wedge = Wedge(w[0], w[1], w[2], w[3], w[4], w[5])
-        f, power = ball_force(wedge, ball, speed[i], 0.0, SLICES)
-        out[i, 0], out[i, 1], out[i, 2], out[i, 3] = f.x, f.y, f.z, power
-        out[i, 4] = chip_area(wedge, ball.ball_radius, SLICES)
+        w, s = wedges[i], burrs[i]
+        wedge, burr = Wedge(w[0], w[1], w[2], w[3], w[4], w[5]), Burr(s[0], s[1], s[2], s[3], s[4], s[5])
+        f, power = ball_force(wedge, burr, ball, speed[i], 0.0, slices, 0)
+        b, more = ball_force(wedge, burr, ball, speed[i], 0.0, slices, 1)
+        out[i, 0], out[i, 1], out[i, 2] = f.x + b.x, f.y + b.y, f.z + b.z
+        out[i, 3], out[i, 4], out[i, 5] = b.x, b.y, b.z
+        out[i, 6] = power + more
+        out[i, 7] = chip_area(wedge, burr, ball.ball_radius, slices)
 
 
 class Yielding(NamedTuple):
@@ -104,66 +149,78 @@ class Yielding(NamedTuple):
 
     tip: FloatArray  # [m] displacement of the tool tip in the frame of the pass, x and y, shape (n, 2)
     offset: FloatArray  # [m] displacement of the ball from the nominal path, shape (n, 3)
-    tilt: FloatArray  # [rad] of the motor in the machine's x and y, shape (n, 2)
+    tilt: FloatArray  # [rad] of the motor across the rod, along the two unit vectors of the spindle, shape (n, 2)
     force: FloatArray  # [N] in the frame of the pass, shape (n, 3)
 
 
+class Pass(NamedTuple):
+    """How a path is run with a compliant spindle."""
+
+    durations: FloatArray  # [s] from each sample to the next, shape (n,) for a closed path, (n - 1,) for an open one
+    closed: bool  # a closed path is run in over its last tenth
+    approach: float  # [m] how much the ball is led into the work beyond the nominal path: preset and part error
+    time_step: float  # [s]
+
+
+def across_rod(axis: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Two unit vectors across the rod, in which the motor tilts; piston azimuths count from the first."""
+    across = np.eye(3)[int(np.argmin(np.abs(axis)))]
+    ex = across - (across @ axis) * axis
+    ex /= np.linalg.norm(ex)
+    return ex, np.cross(axis, ex)
+
+
 def yielding_pass(
-    section: Section, local: PassFrames, axis: FloatArray, durations: FloatArray, ball: BallEnd, ring: PistonRing,
-    reach: float, approach: float, dt: float, *, closed: bool,
+    section: Section, local: PassFrames, axis: FloatArray, ball: BallEnd, ring: PistonRing, reach: float, run: Pass,
+    slices: int = SLICES,
 ) -> Yielding:  # fmt: skip
     """Time stepping of a compliant spindle along a chamfer path.
 
-    The spindle yields across the rod only. ``approach`` is how much the ball is led into the work beyond the nominal
-    path, along -y of the pass: preset plus part error [m].
+    The spindle yields across the rod only; preset and part error lead the ball along -y of the pass.
 
     Parameters
     ----------
     section, local : Section, PassFrames
-        Wedges and frames along the path.
+        Material and frames along the path.
     axis : array
         Unit vector of the rod, toward the motor, shape (3,).
-    durations : array
-        Time from each sample to the next [s], shape (n,) for a closed path, (n - 1,) for an open one.
     ball, ring : BallEnd, PistonRing
         Cutter and compliance device.
     reach : float
         Distance from the joint to the tool tip [m].
-    approach, dt : float
-        [m], [s].
-    closed : bool
-        Whether the path is closed; it is then run in over its last tenth.
+    run : Pass
+        How the path is run.
+    slices : int
+        Discs.
     """
     n = len(section.speed)
-    across = np.eye(3)[int(np.argmin(np.abs(axis)))]
-    ex = across - (across @ axis) * axis
-    ex /= np.linalg.norm(ex)
-    ey = np.cross(axis, ex)
+    ex, ey = across_rod(axis)
     frame = np.column_stack([local.feed @ ex, local.feed @ ey, local.off @ ex, local.off @ ey])
-    order = np.arange(-int(_RUN_IN * n) if closed else 0, n) % n
-    spans = durations if closed else np.append(durations, durations[-1])
+    order = np.arange(-int(_RUN_IN * n) if run.closed else 0, n) % n
+    spans = run.durations if run.closed else np.append(run.durations, run.durations[-1])
     out = np.zeros((n, 5))
-    _yield(section, frame, order, spans, ball, ring, at_rest(ring), reach, approach, dt, out)
+    _yield(section, frame, order, spans, ball, ring, at_rest(ring), reach, run.approach, run.time_step, slices, out)
     tilt = out[:, :2]
     arm = reach - ball.ball_radius
     moved = np.outer(tilt[:, 0], ex) + np.outer(tilt[:, 1], ey)
     tip = reach * np.column_stack(
         [np.einsum("ij,ij->i", moved, local.feed), np.einsum("ij,ij->i", moved, local.off)]
     )  # fmt: skip
-    return Yielding(tip, arm * moved - approach * local.off, tilt, out[:, 2:])
+    return Yielding(tip, arm * moved - run.approach * local.off, tilt, out[:, 2:])
 
 
 @compiled
 def _yield(
     section: Section, frame: FloatArray, order: FloatArray, spans: FloatArray, ball: BallEnd, ring: PistonRing,
-    pistons: RingState, reach: float, approach: float, dt: float, out: FloatArray,
+    pistons: RingState, reach: float, approach: float, dt: float, slices: int, out: FloatArray,
 ) -> None:  # fmt: skip
     qx = qy = vx = vy = 0.0
     arm = reach - ball.ball_radius
     left = 0.0
     for place in range(order.size):
         i = order[place]
-        w = section.wedge[i]
+        w, s = section.wedge[i], section.burr[i]
+        burr = Burr(s[0], s[1], s[2], s[3], s[4], s[5])
         left += spans[i]
         steps = max(1, int(left / dt))
         left -= steps * dt
@@ -172,10 +229,13 @@ def _yield(
             dy = arm * (qx * frame[i, 2] + qy * frame[i, 3]) - approach
             speed_x = section.speed[i] + arm * (vx * frame[i, 0] + vy * frame[i, 1])
             speed_y = arm * (vx * frame[i, 2] + vy * frame[i, 3])
-            f, _ = ball_force(Wedge(w[0] - dy, w[1], w[2], w[3], w[4], w[5]), ball, speed_x, speed_y, SLICES // 2)
-            mx = arm * (f.x * frame[i, 0] + f.y * frame[i, 2])
-            my = arm * (f.x * frame[i, 1] + f.y * frame[i, 3])
+            fx = fy = fz = 0.0
+            for part in range(2 if burr.height > 0.0 else 1):
+                wedge = Wedge(w[0] - dy, w[1], w[2], w[3], w[4], w[5])
+                f, _ = ball_force(wedge, burr, ball, speed_x, speed_y, slices, part)
+                fx, fy, fz = fx + f.x, fy + f.y, fz + f.z
+            mx = arm * (fx * frame[i, 0] + fy * frame[i, 2])
+            my = arm * (fx * frame[i, 1] + fy * frame[i, 3])
             qx, qy, vx, vy, _ = piston_step(ring, pistons, qx, qy, vx, vy, mx, my, dt)
-            fx, fy, fz = f.x, f.y, f.z
         out[i, 0], out[i, 1] = qx, qy
         out[i, 2], out[i, 3], out[i, 4] = fx, fy, fz

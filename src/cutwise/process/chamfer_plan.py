@@ -52,6 +52,7 @@ class EdgePath(NamedTuple):
     chord_error: float  # [m]
     slope: FloatArray  # width change per unit shift along the axis, at the measured places
     ball_radius: float  # [m]
+    rod_at: Callable[[ChamferPath, Wanted], Approach | None]  # the same for another path of the ball
 
     @property
     def sensitivity(self) -> float:
@@ -107,7 +108,10 @@ def plan_pipe(scenario: ChamferScenario, work: EdgeWork, part: PipeHole) -> Edge
     zone = proof.edge_zone(work, float(path.leg.max()), scenario.chamfer.width)
     left = swept(scenario, path, at)
     gouge = proof.gouge_of(work.shape, path, tool.ball_radius, [zone], work.number, float(left.beyond.max()))
-    return finished(scenario, work, path, axis, tilt, at, left, gouge, rod, [*margins, *found])
+    return finished(
+        scenario, work, path, axis, tilt, at, left, gouge, rod, [*margins, *found],
+        lambda other, wanted: pipe_margins(scenario, work, part, other, wanted)[1],
+    )  # fmt: skip
 
 
 def pipe_margins(
@@ -121,7 +125,9 @@ def pipe_margins(
         rod = Approach(room, room, np.full(3, np.nan), -1)
         code, meaning = reach.ROD_WALL, "the rod must clear the wall of the hole"
     else:
-        rod = proof.rod_of(work.shape, path, axis, tool, wanted, seen=np.inf)
+        rod = proof.rod_of(
+            work.shape, path.centre, axis, tool, wanted, closed=path.frames.closed, seen=np.inf
+        )  # fmt: skip
         code, meaning = reach.ROD_PART, "the rod must clear the part"
     found = [reach.knife_margin_of(path, tool, axis), reach.leg_margin(path, part)]
     if rod is not None:
@@ -213,8 +219,10 @@ def plan_piece(
             one, turn = candidate(scenario, work, tilted, members), _same
     path = turn(one.kept)
     margins, rod = _cad_margins(scenario, work, path, axis, proof.CLOSE)
-    return finished(scenario, work, path, axis, tilt, one.at, one.found, one.gouge, rod,
-                    [*reach.tool_margins(tool), *margins])  # fmt: skip
+    return finished(
+        scenario, work, path, axis, tilt, one.at, one.found, one.gouge, rod, [*reach.tool_margins(tool), *margins],
+        lambda other, exact: proof.rod_of(work.shape, other.centre, axis, tool, exact, closed=other.frames.closed),
+    )  # fmt: skip
 
 
 Turn = Callable[[ChamferPath], ChamferPath]
@@ -281,16 +289,16 @@ def _cad_margins(
     if wanted == proof.ROUGH:
         few = np.unique(np.linspace(0, len(path.centre) - 1, _FEW).astype(int))
         some = path_of(path, part_of(path.frames, few)._replace(period=path.frames.period), few)
-    rod = proof.rod_of(work.shape, some, axis, tool, wanted, enough=enough)
+    rod = proof.rod_of(work.shape, some.centre, axis, tool, wanted, closed=some.frames.closed, enough=enough)
     if rod is None:
         return [knife], None
     kept = scenario.chamfer.clearance + work.shape.skin.error
     if wanted != proof.ROUGH and rod.bound < kept <= rod.value:
-        rod = proof.rod_of(work.shape, some, axis, tool, proof.EXACT) or rod
+        rod = proof.rod_of(work.shape, some.centre, axis, tool, proof.EXACT, closed=some.frames.closed) or rod
     return [knife, reach.Margin(reach.ROD_PART, rod.value - kept, False, "the rod must clear the part")], rod
 
 
-def sharpened(scenario: ChamferScenario, paths: Sequence[EdgePath]) -> list[EdgePath]:
+def sharpened(paths: Sequence[EdgePath]) -> list[EdgePath]:
     """The paths with the rod clearance made exact where it is smallest."""
     found = list(paths)
     rods = [i for i, path in enumerate(found) if path.rod is not None]
@@ -301,7 +309,7 @@ def sharpened(scenario: ChamferScenario, paths: Sequence[EdgePath]) -> list[Edge
             break
         done.add(nearest)
         path = found[nearest]
-        exact = proof.rod_of(path.work.shape, path.path, path.axis, cutter(scenario), proof.EXACT)
+        exact = path.rod_at(path.path, proof.EXACT)
         found[nearest] = path._replace(rod=exact or path.rod)
     return found
 
@@ -326,6 +334,7 @@ def swept(scenario: ChamferScenario, path: ChamferPath, at: EdgeFrames) -> Swept
 def finished(
     scenario: ChamferScenario, work: EdgeWork, path: ChamferPath, axis: FloatArray, tilt: float, at: EdgeFrames,
     found: SweptChamfer, gouge: Approach, rod: Approach | None, margins: list[reach.Margin],
+    rod_at: Callable[[ChamferPath, Wanted], Approach | None],
 ) -> EdgePath:  # fmt: skip
     """Everything else that follows from a path: feeds, the gouge as an inequality, sensitivity."""
     operation, radius = scenario.operation, scenario.tool.ball_radius
@@ -343,4 +352,5 @@ def finished(
         work, path, axis, pass_frames(path.frames.tangent, axis), tilt,
         feeds.contact_feeds(path, feed, at_contact=operation.contact_feed is not None),
         at, found, gouge, rod, tuple(margins), feeds.chord_error(path), (up - down) / (2.0 * _STEP_Z), radius,
+        rod_at,
     )  # fmt: skip

@@ -96,17 +96,17 @@ def gouge_of(
 
 
 def rod_of(
-    shape: Shape, path: ChamferPath, axis: FloatArray, tool: BallCutter, wanted: Wanted, *, seen: float = _SEEN,
-    enough: float = -np.inf,
+    shape: Shape, centre: FloatArray, axis: FloatArray, tool: BallCutter, wanted: Wanted, *, closed: bool,
+    seen: float = _SEEN, enough: float = -np.inf,
 ) -> Approach | None:  # fmt: skip
-    """Smallest distance of the part from the surface of the rod; None where nothing is beside it.
+    """Smallest distance of the part from the surface of the rod along ball centres; None where nothing is beside it.
 
     ``seen``: parts farther away across the rod are not looked at [m]; ``enough``: a rod that is in the part by more
     than this has failed, and it does not matter by how much [m].
     """
-    ends = np.vstack([path.centre, path.centre + ROD_LENGTH * axis])
+    ends = np.vstack([centre, centre + ROD_LENGTH * axis])
     skin, around = within(shape.skin, shape.boxes, ends.min(axis=0) - seen, ends.max(axis=0) + seen)
-    rod = rod_mover(path.centre, axis, tool.ball_radius, ROD_LENGTH, closed=path.frames.closed)
+    rod = rod_mover(centre, axis, tool.ball_radius, ROD_LENGTH, closed=closed)
     wanted = wanted._replace(limit=tool.rod_radius, enough=enough + tool.rod_radius)
     found = rod_distance(skin, around, rod, wanted)
     if not np.isfinite(found.value):

@@ -2,7 +2,8 @@
 
 import math
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -12,7 +13,7 @@ from cutwise.io import cad, cad_edges, cad_parts, cad_skin, step
 from cutwise.maths.curves import FloatArray
 from cutwise.maths.edges import EdgeFrames
 from cutwise.maths.skins import Boxes, Skin, boxes
-from cutwise.paths.pipe import PipeHole, one_turn, pipe_edge
+from cutwise.paths.pipe import NoEdgeError, PipeHole, one_turn, pipe_edge
 from cutwise.paths.pipe_skin import own_faces, pipe_skin
 from cutwise.paths.reach import BallCutter
 from cutwise.spec.chamfer import Block, ChamferScenario
@@ -88,12 +89,43 @@ def pipe_work(part: PipeHole, scenario: ChamferScenario) -> EdgeWork:
     )  # fmt: skip
 
 
+class Outline(NamedTuple):
+    """Lines of a part for pictures."""
+
+    point: FloatArray  # [m], shape (k, 3)
+    number: FloatArray  # of the line that a point belongs to, rising, shape (k,)
+
+
+def outline_of(lines: Sequence[FloatArray]) -> Outline:
+    """Several lines as one table."""
+    return Outline(np.vstack(lines), np.concatenate([np.full(len(line), float(i)) for i, line in enumerate(lines)]))
+
+
+def pipe_outline(part: PipeHole) -> Outline:
+    """Both edges of the hole, and the pipe cut off on both sides of it."""
+    theta = np.linspace(0.0, 2.0 * np.pi, 97)
+    lines = []
+    for inner in (False, True):
+        with suppress(NoEdgeError):
+            lines.append(pipe_edge(part, theta, inner=inner).point)
+    middle = part.radius * math.tan(part.inclination)
+    half = 1.8 * part.hole_radius / math.cos(part.inclination) + part.wall
+    psi = np.linspace(-np.pi, np.pi, 97)[:, None]
+    for radius in (part.radius, part.radius - part.wall):
+        ring = radius * np.hstack([np.sin(psi), np.zeros_like(psi), np.cos(psi)])
+        lines += [ring + np.array([0.0, middle + side * half, 0.0]) for side in (-1.0, 1.0)]
+    for x, z in ((part.radius, 0.0), (-part.radius, 0.0), (0.0, -part.radius)):
+        lines.append(np.array([[x, middle - half, z], [x, middle + half, z]]))
+    return outline_of(lines)
+
+
 class CadWork(NamedTuple):
     """The edges of a CAD part."""
 
     model: cad.Topology
     chains: tuple[cad_edges.EdgeChain, ...]  # all of the part
     chosen: tuple[EdgeWork, ...]
+    outline: Outline | None
 
 
 def read_part(scenario: ChamferScenario) -> step.StepPart:
@@ -111,7 +143,7 @@ def block_shape(block: Block) -> object:
     return cad_parts.drilled_block(block.length, block.width, block.height, holes, block.bore_radius)
 
 
-def cad_work(scenario: ChamferScenario, part: step.StepPart) -> CadWork:
+def cad_work(scenario: ChamferScenario, part: step.StepPart, *, outline: bool = False) -> CadWork:
     """The selected edges of a CAD part.
 
     Raises
@@ -126,7 +158,8 @@ def cad_work(scenario: ChamferScenario, part: step.StepPart) -> CadWork:
     chains = cad_edges.sharp_chains(model, reach=SECTION_REACH * scenario.chamfer.width, spacing=spacing)
     chosen = cad_edges.select(chains, scenario.part.edges)
     shape = shape_of(cad_skin.cad_skin(model), tuple(face.name for face in model.faces))
-    return CadWork(model, chains, tuple(_chain_work(model, chain, shape, scenario.tool.axis) for chain in chosen))
+    works = tuple(_chain_work(model, chain, shape, scenario.tool.axis) for chain in chosen)
+    return CadWork(model, chains, works, outline_of(cad.edge_lines(model)) if outline else None)
 
 
 def _chain_work(model: cad.Topology, chain: cad_edges.EdgeChain, shape: Shape, wanted: str) -> EdgeWork:

@@ -11,6 +11,7 @@ from cutwise.spec.base import Angle, AngularSpeed, Count, Length, LibrarySpec, R
 from cutwise.spec.fields import tag
 from cutwise.spec.material import Material
 from cutwise.spec.measures import CHAMFER
+from cutwise.spec.part import BurrHeight, BurrWidth
 from cutwise.spec.scenario import MeasureSpec, Scenario
 from cutwise.spec.spindle import CompliantSpindle
 
@@ -78,6 +79,25 @@ class Block(Spec):
             yield Remark(("bore_radius",), "is as large as the block")
 
 
+class ChamferBurr(Spec):
+    """A burr along the edge: a strip of rectangular section on one of its two faces, cut together with the edge."""
+
+    height: BurrHeight = Field(
+        description="how far the burr stands off its face: constant, {table: file.csv} over the way w along the edge, "
+        "or {mean, deviation, correlation_length, seed}",
+        examples=["0.3 mm"],
+    )
+    width: BurrWidth = Field(
+        description="how far it reaches along its face from the edge, as constant, table or random field",
+        examples=["0.2 mm"],
+    )
+    on: Literal["wall", "face"] = Field(
+        default="wall",
+        description="the face that carries it: the wall along the rod (of the hole), or the other one",
+        examples=["wall"],
+    )
+
+
 class ChamferPart(Spec):
     """The part, and which of its edges."""
 
@@ -89,6 +109,7 @@ class ChamferPart(Spec):
         description="which edges: outer or inner (pipe); all, outer, inner, hole:N, edge:N, by commas (CAD part)",
         examples=["inner"],
     )
+    burr: ChamferBurr | None = Field(default=None, description="a burr along the edges; it changes the forces")
 
     def contradictions(self) -> Iterator[Remark]:
         """One part, and a selector that fits it."""
@@ -293,6 +314,8 @@ class ChamferScenario(Scenario):
         given = [self.material is not None, self.operation.spindle_speed is not None, self.tool.flutes is not None]
         if any(given) and not all(given):
             yield Remark((), "forces need all of material, operation.spindle_speed and tool.flutes: none are reported")
+        if self.part.burr is not None and not self.has_forces:
+            yield Remark(("part", "burr"), "changes nothing without forces: give material, spindle speed and flutes")
         if (
             self.part.pipe is None
             and self.setup is not None

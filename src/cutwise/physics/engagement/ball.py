@@ -1,4 +1,4 @@
-r"""Immersion of a ball in the wedge of material along an edge, by axial discs.
+r"""Immersion of a ball in the wedge of material along an edge, and in a burr on it, by axial discs.
 
 Local frame of the pass: x along the feed, z along the rod toward the motor, y off the work; down milling. The disc at
 height z of the ball has the radius :math:`\rho = \sqrt{R_B^2 - z^2}`; at that height the two faces of the wedge bound
@@ -76,11 +76,55 @@ def wedge_bounds(wedge: Wedge, z: float) -> tuple[float, float]:
     return low, high
 
 
+class Burr(NamedTuple):
+    """A burr on the edge: a strip of rectangular section on one face, from the edge on, in the (y, z) plane."""
+
+    height: float  # [m] off the face; not positive: no burr
+    width: float  # [m] along the face
+    along_y: float  # direction along the face, away from the edge
+    along_z: float
+    normal_y: float  # outward normal of the face
+    normal_z: float
+
+
+NO_BURR = Burr(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
 @compiled
-def disc_arc(wedge: Wedge, ball_radius: float, z: float) -> tuple[float, float]:
-    """Immersion arc of the disc at height z above the ball centre; empty arcs are (0, 0) [rad]."""
+def burr_bounds(wedge: Wedge, burr: Burr, z: float) -> tuple[float, float]:
+    """Burr at a height: the cut through its rectangle, (lo, hi) in y [m]; empty where it is not that high or low."""
+    low, high = math.inf, -math.inf
+    y0, z0 = wedge.y, wedge.z
+    for corner in range(4):
+        a = 1.0 if corner in (0, 1) else 0.0  # the next corner is along the face, then off it, back, and down
+        b = 1.0 if corner in (1, 2) else 0.0
+        y1 = wedge.y + a * burr.width * burr.along_y + b * burr.height * burr.normal_y
+        z1 = wedge.z + a * burr.width * burr.along_z + b * burr.height * burr.normal_z
+        if (z0 <= z <= z1) or (z1 <= z <= z0):
+            share = (z - z0) / (z1 - z0) if z1 != z0 else 0.0
+            y = y0 + share * (y1 - y0)
+            low, high = min(low, y), max(high, y)
+            if z1 == z0:
+                low, high = min(low, y1), max(high, y1)
+        y0, z0 = y1, z1
+    return low, high
+
+
+@compiled
+def burr_limits(wedge: Wedge, burr: Burr, ball_radius: float) -> tuple[float, float]:
+    """Heights between which the ball may meet the burr [m]; empty if there is none."""
+    if burr.height <= 0.0:
+        return 0.0, 0.0
+    along, off = burr.width * burr.along_z, burr.height * burr.normal_z
+    low = wedge.z + min(0.0, along) + min(0.0, off)
+    high = wedge.z + max(0.0, along) + max(0.0, off)
+    return max(low, -ball_radius), min(high, ball_radius)
+
+
+@compiled
+def disc_arc(low: float, high: float, ball_radius: float, z: float) -> tuple[float, float]:
+    """Immersion arc of the disc at height z in material between two y [m]; empty arcs are (0, 0) [rad]."""
     square = ball_radius * ball_radius - z * z
-    low, high = wedge_bounds(wedge, z)
     if square <= 0.0 or high <= low:
         return 0.0, 0.0
     rho = math.sqrt(square)
@@ -121,16 +165,17 @@ def height_limits(wedge: Wedge, ball_radius: float) -> tuple[float, float]:
 
 
 @compiled
-def chip_area(wedge: Wedge, ball_radius: float, slices: int) -> float:
-    """Cross-section that the ball takes off the wedge in the plane across the feed, by slices [m^2]."""
-    low, high = height_limits(wedge, ball_radius)
-    dz = (high - low) / slices
+def chip_area(wedge: Wedge, burr: Burr, ball_radius: float, slices: int) -> float:
+    """Cross-section that the ball takes off wedge and burr in the plane across the feed, by slices [m^2]."""
     area = 0.0
-    for k in range(slices):
-        z = low + (k + 0.5) * dz
-        square = ball_radius * ball_radius - z * z
-        lo, hi = wedge_bounds(wedge, z)
-        if square > 0.0 and hi > lo:
-            rho = math.sqrt(square)
-            area += max(0.0, min(hi, rho) - max(lo, -rho)) * dz
+    for part in range(2):
+        low, high = height_limits(wedge, ball_radius) if part == 0 else burr_limits(wedge, burr, ball_radius)
+        dz = (high - low) / slices
+        for k in range(slices if dz > 0.0 else 0):
+            z = low + (k + 0.5) * dz
+            square = ball_radius * ball_radius - z * z
+            lo, hi = wedge_bounds(wedge, z) if part == 0 else burr_bounds(wedge, burr, z)
+            if square > 0.0 and hi > lo:
+                rho = math.sqrt(square)
+                area += max(0.0, min(hi, rho) - max(lo, -rho)) * dz
     return area
