@@ -17,7 +17,7 @@ from cutwise.io.cad import (
     face_normals,
     face_parameters,
 )
-from cutwise.io.step import CadFault, occ
+from cutwise.io.step import occ
 from cutwise.maths.edges import EdgeFrames, edge_frames, lengths, swapped_sides
 from cutwise.maths.splines import CHEBYSHEV, Splines, section_heights, spline_normals
 from cutwise.maths.surfaces import CYLINDER, FREE_FORM, SECTION_TERMS
@@ -228,31 +228,3 @@ def _polynomials(
         reach, CHEBYSHEV,
     )  # fmt: skip
     return np.asarray(height @ _FIT.T / reach**_POWERS)
-
-
-def select(chains: Sequence[EdgeChain], wanted: str) -> tuple[EdgeChain, ...]:
-    """Chains by selector: ``all``, ``outer``, ``inner``, ``hole:N``, ``edge:N``; several joined by commas.
-
-    Raises
-    ------
-    CadFault
-        No chain answers to it, or it cannot be read; the message says what there is.
-    """
-    found: dict[int, EdgeChain] = {}
-    for word in wanted.replace(" ", "").split(","):
-        kind, _, number = word.partition(":")
-        if kind not in ("all", "outer", "inner", "hole", "edge") or (kind in ("hole", "edge")) != number.isdigit():
-            raise CadFault(f'"{word}" selects nothing: write all, outer, inner, hole:N or edge:N, joined by commas')
-        for chain in chains:
-            if (
-                kind == "all" or kind == chain.where
-                or (kind == "hole" and int(number) in chain.holes) or (kind == "edge" and int(number) == chain.number)
-            ):  # fmt: skip
-                found[chain.number] = chain
-    if not found:
-        holes = sorted({n for chain in chains for n in chain.holes})
-        raise CadFault(
-            f'"{wanted}" selects no sharp edge; there are edges 1 to {len(chains)}'
-            + (f" and holes {', '.join(map(str, holes))}" if holes else " and no holes")
-        )
-    return tuple(found.values())

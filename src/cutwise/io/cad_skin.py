@@ -5,11 +5,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cutwise.io.cad import Face, Topology
+from cutwise.io.cad import CONCAVE, CONVEX, Face, Topology
 from cutwise.io.step import MM, occ
 from cutwise.maths.curves import FloatArray
 from cutwise.maths.skins import Faces, Skin, no_limits
 from cutwise.maths.splines import spline_normals
+from cutwise.maths.surfaces import FREE_FORM, PLANE
 
 OUTLINE = 5e-6  # [m] distance between the outlines of faces and those of their triangles
 _INSIDE = 1e-4  # [m] inside of faces, where corners are put on the surface anyway
@@ -17,7 +18,7 @@ _TURN = 0.5  # [rad] largest angle between neighbouring triangles
 
 
 def cad_skin(model: Topology, outline: float = OUTLINE) -> Skin:
-    """Triangles on all faces of a part; curved outlines of faces are followed within a distance [m]."""
+    """Triangles on all faces of a part; outlines of free-form faces are followed within a distance [m]."""
     wanted = occ("IMeshTools").IMeshTools_Parameters()
     wanted.Deflection, wanted.DeflectionInterior = outline / MM, _INSIDE / MM
     wanted.Angle = wanted.AngleInterior = _TURN
@@ -29,8 +30,27 @@ def cad_skin(model: Topology, outline: float = OUTLINE) -> Skin:
         if found is not None:
             pieces.append(found)
             owners.append(np.full(len(found), face.index, np.int64))
-    faces = Faces(model.surfaces, model.splines, no_limits())
-    return Skin(np.ascontiguousarray(np.concatenate(pieces)), np.concatenate(owners), faces, outline)
+    faces = Faces(model.surfaces, model.splines, _limits(model, outline))
+    free = any(face.kind == FREE_FORM for face in model.faces)
+    return Skin(
+        np.ascontiguousarray(np.concatenate(pieces)), np.concatenate(owners), faces, outline if free else 0.0
+    )  # fmt: skip
+
+
+def _limits(model: Topology, outline: float) -> FloatArray:
+    """Where a face ends at a curved one, so that the chords of its triangles do not run into the air beyond.
+
+    Beside a convex edge a face is on the inner side of its neighbour, beside a concave one on the outer side.
+    """
+    rows = []
+    for edge in model.edges:
+        if edge.kind not in (CONVEX, CONCAVE):
+            continue
+        for f, g in (edge.faces, edge.faces[::-1]):
+            other = model.faces[g]
+            if other.kind not in (PLANE, FREE_FORM):
+                rows.append((f, g, other.sign * (-1.0 if edge.kind == CONVEX else 1.0), 2.0 * outline))
+    return np.array(sorted(rows), float).reshape(-1, 4) if rows else no_limits()
 
 
 def _triangles(model: Topology, face: Face) -> FloatArray | None:

@@ -23,7 +23,8 @@ class Faces(NamedTuple):
 
     surfaces: Surfaces  # one row for each face; the first size of a free-form one is its number in the next table
     splines: Splines
-    limit: FloatArray  # face, other surface, sign: points of the face with a negative sign * distance are none of it
+    limit: FloatArray  # face, other surface, sign, reach [m]: points of the face whose sign * distance from the other
+    # surface is negative, but not by more than the reach, are none of it; sorted by face, shape (k, 4)
 
 
 class Skin(NamedTuple):
@@ -162,13 +163,23 @@ def halve(
 def outside_limits(faces: Faces, face: int, x: float, y: float, z: float) -> float:
     """How far a point of a face lies outside of what its limits leave of it [m]; not positive: inside."""
     worst = -math.inf
-    for k in range(faces.limit.shape[0]):
-        if faces.limit[k, 0] == face:
-            d, _, _, _ = signed_distance(faces.surfaces, int(faces.limit[k, 1]), x, y, z)
-            worst = max(worst, -faces.limit[k, 2] * d)
+    low, high = 0, faces.limit.shape[0]
+    while low < high:  # the rows are sorted by their faces
+        middle = (low + high) // 2
+        if faces.limit[middle, 0] < face:
+            low = middle + 1
+        else:
+            high = middle
+    for k in range(low, faces.limit.shape[0]):
+        if faces.limit[k, 0] != face:
+            break
+        d, _, _, _ = signed_distance(faces.surfaces, int(faces.limit[k, 1]), x, y, z)
+        past = -faces.limit[k, 2] * d
+        if past <= faces.limit[k, 3]:
+            worst = max(worst, past)
     return worst
 
 
 def no_limits() -> FloatArray:
     """The table of limits of a skin whose triangles end where the faces do."""
-    return np.zeros((0, 3))
+    return np.zeros((0, 4))

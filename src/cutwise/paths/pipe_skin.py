@@ -38,6 +38,7 @@ def pipe_skin(part: PipeHole, reach: float) -> Skin:
         (HOLE_WALL, OUTSIDE, -1.0), (HOLE_WALL, BORE, 1.0), (HOLE_WALL, _HALF_WAY, 1.0),
         (FAR_OUTSIDE, _HALF_WAY, -1.0), (FAR_BORE, _HALF_WAY, -1.0),
     ])  # fmt: skip
+    limit = np.column_stack([limit, np.full(len(limit), np.inf)])
     middle = part.radius * np.array([0.0, np.tan(part.inclination), 1.0])  # about where the drill enters
     half = part.hole_radius / np.cos(part.inclination) + part.radius * abs(np.tan(part.inclination)) + reach
     steps = np.linspace(middle[1] - half, middle[1] + half, 33)

@@ -73,12 +73,17 @@ def knife_margin(path: ChamferPath, tool: BallCutter, axis: FloatArray) -> float
     return float(min(chi.min() - tool.knife_limit, math.pi - tool.pole_limit - chi.max()))
 
 
-def rod_wall_clearance(path: ChamferPath, part: PipeHole, tool: BallCutter) -> float:
-    r"""Clearance of a rod along the drill axis in its hole, :math:`r - \max|S_\perp| - R_{od}` [m]."""
+def rod_wall_clearances(path: ChamferPath, part: PipeHole, tool: BallCutter) -> FloatArray:
+    r"""Clearance of a rod along the drill axis in its hole at each place, :math:`r - |S_\perp| - R_{od}` [m]."""
     offset = path.centre - np.array([part.eccentricity, 0.0, 0.0])
     axis = part.drill_axis
     across = offset - (offset @ axis)[:, None] * axis
-    return float(part.hole_radius - np.linalg.norm(across, axis=1).max() - tool.rod_radius)
+    return part.hole_radius - np.linalg.norm(across, axis=1) - tool.rod_radius
+
+
+def rod_wall_clearance(path: ChamferPath, part: PipeHole, tool: BallCutter) -> float:
+    r"""Clearance of a rod along the drill axis in its hole, :math:`r - \max|S_\perp| - R_{od}` [m]."""
+    return float(rod_wall_clearances(path, part, tool).min())
 
 
 def tool_margins(tool: BallCutter) -> list[Margin]:

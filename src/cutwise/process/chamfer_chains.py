@@ -20,11 +20,12 @@ from cutwise.maths.surfaces import IntArray
 from cutwise.paths.chamfer import ChamferPath, NoPathError, chamfer_path, path_of, possible
 from cutwise.physics.surface.approach import cut_places
 from cutwise.process import chamfer_proof as proof
-from cutwise.process.chamfer_plan import EdgePath, candidate, chamfer_of, plan_piece, sharpened
+from cutwise.process.chamfer_plan import Candidate, EdgePath, candidate, chamfer_of, plan_piece, sharpened
 from cutwise.process.chamfer_work import CadWork, EdgeWork
 from cutwise.spec.chamfer import ChamferScenario
 
 _SHORTEST = 4  # samples of a path worth having
+_ROUNDS = 4  # of trimming
 _SPACING = 0.1  # of gouges that are looked for, in ball radii
 
 BENDS_AWAY = "the faces meet tangentially or end before the chamfer does"
@@ -124,12 +125,17 @@ class Surroundings:
         others = sorted(self._edges_near(point, reach) - {work.number} - self.selected)
         if others:
             return f"corner with edge {others[0]}, which would be cut too: select it, or leave the corner as it is"
-        if any(frozenset((face, f)) in self.concave for f in own):
+        if face in self.beside(work):
             return f"concave corner with {self.names[face]}"
         beside = sorted(self._edges_near(point, 4.0 * reach) - {work.number})
         if beside:
             return f"inner corner with edge {beside[0]}, into which the ball does not fit"
         return f"the ball would cut {self.names[face]}" + (", which bends back" if face in own else "")
+
+    def beside(self, work: EdgeWork) -> set[int]:
+        """Faces that meet one of the two faces of an edge in a concave corner."""
+        own = {int(f) for f in np.unique(work.owners)}
+        return {f for pair in self.concave if pair & own for f in pair - own}
 
     def _edges_near(self, point: FloatArray, reach: float) -> set[int]:
         return {int(self.number[i]) for i in self.tree.query_ball_point(point, reach)}
@@ -168,33 +174,57 @@ def _plan(scenario: ChamferScenario, one: Draft, members: Sequence[proof.EdgeZon
     work, reason = one.work, list(one.reason)
     paths = []
     for samples, dense in one.pieces:
-        every = np.arange(len(samples))
-        try:
-            first = candidate(scenario, work, dense, members, enough=proof.GOUGE_LIMIT)
-            clear = {} if first.clean else _clear(scenario, work, dense, members, around)
-        except NoPathError as fault:
-            clear = dict.fromkeys(every.tolist(), str(fault))
-        for i, why in clear.items():
-            reason[samples[i]] = why
-        fine = np.array([i not in clear for i in every])
-        for part in runs(fine, closed=dense.frames.closed):
-            why = TOO_SHORT
-            if len(part) >= _SHORTEST:
-                try:
-                    if clear:
-                        whole = path_of(dense, piece_of(dense.frames, part), part)
-                        first = candidate(scenario, work, whole, members)
-                    path = plan_piece(scenario, work, first, members)
-                except NoPathError as fault:
-                    why = str(fault)
-                else:
-                    why = "; ".join(map(str, path.failed))
-                    if not why:
-                        paths.append(path)
-            if why:
+        good, why = _clean(scenario, work, dense, members, around)
+        for i, text in why.items():
+            reason[samples[i]] = text
+        for part, found in good:
+            try:
+                path = plan_piece(scenario, work, found, members)
+                text = "; ".join(map(str, path.failed))
+                if not text:
+                    paths.append(path)
+            except NoPathError as fault:
+                text = str(fault)
+            if text:
                 for i in part:
-                    reason[samples[i]] = why
+                    reason[samples[i]] = text
     return EdgePlan(work, tuple(paths), trims(work.nodes, reason))
+
+
+def _clean(
+    scenario: ChamferScenario, work: EdgeWork, dense: ChamferPath, members: Sequence[proof.EdgeZone],
+    around: Surroundings,
+) -> tuple[list[tuple[IntArray, Candidate]], dict[int, str]]:  # fmt: skip
+    """Pieces of a path that cut nothing but chamfers, as samples of it, and why other samples are left out.
+
+    What is left after trimming is looked at again, since a shallow cut can hide behind a deep one.
+    """
+    waiting = [np.arange(len(dense.centre))]
+    good: list[tuple[IntArray, Candidate]] = []
+    why: dict[int, str] = {}
+    for _ in range(_ROUNDS):
+        again = []
+        for part in waiting:
+            if len(part) < _SHORTEST:
+                why |= dict.fromkeys(part.tolist(), TOO_SHORT)
+                continue
+            piece = path_of(dense, piece_of(dense.frames, part), part)
+            try:
+                found = candidate(scenario, work, piece, members, enough=proof.GOUGE_LIMIT + work.shape.skin.error)
+            except NoPathError as fault:
+                why |= dict.fromkeys(part.tolist(), str(fault))
+                continue
+            if found.gouge.value <= proof.GOUGE_LIMIT + work.shape.skin.error:
+                good.append((part, found))
+                continue
+            bad = _clear(scenario, work, piece, members, around, found)
+            why |= {int(part[i]): text for i, text in bad.items()}
+            fine = np.array([i not in bad for i in range(len(part))])
+            again += [part[kept] for kept in runs(fine, closed=piece.frames.closed)]
+        waiting = again
+    for part in waiting:
+        why |= dict.fromkeys(part.tolist(), "the ball would cut the part beyond the chamfer")
+    return good, why
 
 
 def trims(frames: EdgeFrames, reason: Sequence[str]) -> tuple[Trim, ...]:
@@ -221,20 +251,24 @@ def trims(frames: EdgeFrames, reason: Sequence[str]) -> tuple[Trim, ...]:
 
 def _clear(
     scenario: ChamferScenario, work: EdgeWork, dense: ChamferPath, members: Sequence[proof.EdgeZone],
-    around: Surroundings,
+    around: Surroundings, seen: Candidate,
 ) -> dict[int, str]:  # fmt: skip
-    """Samples of a path at which the ball cuts something else, with what that is."""
+    """Samples of a path at which the ball cuts something else, with what that is; never none."""
     radius, limit = scenario.tool.ball_radius, 0.5 * proof.GOUGE_LIMIT + work.shape.skin.error
     closed = dense.frames.closed
     skin = proof.reachable(work.shape, dense.centre, radius)
-    table = proof.zones_near(members, work.number, dense.centre, radius)
+    near = float(seen.found.beyond.max(initial=0.0)) <= proof.HINT
+    table = proof.zones_near(members, work.number, dense.centre, radius, near=near)
     place, face = cut_places(skin, proof.swept_path(dense, radius), table, limit, _SPACING * radius)
-    if not len(place):
-        return {}
+    if not len(place):  # too shallow for the spacing: the place that was found will do
+        place, face = seen.gouge.place[None], np.array([seen.gouge.face])
     count = len(dense.centre)
     tree = KDTree(place)
     hit = tree.query_ball_point(dense.centre, radius - limit)
-    found: dict[int, int] = {i: places[0] for i, places in enumerate(hit) if places}
+    walls = around.beside(work)
+    order = np.argsort(~np.isin(face, list(walls)), kind="stable")  # a wall across a concave corner is the reason
+    rank = np.argsort(order)
+    found: dict[int, int] = {i: min(places, key=rank.__getitem__) for i, places in enumerate(hit) if places}
     nearest = KDTree(dense.centre).query(place)[1]
     for where, i in enumerate(nearest):
         for j in (i - 1, i, i + 1):

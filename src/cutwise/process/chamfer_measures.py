@@ -161,7 +161,7 @@ def warnings(
             said.append(f"at {fallen} points the envelope was not found: the surface tier stands there")
     if found.get("width_min") == 0.0:
         said.append("somewhere along the edge the sweep left no complete chamfer: the edge still stands there")
-    if unproven:
+    if unproven and not done.infeasible:
         said.append(f"the lead to or from {', '.join(unproven[:_SHOWN])} may touch the part: check it in the program")
     slope = found.get("setup_sensitivity_z")
     if slope is not None and not done.infeasible:
@@ -202,8 +202,8 @@ def _yielding(found: Mapping[str, float]) -> Iterator[str]:
 def notes(done: ChamferRun) -> Mapping[str, str]:
     """Remarks for the report: remedies in their order, margins, what was left out, set-up."""
     said = {}
-    for i, text in enumerate(done.remedies, start=1):
-        said[f"remedy {i}"] = text
+    if done.remedies:
+        said["remedies"] = "\n".join(f"{i}. {text}" for i, text in enumerate(done.remedies, start=1))
     nearest = {}
     for path in done.paths:
         for margin in path.margins:

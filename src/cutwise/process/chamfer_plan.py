@@ -53,6 +53,7 @@ class EdgePath(NamedTuple):
     slope: FloatArray  # width change per unit shift along the axis, at the measured places
     ball_radius: float  # [m]
     rod_at: Callable[[ChamferPath, Wanted], Approach | None]  # the same for another path of the ball
+    rod_each: FloatArray | None = None  # [m] clearance of the rod at each point, where it is known in closed form
 
     @property
     def sensitivity(self) -> float:
@@ -108,10 +109,13 @@ def plan_pipe(scenario: ChamferScenario, work: EdgeWork, part: PipeHole) -> Edge
     zone = proof.edge_zone(work, float(path.leg.max()), scenario.chamfer.width)
     left = swept(scenario, path, at)
     gouge = proof.gouge_of(work.shape, path, tool.ball_radius, [zone], work.number, float(left.beyond.max()))
-    return finished(
+    done = finished(
         scenario, work, path, axis, tilt, at, left, gouge, rod, [*margins, *found],
         lambda other, wanted: pipe_margins(scenario, work, part, other, wanted)[1],
     )  # fmt: skip
+    if inner and np.allclose(axis, part.drill_axis):
+        done = done._replace(rod_each=reach.rod_wall_clearances(path, part, tool))
+    return done
 
 
 def pipe_margins(
@@ -155,11 +159,6 @@ class Candidate(NamedTuple):
     at: EdgeFrames  # between them
     found: SweptChamfer
     gouge: Approach
-
-    @property
-    def clean(self) -> bool:
-        """Whether the ball cuts nothing but the chamfers."""
-        return self.gouge.value <= proof.GOUGE_LIMIT
 
 
 def candidate(

@@ -27,7 +27,7 @@ GOUGE_LIMIT = 2e-6  # [m]
 _NEAR = 3.0  # zone on the two faces of an edge that is looked at in its normal planes, in legs
 _SEEN = 0.025  # [m] of rods along CAD parts: what is farther away than this is not looked at
 _SAG = 3e-7  # [m] by which zones and paths are straightened where nothing finer is asked for
-_HINT = 1e-7  # [m] of a cut seen in the normal planes: then the faces are searched up to the chamfer
+HINT = 1e-7  # [m] of a cut seen in the normal planes: then the faces are searched up to the chamfer
 ROUGH = Wanted(5e-5, 0.25, exact=False)  # of rods while axes and tilts are tried
 CLOSE = Wanted(5e-6, 0.1, exact=False)  # of the rod of each path in the end: the bound says what may remain
 EXACT = Wanted(5e-6, 0.02)  # where it decides
@@ -91,7 +91,7 @@ def gouge_of(
     """
     closed = path.frames.closed
     skin = reachable(shape, path.centre, radius)
-    table = zones_near(members, own, path.centre, radius, near=beyond <= _HINT)
+    table = zones_near(members, own, path.centre, radius, near=beyond <= HINT)
     return deepest_cut(skin, ball_mover(path.centre, radius, closed=closed), table, enough=enough)
 
 

@@ -10,7 +10,6 @@ from cutwise.maths.curves import FloatArray
 from cutwise.maths.edges import lengths
 from cutwise.paths import reach
 from cutwise.process.chamfer import ChamferRun
-from cutwise.process.chamfer_loop import across_rod
 from cutwise.process.chamfer_plan import EdgePath
 from cutwise.process.labels import labelled
 from cutwise.spec.chamfer import ChamferScenario
@@ -87,6 +86,8 @@ def _engagement(done: ChamferRun) -> xr.Dataset:
         "contact_angle": (_joined(paths, lambda p: reach.contact_angles(p.path, p.axis)), "rad", "border from the rod"),
         "wedge_angle": (_joined(paths, lambda p: p.path.frames.wedge), "rad", "wedge angle of the material"),
     }  # fmt: skip
+    if all(path.rod_each is not None for path in paths):
+        columns["rod_clearance"] = (_joined(paths, lambda p: p.rod_each), "m", "rod from the wall of its hole")
     if done.forces:
         columns["chip_area"] = (_joined(done.forces, lambda f: f.chip_area), "m**2", "cross-section taken off")
     return labelled(_station(paths), columns, axis=["x", "y", "z"], side=["first", "second"])
@@ -135,26 +136,56 @@ def _part(scenario: ChamferScenario, done: ChamferRun) -> xr.Dataset:
     """Outline of the part, and where the tool is nearest to trouble."""
     assert done.outline is not None
     paths = done.paths
+    nearest, at, why = _worst(scenario, paths)
+    found = labelled(("outline_point", np.arange(len(done.outline.point)), "1", "point of the outline"), {
+        "outline": (done.outline.point, "m", "edges of the part"),
+        "outline_line": (done.outline.number.astype(float), "1", "number of the line"),
+    }, axis=["x", "y", "z"])  # fmt: skip
+    return found.merge(_section(nearest, at)).assign_attrs(
+        worst_centre=nearest.path.centre[at].tolist(), worst_axis=nearest.axis.tolist(), worst_reason=why,
+        worst_path=int(next(i for i, p in enumerate(paths) if p is nearest)), worst_point=at,
+        worst_name=nearest.work.name,
+    )  # fmt: skip
+
+
+def _worst(scenario: ChamferScenario, paths: Sequence[EdgePath]) -> tuple[EdgePath, int, str]:
+    """Path and point where the tool is nearest to trouble, and why it is there."""
+    rod_why = "where the rod is nearest to the part"
+    walls = [p for p in paths if p.rod_each is not None]
+    if walls:
+        return walls[0], int(np.argmin(walls[0].rod_each)), rod_why
     with_rod = [p for p in paths if p.rod is not None and np.isfinite(p.rod.place).all()]
     if with_rod:
         nearest = min(with_rod, key=lambda p: p.rod.value if p.rod is not None else np.inf)
         assert nearest.rod is not None
         off = nearest.rod.place - nearest.path.centre
         off = off - (off @ nearest.axis)[:, None] * nearest.axis
-        at, why = int(np.linalg.norm(off, axis=1).argmin()), "where the rod is nearest to the part"
-    else:
-        tool = scenario.tool
-        nearest = min(paths, key=lambda p: min(m.value for m in p.margins if m.code == reach.KNIFE))
-        chi = reach.contact_angles(nearest.path, nearest.axis)
-        spare = np.minimum(chi.min(axis=1) - tool.knife_limit_angle, np.pi - tool.pole_limit_angle - chi.max(axis=1))
-        at, why = int(spare.argmin()), "where the contact is nearest to the end of the knife"
-    found = labelled(("outline_point", np.arange(len(done.outline.point)), "1", "point of the outline"), {
-        "outline": (done.outline.point, "m", "edges of the part"),
-        "outline_line": (done.outline.number.astype(float), "1", "number of the line"),
-    }, axis=["x", "y", "z"])  # fmt: skip
-    first, second = across_rod(nearest.axis)
-    return found.assign_attrs(
-        worst_centre=nearest.path.centre[at].tolist(), worst_axis=nearest.axis.tolist(), worst_reason=why,
-        worst_path=int(next(i for i, p in enumerate(paths) if p is nearest)), worst_point=at,
-        across_first=first.tolist(), across_second=second.tolist(),
+        return nearest, int(np.linalg.norm(off, axis=1).argmin()), rod_why
+    tool = scenario.tool
+    nearest = min(paths, key=lambda p: min(m.value for m in p.margins if m.code == reach.KNIFE))
+    chi = reach.contact_angles(nearest.path, nearest.axis)
+    spare = np.minimum(chi.min(axis=1) - tool.knife_limit_angle, np.pi - tool.pole_limit_angle - chi.max(axis=1))
+    return nearest, int(spare.argmin()), "where the contact is nearest to the end of the knife"
+
+
+def _section(path: EdgePath, at: int) -> xr.Dataset:
+    """The edge across its direction at one place, from the ball centre, the rod as upright as it can be [m]."""
+    frames, centre = path.path.frames, path.path.centre[at]
+    tangent = frames.tangent[at]
+    up = path.axis - (path.axis @ tangent) * tangent
+    if np.linalg.norm(up) < 1e-6:
+        up = frames.air[at]
+    up = up / np.linalg.norm(up)
+    aside = np.cross(tangent, up)
+
+    def seen(point: FloatArray) -> FloatArray:
+        return np.column_stack([point @ aside, point @ up])
+
+    edge, border = frames.point[at] - centre, path.path.contact[at] - centre
+    far = edge + 1.6 * path.ball_radius * frames.into[at]
+    points = seen(np.vstack([far[0], border[0], edge, border[1], far[1]]))
+    return xr.Dataset(
+        {"section": (("section_point", "section_axis"), points, {"units": "m", "long_name": "edge across its direction"})},
+        {"section_point": ["first face", "first border", "edge", "second border", "second face"],
+         "section_axis": ["aside", "up"]},
     )  # fmt: skip

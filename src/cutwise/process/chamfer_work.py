@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cutwise.io import cad, cad_edges, cad_parts, cad_skin, step
+from cutwise.io import cad, cad_edges, cad_parts, cad_select, cad_skin, step
 from cutwise.maths.curves import FloatArray
 from cutwise.maths.edges import EdgeFrames
 from cutwise.maths.skins import Boxes, Skin, boxes
@@ -102,21 +102,39 @@ def outline_of(lines: Sequence[FloatArray]) -> Outline:
 
 
 def pipe_outline(part: PipeHole) -> Outline:
-    """Both edges of the hole, and the pipe cut off on both sides of it."""
+    """Both edges of the hole, and the half of the pipe that is drilled, cut off on both sides of the hole."""
     theta = np.linspace(0.0, 2.0 * np.pi, 97)
     lines = []
     for inner in (False, True):
         with suppress(NoEdgeError):
             lines.append(pipe_edge(part, theta, inner=inner).point)
     middle = part.radius * math.tan(part.inclination)
-    half = 1.8 * part.hole_radius / math.cos(part.inclination) + part.wall
-    psi = np.linspace(-np.pi, np.pi, 97)[:, None]
+    half = 1.6 * part.hole_radius / math.cos(part.inclination) + part.wall
+    psi = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 49)[:, None]
+    ends = (middle - half, middle + half)
     for radius in (part.radius, part.radius - part.wall):
         ring = radius * np.hstack([np.sin(psi), np.zeros_like(psi), np.cos(psi)])
-        lines += [ring + np.array([0.0, middle + side * half, 0.0]) for side in (-1.0, 1.0)]
-    for x, z in ((part.radius, 0.0), (-part.radius, 0.0), (0.0, -part.radius)):
-        lines.append(np.array([[x, middle - half, z], [x, middle + half, z]]))
-    return outline_of(lines)
+        lines += [ring + np.array([0.0, y, 0.0]) for y in ends]
+    bore = part.radius - part.wall
+    for x in (part.radius, -part.radius, bore, -bore):
+        lines.append(np.array([[x, ends[0], 0.0], [x, ends[1], 0.0]]))
+    for side in (-1.0, 1.0):
+        lines += [np.array([[side * part.radius, y, 0.0], [side * bore, y, 0.0]]) for y in ends]
+    return outline_of([*lines, *_generators(part, ends)])
+
+
+def _generators(part: PipeHole, ends: tuple[float, float]) -> list[FloatArray]:
+    """Lines on the outside of the pipe along it, broken by the hole."""
+    foot, axis = np.array([part.eccentricity, 0.0, 0.0]), part.drill_axis
+    y = np.linspace(*ends, 161)
+    lines = []
+    for psi in np.radians(np.arange(-75.0, 76.0, 15.0)):
+        point = np.column_stack(np.broadcast_arrays(part.radius * math.sin(psi), y, part.radius * math.cos(psi)))
+        arm = point - foot
+        outside = np.linalg.norm(arm - (arm @ axis)[:, None] * axis, axis=1) >= part.hole_radius
+        pieces = np.split(np.arange(len(y)), np.flatnonzero(np.diff(outside.astype(int))) + 1)
+        lines += [point[piece] for piece in pieces if outside[piece[0]] and len(piece) > 1]
+    return lines
 
 
 class CadWork(NamedTuple):
@@ -156,7 +174,7 @@ def cad_work(scenario: ChamferScenario, part: step.StepPart, *, outline: bool = 
     tolerance = scenario.path.chord_tolerance or 2e-6
     spacing = float(np.clip(0.25 * math.sqrt(8.0 * tolerance * radius), 2e-5, 2e-4))
     chains = cad_edges.sharp_chains(model, reach=SECTION_REACH * scenario.chamfer.width, spacing=spacing)
-    chosen = cad_edges.select(chains, scenario.part.edges)
+    chosen = cad_select.select(chains, scenario.part.edges)
     shape = shape_of(cad_skin.cad_skin(model), tuple(face.name for face in model.faces))
     works = tuple(_chain_work(model, chain, shape, scenario.tool.axis) for chain in chosen)
     return CadWork(model, chains, works, outline_of(cad.edge_lines(model)) if outline else None)

@@ -180,6 +180,7 @@ def chamfer_path(scenario: ChamferScenario, progress: Progress | None = None) ->
         stages=chamfer_stages.stages(scenario, done, program.table if program else None),
         warnings=chamfer_measures.warnings(scenario, done, found, program.unproven if program else ()),
         infeasible=done.infeasible,
+        advice=done.remedies,
         limits=chamfer.LIMITS,
         convergence=chamfer_measures.convergence(scenario, done),
         notes=chamfer_measures.notes(done),
@@ -187,7 +188,14 @@ def chamfer_path(scenario: ChamferScenario, progress: Progress | None = None) ->
     )
 
 
+def chamfer_quick(scenario: ChamferScenario) -> Mapping[str, float]:
+    """The measures alone, for studies; the band of set-up errors only if it is required."""
+    band = any(name.startswith("setup_width") for name in scenario.requirements)
+    return chamfer_measures.measures(scenario, chamfer.run(scenario, wanted=frozenset({"band"} if band else ())))
+
+
 MEASURES: Mapping[str, Callable[..., Mapping[str, float]]] = {
+    "chamfer": chamfer_quick,
     "deburr": deburring_measures,
     "drill": drilling_measures,
     "machine": machine_measures,

@@ -106,7 +106,8 @@ class ChamferPart(Spec):
     block: Block | None = Field(default=None, description="a drilled block, made and read back as STEP")
     edges: str = Field(
         default="all",
-        description="which edges: outer or inner (pipe); all, outer, inner, hole:N, edge:N, by commas (CAD part)",
+        description="which edges: outer or inner (pipe); of a CAD part all, outer, inner, closed, open, hole:N, edge:N-M, "
+        "longer:5mm, shorter:5mm, sharper:80deg, blunter:100deg, facing:+z, joined by commas (any) and & (all), ! for not",
         examples=["inner"],
     )
     burr: ChamferBurr | None = Field(default=None, description="a burr along the edges; it changes the forces")
@@ -256,6 +257,14 @@ class ChamferScenario(Scenario):
 
     measures: ClassVar[Mapping[str, MeasureSpec]] = CHAMFER
     focus: ClassVar[str] = "width_min"
+    levers: ClassVar[Mapping[str, tuple[str, str]]] = {
+        "chamfer.width": ("0.05 mm", "2 mm"),
+        "path.chord_tolerance": ("0.1 um", "20 um"),
+        "spindle.pressure": ("1.5 bar", "6.5 bar"),
+        "operation.contact_feed": ("1 mm/s", "150 mm/s"),
+        "operation.preset": ("0 mm", "1 mm"),
+    }
+    sound: ClassVar[Mapping[str, float]] = {"rod_clearance_min": -1e-9, "knife_margin_min": -1e-9}
     starts: ClassVar[Mapping[str, str]] = {
         "part.pipe.radius": "15 mm",
         "part.pipe.wall": "2 mm",

@@ -302,7 +302,8 @@ def _search(
                     _copy(stack, waiting, kept, 0)
                     out[5] = face
                     if best > -wanted.enough:
-                        out[0] = best
+                        m = middle_of(faces, face, kept[0], work)
+                        out[0], out[2], out[3], out[4] = best, m.x, m.y, m.z
                         return
                 if sweep == 0:
                     continue
