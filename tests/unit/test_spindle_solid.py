@@ -143,24 +143,20 @@ def test_runs_take_the_solid(load, example):
     """Mass and inertia reach the loop: lighter about the joint, the result moves a little and stays sound."""
     measure = "surface_error_mean" if example.startswith("deburr") else "width_deflected_min"
     library = load(example=example)
-    solid = cutwise.simulate(
-        revised(
-            library,
-            [
-                "spindle.solid={motor_diameter: 38 mm, motor_length: 110 mm, motor_density: 4800 kg/m^3, "
-                "collet_diameter: 16 mm, collet_length: 20 mm, collet_density: 7850 kg/m^3, shank_diameter: 6 mm, "
-                "mill_diameter: 8 mm, mill_length: 10 mm, mill_density: 14500 kg/m^3, piston_diameter: 4.43 mm, "
-                "housing_gap: 8 mm, housing_wall: 4 mm}"
-            ],
-        )  # fmt: skip
+    sizes = (
+        "spindle.solid={motor_diameter: 38 mm, motor_length: 110 mm, motor_density: 4800 kg/m^3, "
+        "collet_diameter: 16 mm, collet_length: 20 mm, collet_density: 7850 kg/m^3, shank_diameter: 6 mm, "
+        "mill_diameter: 8 mm, mill_length: 10 mm, mill_density: 14500 kg/m^3, piston_diameter: 4.43 mm, "
+        "housing_gap: 8 mm, housing_wall: 4 mm}"
     )
+    solid = cutwise.simulate(revised(library, [sizes]))
     assert solid.scenario.spindle.inertia == pytest.approx(3.1535e-3, abs=1e-7)
     before, after = cutwise.simulate(library).measures[measure].value, solid.measures[measure].value
     assert before != after
     assert after == pytest.approx(before, abs=5e-5)
 
 
-def test_the_spindle_as_step_file_deflected(load, spindle, tmp_path):
+def test_the_spindle_as_step_file_deflected(spindle, tmp_path):
     straight = cad_parts.compliant_spindle(size_of(spindle))
     tilted = cad_parts.compliant_spindle(size_of(spindle), (1.5e-3 / spindle.tool_reach, 2e-3 / spindle.tool_reach))
     tips = []

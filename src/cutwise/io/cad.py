@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from cutwise.io.cad_splines import spline_surface
 from cutwise.io.step import MM, StepPart, explored, occ, shape_map
-from cutwise.maths.splines import Splines, SplineSurface, spline_normals, splines
+from cutwise.maths.nurbs import Splines, SplineSurface, spline_normals, splines
 from cutwise.maths.surfaces import CONE, CYLINDER, FREE_FORM, PLANE, SPHERE, TORUS, Surfaces, outside_of, surfaces
 
 FloatArray = NDArray[np.float64]

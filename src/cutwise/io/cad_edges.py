@@ -19,7 +19,7 @@ from cutwise.io.cad import (
 )
 from cutwise.io.step import occ
 from cutwise.maths.edges import EdgeFrames, edge_frames, lengths, swapped_sides
-from cutwise.maths.splines import CHEBYSHEV, Splines, section_heights, spline_normals
+from cutwise.maths.nurbs import CHEBYSHEV, Splines, section_heights, spline_normals
 from cutwise.maths.surfaces import CYLINDER, FREE_FORM, SECTION_TERMS
 
 FloatArray = NDArray[np.float64]

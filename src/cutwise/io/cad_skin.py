@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from cutwise.io.cad import CONCAVE, CONVEX, Face, Topology
 from cutwise.io.step import MM, occ
 from cutwise.maths.curves import FloatArray
+from cutwise.maths.nurbs import spline_normals
 from cutwise.maths.skins import Faces, Skin, no_limits
-from cutwise.maths.splines import spline_normals
 from cutwise.maths.surfaces import FREE_FORM, PLANE
 
 OUTLINE = 5e-6  # [m] distance between the outlines of faces and those of their triangles

@@ -10,12 +10,10 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from cutwise import units
 from cutwise.io import library
 from cutwise.io.files import as_text, read_bytes
 from cutwise.io.programs.interpreter import interpret
-from cutwise.io.spindle_body import DERIVED, Body, Misfit, parametric_body, step_body, text_of
-from cutwise.io.step import CadFault
+from cutwise.io.spindle_nodes import with_solid
 from cutwise.io.tables import read_table
 from cutwise.io.tree import Node, compose, from_data, merged, origins, placed, unwrapped
 from cutwise.io.urdf import read_urdf
@@ -27,12 +25,10 @@ from cutwise.spec.faults import Fault, ScenarioFault, dotted, split_dotted
 from cutwise.spec.kinds import ALIASES, KINDS
 from cutwise.spec.milling import Program
 from cutwise.spec.scenario import Origin, Scenario
-from cutwise.spec.spindle_solid import SpindleSolid, SpindleStep
 from cutwise.spec.tables import Table
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _UNNAMED = ("name", "process")  # not values with an origin
-_AGREES = 0.02  # values closer than this agree with what a solid gives
 
 
 def load(path: str | Path, overrides: Sequence[str] = ()) -> Scenario:
@@ -366,49 +362,11 @@ class _Assembly:
         return replace(node, value={**node.value, "step": replace(file, value=str(place))})
 
     def _with_solid(self, node: Node, path: spec_faults.Path) -> Node:
-        """The spindle with mass, centre and inertia from its solid; what the engineer wrote stays."""
-        solid, reach = node.value.get("solid"), node.value.get("tool_reach")
-        if solid is None or reach is None or not isinstance(solid.value, dict):
-            return node
-        try:
-            if "step" in solid.value:
-                wanted = SpindleStep.model_validate(solid.plain())
-                body, said = step_body(wanted, Path(wanted.step)), f"STEP {solid.value['step'].text} and its density"
-            else:
-                length = units.parse(reach.value, "length")
-                body = parametric_body(SpindleSolid.model_validate(solid.plain()), length)
-                said = "cylinders of spindle.solid, about the joint"
-        except (ValidationError, units.UnitFault):
-            self.incomplete.add(path)  # what is wrong with the sizes is said elsewhere
-            return node
-        except (CadFault, Misfit) as fault:
+        node, faults, known = with_solid(node, path)
+        self.faults += faults
+        if not known:
             self.incomplete.add(path)
-            key = fault.key if isinstance(fault, Misfit) else "step"
-            self.faults.append(solid.fault((*path, "solid", key), str(fault)))
-            return node
-        return self._filled_in(node, body, Origin("derived", source=said))
-
-    def _filled_in(self, node: Node, body: Body, origin: Origin) -> Node:
-        value, remarks = dict(node.value), list(body.remarks)
-        for key, text in text_of(body.found).items():
-            given = value.get(key)
-            written = given is not None and given.layer > 0
-            if (
-                given is not None and written and given.origin is not None
-            ):  # not from a library, and not from a solid in a run file
-                written = given.origin.status != "derived" and not given.origin.library
-            if given is None or not written:
-                shown = units.show(units.parse(text, DERIVED[key]), DERIVED[key], 5)
-                value[key] = replace(from_data(text, node.file, node.layer), origin=origin, text=shown)
-                continue
-            difference = _difference(given.value, text, DERIVED[key])
-            if difference is not None and abs(difference) > _AGREES:
-                remarks.append(
-                    f"{key} as written ({given.text}) is {100 * difference:+.0f} % off what the solid gives "
-                    f"({units.show(units.parse(text, DERIVED[key]), DERIVED[key], 4)})"
-                )
-        value["solid_remarks"] = replace(from_data(remarks, node.file, node.layer), origin=origin)
-        return replace(node, value=value)
+        return node
 
     def _entry(self, label: Node, shelf: str) -> library.Entry:
         name = label.text
@@ -460,15 +418,6 @@ class _Assembly:
             return node
         inlined = from_data({"columns": columns, "file": file.text}, node.file, node.layer)
         return replace(node, value=inlined.value)
-
-
-def _difference(given: Any, derived: str, dimension: str) -> float | None:
-    """How far a value is off another, relative to that; None if it cannot be read."""
-    try:
-        other = units.parse(derived, dimension)
-        return units.parse(given, dimension) / other - 1.0
-    except (units.UnitFault, ZeroDivisionError):
-        return None
 
 
 def _program_file(node: Node) -> Node | None:

@@ -12,7 +12,7 @@ import numpy as np
 
 from cutwise.maths.compiled import inlined, internal
 from cutwise.maths.curves import FloatArray
-from cutwise.maths.splines import Splines, spline_point
+from cutwise.maths.nurbs import Splines, spline_point
 from cutwise.maths.surfaces import FREE_FORM, PLANE, IntArray, Surfaces, signed_distance
 
 PIECE = 15  # numbers of a piece: three corners [m] and their surface parameters

@@ -7,8 +7,8 @@ there is no hole. The pipe has no ends, and the drill stops at the axis of the p
 import numpy as np
 
 from cutwise.maths.curves import FloatArray
+from cutwise.maths.nurbs import splines
 from cutwise.maths.skins import Faces, Skin
-from cutwise.maths.splines import splines
 from cutwise.maths.surfaces import CYLINDER, PLANE, surfaces
 from cutwise.paths.pipe import PipeHole
 

@@ -17,8 +17,8 @@ import numpy as np
 from cutwise.maths.compiled import compiled, internal
 from cutwise.maths.curves import FloatArray
 from cutwise.maths.lines import BLOCK, GROUP, Line, distance_within, far_from, foot_on, line
+from cutwise.maths.nurbs import workspace
 from cutwise.maths.skins import PIECE, Boxes, Faces, Skin, halve, middle_of, outside_limits, picked
-from cutwise.maths.splines import workspace
 from cutwise.maths.surfaces import CYLINDER, PLANE, IntArray
 from cutwise.physics.surface.zones import Zones, no_zones, outside_zones
 
@@ -123,9 +123,8 @@ def rod_distance(skin: Skin, around: Boxes, rod: Mover, wanted: Wanted) -> Appro
     order = np.argsort(least)
     order = order[: int(np.isfinite(least).sum())]
     kept, out = np.zeros((2 * _KEPT, PIECE)), np.empty(6)
-    _search(
-        picked(skin, order), rod, no_zones(), -least[order], -face_gaps(skin, rod), -math.inf, wanted, kept, out
-    )  # fmt: skip
+    part, most = picked(skin, order), -least[order]
+    _search(part, rod, no_zones(), most, -face_gaps(skin, rod), -math.inf, wanted, kept, out)
     return Approach(float(-out[0]), float(-out[1]), out[2:5].copy(), int(out[5]))
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import BSpline
 
-from cutwise.maths.splines import (
+from cutwise.maths.nurbs import (
     CHEBYSHEV,
     SplineSurface,
     nearest_parameters,
