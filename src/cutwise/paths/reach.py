@@ -118,6 +118,13 @@ def leg_margin(path: ChamferPath, part: PipeHole) -> Margin:
     return Margin(WALL, left, False, "the leg in the hole must be shorter than the wall")
 
 
+def shared_wall_margin(outer: ChamferPath, inner: ChamferPath, part: PipeHole) -> Margin:
+    """The chamfers of both edges of a wall must leave some of it between them."""
+    legs = sum(float(path.leg[:, HOLE_SURFACE].max()) for path in (outer, inner))
+    left = min(_wall_along_hole(path, part) for path in (outer, inner)) - legs
+    return Margin(WALL, left, False, "the legs of both chamfers in the hole must be shorter than the wall")
+
+
 def _wall_along_hole(path: ChamferPath, part: PipeHole) -> float:
     """Shortest wall along the hole [m]."""
     x = path.frames.point[:, 0]
@@ -218,6 +225,8 @@ def remedies(
                 f"a rod of radius {thinnest * 1e3:.4g} mm or less with a knife from {math.degrees(neck):.4g} deg, or a "
                 f"larger ball up to {1e3 * (part.hole_radius - clearance):.4g} mm radius"
             )
+    if ROD_PART in failed:
+        found.append("another tool axis (tool.axis): auto lays the rod along the hole, on the outside of the pipe")
     if BALL_ENTERS in failed:
         found.append(
             f"a ball of less than {(part.hole_radius - clearance) * 1e3:.4g} mm radius (tool.ball_radius) passes the hole"

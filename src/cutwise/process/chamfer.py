@@ -22,6 +22,8 @@ LIMITS = (
     "no controller or robot has run these programs: dry-run them",
 )
 
+_SIDES = ("outer", "inner")
+
 
 class ChamferRun(NamedTuple):
     """Everything that a run found."""
@@ -79,8 +81,24 @@ def run(scenario: ChamferScenario, *, wanted: frozenset[str] = frozenset({"band"
 
 
 def _pipe(scenario: ChamferScenario, part: PipeHole) -> _Planned:
-    """The one edge of a pipe, or why not."""
-    inner = scenario.part.edges == "inner"
+    """One edge of a pipe or both, or why not."""
+    wanted = scenario.part.edges
+    found = [_pipe_edge(scenario, part, inner=inner) for inner in (False, True) if wanted in (_SIDES[inner], "all")]
+    if len(found) == 1:
+        return found[0]._replace(outline=pipe_outline(part))
+    infeasible = [f"{side} edge: {text}" for side, one in zip(_SIDES, found, strict=True) for text in one.infeasible]
+    paths = [path.path for one in found for plan in one.plans for path in plan.paths]
+    if len(paths) == 2:
+        shared = reach.shared_wall_margin(paths[0], paths[1], part)
+        infeasible += [] if shared.met else [str(shared)]
+    remedies = dict.fromkeys(text for one in found for text in one.remedies)
+    return _Planned(
+        sum((one.plans for one in found), ()), sum((one.members for one in found), ()), tuple(infeasible),
+        tuple(remedies) or (("a narrower chamfer on one of the edges",) if infeasible else ()), (), pipe_outline(part),
+    )  # fmt: skip
+
+
+def _pipe_edge(scenario: ChamferScenario, part: PipeHole, *, inner: bool) -> _Planned:
     tool, clearance = cutter(scenario), scenario.chamfer.clearance
     cut = chamfer_of(scenario)
 
@@ -88,7 +106,7 @@ def _pipe(scenario: ChamferScenario, part: PipeHole) -> _Planned:
         return tuple(reach.remedies(cut, part, tool, clearance, tilt, failed, inner=inner))
 
     try:
-        work = pipe_work(part, scenario)
+        work = pipe_work(part, scenario, inner=inner)
     except NoEdgeError as fault:
         margin = reach.Margin(reach.EDGE, fault.margin, False, str(fault))
         return _Planned(infeasible=(str(margin),), remedies=helped({reach.EDGE}))
@@ -105,7 +123,7 @@ def _pipe(scenario: ChamferScenario, part: PipeHole) -> _Planned:
     member = proof.edge_zone(work, float(path.path.leg.max()), scenario.chamfer.width)
     return _Planned(
         (EdgePlan(work, (path,), ()),), (member,), tuple(str(m) for m in path.failed),
-        helped({m.code for m in path.failed}, tilt) if path.failed else (), (), pipe_outline(part),
+        helped({m.code for m in path.failed}, tilt) if path.failed else (),
     )  # fmt: skip
 
 

@@ -39,6 +39,8 @@ class Deflected(NamedTuple):
     moves: Yielding
     width: FloatArray  # [m] at the measured places
     rod: float | None  # [m] clearance of the rod as it is carried aside; None: nothing beside it
+    travel: float  # [m] of the piston that gives way most
+    round_bend: float  # [rad] how far round the path the ball is dragged along the feed at most
 
 
 def ball_end(scenario: ChamferScenario) -> BallEnd:
@@ -103,12 +105,9 @@ def deflected(
     """A path with the spindle yielding, and the chamfer that it leaves."""
     assert scenario.spindle is not None
     closed = path.path.frames.closed
-    run = Pass(
-        lengths(path.path.centre, closed=closed) / path.feeds.centre, closed,
-        scenario.operation.preset + scenario.operation.part_error, time_step,
-    )  # fmt: skip
+    run = Pass(path.feeds.centre, scenario.operation.preset + scenario.operation.part_error, time_step)
     moves = yielding_pass(
-        material_along(scenario, path), path.local, path.axis, ball, ring_on(scenario, path.axis),
+        material_along(scenario, path), path.path, path.local, path.axis, ball, ring_on(scenario, path.axis),
         scenario.spindle.tool_reach, run, slices,
     )  # fmt: skip
     centre = path.path.centre + moves.offset
@@ -116,4 +115,15 @@ def deflected(
     width = swept_chamfer(path.at, centre, ball.ball_radius, span, closed=closed).width
     aside = path.path._replace(centre=centre)
     rod = path.rod_at(aside, proof.CLOSE)
-    return Deflected(moves, width, None if rod is None else rod.value)
+    ring = ring_on(scenario, path.axis)
+    travel = ring.arm * float((moves.tilt @ ring.direction.T).max())
+    return Deflected(moves, width, None if rod is None else rod.value, travel, _round_bend(path, moves))
+
+
+def _round_bend(path: EdgePath, moves: Yielding) -> float:
+    """Largest angle between the feed of the nominal place and that of the place to which the ball is dragged."""
+    feed, closed = path.local.feed, path.path.frames.closed
+    turn = np.linalg.norm(np.diff(np.vstack([feed, feed[:1]]) if closed else feed, axis=0), axis=1)
+    step = lengths(path.path.centre, closed=closed)
+    bend = turn / np.maximum(step, 1e-12)
+    return float((np.abs(moves.tip[: len(bend), 0]) * bend).max())

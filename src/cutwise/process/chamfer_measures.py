@@ -20,6 +20,7 @@ from cutwise.process.chamfer_plan import EdgePath, chamfer_of, swept
 from cutwise.process.convergence import change_on_halved_step
 from cutwise.spec.chamfer import ChamferScenario
 
+_FAR_ROUND = 1.0  # [rad] beyond which faces seen as planes say little
 _SHOWN = 8  # trimmed edges that are warned about one by one
 
 
@@ -95,6 +96,7 @@ def force_measures(scenario: ChamferScenario, done: ChamferRun) -> dict[str, flo
     if done.deflected and scenario.spindle is not None:
         found |= _widths([one.width for one in done.deflected], "_deflected")
         found["tip_deflection_max"] = max(float(np.hypot(*one.moves.tip.T).max()) for one in done.deflected)
+        found["stroke_margin"] = scenario.spindle.stroke - max(one.travel for one in done.deflected)
         rods = [one.rod for one in done.deflected if one.rod is not None]
         if rods:
             found["rod_clearance_deflected_min"] = min(rods)
@@ -174,7 +176,7 @@ def warnings(
         if done.forces and np.abs(path.local.plunge).max() > 0.5:
             said.append(f"{path.work.name} climbs steeply along the tool axis: forces there are rough")
             break
-    return (*said, *_yielding(found))
+    return (*said, *_yielding(done, found))
 
 
 def _trimmed(done: ChamferRun) -> Iterator[str]:
@@ -184,7 +186,17 @@ def _trimmed(done: ChamferRun) -> Iterator[str]:
         yield f"{len(trimmed) - _SHOWN} more edges have parts left out; the report lists them"
 
 
-def _yielding(found: Mapping[str, float]) -> Iterator[str]:
+def _yielding(done: ChamferRun, found: Mapping[str, float]) -> Iterator[str]:
+    if found.get("stroke_margin", 1.0) < 1e-9:
+        yield (
+            "the tool is dragged to the stop of the spindle: what is left of the chamfer is not to be believed; lower "
+            "the feed or the width, or raise the pressure"
+        )
+    elif done.deflected and max(one.round_bend for one in done.deflected) > _FAR_ROUND:
+        yield (
+            f"the cut drags the ball {units.show(found['tip_deflection_max'], 'length', 3)} aside, far round the bends of "
+            "its path: widths under deflection are rough; lower the feed, or raise the pressure"
+        )
     rod = found.get("rod_clearance_deflected_min")
     if rod is not None and rod < 0.0 <= found.get("rod_clearance_min", 0.0):
         yield (

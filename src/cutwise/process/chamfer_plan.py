@@ -99,11 +99,10 @@ def plan_pipe(scenario: ChamferScenario, work: EdgeWork, part: PipeHole) -> Edge
         tilt = float(wanted)
     path = path_at(tilt)
     at = work.frames_at(2.0 * np.pi * (np.arange(MEASURED) + 0.37) / MEASURED)
-    inner = scenario.part.edges == "inner"
     margins = [*reach.tool_margins(tool)]
-    if inner and np.allclose(axis, part.drill_axis):
+    if work.inner and np.allclose(axis, part.drill_axis):
         margins.append(reach.entry_margin(part, tool, scenario.chamfer.clearance))
-    elif inner:
+    elif work.inner:
         margins.append(reach.bore_margin(part, tool, scenario.chamfer.clearance))
     found, rod = pipe_margins(scenario, work, part, path, proof.EXACT)
     zone = proof.edge_zone(work, float(path.leg.max()), scenario.chamfer.width)
@@ -113,7 +112,7 @@ def plan_pipe(scenario: ChamferScenario, work: EdgeWork, part: PipeHole) -> Edge
         scenario, work, path, axis, tilt, at, left, gouge, rod, [*margins, *found],
         lambda other, wanted: pipe_margins(scenario, work, part, other, wanted)[1],
     )  # fmt: skip
-    if inner and np.allclose(axis, part.drill_axis):
+    if work.inner and np.allclose(axis, part.drill_axis):
         done = done._replace(rod_each=reach.rod_wall_clearances(path, part, tool))
     return done
 
@@ -124,7 +123,7 @@ def pipe_margins(
     """Rod, knife and wall margins of a path round the hole of a pipe, and how near the rod comes."""
     tool, axis, clearance = cutter(scenario), work.axes[0], scenario.chamfer.clearance
     rod: Approach | None
-    if scenario.part.edges == "inner" and np.allclose(axis, part.drill_axis):
+    if work.inner and np.allclose(axis, part.drill_axis):
         room = reach.rod_wall_clearance(path, part, tool)
         rod = Approach(room, room, np.full(3, np.nan), -1)
         code, meaning = reach.ROD_WALL, "the rod must clear the wall of the hole"

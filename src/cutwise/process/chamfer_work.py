@@ -47,6 +47,7 @@ class EdgeWork(NamedTuple):
     owners: FloatArray  # faces of the skin on both sides of each sample, shape (n, 2)
     shape: Shape
     foot: FloatArray | None  # [m] a point of the hole axis, if the edge is at a hole
+    inner: bool = False  # of a pipe: whether it is the edge at the bore
 
 
 def cutter(scenario: ChamferScenario) -> BallCutter:
@@ -69,23 +70,23 @@ def shape_of(skin: Skin, names: tuple[str, ...]) -> Shape:
     return Shape(skin, boxes(skin), names, top)
 
 
-def pipe_work(part: PipeHole, scenario: ChamferScenario) -> EdgeWork:
-    """The edge of a drilled pipe.
+def pipe_work(part: PipeHole, scenario: ChamferScenario, *, inner: bool) -> EdgeWork:
+    """One edge of a drilled pipe.
 
     Raises
     ------
     NoEdgeError
         The edge does not close.
     """
-    inner = scenario.part.edges == "inner"
     nodes = pipe_edge(part, one_turn(_NODES), inner=inner)
     wanted = scenario.tool.axis
     axis = part.drill_axis if wanted == "auto" else np.array(_AXES[wanted])
     names = ("the outside of the pipe", "the bore of the pipe", "the wall of the hole") + 2 * ("the far side",)
     shape = shape_of(pipe_skin(part, ROD_LENGTH + 3.0 * scenario.tool.ball_radius), names)
     return EdgeWork(
-        f"{scenario.part.edges} edge", 1, nodes, lambda theta: pipe_edge(part, theta, inner=inner), (axis,),
+        "inner edge" if inner else "outer edge", 1 + inner, nodes, lambda theta: pipe_edge(part, theta, inner=inner), (axis,),
         np.tile(np.array(own_faces(inner=inner)), (_NODES, 1)), shape, np.array([part.eccentricity, 0.0, 0.0]),
+        inner,
     )  # fmt: skip
 
 

@@ -106,7 +106,7 @@ class ChamferPart(Spec):
     block: Block | None = Field(default=None, description="a drilled block, made and read back as STEP")
     edges: str = Field(
         default="all",
-        description="which edges: outer or inner (pipe); of a CAD part all, outer, inner, closed, open, hole:N, edge:N-M, "
+        description="which edges: all, outer or inner; of a CAD part also closed, open, hole:N, edge:N-M, "
         "longer:5mm, shorter:5mm, sharper:80deg, blunter:100deg, facing:+z, joined by commas (any) and & (all), ! for not",
         examples=["inner"],
     )
@@ -118,8 +118,8 @@ class ChamferPart(Spec):
             yield Remark((), "names no part: write pipe, step or block")
         if self.pipe is not None and (self.step is not None or self.block is not None):
             yield Remark((), "names two parts: keep one of pipe, step and block")
-        if self.pipe is not None and self.edges not in ("outer", "inner"):
-            yield Remark(("edges",), f'"{self.edges}" is no edge of a pipe; write inner or outer')
+        if self.pipe is not None and self.edges not in ("all", "outer", "inner"):
+            yield Remark(("edges",), f'"{self.edges}" is no edge of a pipe; write inner, outer or all')
 
     def remarks(self) -> Iterator[Remark]:
         """A file that stands in for the block."""

@@ -194,6 +194,7 @@ CHAMFER: Mapping[str, MeasureSpec] = {
     "width_deflected_min": MeasureSpec("length", "smallest width with the spindle deflected"),
     "width_deflected_max": MeasureSpec("length", "largest width with the spindle deflected"),
     "tip_deflection_max": MeasureSpec("length", "largest deflection of the tool tip"),
+    "stroke_margin": MeasureSpec("length", "stroke minus the largest piston travel"),
     "rod_clearance_deflected_min": MeasureSpec("length", "smallest distance of the rod from the part while it yields"),
     "breakaway_force": MeasureSpec("force", "lateral force at the tip at which the spindle starts to yield"),
     "edges_chamfered": MeasureSpec("dimensionless", "number of edges with a proven path"),
