@@ -88,10 +88,8 @@ def entry(name: str) -> str:
 TABLES: Mapping[str, Callable[[], str]] = {
     **{f"measures.{kind}": partial(measures, kind) for kind in KINDS},
     **{f"keys.{kind}": partial(keys, kind) for kind in KINDS},
-    "errata.berselli2016": partial(errata, "berselli2016"),
-    "errata.garnier2017": partial(errata, "garnier2017"),
+    **{f"errata.{key}": partial(errata, key) for key, source in SOURCES.items() if source.errata},
     "entry.spindles.berselli2016": partial(entry, "spindles.berselli2016"),
-    "errata.ozcan2017": partial(errata, "ozcan2017"),
     "entry.machines.fadal2216": partial(entry, "machines.fadal2216"),
     "entry.machines.cjme2023": partial(entry, "machines.cjme2023"),
 }

@@ -16,7 +16,7 @@ CASES = {
     "base, 5 bar": ("chamfer.width=0.3 mm", "spindle.pressure=5 bar", "operation.preset=0 mm", "operation.part_error=0 mm",
                     "requirements={}"),
     "0.9 mm, 2 bar": (),
-    "with a burr": ("part.burr={height: 0.3 mm, width: 0.2 mm}",),
+    "with a burr": ("part.burr={height: 0.3 mm, width: 0.2 mm, on: face}",),
 }  # fmt: skip
 SHOWN = {
     "lateral_force_max": (1.0, "N"), "breakaway_force": (1.0, "N"), "tip_deflection_max": (1e3, "mm"),

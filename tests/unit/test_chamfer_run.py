@@ -133,7 +133,7 @@ def test_a_preset_acts_along_minus_y_of_the_pass():
 
 def test_a_burr_along_the_edge_loads_the_tool_and_moves_the_spindle():
     bare = yielding("spindle.pressure=2 bar", "chamfer.width=0.6 mm")
-    burr = yielding("spindle.pressure=2 bar", "chamfer.width=0.6 mm", "part.burr={height: 0.5 mm, width: 0.3 mm}")
+    burr = yielding("spindle.pressure=2 bar", "chamfer.width=0.6 mm", "part.burr={height: 0.5 mm, width: 0.3 mm, on: wall}")
     assert value(bare, "tip_deflection_max") < 1e-9
     assert "burr_force_mean_x" not in bare.measures
     assert value(burr, "tip_deflection_max") > 0.1e-3
@@ -148,7 +148,7 @@ def test_a_burr_on_one_part_of_the_edge_loads_that_part(tmp_path):
     """The table runs along the edge from its start at theta = 0."""
     table = tmp_path / "burr.csv"
     table.write_text("w [mm],height [mm]\n0,0.5\n5,0.5\n5.001,0\n40,0\n", encoding="utf-8")
-    edges, burr = "  edges: outer\n", "  burr: {height: {table: burr.csv}, width: 0.2 mm}\n"
+    edges, burr = "  edges: outer\n", "  burr: {height: {table: burr.csv}, width: 0.2 mm, on: wall}\n"
     text = COMPLIANT.read_text(encoding="utf-8").replace(edges, edges + burr)
     (tmp_path / "case.yaml").write_text(text, encoding="utf-8")
     done = chamfer.run(cutwise.load(tmp_path / "case.yaml", ("path.points=360",)))

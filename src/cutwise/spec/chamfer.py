@@ -92,7 +92,6 @@ class ChamferBurr(Spec):
         examples=["0.2 mm"],
     )
     on: Literal["wall", "face"] = Field(
-        default="wall",
         description="the face that carries it: the wall along the rod (of the hole), or the other one",
         examples=["wall"],
     )

@@ -154,7 +154,7 @@ class CompliantSpindle(LibrarySpec):
         examples=["{step: moving_body.step, density: 7850 kg/m^3, joint: [0 mm, 0 mm, 0 mm], axis: [0, 0, -1]}"],
     )
     solid_remarks: tuple[str, ...] = Field(
-        default=(), description="what was noticed when the solid was worked out (filled in)", examples=[()]
+        default=(), description="what was noticed when the solid was worked out (filled in)", examples=["[]"]
     )
     power_rating: Power | None = Field(
         default=None, description="rated power of the motor, for comparison only", examples=["340 W"], gt=0
