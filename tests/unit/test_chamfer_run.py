@@ -133,7 +133,9 @@ def test_a_preset_acts_along_minus_y_of_the_pass():
 
 def test_a_burr_along_the_edge_loads_the_tool_and_moves_the_spindle():
     bare = yielding("spindle.pressure=2 bar", "chamfer.width=0.6 mm")
-    burr = yielding("spindle.pressure=2 bar", "chamfer.width=0.6 mm", "part.burr={height: 0.5 mm, width: 0.3 mm, on: wall}")
+    burr = yielding(
+        "spindle.pressure=2 bar", "chamfer.width=0.6 mm", "part.burr={height: 0.5 mm, width: 0.3 mm, on: wall}"
+    )
     assert value(bare, "tip_deflection_max") < 1e-9
     assert "burr_force_mean_x" not in bare.measures
     assert value(burr, "tip_deflection_max") > 0.1e-3

@@ -61,10 +61,12 @@ def edge_zone(work: EdgeWork, longest: float, width: float) -> EdgeZone:
 def zones_near(members: Sequence[EdgeZone], own: int, centre: FloatArray, radius: float, *, near: bool = True) -> Zones:
     """The zones that a ball along some centres can reach; only its own edge has the wider zone on its faces."""
     low, high = centre.min(axis=0) - radius, centre.max(axis=0) + radius
+    lows, highs = np.array([member.low for member in members]), np.array([member.high for member in members])
+    meets = ((lows <= high) & (highs >= low)).all(axis=1)
     found = []
-    for member in members:
+    for member, met in zip(members, meets, strict=True):
         mine = member.number == own
-        if mine or ((member.low <= high).all() and (member.high >= low).all()):
+        if mine or met:
             found.append(member.zone if mine and near else member.zone._replace(near=member.zone.radius))
     return zones(found)
 

@@ -131,21 +131,21 @@ def rod_distance(skin: Skin, around: Boxes, rod: Mover, wanted: Wanted) -> Appro
 def face_gaps(skin: Skin, mover: Mover) -> FloatArray:
     """How near a ball's centre, or the axis of a rod, comes to each untrimmed surface at least [m]; 0 if unknown.
 
-    In closed form for planes and, across their axis, for cylinders: faces that run along with the tool at one and the
-    same distance need no halving then.
+    In closed form for planes and, across their axis, for cylinders: faces that run along with the tool at one
+    distance need no halving then.
     """
-    table = skin.faces.surfaces
+    table, path, axis = skin.faces.surfaces, mover.path.point, mover.frame[2]
     gap = np.zeros(len(table.kind))
-    path, axis = mover.path.point, mover.frame[2]
     if mover.length > 0.0:
         path = path[:, :1] * mover.frame[0] + path[:, 1:2] * mover.frame[1] + mover.height[:, None] * axis
         ends = np.vstack([path, path + mover.length * axis])
     else:
         ends = path
-    flat = np.flatnonzero(table.kind == PLANE)
+    there = np.bincount(skin.face, minlength=len(gap)) > 0
+    flat = np.flatnonzero(there & (table.kind == PLANE))
     above = ends @ table.axis[flat].T - np.einsum("ij,ij->i", table.origin[flat], table.axis[flat])
     gap[flat] = np.maximum(0.0, np.maximum(above.min(axis=0), -above.max(axis=0)))
-    for i in np.flatnonzero(table.kind == CYLINDER):
+    for i in np.flatnonzero(there & (table.kind == CYLINDER)):
         if mover.length > 0.0 and abs(table.axis[i] @ axis) < 1.0 - 1e-12:
             continue
         arm = path - table.origin[i]
