@@ -130,7 +130,9 @@ class Surroundings:
         beside = sorted(self._edges_near(point, 4.0 * reach) - {work.number})
         if beside:
             return f"inner corner with edge {beside[0]}, into which the ball does not fit"
-        return f"the ball would cut {self.names[face]}" + (", which bends back" if face in own else "")
+        if face in own:
+            return f"the ball is too large: it would cut {self.names[face]} farther on as well"
+        return f"the ball would cut {self.names[face]}"
 
     def beside(self, work: EdgeWork) -> set[int]:
         """Faces that meet one of the two faces of an edge in a concave corner."""

@@ -131,10 +131,12 @@ def test_an_edge_that_runs_into_a_wall_ends_where_the_ball_touches_it(run, tmp_p
 
 
 def test_infeasible_edges_are_named_and_the_rest_is_done(run):
-    result = run("part.edges=all", "tool.ball_radius=3.5 mm", "tool.rod_radius=1.5 mm", "chamfer.tilt=0 deg")
+    """A ball of 4 mm does not go into the hole of 3 mm, and is too large for the bore of 7 mm where they cross."""
+    result = run("part.edges=all", "tool.ball_radius=4 mm", "tool.rod_radius=1.5 mm", "chamfer.tilt=0 deg")
     assert result.verdict == "fail"
-    assert value(result, "edges_chamfered") > 0
-    assert all(line.startswith("edge ") for line in result.infeasible)
+    assert value(result, "edges_chamfered") == 23
+    assert [line.split(":")[0] for line in result.infeasible] == ["edge 21", "edge 24"]
+    assert "the ball is too large" in result.infeasible[0]
     assert result.advice
 
 
