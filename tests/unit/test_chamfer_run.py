@@ -5,17 +5,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import cutwise
 from cutwise.io.programs import post
 from cutwise.maths.edges import lengths
-from cutwise.paths.pipe import PipeHole, pipe_edge
-from cutwise.physics.engagement.ball import NO_BURR, Wedge
+from cutwise.paths.chamfer import Chamfer, chamfer_path
+from cutwise.paths.pipe import PipeHole, one_turn, pipe_edge
+from cutwise.physics.engagement.ball import NO_BURR, Wedge, pass_frames
 from cutwise.physics.structure.statics import characteristic
 from cutwise.physics.surface.sweep import swept_chamfer
 from cutwise.process import chamfer
 from cutwise.process.chamfer_cut import ball_end, material_along, ring_on
-from cutwise.process.chamfer_loop import ball_force
+from cutwise.process.chamfer_loop import ball_force, sections
 from cutwise.process.chamfer_program import program_of
 from cutwise.spec.faults import ScenarioFault
 
@@ -258,3 +260,40 @@ def test_a_tool_that_is_dragged_to_its_stop_is_not_believed():
     assert value(result, "stroke_margin") == pytest.approx(0.0, abs=1e-9)
     assert any("dragged to the stop" in text for text in result.warnings)
     assert result.verdict == "fail"
+
+
+def test_a_dragged_ball_meets_an_edge_that_rises_where_it_is():
+    """On the pipe: wedge, depth and height at the foot of the ball, found on the exact edge by bisection."""
+    scenario = cutwise.load(COMPLIANT, ("path.points=720", "requirements={}"))
+    done = chamfer.run(scenario)
+    path, moves, part = done.paths[0], done.deflected[0].moves, PipeHole(0.015, 0.002, 0.004)
+    nodes = pipe_edge(part, one_turn(512), inner=False)
+    real = path.path.centre + moves.offset
+
+    def at(theta):
+        frames = pipe_edge(part, np.array([theta]), inner=False)
+        return chamfer_path(frames, Chamfer(0.9e-3), 0.002, nodes=nodes)
+
+    def feed(one):
+        return pass_frames(one.frames.tangent, path.axis)
+
+    def foot(i):
+        def behind(theta):
+            one = at(theta)
+            return (real[i] - one.centre[0]) @ feed(one).feed[0]
+
+        start = path.path.frames.parameter[i]
+        return at(brentq(behind, start - 1.2, start + 1.2))
+
+    errors = []
+    for i in range(55, 700, 40):
+        before, here, after = (foot(j) for j in (i - 1, i, i + 1))
+        local = feed(here)
+        duration = 2.0 * float(path.feeds.centre[i] ** -1 * np.linalg.norm(np.diff(path.path.centre[i : i + 2], axis=0)))
+        speed = np.linalg.norm(after.contact.mean(axis=1) - before.contact.mean(axis=1)) / duration
+        off = (real[i + 1] - real[i - 1]) / duration @ local.off[0]
+        section = sections(here._replace(centre=real[[i]]), local, path.axis, np.array([speed]))
+        force, _ = ball_force(Wedge(*section.wedge[0]), NO_BURR, ball_end(scenario), section.speed[0], off, 48, 0)
+        errors.append(np.abs(moves.force[i] - [force.x, force.y, force.z]).max())
+    assert np.median(errors) < 0.15  # of up to 8 N
+    assert max(errors) < 0.5
