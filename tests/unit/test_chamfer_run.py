@@ -289,7 +289,9 @@ def test_a_dragged_ball_meets_an_edge_that_rises_where_it_is():
     for i in range(55, 700, 40):
         before, here, after = (foot(j) for j in (i - 1, i, i + 1))
         local = feed(here)
-        duration = 2.0 * float(path.feeds.centre[i] ** -1 * np.linalg.norm(np.diff(path.path.centre[i : i + 2], axis=0)))
+        duration = 2.0 * float(
+            path.feeds.centre[i] ** -1 * np.linalg.norm(np.diff(path.path.centre[i : i + 2], axis=0))
+        )
         speed = np.linalg.norm(after.contact.mean(axis=1) - before.contact.mean(axis=1)) / duration
         off = (real[i + 1] - real[i - 1]) / duration @ local.off[0]
         section = sections(here._replace(centre=real[[i]]), local, path.axis, np.array([speed]))
