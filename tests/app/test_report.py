@@ -2,7 +2,6 @@
 
 import re
 from html.parser import HTMLParser
-from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -15,11 +14,7 @@ from cutwise.app.report import render
 from cutwise.io.scenario import load, parse, revised
 from cutwise.process.recipes import simulate
 
-EXAMPLES = [
-    path
-    for path in sorted((Path(__file__).parent.parent.parent / "examples").glob("*.yaml"))
-    if path.stem != "chamfer_step_part" or find_spec("OCP")  # it needs the extra cad
-]
+EXAMPLES = sorted((Path(__file__).parent.parent.parent / "examples").glob("*.yaml"))
 VOID = {"meta", "link", "br", "hr", "img", "input", "col", "wbr", "area", "base", "embed", "source", "track"}
 
 

@@ -22,7 +22,7 @@ WITHOUT_PHYSICS = {
     "samples", "points", "diagonal_points", "orders", "convention", "weights", "feed_moment", "load", "at", "elements",
     # drilling: flat plate where it lies, frames without a turn, one hole, the simple lip, postures by search
     "inclination", "slope_direction", "x", "y", "z", "steps", "rotation", "flange_origin", "flange_rotation",
-    "urdf_remarks", "columns", "rows", "others", "lip_model", "lip_elements", "azimuths", "angle_step",
+    "urdf_remarks", "solid_remarks", "columns", "rows", "others", "lip_model", "lip_elements", "azimuths", "angle_step",
     "redundancy_angle", "singularity_margin", "drill_torque_on_arm",
     "lead", "turn", "compare", "path_mode", "reading", "modes", "substeps", "settling_time", "text", "act_on",
     # machine: conventions of signs and frames

@@ -72,6 +72,14 @@ def test_commands_run(page, desk):
         assert "Traceback" not in run.stderr
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("script", sorted((ROOT / "examples").glob("*.py")), ids=name)
+def test_scripts_among_the_examples_run(script, desk):
+    run = subprocess.run([sys.executable, str(script)], cwd=desk, capture_output=True, text=True, timeout=300)
+    assert run.returncode == 0, run.stderr
+    assert run.stdout.strip()
+
+
 def test_read_me_has_two_commands_and_ci_runs_the_second():
     first, second = (body.strip() for body in blocks(ROOT / "README.md", "sh"))
     environment, install, run = (part.strip() for part in first.split("&&"))

@@ -5,8 +5,10 @@ import pytest
 from cutwise import units
 from cutwise.io import library
 from cutwise.io.scenario import shelf_keys, shelf_sections
+from cutwise.io.spindle_body import parametric_body, text_of
 from cutwise.io.tree import compose
 from cutwise.spec.material import Material
+from cutwise.spec.spindle_solid import SpindleSolid
 
 ENTRIES = [(kind, name) for kind in library.SHELVES for name in library.names(kind)]
 MATERIALS = [name for kind, name in ENTRIES if kind == "materials"]
@@ -31,6 +33,9 @@ def test_every_key_is_known_and_every_value_can_be_read(kind, name):
     read = [section for section in shelf_sections(kind) if set(values) <= set(section.model_fields)]
     assert read
     for section in read:
+        if "solid" in values:  # a spindle as a solid gives what the loader works out of it
+            solid = SpindleSolid.model_validate(values["solid"])
+            values |= text_of(parametric_body(solid, units.parse(values["tool_reach"], "length")).found)
         lacking = {key for key, info in section.model_fields.items() if info.is_required()} - set(values)
         for key in lacking:  # an entry may leave a value to the engineer, and says so
             assert f"give {key}" in library.entry(kind, name).describes

@@ -3,9 +3,7 @@
 import numpy as np
 import pytest
 
-pytest.importorskip("OCP")
-
-from cutwise.io import cad, cad_edges, cad_parts, step
+from cutwise.io import cad, cad_edges, cad_parts, cad_select, step
 from cutwise.paths.chamfer import Chamfer, chamfer_path
 from cutwise.paths.pipe import PipeHole, one_turn, pipe_edge
 
@@ -62,20 +60,10 @@ def test_cad_path_is_the_analytic_one(pipe, inner):
 
 def test_selectors(pipe):
     chains = cad_edges.sharp_chains(pipe)
-    assert len(cad_edges.select(chains, "all")) == 6
-    assert len(cad_edges.select(chains, "inner")) == 1
-    assert len(cad_edges.select(chains, "edge:1, edge:3")) == 2
-    with pytest.raises(cad_edges.CadFault, match="selects no"):
-        cad_edges.select(chains, "edge:99")
-    with pytest.raises(cad_edges.CadFault, match="selects nothing"):
-        cad_edges.select(chains, "top")
-
-
-def test_spindle_solid_has_the_mass_of_its_cylinders():
-    size = cad_parts.SpindleSize(0.15, 0.08, 7, 0.0, 0.00443, 0.008, 0.02, 0.04, 0.1, 0.004)
-    bodies = cad_parts.compliant_spindle(size)
-    found = step.mass_properties(step.part_from_shape(bodies.moving, "spindle"), 7850.0)
-    stem = 0.3 * 0.008
-    volume = np.pi * (0.02**2 * 0.1 + stem**2 * 0.03 + 0.004**2 * 0.02)
-    assert found.mass == pytest.approx(7850.0 * volume, rel=1e-9)
-    assert found.centre[2] < 0.0
+    assert len(cad_select.select(chains, "all")) == 6
+    assert len(cad_select.select(chains, "inner")) == 1
+    assert len(cad_select.select(chains, "edge:1, edge:3")) == 2
+    with pytest.raises(step.CadFault, match="selects no"):
+        cad_select.select(chains, "edge:99")
+    with pytest.raises(step.CadFault, match="selects nothing"):
+        cad_select.select(chains, "top")

@@ -320,6 +320,42 @@ def program(
 
 
 @app.command()
+def spindle(
+    file: ScenarioFile,
+    overrides: Overrides = None,
+    as_json: Annotated[bool, typer.Option("--json", help="print one JSON object (SI)")] = False,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="FILE", help="write the spindle as STEP (needs sizes)")
+    ] = None,
+    deflection: Annotated[
+        str, typer.Option("--deflection", metavar="'X, Y'", help="how far the tip is pushed aside in the STEP file")
+    ] = "0 mm, 0 mm",
+) -> None:
+    """Show mass, inertia and static forces of the compliant spindle of a scenario, and write it as a solid."""
+    from cutwise import units
+    from cutwise.app import spindle as sheets
+    from cutwise.io.scenario import load
+
+    scenario = load(file, overrides or ())
+    try:
+        found = sheets.sheet(scenario)
+        tip = [units.parse(part.strip(), "length") for part in deflection.split(",")]
+        if len(tip) != 2:
+            raise ValueError(f"--deflection {deflection}: write two lengths, for example '1 mm, 2 mm'")
+    except ValueError as fault:
+        _refuse(str(fault))
+    if as_json:
+        import json
+
+        print(json.dumps(found.as_json(), allow_nan=False))
+    else:
+        print(sheets.shown(found))
+    if output is not None:
+        _writable(output.parent)
+        print(sheets.export(found, output, (tip[0], tip[1])), file=sys.stderr)
+
+
+@app.command()
 def library(
     kind: Annotated[str | None, typer.Argument(metavar="[KIND]", help="shelf: tools, materials, spindles, ...")] = None,
     name: Annotated[str | None, typer.Argument(metavar="[NAME]", help="entry, whose values are shown")] = None,

@@ -14,8 +14,8 @@ from cutwise.spec.faults import Path, dotted
 from cutwise.spec.scenario import Scenario
 
 _STATUS = {
-    "measured": "measured", "catalogue": "catalogue", "paper": "paper", "assumed": "assumed", "user": "scenario",
-    "default": "default",
+    "measured": "measured", "catalogue": "catalogue", "paper": "paper", "assumed": "assumed", "derived": "derived",
+    "user": "scenario", "default": "default",
 }  # fmt: skip
 
 

@@ -45,7 +45,8 @@ def margin(check: "Check") -> float | None:
 def verdict_line(result: "Result") -> str:
     """The verdict in one line, with what failed."""
     if result.infeasible:
-        return f"FAIL: the operation cannot be done ({len(result.infeasible)} conditions violated)"
+        count = len(result.infeasible)
+        return f"FAIL: the operation cannot be done ({count} condition{'' if count == 1 else 's'} violated)"
     failed = [check.measure for check in result.checks if not check.passed]
     if failed:
         return f"FAIL: {len(failed)} of {len(result.checks)} requirements not met: {', '.join(failed)}"

@@ -7,16 +7,24 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from cutwise.io.cad_splines import spline_surface
 from cutwise.io.step import MM, StepPart, explored, occ, shape_map
+from cutwise.maths.nurbs import Splines, SplineSurface, spline_normals, splines
 from cutwise.maths.surfaces import CONE, CYLINDER, FREE_FORM, PLANE, SPHERE, TORUS, Surfaces, outside_of, surfaces
 
 FloatArray = NDArray[np.float64]
 
+_GUESSES = 33  # places of an edge at which its parameters in a face are asked for
 SMOOTH_ANGLE = math.radians(1.0)  # normals closer than this meet smoothly
 
 FREE, SEAM, DEGENERATE, SMOOTH, CONVEX, CONCAVE, CROWDED = (
     "without face", "seam", "degenerate", "smooth", "convex", "concave", "more than two faces",
 )  # fmt: skip
+
+
+_NAMES = {
+    PLANE: "plane", CYLINDER: "cylinder", CONE: "cone", SPHERE: "sphere", TORUS: "torus", FREE_FORM: "free-form",
+}  # fmt: skip
 
 
 class Face(NamedTuple):
@@ -27,8 +35,14 @@ class Face(NamedTuple):
     evaluator: Any  # adaptor of OpenCascade, in mm
     reversed: bool
     kind: int
-    sign: float  # of the gradient of the signed distance along the outward normal; 0 for a free-form surface
+    sign: float  # of the gradient of the signed distance along the outward normal; free-form: of the product S_u x S_v
+    spline: int  # row of a free-form surface in its table, else -1
     turn: tuple[float, float]  # first and last parameter round the axis [rad]
+
+    @property
+    def name(self) -> str:
+        """What to call it in messages."""
+        return f"face {self.index + 1} ({_NAMES[self.kind]})"
 
 
 class Edge(NamedTuple):
@@ -59,6 +73,7 @@ class Topology(NamedTuple):
     edges: tuple[Edge, ...]
     holes: tuple[Hole, ...]
     surfaces: Surfaces  # one row for each face
+    splines: Splines  # one row for each free-form face
 
     def count(self, kind: str) -> int:
         """How many edges are of a kind."""
@@ -79,11 +94,17 @@ def topology(part: StepPart, *, smooth: float = SMOOTH_ANGLE) -> Topology:
     shapes = explored(part.shape, kinds.TopAbs_FACE)
     rows = []
     faces = []
+    free: list[SplineSurface] = []
     for i, shape in enumerate(shapes):
         face, row = _face(i, shape)
+        if face.kind == FREE_FORM:
+            face = face._replace(spline=len(free))
+            row = (*row[:3], float(len(free)), 0.0)
+            free.append(spline_surface(face.shape, face.evaluator))
         faces.append(face)
         rows.append(row)
     table = surfaces(rows)
+    free_table = splines(free)
     faces = [face._replace(sign=_sign(face, table)) for face in faces]
     numbers = shape_map(part.shape, kinds.TopAbs_EDGE)
     places: dict[int, list[tuple[int, bool]]] = {}
@@ -97,8 +118,8 @@ def topology(part: StepPart, *, smooth: float = SMOOTH_ANGLE) -> Topology:
     edges = []
     to_edge = occ("TopoDS").TopoDS.Edge
     for i, shape in enumerate(explored(part.shape, kinds.TopAbs_EDGE)):
-        edges.append(_edge(i, to_edge(shape.Oriented(forward)), places.get(i, []), faces, table, smooth))
-    return Topology(part, tuple(faces), tuple(edges), _holes(faces, table), table)
+        edges.append(_edge(i, to_edge(shape.Oriented(forward)), places.get(i, []), faces, table, free_table, smooth))
+    return Topology(part, tuple(faces), tuple(edges), _holes(faces, table), table, free_table)
 
 
 Row = tuple[int, Sequence[float], Sequence[float], float, float]
@@ -123,7 +144,7 @@ def _face(index: int, shape: Any) -> tuple[Face, Row]:
         row = (TORUS, *_axis(torus), torus.MajorRadius() * MM, torus.MinorRadius() * MM)
     turned = shape.Orientation() == occ("TopAbs").TopAbs_Orientation.TopAbs_REVERSED
     turn = (evaluator.FirstUParameter(), evaluator.LastUParameter())
-    return Face(index, shape, evaluator, turned, row[0], 0.0, turn), row
+    return Face(index, shape, evaluator, turned, row[0], 0.0, -1, turn), row
 
 
 def _axis(surface: Any) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
@@ -149,7 +170,7 @@ def surface_point(face: Face, u: float, v: float) -> tuple[FloatArray, FloatArra
 def _sign(face: Face, table: Surfaces) -> float:
     """Whether the gradient of the signed distance points out of the material, from one inner point of the face."""
     if face.kind == FREE_FORM:
-        return 0.0
+        return -1.0 if face.reversed else 1.0
     e = face.evaluator
 
     def inside(first: float, last: float) -> float:
@@ -162,16 +183,14 @@ def _sign(face: Face, table: Surfaces) -> float:
 
 
 def face_normals(
-    face: Face, table: Surfaces, edge: Any, point: FloatArray, at: FloatArray
+    face: Face, table: Surfaces, free: Splines, edge: Any, point: FloatArray, at: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Distance of edge points from a face [m], and its outward normals there.
 
-    Elementary surfaces in one go; free-form ones at the parameters that the edge has in the face.
-
     Parameters
     ----------
-    face, table : Face, Surfaces
-        The face, and its table of surfaces.
+    face, table, free : Face, Surfaces, Splines
+        The face, and the tables of surfaces.
     edge : shape
         The edge.
     point, at : array
@@ -180,17 +199,18 @@ def face_normals(
     if face.kind != FREE_FORM:
         distance, gradient = outside_of(table, face.index, point)
         return face.sign * distance, face.sign * gradient
-    parameters = face_parameters(face, edge, at)
-    found = [surface_point(face, u, v) for u, v in parameters]
-    normal = np.array([f[3] for f in found])
-    return np.einsum("ij,ij->i", point - np.array([f[0] for f in found]), normal), normal
+    gap, normal = np.empty(len(point)), np.empty((len(point), 3))
+    guess = face_parameters(face, edge, at)
+    spline_normals(free, face.spline, face.sign, np.ascontiguousarray(point), guess, gap, normal)
+    return gap, normal
 
 
 def face_parameters(face: Face, edge: Any, at: FloatArray) -> FloatArray:
-    """Surface parameters of edge points in a face; shape (n, 2)."""
+    """Surface parameters of edge points in a face, straight between a few of them; shape (n, 2)."""
     curve = occ("BRepAdaptor").BRepAdaptor_Curve2d(edge, face.shape)
-    values = [curve.Value(t) for t in at]
-    return np.array([(value.X(), value.Y()) for value in values])
+    some = at if len(at) <= _GUESSES else np.linspace(at[0], at[-1], _GUESSES)
+    values = [curve.Value(t) for t in some]
+    return np.column_stack([np.interp(at, some, [v.X() for v in values]), np.interp(at, some, [v.Y() for v in values])])
 
 
 def curve_points(edge: Any, at: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -206,6 +226,17 @@ def curve_points(edge: Any, at: FloatArray) -> tuple[FloatArray, FloatArray]:
     return point * MM, slope * MM
 
 
+def edge_lines(model: Topology, points: int = 24) -> list[FloatArray]:
+    """All edges of a part that a drawing shows, as polylines [m]; seams and smooth edges are left out."""
+    lines = []
+    line_type = occ("GeomAbs").GeomAbs_CurveType.GeomAbs_Line
+    for edge in model.edges:
+        if edge.kind in (CONVEX, CONCAVE):
+            straight = occ("BRepAdaptor").BRepAdaptor_Curve(edge.shape).GetType() == line_type
+            lines.append(curve_points(edge.shape, np.linspace(*curve_range(edge.shape), 2 if straight else points))[0])
+    return lines or [np.zeros((1, 3))]
+
+
 def curve_range(edge: Any) -> tuple[float, float]:
     """First and last parameter of the curve of an edge."""
     curve = occ("BRepAdaptor").BRepAdaptor_Curve(edge)
@@ -213,7 +244,7 @@ def curve_range(edge: Any) -> tuple[float, float]:
 
 
 def _edge(
-    index: int, shape: Any, found: list[tuple[int, bool]], faces: Sequence[Face], table: Surfaces,
+    index: int, shape: Any, found: list[tuple[int, bool]], faces: Sequence[Face], table: Surfaces, free: Splines,
     smooth: float,
 ) -> Edge:  # fmt: skip
     """The kind of an edge, from its faces and the angle between their normals at five places."""
@@ -230,8 +261,8 @@ def _edge(
     first, last = curve_range(shape)
     at = first + (last - first) * np.array([0.03, 0.27, 0.51, 0.74, 0.97])
     point, slope = curve_points(shape, at)
-    n1 = face_normals(faces[owners[0]], table, shape, point, at)[1]
-    n2 = face_normals(faces[owners[1]], table, shape, point, at)[1]
+    n1 = face_normals(faces[owners[0]], table, free, shape, point, at)[1]
+    n2 = face_normals(faces[owners[1]], table, free, shape, point, at)[1]
     angle = np.arctan2(np.linalg.norm(np.cross(n1, n2), axis=1), np.einsum("ij,ij->i", n1, n2))
     widest = int(np.argmax(angle))
     if angle[widest] < smooth:

@@ -11,16 +11,15 @@ from cutwise.io.cad import (
     CONVEX,
     SMOOTH_ANGLE,
     Edge,
-    Face,
     Topology,
     curve_points,
     curve_range,
     face_normals,
     face_parameters,
-    surface_point,
 )
-from cutwise.io.step import CadFault, occ
+from cutwise.io.step import occ
 from cutwise.maths.edges import EdgeFrames, edge_frames, lengths, swapped_sides
+from cutwise.maths.nurbs import CHEBYSHEV, Splines, section_heights, spline_normals
 from cutwise.maths.surfaces import CYLINDER, FREE_FORM, SECTION_TERMS
 
 FloatArray = NDArray[np.float64]
@@ -93,7 +92,7 @@ def _piece(model: Topology, edge: Edge, spacing: float) -> _Piece:
     for _ in range(4):
         gap = np.empty((count, 2))
         for m, face in enumerate(faces):
-            gap[:, m], normal[:, m] = face_normals(face, model.surfaces, edge.shape, point, at)
+            gap[:, m], normal[:, m] = face_normals(face, model.surfaces, model.splines, edge.shape, point, at)
         cosine = np.einsum("ij,ij->i", normal[:, 0], normal[:, 1])
         sharp = 1.0 - cosine**2 > math.sin(SMOOTH_ANGLE) ** 2
         spread = np.where(sharp, 1.0 - cosine**2, 1.0)
@@ -209,69 +208,23 @@ def _sections(model: Topology, piece: _Piece, reach: float) -> FloatArray:
         along = np.cross(piece.normal[:, m], piece.tangent)
         along *= -np.sign(np.einsum("ij,ij->i", along, piece.normal[:, 1 - m]))[:, None]
         start = face_parameters(face, piece.edge.shape, piece.at)
-        for i in range(len(piece.at)):
-            found[i, m] = _section(face, start[i], piece.point[i], along[i], piece.normal[i, m], reach)
+        gap, normal = np.empty(len(start)), np.empty((len(start), 3))
+        spline_normals(model.splines, face.spline, face.sign, piece.point, start, gap, normal)
+        found[:, m, 2:] = _polynomials(model.splines, face.spline, start, piece.point, along, piece.normal[:, m], reach)
     return found
 
 
-_NODES = 0.5 * (1.0 - np.cos(np.pi * (np.arange(6) + 0.5) / 6))  # Chebyshev, in parts of the reach
 _POWERS = np.arange(2, SECTION_TERMS)
-_FIT = np.linalg.inv(_NODES[:, None] ** _POWERS)
+_FIT = np.linalg.inv(CHEBYSHEV[:, None] ** _POWERS)
 
 
-def _section(
-    face: Face, start: FloatArray, point: FloatArray, along: FloatArray, normal: FloatArray, reach: float
-) -> FloatArray:
-    r"""Polynomial of the section of a free-form surface, :math:`S(u, v) = C + a\, u + g\, n`, at Chebyshev nodes."""
-    u, v = start
-    height = np.zeros(len(_NODES))
-    across = np.cross(normal, along)
-    done = 0.0
-    _, su, sv, _ = surface_point(face, u, v)
-    for k, node in enumerate(_NODES):
-        target = point + node * reach * along
-        step = (node - done) * reach * along
-        for _ in range(6):
-            a, b, c, d = su @ along, sv @ along, su @ across, sv @ across
-            det = a * d - b * c
-            if det == 0.0:
-                break
-            x, y = step @ along, step @ across
-            u, v = u + (d * x - b * y) / det, v + (a * y - c * x) / det
-            here, su, sv, _ = surface_point(face, u, v)
-            step = target - here
-            if abs(step @ along) + abs(step @ across) < 1e-12:
-                break
-        height[k] = -float(step @ normal)
-        done = node
-    coefficient = np.zeros(SECTION_TERMS)
-    coefficient[2:] = (_FIT @ height) / reach**_POWERS
-    return coefficient
-
-
-def select(chains: Sequence[EdgeChain], wanted: str) -> tuple[EdgeChain, ...]:
-    """Chains by selector: ``all``, ``outer``, ``inner``, ``hole:N``, ``edge:N``; several joined by commas.
-
-    Raises
-    ------
-    CadFault
-        No chain answers to it, or it cannot be read; the message says what there is.
-    """
-    found: dict[int, EdgeChain] = {}
-    for word in wanted.replace(" ", "").split(","):
-        kind, _, number = word.partition(":")
-        if kind not in ("all", "outer", "inner", "hole", "edge") or (kind in ("hole", "edge")) != number.isdigit():
-            raise CadFault(f'"{word}" selects nothing: write all, outer, inner, hole:N or edge:N, joined by commas')
-        for chain in chains:
-            if (
-                kind == "all" or kind == chain.where
-                or (kind == "hole" and int(number) in chain.holes) or (kind == "edge" and int(number) == chain.number)
-            ):  # fmt: skip
-                found[chain.number] = chain
-    if not found:
-        holes = sorted({n for chain in chains for n in chain.holes})
-        raise CadFault(
-            f'"{wanted}" selects no sharp edge; there are edges 1 to {len(chains)}'
-            + (f" and holes {', '.join(map(str, holes))}" if holes else " and no holes")
-        )
-    return tuple(found.values())
+def _polynomials(
+    table: Splines, index: int, start: FloatArray, point: FloatArray, along: FloatArray, normal: FloatArray,
+    reach: float,
+) -> FloatArray:  # fmt: skip
+    r"""Polynomials of sections of a free-form surface, :math:`S(u, v) = C + a\, u + g\, n`, through Chebyshev nodes."""
+    height = section_heights(
+        table, index, start, np.ascontiguousarray(point), np.ascontiguousarray(along), np.ascontiguousarray(normal),
+        reach, CHEBYSHEV,
+    )  # fmt: skip
+    return np.asarray(height @ _FIT.T / reach**_POWERS)

@@ -4,7 +4,9 @@ import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
+from cutwise.io.spindle_body import Misfit, cylinders
 from cutwise.io.step import MM, occ
+from cutwise.spec.spindle_solid import SpindleSolid
 
 
 def _cylinder(origin: Sequence[float], axis: Sequence[float], radius: float, height: float) -> Any:
@@ -16,13 +18,6 @@ def _cylinder(origin: Sequence[float], axis: Sequence[float], radius: float, hei
 
 def _cut(body: Any, tool: Any) -> Any:
     return occ("BRepAlgoAPI").BRepAlgoAPI_Cut(body, tool).Shape()
-
-
-def _joined(bodies: Sequence[Any]) -> Any:
-    whole = bodies[0]
-    for body in bodies[1:]:
-        whole = occ("BRepAlgoAPI").BRepAlgoAPI_Fuse(whole, body).Shape()
-    return whole
 
 
 def drilled_pipe(
@@ -60,30 +55,25 @@ def drilled_block(
 
 
 class SpindleSize(NamedTuple):
-    """Sizes of a compliant spindle [m]; the joint is the origin, the mill points down (-z)."""
+    """A compliant spindle as a solid: what the sizes of its body leave open [m]; the joint is the origin."""
 
+    solid: SpindleSolid
     tool_reach: float  # L_t, joint to tip
     piston_arm: float  # l_p, joint to the plane of the pistons
     pistons: int
     piston_azimuth: float  # [rad] of piston 0 from +x
-    piston_diameter: float
-    mill_diameter: float
-    mill_length: float
-    motor_diameter: float
-    motor_length: float  # from the joint towards the mill
-    wall: float  # of the housing
 
 
 class SpindleBodies(NamedTuple):
     """The spindle as solids of OpenCascade, in mm."""
 
-    moving: Any  # motor with the mill: what tilts about the joint
-    pistons: Any
+    moving: tuple[Any, ...]  # motor, collet, shank and mill: what tilts about the joint
+    pistons: tuple[Any, ...]
     housing: Any
 
 
 def compliant_spindle(size: SpindleSize, tilt: tuple[float, float] = (0.0, 0.0)) -> SpindleBodies:
-    """Housing, motor, pistons and mill as solids; the moving body tilted by a small angle.
+    """Housing, motor, pistons and mill as solids, the mill pointing down (-z); the moving body tilted by a small angle.
 
     Parameters
     ----------
@@ -94,38 +84,35 @@ def compliant_spindle(size: SpindleSize, tilt: tuple[float, float] = (0.0, 0.0))
 
     Raises
     ------
-    ValueError
-        The motor does not fit between joint and tip, or the pistons are not beside it.
+    Misfit
+        The sizes do not fit one another.
     """
-    if not size.mill_diameter < size.motor_diameter:
-        raise ValueError("the mill must be thinner than the motor")
-    if not size.piston_arm <= size.motor_length < size.tool_reach - size.mill_length:
-        raise ValueError("the motor must reach past the pistons and end above the flutes: piston_arm, tool_reach")
+    solid = size.solid
+    if size.piston_arm > solid.motor_length:
+        raise Misfit("motor_length", "the motor ends above the pistons (piston_arm)")
     down = (0.0, 0.0, -1.0)
-    motor = _cylinder((0.0, 0.0, 0.0), down, 0.5 * size.motor_diameter, size.motor_length)
-    stem = 0.3 * size.mill_diameter
-    shaft = _cylinder((0.0, 0.0, 0.0), down, stem, size.tool_reach)
-    flutes = _cylinder((0.0, 0.0, size.mill_length - size.tool_reach), down, 0.5 * size.mill_diameter, size.mill_length)
-    gap = 0.15 * size.motor_diameter
-    radius = 0.5 * size.motor_diameter
+    moving = [
+        _tilted(_cylinder((0.0, 0.0, -one.start), down, one.radius, one.length), tilt)
+        for one in cylinders(solid, size.tool_reach).values() if one.length > 0.0
+    ]  # fmt: skip
+    radius = 0.5 * solid.motor_diameter
     pistons = []
     for i in range(size.pistons):
         azimuth = size.piston_azimuth + 2.0 * math.pi * i / size.pistons
         out = (math.cos(azimuth), math.sin(azimuth), 0.0)
         foot = (radius * out[0], radius * out[1], -size.piston_arm)
-        pistons.append(_cylinder(foot, out, 0.5 * size.piston_diameter, gap + size.wall))
-    top = (0.0, 0.0, size.wall)
-    outer = _cylinder(top, down, radius + gap + size.wall, size.motor_length)
-    inner = _cylinder((0.0, 0.0, 0.0), down, radius + gap, 2.0 * size.motor_length)
-    housing = _cut(outer, inner)
+        pistons.append(_cylinder(foot, out, 0.5 * solid.piston_diameter, solid.housing_gap + solid.housing_wall))
+    outside = radius + solid.housing_gap
+    shell = _cylinder((0.0, 0.0, solid.housing_wall), down, outside + solid.housing_wall, solid.motor_length)
+    housing = _cut(shell, _cylinder((0.0, 0.0, 0.0), down, outside, 2.0 * solid.motor_length))
     for piston in pistons:
         housing = _cut(housing, piston)
-    return SpindleBodies(_tilted(_joined([motor, shaft, flutes]), tilt), _compound(pistons), housing)
+    return SpindleBodies(tuple(moving), tuple(pistons), housing)
 
 
 def spindle_assembly(bodies: SpindleBodies) -> Any:
     """All bodies of a spindle as one shape, for export."""
-    return _compound(bodies)
+    return _compound([*bodies.moving, *bodies.pistons, bodies.housing])
 
 
 def _compound(bodies: Sequence[Any]) -> Any:

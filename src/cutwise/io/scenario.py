@@ -13,6 +13,7 @@ from pydantic import ValidationError
 from cutwise.io import library
 from cutwise.io.files import as_text, read_bytes
 from cutwise.io.program_files import ProgramFiles, named_file
+from cutwise.io.spindle_nodes import with_solid
 from cutwise.io.tables import read_table
 from cutwise.io.tree import Node, compose, from_data, merged, origins, placed, too_short, unwrapped
 from cutwise.io.urdf import read_urdf
@@ -277,6 +278,8 @@ class _Assembly:
             node = self._with_library(node, section, path)
         if "urdf" in section.model_fields and isinstance(node.value, dict):
             node = self._with_urdf(node, path)
+        if "step" in section.model_fields and isinstance(node.value, dict):
+            node = self._with_step(node, path)
         if not isinstance(node.value, dict):
             return node
         value = dict(node.value)
@@ -298,7 +301,8 @@ class _Assembly:
             elif value[name].value is None:
                 message = "has no value; write one or leave the line out"
                 self.faults.append(value[name].fault(here, message, at_key=True))
-        return replace(node, value=value)
+        node = replace(node, value=value)
+        return self._with_solid(node, path) if "solid" in section.model_fields else node
 
     def _with_library(self, node: Node, section: type[LibrarySpec], path: spec_faults.Path) -> Node:
         label_node = node.value.get("library")
@@ -352,6 +356,24 @@ class _Assembly:
         origin = Origin("user", source=f"URDF {file.text}")
         inlined = {key: replace(item, origin=origin) for key, item in inlined.items()}
         return replace(node, value={**node.value, **inlined})
+
+    def _with_step(self, node: Node, path: spec_faults.Path) -> Node:
+        """The section with its STEP file found beside the scenario."""
+        file = node.value.get("step")
+        if file is None or not isinstance(file.value, str):
+            return node
+        place = self._file(file.value, file)
+        if not place.exists():
+            self.faults.append(file.fault((*path, "step"), f"{place}: no such file"))
+            return node
+        return replace(node, value={**node.value, "step": replace(file, value=str(place))})
+
+    def _with_solid(self, node: Node, path: spec_faults.Path) -> Node:
+        node, faults, known = with_solid(node, path)
+        self.faults += faults
+        if not known:
+            self.incomplete.add(path)
+        return node
 
     def _entry(self, label: Node, shelf: str) -> library.Entry:
         name = label.text

@@ -2,6 +2,7 @@
 
 import importlib
 import math
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -39,6 +40,7 @@ class StepPart(NamedTuple):
         return tuple(found)
 
 
+@lru_cache(maxsize=64)
 def occ(module: str) -> Any:
     """A module of the OpenCascade bindings, imported at its first use (1 to 5 s).
 

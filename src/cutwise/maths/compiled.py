@@ -57,6 +57,12 @@ def inlined(function: Function) -> Function:
     return _compiled(function, forceinline=True)
 
 
+def internal(function: Function) -> Function:
+    """As :func:`compiled`, for a kernel that only other kernels call: no wrapper for Python, which takes as long to
+    compile as the kernel where arguments are tuples of tuples."""
+    return _compiled(function, no_cpython_wrapper=True)
+
+
 def compiled_sums(function: Function) -> Function:
     """As :func:`compiled`, but sums may be taken in any order, so that loops over short arrays run in vector lanes.
 

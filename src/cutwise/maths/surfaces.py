@@ -28,24 +28,37 @@ SECTION_TERMS = 8  # a section polynomial has the powers 0 to 7; the first two a
 
 
 class Surfaces(NamedTuple):
-    """A table of elementary surfaces."""
+    """A table of elementary surfaces: kind, origin, axis, two sizes; one array, because kernels hand it on and on."""
 
-    kind: IntArray  # PLANE ... FREE_FORM, shape (m,)
-    origin: FloatArray  # [m] a point of the plane, or of the axis, or the centre, shape (m, 3)
-    axis: FloatArray  # normal of the plane, or unit vector of the axis, shape (m, 3)
-    size: FloatArray  # radius [m] and, cone: half angle [rad], torus: radius of the tube [m], shape (m, 2)
+    row: FloatArray  # shape (m, 9)
+
+    @property
+    def kind(self) -> IntArray:
+        """PLANE ... FREE_FORM, shape (m,)."""
+        return self.row[:, 0].astype(np.int64)
+
+    @property
+    def origin(self) -> FloatArray:
+        """A point of the plane, or of the axis, or the centre [m], shape (m, 3)."""
+        return self.row[:, 1:4]
+
+    @property
+    def axis(self) -> FloatArray:
+        """Normal of the plane, or unit vector of the axis, shape (m, 3)."""
+        return self.row[:, 4:7]
+
+    @property
+    def size(self) -> FloatArray:
+        """Radius [m] and, cone: half angle [rad], torus: radius of the tube [m]; free-form: its number; (m, 2)."""
+        return self.row[:, 7:9]
 
 
 def surfaces(rows: Sequence[tuple[int, Sequence[float], Sequence[float], float, float]]) -> Surfaces:
     """The table from rows (kind, origin, axis, first size, second size); axes are made unit vectors."""
-    axis = np.array([row[2] for row in rows], float).reshape(-1, 3)
-    length = np.linalg.norm(axis, axis=1, keepdims=True)
-    return Surfaces(
-        np.array([row[0] for row in rows], np.int64),
-        np.array([row[1] for row in rows], float).reshape(-1, 3),
-        axis / np.where(length > 0.0, length, 1.0),
-        np.array([row[3:5] for row in rows], float).reshape(-1, 2),
-    )
+    table = np.array([(row[0], *row[1], *row[2], *row[3:5]) for row in rows], float).reshape(-1, 9)
+    length = np.linalg.norm(table[:, 4:7], axis=1, keepdims=True)
+    table[:, 4:7] /= np.where(length > 0.0, length, 1.0)
+    return Surfaces(table)
 
 
 def outside_of(table: Surfaces, index: int, point: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -71,13 +84,14 @@ def signed_distance(table: Surfaces, index: int, x: float, y: float, z: float) -
     x, y, z : float
         The point [m]; not on the axis.
     """
-    kind = table.kind[index]
-    qx, qy, qz = x - table.origin[index, 0], y - table.origin[index, 1], z - table.origin[index, 2]
-    ax, ay, az = table.axis[index, 0], table.axis[index, 1], table.axis[index, 2]
+    row = table.row
+    kind = row[index, 0]
+    qx, qy, qz = x - row[index, 1], y - row[index, 2], z - row[index, 3]
+    ax, ay, az = row[index, 4], row[index, 5], row[index, 6]
     h = qx * ax + qy * ay + qz * az
     if kind == PLANE:
         return h, ax, ay, az
-    radius = table.size[index, 0]
+    radius = row[index, 7]
     if kind == SPHERE:
         length = math.sqrt(qx * qx + qy * qy + qz * qz)
         return length - radius, qx / length, qy / length, qz / length
@@ -86,7 +100,7 @@ def signed_distance(table: Surfaces, index: int, x: float, y: float, z: float) -
     ex, ey, ez = px / rho, py / rho, pz / rho
     if kind == CYLINDER:
         return rho - radius, ex, ey, ez
-    second = table.size[index, 1]
+    second = row[index, 8]
     if kind == CONE:
         c, s = math.cos(second), math.sin(second)
         return (rho - radius) * c - h * s, c * ex - s * ax, c * ey - s * ay, c * ez - s * az
@@ -133,7 +147,7 @@ def section_height(
     tuple of float
         g [m] and slope; NaN where the section does not reach.
     """
-    if table.kind[index] == FREE_FORM:
+    if table.row[index, 0] == FREE_FORM:
         g = 0.0
         slope = 0.0
         for k in range(polynomial.size - 1, -1, -1):

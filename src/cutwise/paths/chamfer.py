@@ -16,7 +16,7 @@ from scipy.interpolate import CubicSpline
 
 from cutwise.maths.compiled import compiled
 from cutwise.maths.curves import FloatArray, segment
-from cutwise.maths.edges import EdgeFrames
+from cutwise.maths.edges import EdgeFrames, reversed_edge, swapped_sides
 from cutwise.maths.surfaces import IntArray, section_height
 
 TANGENT = 0
@@ -46,6 +46,24 @@ class ChamferPath(NamedTuple):
     leg: FloatArray  # [m] distance of the borders from the edge, shape (n, 2)
     air: FloatArray  # unit, at right angles to the chord, out of the material, shape (n, 3)
     tier: IntArray  # tier that each sample reached: the envelope falls back to the surface, shape (n,)
+
+
+def path_of(path: ChamferPath, frames: EdgeFrames, keep: NDArray[np.int64] | slice) -> ChamferPath:
+    """Some samples of a path, with the frames of the same samples."""
+    return ChamferPath(frames, *(np.ascontiguousarray(a[keep]) for a in path[1:]))
+
+
+def reversed_path(path: ChamferPath) -> ChamferPath:
+    """The same path run the other way."""
+    return path_of(path, reversed_edge(path.frames), slice(None, None, -1))
+
+
+def swapped_path(path: ChamferPath) -> ChamferPath:
+    """The same path with the two surfaces exchanged."""
+    return path._replace(
+        frames=swapped_sides(path.frames), contact=np.ascontiguousarray(path.contact[:, ::-1]),
+        leg=np.ascontiguousarray(path.leg[:, ::-1]),
+    )  # fmt: skip
 
 
 class NoPathError(ValueError):

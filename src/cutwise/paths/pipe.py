@@ -112,29 +112,6 @@ def one_turn(count: int) -> FloatArray:
     return 2.0 * np.pi * np.arange(count) / count
 
 
-def pipe_cloud(part: PipeHole, reach: float, spacing: float) -> FloatArray:
-    """Points on all surfaces of a drilled pipe within a distance of the hole along the pipe [m], shape (n, 3)."""
-    axis = part.drill_axis
-    foot = np.array([part.eccentricity, 0.0, 0.0])
-    e2 = np.array([0.0, axis[2], -axis[1]])
-    theta = one_turn(max(24, int(2.0 * np.pi * part.hole_radius / spacing)))
-    ends = [pipe_edge(part, theta, inner=inner).point for inner in (True, False)]
-    pieces = max(3, int(np.linalg.norm(ends[1] - ends[0], axis=1).max() / spacing))
-    share = np.linspace(0.0, 1.0, pieces)[:, None, None]
-    wall = (ends[0] + share * (ends[1] - ends[0])).reshape(-1, 3)
-    centre_y = float((ends[0] + ends[1])[:, 1].mean()) / 2.0
-    length = part.hole_radius / np.cos(part.inclination) + reach
-    y = centre_y + np.arange(-length, length, spacing)
-    cylinders = []
-    for rho in (part.radius - part.wall, part.radius):
-        psi = np.arange(0.0, 2.0 * np.pi, spacing / rho)
-        grid = np.stack(np.broadcast_arrays(rho * np.sin(psi)[:, None], y, rho * np.cos(psi)[:, None]), axis=-1)
-        points = grid.reshape(-1, 3)
-        across = np.hypot((points - foot)[:, 0], (points - foot) @ e2)
-        cylinders.append(points[(across >= part.hole_radius) | (points @ axis < 0.0)])
-    return np.vstack([wall, *cylinders])
-
-
 def edge_curvature(part: PipeHole, theta: FloatArray, *, inner: bool) -> FloatArray:
     r"""Curvature of the edge of a central, upright hole [1/m].
 

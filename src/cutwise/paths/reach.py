@@ -73,12 +73,17 @@ def knife_margin(path: ChamferPath, tool: BallCutter, axis: FloatArray) -> float
     return float(min(chi.min() - tool.knife_limit, math.pi - tool.pole_limit - chi.max()))
 
 
-def rod_wall_clearance(path: ChamferPath, part: PipeHole, tool: BallCutter) -> float:
-    r"""Clearance of a rod along the drill axis in its hole, :math:`r - \max|S_\perp| - R_{od}` [m]."""
+def rod_wall_clearances(path: ChamferPath, part: PipeHole, tool: BallCutter) -> FloatArray:
+    r"""Clearance of a rod along the drill axis in its hole at each place, :math:`r - |S_\perp| - R_{od}` [m]."""
     offset = path.centre - np.array([part.eccentricity, 0.0, 0.0])
     axis = part.drill_axis
     across = offset - (offset @ axis)[:, None] * axis
-    return float(part.hole_radius - np.linalg.norm(across, axis=1).max() - tool.rod_radius)
+    return part.hole_radius - np.linalg.norm(across, axis=1) - tool.rod_radius
+
+
+def rod_wall_clearance(path: ChamferPath, part: PipeHole, tool: BallCutter) -> float:
+    r"""Clearance of a rod along the drill axis in its hole, :math:`r - \max|S_\perp| - R_{od}` [m]."""
+    return float(rod_wall_clearances(path, part, tool).min())
 
 
 def tool_margins(tool: BallCutter) -> list[Margin]:
@@ -96,21 +101,28 @@ def entry_margin(part: PipeHole, tool: BallCutter, clearance: float) -> Margin:
     return Margin(BALL_ENTERS, room, False, "the ball must pass through the hole, R_B + clearance < r")
 
 
-def path_margins(
-    path: ChamferPath, part: PipeHole, tool: BallCutter, clearance: float, *, inner: bool
-) -> list[Margin]:  # fmt: skip
-    """What a path along an edge of a drilled pipe must meet; the tool stands along the drill axis."""
-    axis = part.drill_axis
-    found = []
-    if inner:
-        room = rod_wall_clearance(path, part, tool) - clearance
-        found.append(Margin(ROD_WALL, room, False, "the rod must clear the wall of the hole"))
-    found.append(
-        Margin(KNIFE, knife_margin(path, tool, axis), True, "the contact must lie on the knife, off neck and pole")
-    )
-    wall_left = _wall_along_hole(path, part) - float(path.leg[:, HOLE_SURFACE].max())
-    found.append(Margin(WALL, wall_left, False, "the leg in the hole must be shorter than the wall"))
-    return found
+def bore_margin(part: PipeHole, tool: BallCutter, clearance: float) -> Margin:
+    """A tool that comes along the bore must fit into it."""
+    room = part.radius - part.wall - clearance - tool.ball_radius
+    return Margin(BALL_ENTERS, room, False, "the ball must fit into the bore of the pipe")
+
+
+def knife_margin_of(path: ChamferPath, tool: BallCutter, axis: FloatArray) -> Margin:
+    """The knife margin of a path as an inequality."""
+    return Margin(KNIFE, knife_margin(path, tool, axis), True, "the contact must lie on the knife, off neck and pole")
+
+
+def leg_margin(path: ChamferPath, part: PipeHole) -> Margin:
+    """The chamfer must end within the wall of a pipe."""
+    left = _wall_along_hole(path, part) - float(path.leg[:, HOLE_SURFACE].max())
+    return Margin(WALL, left, False, "the leg in the hole must be shorter than the wall")
+
+
+def shared_wall_margin(outer: ChamferPath, inner: ChamferPath, part: PipeHole) -> Margin:
+    """The chamfers of both edges of a wall must leave some of it between them."""
+    legs = sum(float(path.leg[:, HOLE_SURFACE].max()) for path in (outer, inner))
+    left = min(_wall_along_hole(path, part) for path in (outer, inner)) - legs
+    return Margin(WALL, left, False, "the legs of both chamfers in the hole must be shorter than the wall")
 
 
 def _wall_along_hole(path: ChamferPath, part: PipeHole) -> float:
@@ -151,8 +163,9 @@ def widest_chamfer(tool: BallCutter, clearance: float, wedge: float = 0.5 * math
 
 
 def least_tilt(
-    cut: Chamfer, shortest: Callable[[Chamfer], float], widest_wedge: float, *, step: float = math.radians(1.0)
-) -> float | None:
+    cut: Chamfer, shortest: Callable[[Chamfer], float], widest_wedge: float, *, step: float = math.radians(1.0),
+    exact: float = 1e-14,
+) -> float | None:  # fmt: skip
     """Smallest constant tilt at which the shortest margin of a path is not negative, or None.
 
     Parameters
@@ -164,7 +177,9 @@ def least_tilt(
     widest_wedge : float
         Largest wedge angle along the edge [rad]: tilts stay below 90 degrees minus half of it.
     step : float
-        Step in which the sign change is bracketed before Brent's method refines it to 1e-14 rad.
+        Step in which the sign change is bracketed [rad].
+    exact : float
+        Accuracy to which Brent's method refines it [rad].
     """
 
     def at(tilt: float) -> float:
@@ -180,7 +195,8 @@ def least_tilt(
     while low < end:
         high = min(end, low + step)
         if at(high) >= 0.0:
-            return float(brentq(at, low, high, xtol=1e-14, rtol=1e-14))
+            found = float(brentq(at, low, high, xtol=exact, rtol=1e-14))
+            return found if at(found) >= -1e-12 else min(high, found + 2.0 * exact)
         low = high
     return None
 
@@ -209,6 +225,8 @@ def remedies(
                 f"a rod of radius {thinnest * 1e3:.4g} mm or less with a knife from {math.degrees(neck):.4g} deg, or a "
                 f"larger ball up to {1e3 * (part.hole_radius - clearance):.4g} mm radius"
             )
+    if ROD_PART in failed:
+        found.append("another tool axis (tool.axis): auto lays the rod along the hole, on the outside of the pipe")
     if BALL_ENTERS in failed:
         found.append(
             f"a ball of less than {(part.hole_radius - clearance) * 1e3:.4g} mm radius (tool.ball_radius) passes the hole"

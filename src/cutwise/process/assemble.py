@@ -121,7 +121,7 @@ def piston_ring(spindle: CompliantSpindle) -> PistonRing:
     def friction(force: float) -> float:
         return friction_at(force, spindle.pressure, spindle.reference_pressure, spindle.friction_preload_fraction)
 
-    weight = weight_moment(spindle)
+    moment = weight(spindle)
     return PistonRing(
         piston_directions(spindle.pistons, spindle.piston_azimuth),
         Piston(
@@ -136,14 +136,14 @@ def piston_ring(spindle: CompliantSpindle) -> PistonRing:
         ),
         spindle.piston_arm,
         spindle.inertia,
-        float(weight[0]),
-        float(weight[1]),
+        float(moment[0]),
+        float(moment[1]),
         _SOLVER_TOLERANCE,
     )
 
 
-def weight_moment(spindle: CompliantSpindle) -> FloatArray:
-    """Moment of the motor's weight about the joint, as force times arm along x and y [N m]."""
+def weight(spindle: CompliantSpindle) -> FloatArray:
+    """Weight of the motor times the distance of its centre from the joint, along the direction of gravity [N m]."""
     if spindle.gravity == "off" or spindle.mass is None or spindle.centre_of_mass is None:
-        return np.zeros(2)
-    return spindle.mass * GRAVITY * spindle.centre_of_mass * np.array(spindle.gravity[:2])
+        return np.zeros(3)
+    return spindle.mass * GRAVITY * spindle.centre_of_mass * np.array(spindle.gravity)

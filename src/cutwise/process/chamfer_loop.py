@@ -7,15 +7,27 @@ import numpy as np
 
 from cutwise.maths.compiled import compiled
 from cutwise.maths.curves import FloatArray
+from cutwise.maths.edges import lengths
 from cutwise.paths.chamfer import ChamferPath
 from cutwise.physics.cutting.ball import disc_force
 from cutwise.physics.cutting.flute import EdgeCoefficients, FluteForce, feed_direction, feed_per_tooth
-from cutwise.physics.engagement.ball import PassFrames, Wedge, chip_area, disc_arc, height_limits
+from cutwise.physics.engagement.ball import (
+    Burr,
+    PassFrames,
+    Wedge,
+    burr_bounds,
+    burr_limits,
+    chip_area,
+    disc_arc,
+    height_limits,
+    wedge_bounds,
+)
 from cutwise.physics.structure.pistons import PistonRing, RingState, at_rest
 from cutwise.physics.structure.pistons import step as piston_step
 
-SLICES = 48  # discs over the height of the contact
-_RUN_IN = 0.1  # of a closed path, before the part that is reported
+SLICES = 48  # discs over the height of the contact, and as many over that of the burr
+_RUN_IN = 0.5  # of a path, before the part that is reported: round a closed one, in place at the start of an open one
+_LEAD_IN = 0.5  # of the run-in, in which the ball comes into the work
 
 
 class BallEnd(NamedTuple):
@@ -28,75 +40,122 @@ class BallEnd(NamedTuple):
 
 
 class Section(NamedTuple):
-    """The wedge of material at each sample of a path, in the (y, z) plane of the pass, and the feed."""
+    """The material at each sample of a path, in the (y, z) plane of the pass, and the feed."""
 
     wedge: FloatArray  # the six numbers of a Wedge, shape (n, 6)
+    burr: FloatArray  # the six numbers of a Burr, shape (n, 6)
     speed: FloatArray  # [m/s] along the edge, across the rod, shape (n,)
+
+
+class Course(NamedTuple):
+    """A path as a yielding spindle runs it, along two unit vectors across the rod."""
+
+    place: FloatArray  # [m] of the ball centre along those two and along the rod, shape (n, 3)
+    frame: FloatArray  # the feed, then the direction off the work, shape (n, 4)
+    lead: FloatArray  # [m] from there to where the ball is led, into the work, shape (n, 2)
+    velocity: FloatArray  # [m/s] with which it is led, shape (n, 2)
+    contact: FloatArray  # speed of the contact over that of the ball centre, shape (n,)
+    spans: FloatArray  # [s] from each sample to the next, shape (n,)
+    closed: bool
+
+
+class EdgeBurr(NamedTuple):
+    """A burr along an edge."""
+
+    height: FloatArray  # [m] at each sample of a path, shape (n,)
+    width: FloatArray
+    side: int  # which face of the edge carries it, 0 or 1: the one along the rod is 1
 
 
 class PassForces(NamedTuple):
     """Forces on the tool along a path, in the frame of the pass."""
 
-    force: FloatArray  # [N] x feed, y off the work, z along the rod, shape (n, 3)
+    force: FloatArray  # [N] x feed, y off the work, z along the rod, of work and burr together, shape (n, 3)
+    burr_force: FloatArray  # [N] that of the burr alone, shape (n, 3)
     power: FloatArray  # [W], shape (n,)
-    chip_area: FloatArray  # [m^2], shape (n,)
+    chip_area: FloatArray  # [m^2] with the burr, shape (n,)
 
 
-def sections(path: ChamferPath, local: PassFrames, axis: FloatArray, contact_speed: FloatArray) -> Section:
-    """The wedges that a path meets; the chip follows from the speed of the contact, so that the removal rate is right."""
+def sections(
+    path: ChamferPath, local: PassFrames, axis: FloatArray, contact_speed: FloatArray, burr: EdgeBurr | None = None
+) -> Section:
+    """The material that a path meets; the chip follows from the speed of the contact, so that the removal rate is right.
+
+    Faces are taken as planes, seen along the feed.
+    """
     edge = path.frames.point - path.centre
-    y, z = np.einsum("ij,ij->i", edge, local.off), edge @ axis
-    normals = [
-        (np.einsum("ij,ij->i", path.frames.normal[:, m], local.off), path.frames.normal[:, m] @ axis) for m in range(2)
-    ]
-    wedge = np.column_stack([y, z, *normals[0], *normals[1]])
-    return Section(wedge, contact_speed * np.sqrt(1.0 - local.plunge**2))
+
+    def seen(vector: FloatArray) -> FloatArray:
+        return np.column_stack([np.einsum("ij,ij->i", vector, local.off), vector @ axis])
+
+    wedge = np.hstack([seen(edge), seen(path.frames.normal[:, 0]), seen(path.frames.normal[:, 1])])
+    strip = np.zeros((len(edge), 6))
+    if burr is not None:
+        strip[:, 0], strip[:, 1] = burr.height, burr.width
+        strip[:, 2:4], strip[:, 4:6] = seen(path.frames.into[:, burr.side]), seen(path.frames.normal[:, burr.side])
+    return Section(wedge, strip, contact_speed * np.sqrt(np.maximum(0.0, 1.0 - local.plunge**2)))
 
 
 @compiled
-def ball_force(wedge: Wedge, ball: BallEnd, speed_x: float, speed_y: float, slices: int) -> tuple[FluteForce, float]:
-    """Force of all discs of a ball averaged over a tooth period, and the cutting power [W]."""
+def _disc(
+    low: float, high: float, z: float, dz: float, ball: BallEnd, chip: float, theta: float
+) -> tuple[float, float, float, float]:
+    """Force of one disc of a ball in material between two y, and the tangential force [N]."""
+    x = y = axial = tangential = 0.0
+    a1, a2 = disc_arc(low, high, ball.ball_radius, z)
+    if a2 > a1:
+        for side in range(2):  # leading and trailing side of the disc
+            lo, hi = (a1, a2) if side == 0 else (2.0 * math.pi - a2, 2.0 * math.pi - a1)
+            lo, hi = max(lo, theta), min(hi, math.pi + theta)
+            if hi > lo:
+                f = disc_force(lo, hi, z, dz, ball.ball_radius, chip, theta, ball.flutes, ball.coefficients)
+                x, y, axial, tangential = x + f.x, y + f.y, axial + f.z, tangential + f.tangential
+    return x, y, axial, tangential
+
+
+@compiled
+def ball_force(
+    wedge: Wedge, burr: Burr, ball: BallEnd, speed_x: float, speed_y: float, slices: int, part: int
+) -> tuple[FluteForce, float]:
+    """Force of all discs of a ball averaged over a tooth period, and the cutting power [W].
+
+    ``part``: 0 the work, 1 the burr; each is cut in its own discs.
+    """
     theta = feed_direction(speed_x, speed_y)
     chip = feed_per_tooth(speed_x, speed_y, ball.spindle_speed, ball.flutes)
     radius = ball.ball_radius
-    low, high = height_limits(wedge, radius)
+    low, high = height_limits(wedge, radius) if part == 0 else burr_limits(wedge, burr, radius)
     dz = (high - low) / slices
     fx = fy = fz = tangential = power = 0.0
-    if dz > 0.0:
-        for k in range(slices):
-            z = low + (k + 0.5) * dz
-            a1, a2 = disc_arc(wedge, radius, z)
-            if a2 <= a1:
-                continue
-            for side in range(2):  # leading and trailing side of the disc
-                lo, hi = (a1, a2) if side == 0 else (2.0 * math.pi - a2, 2.0 * math.pi - a1)
-                lo, hi = max(lo, theta), min(hi, math.pi + theta)
-                if hi <= lo:
-                    continue
-                f = disc_force(lo, hi, z, dz, radius, chip, theta, ball.flutes, ball.coefficients)
-                fx += f.x
-                fy += f.y
-                fz += f.z
-                tangential += f.tangential
-                power += f.tangential * math.sqrt(radius * radius - z * z) * ball.spindle_speed
+    for k in range(slices if dz > 0.0 else 0):
+        z = low + (k + 0.5) * dz
+        y_low, y_high = wedge_bounds(wedge, z) if part == 0 else burr_bounds(wedge, burr, z)
+        x, y, axial, tangent = _disc(y_low, y_high, z, dz, ball, chip, theta)
+        fx, fy, fz, tangential = fx + x, fy + y, fz + axial, tangential + tangent
+        power += tangent * math.sqrt(max(0.0, radius * radius - z * z)) * ball.spindle_speed
     return FluteForce(fx, fy, fz, tangential), power
 
 
-def pass_forces(section: Section, ball: BallEnd) -> PassForces:
+def pass_forces(section: Section, ball: BallEnd, slices: int = SLICES) -> PassForces:
     """Forces along a path with a rigid tool."""
-    out = np.empty((len(section.speed), 5))
-    _forces(section.wedge, section.speed, ball, out)
-    return PassForces(out[:, :3], out[:, 3], out[:, 4])
+    out = np.empty((len(section.speed), 8))
+    _forces(section.wedge, section.burr, section.speed, ball, slices, out)
+    return PassForces(out[:, :3], out[:, 3:6], out[:, 6], out[:, 7])
 
 
 @compiled
-def _forces(wedges: FloatArray, speed: FloatArray, ball: BallEnd, out: FloatArray) -> None:
+def _forces(
+    wedges: FloatArray, burrs: FloatArray, speed: FloatArray, ball: BallEnd, slices: int, out: FloatArray
+) -> None:
     for i in range(speed.size):
-        w = wedges[i]
-        wedge = Wedge(w[0], w[1], w[2], w[3], w[4], w[5])
-        f, power = ball_force(wedge, ball, speed[i], 0.0, SLICES)
-        out[i, 0], out[i, 1], out[i, 2], out[i, 3] = f.x, f.y, f.z, power
-        out[i, 4] = chip_area(wedge, ball.ball_radius, SLICES)
+        w, s = wedges[i], burrs[i]
+        wedge, burr = Wedge(w[0], w[1], w[2], w[3], w[4], w[5]), Burr(s[0], s[1], s[2], s[3], s[4], s[5])
+        f, power = ball_force(wedge, burr, ball, speed[i], 0.0, slices, 0)
+        b, more = ball_force(wedge, burr, ball, speed[i], 0.0, slices, 1)
+        out[i, 0], out[i, 1], out[i, 2] = f.x + b.x, f.y + b.y, f.z + b.z
+        out[i, 3], out[i, 4], out[i, 5] = b.x, b.y, b.z
+        out[i, 6] = power + more
+        out[i, 7] = chip_area(wedge, burr, ball.ball_radius, slices)
 
 
 class Yielding(NamedTuple):
@@ -104,78 +163,166 @@ class Yielding(NamedTuple):
 
     tip: FloatArray  # [m] displacement of the tool tip in the frame of the pass, x and y, shape (n, 2)
     offset: FloatArray  # [m] displacement of the ball from the nominal path, shape (n, 3)
-    tilt: FloatArray  # [rad] of the motor in the machine's x and y, shape (n, 2)
-    force: FloatArray  # [N] in the frame of the pass, shape (n, 3)
+    tilt: FloatArray  # [rad] of the motor across the rod, along the two unit vectors of the spindle, shape (n, 2)
+    force: FloatArray  # [N] in the frame of the pass where the ball is, shape (n, 3)
+
+
+class Pass(NamedTuple):
+    """How a path is run with a compliant spindle."""
+
+    centre_speed: (
+        FloatArray  # [m/s] from each sample to the next, shape (n,) for a closed path, (n - 1,) for an open one
+    )
+    approach: float  # [m] how much the ball is led into the work beyond the nominal path: preset and part error
+    time_step: float  # [s]
+
+
+def across_rod(axis: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Two unit vectors across the rod, in which the motor tilts; piston azimuths count from the first."""
+    across = np.eye(3)[int(np.argmin(np.abs(axis)))]
+    ex = across - (across @ axis) * axis
+    ex /= np.linalg.norm(ex)
+    return ex, np.cross(axis, ex)
+
+
+def course_of(section: Section, path: ChamferPath, local: PassFrames, axis: FloatArray, run: Pass) -> Course:
+    """A path in the plane across the rod."""
+    plane, closed = np.column_stack(across_rod(axis)), path.frames.closed
+    spans = lengths(path.centre, closed=closed) / run.centre_speed
+    speed = run.centre_speed
+    if not closed:
+        spans, speed = np.append(spans, spans[-1]), np.append(speed, speed[-1])
+    speed = speed * np.sqrt(np.maximum(0.0, 1.0 - local.plunge**2))
+    feed, off = local.feed @ plane, local.off @ plane
+    if closed:
+        before = np.roll(spans, 1)
+        turn = (np.roll(off, -1, axis=0) - np.roll(off, 1, axis=0)) / (before + spans)[:, None]
+    else:
+        turn = np.gradient(off, np.concatenate([[0.0], np.cumsum(spans[:-1])]), axis=0)
+    return Course(
+        np.column_stack([path.centre @ plane, path.centre @ axis]), np.hstack([feed, off]), -run.approach * off,
+        speed[:, None] * feed - run.approach * turn, section.speed / np.maximum(speed, 1e-12), spans, closed,
+    )  # fmt: skip
 
 
 def yielding_pass(
-    section: Section, local: PassFrames, axis: FloatArray, durations: FloatArray, ball: BallEnd, ring: PistonRing,
-    reach: float, approach: float, dt: float, *, closed: bool,
+    section: Section, path: ChamferPath, local: PassFrames, axis: FloatArray, ball: BallEnd, ring: PistonRing,
+    reach: float, run: Pass, slices: int = SLICES,
 ) -> Yielding:  # fmt: skip
     """Time stepping of a compliant spindle along a chamfer path.
 
-    The spindle yields across the rod only. ``approach`` is how much the ball is led into the work beyond the nominal
-    path, along -y of the pass: preset plus part error [m].
+    The spindle yields across the rod only; preset and part error lead the ball along -y of the pass. It comes into the
+    work gradually: thrown in at full depth, a soft spindle can be carried away by the cut that it would bear otherwise.
+    A ball that is dragged along the feed meets the material of the place where it is, not of the one where it should
+    be: round a small hole that carries it into the wall.
 
     Parameters
     ----------
-    section, local : Section, PassFrames
-        Wedges and frames along the path.
+    section, path, local : Section, ChamferPath, PassFrames
+        Material, path and frames along it.
     axis : array
         Unit vector of the rod, toward the motor, shape (3,).
-    durations : array
-        Time from each sample to the next [s], shape (n,) for a closed path, (n - 1,) for an open one.
     ball, ring : BallEnd, PistonRing
         Cutter and compliance device.
     reach : float
         Distance from the joint to the tool tip [m].
-    approach, dt : float
-        [m], [s].
-    closed : bool
-        Whether the path is closed; it is then run in over its last tenth.
+    run : Pass
+        How the path is run.
+    slices : int
+        Discs.
     """
-    n = len(section.speed)
-    across = np.eye(3)[int(np.argmin(np.abs(axis)))]
-    ex = across - (across @ axis) * axis
-    ex /= np.linalg.norm(ex)
-    ey = np.cross(axis, ex)
-    frame = np.column_stack([local.feed @ ex, local.feed @ ey, local.off @ ex, local.off @ ey])
-    order = np.arange(-int(_RUN_IN * n) if closed else 0, n) % n
-    spans = durations if closed else np.append(durations, durations[-1])
+    n, closed = len(section.speed), path.frames.closed
+    course = course_of(section, path, local, axis, run)
+    before = int(_RUN_IN * n)
+    order = np.arange(-before, n) % n if closed else np.maximum(0, np.arange(-before, n))
+    off = _clear(section, ball) + run.approach
+    pull = off * np.clip(1.0 - np.arange(before + n) / max(1.0, _LEAD_IN * before), 0.0, 1.0)
     out = np.zeros((n, 5))
-    _yield(section, frame, order, spans, ball, ring, at_rest(ring), reach, approach, dt, out)
+    _yield(section, course, order, pull, ball, ring, at_rest(ring), reach, run.time_step, slices, out)
     tilt = out[:, :2]
     arm = reach - ball.ball_radius
+    ex, ey = across_rod(axis)
     moved = np.outer(tilt[:, 0], ex) + np.outer(tilt[:, 1], ey)
     tip = reach * np.column_stack(
         [np.einsum("ij,ij->i", moved, local.feed), np.einsum("ij,ij->i", moved, local.off)]
     )  # fmt: skip
-    return Yielding(tip, arm * moved - approach * local.off, tilt, out[:, 2:])
+    return Yielding(tip, arm * moved - run.approach * local.off, tilt, out[:, 2:])
+
+
+def _clear(section: Section, ball: BallEnd) -> float:
+    """How far off the work the ball has to stand to meet neither it nor the burr [m]."""
+    y, z = section.wedge[:, 0], section.wedge[:, 1]
+    reached = np.sqrt(np.maximum(0.0, ball.ball_radius**2 - z**2)) + y
+    return max(0.0, float(reached.max())) + float(np.hypot(section.burr[:, 0], section.burr[:, 1]).max())
+
+
+@compiled
+def _foot(course: Course, x: float, y: float, start: int) -> tuple[int, int, float, float]:
+    """Where a ball at a place across the rod is along the path.
+
+    Two samples, how far it is from one to the other, and how much faster than it the foot goes along the path.
+    """
+    place, frame = course.place, course.frame
+    n = len(place)
+    j = start
+    for _ in range(n):
+        behind = (x - place[j, 0]) * frame[j, 0] + (y - place[j, 1]) * frame[j, 1]
+        if behind < 0.0:
+            if not course.closed and j == 0:
+                return 0, 1, 0.0, 1.0
+            j = (j - 1) % n
+            continue
+        if not course.closed and j == n - 1:
+            return n - 2, n - 1, 1.0, 1.0
+        k = (j + 1) % n
+        ahead = (x - place[k, 0]) * frame[k, 0] + (y - place[k, 1]) * frame[k, 1]
+        if ahead < 0.0:
+            way = math.hypot(place[k, 0] - place[j, 0], place[k, 1] - place[j, 1])
+            return j, k, behind / (behind - ahead), way / (behind - ahead)
+        j = k
+    return start, start, 0.0, 1.0  # no place of its own: a ball carried away farther than the path bends
 
 
 @compiled
 def _yield(
-    section: Section, frame: FloatArray, order: FloatArray, spans: FloatArray, ball: BallEnd, ring: PistonRing,
-    pistons: RingState, reach: float, approach: float, dt: float, out: FloatArray,
+    section: Section, course: Course, order: FloatArray, pull: FloatArray, ball: BallEnd, ring: PistonRing,
+    pistons: RingState, reach: float, dt: float, slices: int, out: FloatArray,
 ) -> None:  # fmt: skip
     qx = qy = vx = vy = 0.0
     arm = reach - ball.ball_radius
     left = 0.0
-    for place in range(order.size):
-        i = order[place]
-        w = section.wedge[i]
-        left += spans[i]
+    place, frame = course.place, course.frame
+    w, s, f = np.empty(6), np.empty(6), np.empty(4)
+    j = order[0]
+    for number in range(order.size):
+        i = order[number]
+        lead_x, lead_y = course.lead[i, 0] + pull[number] * frame[i, 2], course.lead[i, 1] + pull[number] * frame[i, 3]
+        left += course.spans[i]
         steps = max(1, int(left / dt))
         left -= steps * dt
         fx = fy = fz = 0.0
         for _ in range(steps):
-            dy = arm * (qx * frame[i, 2] + qy * frame[i, 3]) - approach
-            speed_x = section.speed[i] + arm * (vx * frame[i, 0] + vy * frame[i, 1])
-            speed_y = arm * (vx * frame[i, 2] + vy * frame[i, 3])
-            f, _ = ball_force(Wedge(w[0] - dy, w[1], w[2], w[3], w[4], w[5]), ball, speed_x, speed_y, SLICES // 2)
-            mx = arm * (f.x * frame[i, 0] + f.y * frame[i, 2])
-            my = arm * (f.x * frame[i, 1] + f.y * frame[i, 3])
+            x, y = place[i, 0] + lead_x + arm * qx, place[i, 1] + lead_y + arm * qy
+            j, k, share, faster = _foot(course, x, y, j)
+            for m in range(6):
+                w[m] = section.wedge[j, m] + share * (section.wedge[k, m] - section.wedge[j, m])
+                s[m] = section.burr[j, m] + share * (section.burr[k, m] - section.burr[j, m])
+            for m in range(4):
+                f[m] = frame[j, m] + share * (frame[k, m] - frame[j, m])
+            near = (x - place[j, 0]) * frame[j, 2] + (y - place[j, 1]) * frame[j, 3]
+            far = (x - place[k, 0]) * frame[k, 2] + (y - place[k, 1]) * frame[k, 3]
+            dy = near + share * (far - near)
+            dz = place[i, 2] - (place[j, 2] + share * (place[k, 2] - place[j, 2]))
+            ux, uy = course.velocity[i, 0] + arm * vx, course.velocity[i, 1] + arm * vy
+            speed_x = (ux * f[0] + uy * f[1]) * faster * course.contact[j]
+            speed_y = ux * f[2] + uy * f[3]
+            wedge, burr = Wedge(w[0] - dy, w[1] - dz, w[2], w[3], w[4], w[5]), Burr(s[0], s[1], s[2], s[3], s[4], s[5])
+            fx = fy = fz = 0.0
+            for part in range(2 if burr.height > 0.0 else 1):
+                force, _ = ball_force(wedge, burr, ball, speed_x, speed_y, slices, part)
+                fx, fy, fz = fx + force.x, fy + force.y, fz + force.z
+            mx = arm * (fx * f[0] + fy * f[2])
+            my = arm * (fx * f[1] + fy * f[3])
             qx, qy, vx, vy, _ = piston_step(ring, pistons, qx, qy, vx, vy, mx, my, dt)
-            fx, fy, fz = f.x, f.y, f.z
         out[i, 0], out[i, 1] = qx, qy
         out[i, 2], out[i, 3], out[i, 4] = fx, fy, fz

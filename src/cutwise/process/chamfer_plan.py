@@ -1,26 +1,37 @@
-"""Planning the path along one edge: tilt, trimming, tool axis, points, feed, margins; then the proof by sweep."""
+"""Planning the path along one edge: tilt, tool axis, points, feed, margins; with the proof of each path."""
 
 import math
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial import KDTree
 
 from cutwise.maths.curves import FloatArray
-from cutwise.maths.edges import EdgeFrames, lengths, part_of, reversed_edge, swapped_sides
+from cutwise.maths.edges import EdgeFrames, part_of
 from cutwise.paths import feed as feeds
 from cutwise.paths import reach
-from cutwise.paths.chamfer import TIERS, Chamfer, ChamferPath, NoPathError, chamfer_path, possible
+from cutwise.paths.chamfer import (
+    TIERS,
+    Chamfer,
+    ChamferPath,
+    NoPathError,
+    chamfer_path,
+    path_of,
+    reversed_path,
+    swapped_path,
+)
 from cutwise.paths.pipe import PipeHole, one_turn
 from cutwise.physics.engagement.ball import PassFrames, pass_frames
-from cutwise.physics.surface import sweep
-from cutwise.process.chamfer_work import MEASURED, EdgeWork, cutter
+from cutwise.physics.surface.approach import Approach, Wanted
+from cutwise.physics.surface.sweep import SweptChamfer, swept_chamfer
+from cutwise.process import chamfer_proof as proof
+from cutwise.process.chamfer_work import EdgeWork, cutter
 from cutwise.spec.chamfer import ChamferScenario
 
-GOUGE_LIMIT = 2e-6  # [m]
-_AXIS_SAMPLES = 24  # of a path, for the choice of the tool axis
-_SHORTEST = 4  # samples of a path worth having
-_ROD_LENGTH = 0.06  # [m] of the rod above the ball that is looked at
+MEASURED = 73  # places at which an edge is measured, off the path points
+_PLUNGE = 0.99  # an edge that runs along a tool axis everywhere, within 8 degrees, is not run on that axis
+_FEW = 25  # samples of a path while axes and tilts are tried
+_HOPELESS = 0.2  # of its radius: a rod that is in the part by more is on the wrong axis
 _STEP_Z = 1e-7  # [m] of the set-up sensitivity
 
 
@@ -34,22 +45,26 @@ class EdgePath(NamedTuple):
     tilt: float  # [rad]
     feeds: feeds.Feeds
     at: EdgeFrames  # where the chamfer is measured
-    found: sweep.SweptChamfer  # what the sweep left there
-    gouge: sweep.Gouge
-    rod: float | None  # [m] clearance; None: nothing beside the rod
+    found: SweptChamfer  # what the sweep left there
+    gouge: Approach  # deepest cut outside of the chamfers
+    rod: Approach | None  # distance of the part from the surface of the rod; None: nothing beside the rod
     margins: tuple[reach.Margin, ...]
     chord_error: float  # [m]
-    sensitivity: float  # width change per unit shift along the axis, where it is largest
+    slope: FloatArray  # width change per unit shift along the axis, at the measured places
     ball_radius: float  # [m]
+    rod_at: Callable[[ChamferPath, Wanted], Approach | None]  # the same for another path of the ball
+    rod_each: FloatArray | None = None  # [m] clearance of the rod at each point, where it is known in closed form
 
+    @property
+    def sensitivity(self) -> float:
+        """Width change per unit shift along the axis, where it is largest; NaN if it is not known anywhere."""
+        known = self.slope[np.isfinite(self.slope)]
+        return float(known[np.argmax(np.abs(known))]) if known.size else math.nan
 
-class EdgePlan(NamedTuple):
-    """All paths along one edge, or why there are none."""
-
-    work: EdgeWork
-    paths: tuple[EdgePath, ...]
-    trimmed: float  # [m] of edge length given up
-    remark: str  # why it was trimmed or refused; empty if not
+    @property
+    def failed(self) -> tuple[reach.Margin, ...]:
+        """The inequalities that do not hold."""
+        return tuple(margin for margin in self.margins if not margin.met)
 
 
 def chamfer_of(scenario: ChamferScenario, tilt: float = 0.0) -> Chamfer:
@@ -66,155 +81,235 @@ def plan_pipe(scenario: ChamferScenario, work: EdgeWork, part: PipeHole) -> Edge
     NoPathError
         No ball position leaves this chamfer.
     """
-    tool, inner = cutter(scenario), scenario.part.edges == "inner"
-    clearance, axis = scenario.chamfer.clearance, work.axes[0]
+    tool, axis = cutter(scenario), work.axes[0]
     assert work.frames_at is not None
-
-    def margins(cut: Chamfer) -> list[reach.Margin]:
-        path = chamfer_path(work.nodes, cut, tool.ball_radius)
-        return reach.path_margins(path, part, tool, clearance, inner=inner)
-
     cut = chamfer_of(scenario)
+    count = scenario.path.points or feeds.points_for(
+        chamfer_path(work.nodes, cut, tool.ball_radius), scenario.path.chord_tolerance or 2e-6
+    )
+    frames = work.frames_at(one_turn(count))
+
+    def path_at(tilt: float) -> ChamferPath:
+        return chamfer_path(frames, cut._replace(tilt=tilt), tool.ball_radius, nodes=work.nodes)
+
     wanted = scenario.chamfer.tilt
     if wanted == "auto":
-        tilt = 0.0 if cut.leg else _least_tilt(cut, margins, work.nodes)
+        tilt = 0.0 if cut.leg else needed_tilt(scenario, work, part, path_at) or 0.0
     else:
         tilt = float(wanted)
-    cut = cut._replace(tilt=tilt)
-    fine = chamfer_path(work.nodes, cut, tool.ball_radius)
-    count = scenario.path.points or feeds.points_for(fine, scenario.path.chord_tolerance or 2e-6)
-    path = chamfer_path(work.frames_at(one_turn(count)), cut, tool.ball_radius, nodes=work.nodes)
+    path = path_at(tilt)
     at = work.frames_at(2.0 * np.pi * (np.arange(MEASURED) + 0.37) / MEASURED)
-    found = [*reach.tool_margins(tool)]
-    if inner:
-        found.append(reach.entry_margin(part, tool, clearance))
-    found += reach.path_margins(path, part, tool, clearance, inner=inner)
-    rod = reach.rod_wall_clearance(path, part, tool) if inner else None
-    return _proven(scenario, work, path, axis, tilt, at, found, rod)
+    margins = [*reach.tool_margins(tool)]
+    if work.inner and np.allclose(axis, part.drill_axis):
+        margins.append(reach.entry_margin(part, tool, scenario.chamfer.clearance))
+    elif work.inner:
+        margins.append(reach.bore_margin(part, tool, scenario.chamfer.clearance))
+    found, rod = pipe_margins(scenario, work, part, path, proof.EXACT)
+    zone = proof.edge_zone(work, float(path.leg.max()), scenario.chamfer.width)
+    left = swept(scenario, path, at)
+    gouge = proof.gouge_of(work.shape, path, tool.ball_radius, [zone], work.number, float(left.beyond.max()))
+    done = finished(
+        scenario, work, path, axis, tilt, at, left, gouge, rod, [*margins, *found],
+        lambda other, wanted: pipe_margins(scenario, work, part, other, wanted)[1],
+    )  # fmt: skip
+    if work.inner and np.allclose(axis, part.drill_axis):
+        done = done._replace(rod_each=reach.rod_wall_clearances(path, part, tool))
+    return done
 
 
-def _least_tilt(cut: Chamfer, margins: "object", nodes: EdgeFrames) -> float:
-    """The smallest tilt that meets rod and knife; 0 if there is none, and the margins then tell why."""
-
-    def shortest(tilted: Chamfer) -> float:
-        return min(m.value for m in margins(tilted) if m.code in (reach.ROD_WALL, reach.KNIFE))  # type: ignore[operator]
-
-    return reach.least_tilt(cut, shortest, float(nodes.wedge.max())) or 0.0
-
-
-def plan_chain(scenario: ChamferScenario, work: EdgeWork) -> EdgePlan:
-    """All paths along one edge of a CAD part: where both faces allow it, and where the ball gouges nothing."""
-    tool = cutter(scenario)
-    wanted = scenario.chamfer.tilt
-    cut = chamfer_of(scenario, 0.0 if wanted == "auto" else float(wanted))
-    whole = float(lengths(work.nodes.point, closed=work.nodes.closed).sum())
-    reasons: dict[str, float] = {}
-    paths = []
-    kept = 0.0
-    for frames in runs(work.nodes, possible(work.nodes, cut, tool.ball_radius)):
-        try:
-            dense = chamfer_path(frames, cut, tool.ball_radius)
-        except NoPathError as fault:
-            reasons[str(fault)] = 0.0
-            continue
-        clear = _clear_samples(work, dense, tool.ball_radius)
-        if not clear.all():
-            reasons["the ball would gouge a neighbouring face (corner, concave neighbour or too large a ball)"] = 0.0
-        for part in runs(frames, clear):
-            try:
-                found = _plan_run(scenario, work, part, cut)
-            except NoPathError as fault:
-                reasons[str(fault)] = 0.0
-                continue
-            paths.append(found)
-            kept += float(lengths(part.point, closed=part.closed).sum())
-    if not possible(work.nodes, cut, tool.ball_radius).all():
-        reasons.setdefault("the faces meet tangentially or end before the chamfer does", 0.0)
-    trimmed = max(0.0, whole - kept)
-    return EdgePlan(work, tuple(paths), trimmed, "; ".join(reasons) if trimmed > 1e-9 else "")
+def pipe_margins(
+    scenario: ChamferScenario, work: EdgeWork, part: PipeHole, path: ChamferPath, wanted: Wanted
+) -> tuple[list[reach.Margin], Approach | None]:
+    """Rod, knife and wall margins of a path round the hole of a pipe, and how near the rod comes."""
+    tool, axis, clearance = cutter(scenario), work.axes[0], scenario.chamfer.clearance
+    rod: Approach | None
+    if work.inner and np.allclose(axis, part.drill_axis):
+        room = reach.rod_wall_clearance(path, part, tool)
+        rod = Approach(room, room, np.full(3, np.nan), -1)
+        code, meaning = reach.ROD_WALL, "the rod must clear the wall of the hole"
+    else:
+        rod = proof.rod_of(
+            work.shape, path.centre, axis, tool, wanted, closed=path.frames.closed, seen=np.inf
+        )  # fmt: skip
+        code, meaning = reach.ROD_PART, "the rod must clear the part"
+    found = [reach.knife_margin_of(path, tool, axis), reach.leg_margin(path, part)]
+    if rod is not None:
+        found.insert(0, reach.Margin(code, rod.value - clearance, False, meaning))
+    return found, rod
 
 
-def runs(frames: EdgeFrames, good: FloatArray) -> list[EdgeFrames]:
-    """The pieces of an edge over which a condition holds; the whole edge stays closed."""
-    if good.all():
-        return [frames]
-    count = len(good)
-    if frames.closed and good.any():  # begin the turn where it is cut open
-        start = int(np.flatnonzero(~good)[0])
-        order = (np.arange(count) + start) % count
-        good = good[order]
-        turned = frames.parameter[order] + np.where(np.arange(count) + start >= count, frames.period, 0.0)
-        frames = part_of(frames, order)._replace(parameter=turned)  # type: ignore[arg-type]
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], good, [False]]).astype(int)))
-    return [part_of(frames, slice(a, b)) for a, b in edges.reshape(-1, 2) if b - a >= _SHORTEST]
+def needed_tilt(
+    scenario: ChamferScenario, work: EdgeWork, part: PipeHole, path_at: Callable[[float], ChamferPath]
+) -> float | None:
+    """The smallest tilt that meets rod and knife on a pipe; None if there is none."""
+
+    def shortest(cut: Chamfer) -> float:
+        margins, _ = pipe_margins(scenario, work, part, path_at(cut.tilt), proof.CLOSE)
+        return min(m.value for m in margins if m.code != reach.WALL)
+
+    return reach.least_tilt(chamfer_of(scenario), shortest, float(work.nodes.wedge.max()))
 
 
-def _clear_samples(work: EdgeWork, path: ChamferPath, ball_radius: float) -> FloatArray:
-    """At which samples of a path the ball cuts nothing beyond the chamfer; both ends of a gouging segment count."""
-    clear = np.ones(len(path.centre), bool)
-    near = _within(work, path.centre, ball_radius)
-    if not len(near):
-        return clear
-    band = sweep.GOUGE_BAND * float(path.leg.max()) + sweep.GOUGE_MARGIN + work.cloud_error
-    near = near[sweep.distances_to(_line(path.frames), near) > band]
-    line = np.vstack([path.centre, path.centre[:1]]) if path.frames.closed else path.centre
-    if not len(near):
-        return clear
-    deep = near[sweep.distances_to(line, near) < ball_radius - 0.5 * GOUGE_LIMIT - work.cloud_error]
-    if len(deep):
-        nearest = KDTree(path.centre).query(deep)[1]
-        steps = nearest[:, None] + np.array([-1, 0, 1])
-        clear[steps % len(clear) if path.frames.closed else np.clip(steps, 0, len(clear) - 1)] = False
-    return clear
+class Candidate(NamedTuple):
+    """A path over a piece of a CAD edge, with what is known of it whatever the tool axis."""
+
+    dense: ChamferPath  # at all samples of the edge
+    kept: ChamferPath  # at the points of the path
+    at: EdgeFrames  # between them
+    found: SweptChamfer
+    gouge: Approach
 
 
-def _line(frames: EdgeFrames) -> FloatArray:
-    return np.vstack([frames.point, frames.point[:1]]) if frames.closed else frames.point
+def candidate(
+    scenario: ChamferScenario, work: EdgeWork, dense: ChamferPath, members: Sequence[proof.EdgeZone], *,
+    enough: float = math.inf,
+) -> Candidate:  # fmt: skip
+    """The points of a path, what the sweep of it leaves, and how deep it cuts elsewhere.
+
+    ``enough``: a cut that is deeper than this has failed, and it does not matter by how much [m].
+
+    Raises
+    ------
+    NoPathError
+        The piece is too short.
+    """
+    keep, closed = _kept(scenario, dense), dense.frames.closed
+    if len(keep) < (8 if closed else 3):
+        raise NoPathError("a piece too short for a path")
+    kept = path_of(dense, part_of(dense.frames, keep)._replace(period=dense.frames.period), keep)
+    between = np.setdiff1d(np.arange(len(dense.centre)), keep)
+    inside = between if closed else between[(between > 0) & (between < len(dense.centre) - 1)]
+    if len(inside) > MEASURED:
+        inside = inside[np.unique(np.linspace(0, len(inside) - 1, MEASURED).astype(int))]
+    at = part_of(dense.frames, inside)
+    found = swept(scenario, kept, at)
+    gouge = proof.gouge_of(
+        work.shape, kept, scenario.tool.ball_radius, members, work.number, float(found.beyond.max(initial=0.0)),
+        enough=enough,
+    )  # fmt: skip
+    return Candidate(dense, kept, at, found, gouge)
 
 
-def _plan_run(scenario: ChamferScenario, work: EdgeWork, frames: EdgeFrames, cut: Chamfer) -> EdgePath:
-    """The path over a piece of an edge that the ball can follow: the tool axis that suits, tilted if need be."""
-    tool = cutter(scenario)
-    clearance = scenario.chamfer.clearance
-    best: tuple[float, EdgeFrames, FloatArray, Chamfer, tuple[reach.Margin, ...], float | None] | None = None
-    for axis in work.axes:
-        try:
-            oriented = towards(frames, axis)
-            path = chamfer_path(oriented, cut, tool.ball_radius)
-        except (NoPathError, ValueError):
-            continue
-        margins, rod = _cad_margins(work, path, axis, tool, clearance)
-        worst = min(m.value / (1.0 if m.angle else tool.ball_radius) for m in margins)
+def plan_piece(
+    scenario: ChamferScenario, work: EdgeWork, one: Candidate, members: Sequence[proof.EdgeZone]
+) -> EdgePath:
+    """The path over a piece of a CAD edge: the tool axis that suits, tilted if need be.
+
+    Raises
+    ------
+    NoPathError
+        The tilted piece is too short.
+    """
+    tool, cut = cutter(scenario), chamfer_of(scenario)
+    tilt = 0.0 if scenario.chamfer.tilt == "auto" else float(scenario.chamfer.tilt)
+    axis, turn, margins = _best_axis(scenario, work, one.dense)
+    if any(not m.met for m in margins) and scenario.chamfer.tilt == "auto" and not cut.leg:
+        frames = turn(one.dense).frames
+
+        def shortest(tried: Chamfer) -> float:
+            path = chamfer_path(frames, tried, tool.ball_radius)
+            return min(m.value for m in _cad_margins(scenario, work, path, axis)[0])
+
+        needed = reach.least_tilt(cut, shortest, float(frames.wedge.max()), step=math.radians(5.0), exact=1e-5)
+        if needed:
+            tilt = needed
+            tilted = chamfer_path(frames, cut._replace(tilt=tilt), tool.ball_radius)
+            one, turn = candidate(scenario, work, tilted, members), _same
+    path = turn(one.kept)
+    margins, rod = _cad_margins(scenario, work, path, axis, proof.CLOSE)
+    return finished(
+        scenario, work, path, axis, tilt, one.at, one.found, one.gouge, rod, [*reach.tool_margins(tool), *margins],
+        lambda other, exact: proof.rod_of(work.shape, other.centre, axis, tool, exact, closed=other.frames.closed),
+    )  # fmt: skip
+
+
+Turn = Callable[[ChamferPath], ChamferPath]
+
+
+def _same(path: ChamferPath) -> ChamferPath:
+    return path
+
+
+def _best_axis(
+    scenario: ChamferScenario, work: EdgeWork, dense: ChamferPath
+) -> tuple[FloatArray, Turn, list[reach.Margin]]:
+    """The first tool axis on which knife and rod clear, or the one that lacks least; how the path is run on it."""
+    radius = scenario.tool.ball_radius
+    best: tuple[float, FloatArray, Turn, list[reach.Margin]] | None = None
+    for axis in _axes_for(work, dense):
+        turn = towards(dense, axis)
+        margins, _ = _cad_margins(scenario, work, turn(dense), axis, enough=-_HOPELESS * scenario.tool.rod_radius)
+        worst = min(m.value / (1.0 if m.angle else radius) for m in margins)
         if best is None or worst > best[0]:
-            best = (worst, oriented, axis, cut, margins, rod)
+            best = (worst, axis, turn, margins)
         if all(m.met for m in margins):
             break
-    if best is None:
-        raise NoPathError("the edge runs along every tool axis that was tried")
-    _, oriented, axis, cut, margins, rod = best
-    if not all(m.met for m in margins) and scenario.chamfer.tilt == "auto" and not cut.leg:
-        tilt = reach.least_tilt(
-            cut,
-            lambda tilted: min(
-                m.value
-                for m in _cad_margins(work, chamfer_path(oriented, tilted, tool.ball_radius), axis, tool, clearance)[0]
-            ),
-            float(oriented.wedge.max()), step=math.radians(5.0),
-        )  # fmt: skip
-        if tilt:
-            cut = cut._replace(tilt=tilt)
-            margins, rod = _cad_margins(work, chamfer_path(oriented, cut, tool.ball_radius), axis, tool, clearance)
-    dense = chamfer_path(oriented, cut, tool.ball_radius)
-    keep = _kept(scenario, dense)
-    if len(keep) < (8 if oriented.closed else 3):
-        raise NoPathError("a piece too short for a path")
-    kept = _at(dense, keep)
-    between = np.setdiff1d(np.arange(len(dense.centre)), keep)
-    inside = between if oriented.closed else between[(between > 0) & (between < len(dense.centre) - 1)]
-    if len(inside) > 2 * MEASURED:
-        inside = inside[np.unique(np.linspace(0, len(inside) - 1, 2 * MEASURED).astype(int))]
-    at = part_of(oriented, inside)  # type: ignore[arg-type]
-    return _proven(scenario, work, kept, axis, cut.tilt, at, [*reach.tool_margins(tool), *margins], rod)
+    assert best is not None
+    return best[1:]
+
+
+def _axes_for(work: EdgeWork, dense: ChamferPath) -> list[FloatArray]:
+    """Tool axes in the order in which to try them: that of a hole both ways, then those that look most into the edge.
+
+    Axes along which the whole edge runs are left out, unless there are no others.
+    """
+    air = dense.frames.air.mean(axis=0)
+    holes = 2 if work.foot is not None and len(work.axes) > 1 else 0
+    others = sorted(work.axes[holes:], key=lambda axis: -round(float(axis @ air), 6))
+    ordered = [*work.axes[:holes], *others]
+    return [axis for axis in ordered if np.abs(dense.frames.tangent @ axis).min() < _PLUNGE] or ordered
+
+
+def towards(path: ChamferPath, axis: FloatArray) -> Turn:
+    """How to run a path so that the tool mills down, and with the face that stands along the rod second."""
+    slopes = np.abs(path.frames.normal @ axis).mean(axis=0)
+    swap = slopes[0] < slopes[1] - 1e-9
+    local = pass_frames(path.frames.tangent, axis)
+    down = float(np.einsum("ij,ij->i", local.off, path.frames.air).mean()) >= 0.0
+
+    def turn(one: ChamferPath) -> ChamferPath:
+        one = swapped_path(one) if swap else one
+        return one if down else reversed_path(one)
+
+    return turn
+
+
+def _cad_margins(
+    scenario: ChamferScenario, work: EdgeWork, path: ChamferPath, axis: FloatArray, wanted: Wanted = proof.ROUGH, *,
+    enough: float = -math.inf,
+) -> tuple[list[reach.Margin], Approach | None]:  # fmt: skip
+    """Knife and rod margins of a path along a CAD edge; the rod is not looked at where the knife does not cut."""
+    tool = cutter(scenario)
+    knife = reach.knife_margin_of(path, tool, axis)
+    if not knife.met and knife.value < -math.radians(30.0):
+        return [knife], None
+    some = path
+    if wanted == proof.ROUGH:
+        few = np.unique(np.linspace(0, len(path.centre) - 1, _FEW).astype(int))
+        some = path_of(path, part_of(path.frames, few)._replace(period=path.frames.period), few)
+    rod = proof.rod_of(work.shape, some.centre, axis, tool, wanted, closed=some.frames.closed, enough=enough)
+    if rod is None:
+        return [knife], None
+    kept = scenario.chamfer.clearance + work.shape.skin.error
+    if wanted != proof.ROUGH and rod.bound < kept <= rod.value:
+        rod = proof.rod_of(work.shape, some.centre, axis, tool, proof.EXACT, closed=some.frames.closed) or rod
+    return [knife, reach.Margin(reach.ROD_PART, rod.value - kept, False, "the rod must clear the part")], rod
+
+
+def sharpened(paths: Sequence[EdgePath]) -> list[EdgePath]:
+    """The paths with the rod clearance made exact where it is smallest."""
+    found = list(paths)
+    rods = [i for i, path in enumerate(found) if path.rod is not None]
+    done: set[int] = set()
+    while rods:
+        nearest = min(rods, key=lambda i: found[i].rod.bound if i not in done else found[i].rod.value)  # type: ignore[union-attr]
+        if nearest in done:
+            break
+        done.add(nearest)
+        path = found[nearest]
+        exact = path.rod_at(path.path, proof.EXACT)
+        found[nearest] = path._replace(rod=exact or path.rod)
+    return found
 
 
 def _kept(scenario: ChamferScenario, dense: ChamferPath) -> FloatArray:
@@ -226,80 +321,34 @@ def _kept(scenario: ChamferScenario, dense: ChamferPath) -> FloatArray:
     return feeds.thinned(total, wanted[:-1] if closed else wanted, closed=closed)
 
 
-def _at(path: ChamferPath, keep: FloatArray) -> ChamferPath:
-    frames = part_of(path.frames, keep)._replace(period=path.frames.period)  # type: ignore[arg-type]
-    return ChamferPath(frames, *(np.ascontiguousarray(a[keep]) for a in path[1:]))
+def swept(scenario: ChamferScenario, path: ChamferPath, at: EdgeFrames) -> SweptChamfer:
+    """What the sweep of a path leaves of an edge, and what it cuts beside the chamfer."""
+    longest = float(path.leg.max())
+    zone = proof.leg_zone(longest, scenario.chamfer.width)
+    radius, closed = scenario.tool.ball_radius, path.frames.closed
+    return swept_chamfer(at, path.centre, radius, 2.0 * longest, closed=closed, zone=zone)
 
 
-def towards(frames: EdgeFrames, axis: FloatArray) -> EdgeFrames:
-    """The edge run so that the tool mills down, and with the face that stands along the rod second."""
-    slopes = np.abs(frames.normal @ axis).mean(axis=0)
-    if slopes[0] < slopes[1] - 1e-9:
-        frames = swapped_sides(frames)
-    local = pass_frames(frames.tangent, axis)
-    down = float(np.einsum("ij,ij->i", local.off, frames.air).mean()) >= 0.0
-    return frames if down else reversed_edge(frames)
-
-
-def _cad_margins(
-    work: EdgeWork, path: ChamferPath, axis: FloatArray, tool: reach.BallCutter, clearance: float
-) -> tuple[tuple[reach.Margin, ...], float | None]:
-    """Knife and rod margins of a path along a CAD edge; the rod is not looked at where the knife does not cut."""
-    knife = reach.Margin(
-        reach.KNIFE, reach.knife_margin(path, tool, axis), True, "the contact must lie on the knife, off neck and pole"
-    )
-    some = np.unique(np.linspace(0, len(path.centre) - 1, _AXIS_SAMPLES).astype(int))
-    if not knife.met and knife.value < -math.radians(30.0):
-        return (knife,), None
-    middle = path.centre.mean(axis=0)
-    extent = float(np.linalg.norm(path.centre - middle, axis=1).max()) + _ROD_LENGTH
-    beside = np.asarray(work.thin.data)[work.thin.query_ball_point(middle, extent)]
-    rod = sweep.rod_clearance(
-        beside, path.centre[some], axis, tool.ball_radius, tool.rod_radius, rod_length=_ROD_LENGTH
-    )
-    if rod is None:
-        return (knife,), None
-    room = reach.Margin(reach.ROD_PART, rod - clearance - work.cloud_error, False, "the rod must clear the part")
-    return (knife, room), rod
-
-
-def _proven(
+def finished(
     scenario: ChamferScenario, work: EdgeWork, path: ChamferPath, axis: FloatArray, tilt: float, at: EdgeFrames,
-    margins: list[reach.Margin], rod: float | None,
+    found: SweptChamfer, gouge: Approach, rod: Approach | None, margins: list[reach.Margin],
+    rod_at: Callable[[ChamferPath, Wanted], Approach | None],
 ) -> EdgePath:  # fmt: skip
-    """Everything that follows from a path: feeds, the chamfer left by the sweep, gouge, sensitivity."""
+    """Everything else that follows from a path: feeds, the gouge as an inequality, sensitivity."""
     operation, radius = scenario.operation, scenario.tool.ball_radius
-    closed = path.frames.closed
-    span = 2.0 * float(path.leg.max())
-    found = sweep.swept_chamfer(at, path.centre, radius, span, closed=closed)
-    gouge = sweep.gouge(
-        _within(work, path.centre, radius), _line(work.nodes), path.centre, radius, float(path.leg.max()),
-        closed=closed, band=sweep.GOUGE_MARGIN + work.cloud_error,
-    )  # fmt: skip
-    limit = GOUGE_LIMIT + work.cloud_error
-    margins.append(
-        reach.Margin(reach.GOUGE, limit - max(0.0, gouge.depth), False, "the ball must not cut beyond the chamfer")
-    )
+    room = proof.GOUGE_LIMIT + work.shape.skin.error - max(0.0, gouge.value)
+    margins = [*margins, reach.Margin(reach.GOUGE, room, False, "the ball must not cut beyond the chamfer")]
     up, down = (
-        sweep.swept_chamfer(at, path.centre + s * _STEP_Z * axis, radius, span, closed=closed).width
+        swept_chamfer(
+            at, path.centre + s * _STEP_Z * axis, radius, 2.0 * float(path.leg.max()), closed=path.frames.closed
+        ).width
         for s in (1.0, -1.0)
     )
-    slope = (up - down) / (2.0 * _STEP_Z)
-    slope = slope[np.isfinite(slope)]
     feed = operation.contact_feed or operation.centre_feed
     assert feed is not None  # checked by the specification
     return EdgePath(
         work, path, axis, pass_frames(path.frames.tangent, axis), tilt,
         feeds.contact_feeds(path, feed, at_contact=operation.contact_feed is not None),
-        at, found, gouge, rod, tuple(margins), feeds.chord_error(path),
-        float(slope[np.argmax(np.abs(slope))]) if slope.size else math.nan, radius,
+        at, found, gouge, rod, tuple(margins), feeds.chord_error(path), (up - down) / (2.0 * _STEP_Z), radius,
+        rod_at,
     )  # fmt: skip
-
-
-def _within(work: EdgeWork, centre: FloatArray, radius: float) -> FloatArray:
-    """The points on the part that the ball may reach."""
-    gap = float(np.linalg.norm(np.diff(centre, axis=0), axis=1).max()) if len(centre) > 1 else 0.0
-    skip = max(1, int(0.3 * radius / gap)) if gap > 0.0 else 1
-    found = work.tree.query_ball_point(centre[::skip], 1.05 * radius + skip * gap)
-    index = np.unique(np.concatenate([np.asarray(one, np.int64) for one in found]))
-    return np.asarray(work.tree.data)[index]

@@ -1,70 +1,132 @@
-"""The program of a chamfer run: rapids, leads and cuts in their order."""
+"""The program of a chamfer run: rapids, leads, cuts and ways round corners in their order."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
 from cutwise.io.programs.post import Program
 from cutwise.maths.curves import FloatArray
-from cutwise.paths.feed import leads
+from cutwise.process.chamfer_corners import Link, tours
+from cutwise.process.chamfer_leads import way_to, ways_in_hole
 from cutwise.process.chamfer_plan import EdgePath
+from cutwise.process.chamfer_proof import EdgeZone
 from cutwise.process.labels import labelled
 from cutwise.results import Result
+from cutwise.spec.chamfer import ChamferScenario
 
 
-def moves(paths: Sequence[EdgePath], retract: float) -> xr.Dataset:
-    """All moves of all paths; a feed of zero is a rapid."""
-    position, feed, axis, travel, press, number = [], [], [], [], [], []
-    for i, path in enumerate(paths):
-        points, feeds, row = _one(path, retract)
-        position.append(points)
-        feed.append(feeds)
-        axis.append(np.tile(path.axis, (len(points), 1)))
-        travel.append(path.local.feed[row])
-        press.append(-path.path.air[row])
-        number.append(np.full(len(points), i))
-    count = sum(map(len, feed))
-    return labelled(("move", np.arange(count), "1", "number of the move"), {
-        "position": (np.concatenate(position), "m", "ball centre"),
-        "tool_axis": (np.concatenate(axis), "1", "rod direction"),
-        "feed": (np.concatenate(feed), "m/s", "speed of the ball centre on the way here, 0: rapid"),
-        "travel": (np.concatenate(travel), "1", "direction along the edge"),
-        "press": (np.concatenate(press), "1", "direction into the chamfer"),
-        "path": (np.concatenate(number), "1", "path number"),
-    }, axis=["x", "y", "z"])  # fmt: skip
+class _Moves(NamedTuple):
+    """Some moves, one row each."""
+
+    position: FloatArray  # [m] of the ball centre, shape (n, 3)
+    feed: FloatArray  # [m/s] on the way there, 0: rapid, shape (n,)
+    row: FloatArray  # point of the path that they belong to, shape (n,)
+    path: int
 
 
-def _one(path: EdgePath, retract: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Positions, feeds and rows of the path they belong to, for one path with its leads.
+class Moves(NamedTuple):
+    """The moves of a program, and the paths whose leads could not be shown to be clear."""
 
-    A closed path at a hole is entered from the hole axis on a half circle, overlaps its start and leaves the same way;
-    other paths are entered and left along the bisector of the edge.
+    table: xr.Dataset
+    unproven: tuple[str, ...]
+
+
+def moves(
+    scenario: ChamferScenario, paths: Sequence[EdgePath], joined: Sequence[Link], members: Sequence[EdgeZone]
+) -> Moves:
+    """All moves of all paths; a feed of zero is a rapid.
+
+    Between tours the tool goes up along its axis, clear of the whole part.
     """
-    centre, closed = path.path.centre, path.path.frames.closed
+    onward = {link.first: link for link in joined}
+    found: list[_Moves] = []
+    unproven: list[str] = []
+    for tour in tours(len(paths), joined):
+        first = paths[tour[0]]
+        if first.path.frames.closed:
+            found += _closed(scenario, first, tour[0], members, unproven)
+            continue
+        found.append(_lead(scenario, first, tour[0], 0, members, unproven, inward=True))
+        for number in tour:
+            path, cut = paths[number], paths[number].feeds.centre
+            found.append(_Moves(path.path.centre, np.append(cut[0], cut), np.arange(len(path.path.centre)), number))
+            link = onward.get(number)
+            if link is not None:
+                last = np.full(len(link.centre), len(path.path.centre) - 1)
+                found.append(_Moves(link.centre, np.full(len(link.centre), cut[-1]), last, number))
+        final = paths[tour[-1]]
+        if tour[-1] in onward:  # round the last corner, to where the tour began
+            found.append(_Moves(first.path.centre[:1], final.feeds.centre[-1:], np.zeros(1), tour[0]))
+            found.append(_lead(scenario, first, tour[0], 0, members, unproven, inward=False))
+        else:
+            end = len(final.path.centre) - 1
+            found.append(_lead(scenario, final, tour[-1], end, members, unproven, inward=False))
+    return Moves(_table(paths, found), tuple(dict.fromkeys(unproven)))
+
+
+def _lead(
+    scenario: ChamferScenario, path: EdgePath, number: int, at: int, members: Sequence[EdgeZone], unproven: list[str],
+    *, inward: bool,
+) -> _Moves:  # fmt: skip
+    way = way_to(scenario, path, at, members)
+    if not way.proven:
+        unproven.append(path.work.name)
+    points = way.point if inward else way.point[::-1]
+    return _Moves(points, np.zeros(len(points)), np.full(len(points), at), number)
+
+
+def _closed(
+    scenario: ChamferScenario, path: EdgePath, number: int, members: Sequence[EdgeZone], unproven: list[str]
+) -> list[_Moves]:
+    """A closed path with its leads.
+
+    At a hole it is entered from the hole axis on a half circle, overlaps its start and is left the same way; elsewhere
+    it is entered and left along the bisector of the edge.
+    """
+    centre, cut = path.path.centre, path.feeds.centre
     n = len(centre)
-    cut = path.feeds.centre
-    if closed and path.work.foot is not None:
-        rim = float((np.asarray(path.work.tree.data) @ path.axis).max())  # out of the hole, not only off the edge
-        above_path = rim - float((centre @ path.axis).max()) + path.ball_radius + retract
-        ways = leads(path.path, path.axis, path.work.foot, max(retract, above_path))
-        over = len(ways.overlap)
-        points = np.vstack([ways.entry, centre[1:], ways.overlap if over else centre[:1], ways.exit[1:]])
-        lead_in, lead_out = len(ways.entry) - 1, len(ways.exit) - 1
-        overlap = max(over, 1)
-        turn = np.concatenate([cut, cut[:overlap]])[: n - 1 + overlap]
-        feeds = np.concatenate([[0.0, 0.0], np.full(lead_in - 1, cut[0]), turn, np.full(lead_out, cut[-1])])
-        feeds[-1] = 0.0
-        row = np.concatenate([np.zeros(lead_in + 1), np.arange(1, n), np.arange(overlap), np.zeros(lead_out)])
-        return points, feeds, row.astype(int)
-    above = retract * path.path.air
-    ends = np.vstack([centre, centre[:1]]) if closed else centre
-    last = 0 if closed else n - 1
-    clear = [ends[0] + above[0], ends[-1] + above[last]]
-    points = np.vstack([clear[0], ends, clear[1]])
-    feeds = np.concatenate([[0.0, cut[0]], cut, [0.0]])
-    row = np.concatenate([[0], np.arange(len(ends)) % n, [last]])
-    return points, feeds, row.astype(int)
+    holed = ways_in_hole(scenario, path, members)
+    if holed is None:
+        round_it = _Moves(
+            np.vstack([centre, centre[:1]]), np.append(cut[0], cut), np.append(np.arange(n), 0), number
+        )  # fmt: skip
+        return [
+            _lead(scenario, path, number, 0, members, unproven, inward=True), round_it,
+            _lead(scenario, path, number, 0, members, unproven, inward=False),
+        ]  # fmt: skip
+    ways, fine = holed
+    if not fine:
+        unproven.append(path.work.name)
+    over = max(len(ways.overlap), 1)
+    lead_in, lead_out = len(ways.entry) - 1, len(ways.exit) - 1
+    points = np.vstack([ways.entry, centre[1:], ways.overlap if len(ways.overlap) else centre[:1], ways.exit[1:]])
+    turn = np.concatenate([cut, cut[:over]])[: n - 1 + over]
+    feeds = np.concatenate([[0.0, 0.0], np.full(lead_in - 1, cut[0]), turn, np.full(lead_out, cut[-1])])
+    feeds[-1] = 0.0
+    row = np.concatenate([np.zeros(lead_in + 1), np.arange(1, n), np.arange(over), np.zeros(lead_out)])
+    return [_Moves(points, feeds, row, number)]
+
+
+def _table(paths: Sequence[EdgePath], found: Sequence[_Moves]) -> xr.Dataset:
+    count = sum(len(m.feed) for m in found)
+    rows = [m.row.astype(int) for m in found]
+    number = np.concatenate([np.full(len(m.feed), m.path) for m in found])
+
+    def along(values: list[FloatArray]) -> FloatArray:
+        return np.concatenate(values)
+
+    return labelled(("move", np.arange(count), "1", "number of the move"), {
+        "position": (along([m.position for m in found]), "m", "ball centre"),
+        "tool_axis": (along([np.tile(paths[m.path].axis, (len(m.feed), 1)) for m in found]), "1", "rod direction"),
+        "feed": (along([m.feed for m in found]), "m/s", "speed of the ball centre on the way here, 0: rapid"),
+        "travel": (along([paths[m.path].local.feed[r] for m, r in zip(found, rows, strict=True)]), "1",
+                   "direction along the edge"),
+        "press": (along([-paths[m.path].path.air[r] for m, r in zip(found, rows, strict=True)]), "1",
+                  "direction into the chamfer"),
+        "path": (number, "1", "path number"),
+    }, axis=["x", "y", "z"])  # fmt: skip
 
 
 def program_of(result: Result) -> Program:

@@ -96,6 +96,6 @@ def perturbed_width(
             name
         ]
         other = part._replace(**{key: getattr(part, key) + size})
-        at = pipe_edge(other, at.parameter, inner=scenario.part.edges == "inner")
+        at = pipe_edge(other, at.parameter, inner=path.work.inner)
     reach = 2.5 * float(path.path.leg.max()) + 3.0 * abs(size)
     return swept_chamfer(at, centre, radius, reach, closed=path.path.frames.closed).width

@@ -1,28 +1,39 @@
-"""Edges to be chamfered: from the part that the scenario names to frames, tool axes and surface points."""
+"""Edges to be chamfered: from the part that the scenario names to frames, tool axes and the skin of the part."""
 
 import math
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial import KDTree
 
-from cutwise.io import cad, cad_cloud, cad_edges, cad_parts, step
+from cutwise.io import cad, cad_edges, cad_parts, cad_select, cad_skin, step
 from cutwise.maths.curves import FloatArray
 from cutwise.maths.edges import EdgeFrames
-from cutwise.paths.pipe import PipeHole, one_turn, pipe_cloud, pipe_edge
+from cutwise.maths.skins import Boxes, Skin, boxes
+from cutwise.paths.pipe import NoEdgeError, PipeHole, one_turn, pipe_edge
+from cutwise.paths.pipe_skin import own_faces, pipe_skin
 from cutwise.paths.reach import BallCutter
 from cutwise.spec.chamfer import Block, ChamferScenario
 
 _NODES = 512  # of the analytic edge, from which the envelope interpolates
-MEASURED = 73  # places at which a pipe edge is measured, off the path points
-_FINE = 0.3  # spacing of the cloud near an edge, in ball radii
+ROD_LENGTH = 0.06  # [m] of the rod above the ball that is looked at
+SECTION_REACH = 4.0  # how far sections of free-form faces hold, in chamfer widths
 _AXES = {
-    "+x": (1.0, 0.0, 0.0), "-x": (-1.0, 0.0, 0.0), "+y": (0.0, 1.0, 0.0),
-    "-y": (0.0, -1.0, 0.0), "+z": (0.0, 0.0, 1.0), "-z": (0.0, 0.0, -1.0),
+    "+z": (0.0, 0.0, 1.0), "-z": (0.0, 0.0, -1.0), "+x": (1.0, 0.0, 0.0),
+    "-x": (-1.0, 0.0, 0.0), "+y": (0.0, 1.0, 0.0), "-y": (0.0, -1.0, 0.0),
 }  # fmt: skip
+
+
+class Shape(NamedTuple):
+    """What the tool must not cut or touch."""
+
+    skin: Skin
+    boxes: Boxes
+    names: tuple[str, ...]  # of the faces, for messages
+    top: float  # [m] a tool higher than this along any axis is clear of the part, from the origin
 
 
 class EdgeWork(NamedTuple):
@@ -33,10 +44,10 @@ class EdgeWork(NamedTuple):
     nodes: EdgeFrames  # dense samples
     frames_at: Callable[[FloatArray], EdgeFrames] | None  # the exact edge at any parameter; None: only the samples
     axes: tuple[FloatArray, ...]  # directions of the rod to choose from, the preferred one first
-    tree: KDTree  # points on the part [m]
-    thin: KDTree  # fewer of them, for the rod [m]
-    cloud_error: float  # [m]
+    owners: FloatArray  # faces of the skin on both sides of each sample, shape (n, 2)
+    shape: Shape
     foot: FloatArray | None  # [m] a point of the hole axis, if the edge is at a hole
+    inner: bool = False  # of a pipe: whether it is the edge at the bore
 
 
 def cutter(scenario: ChamferScenario) -> BallCutter:
@@ -53,25 +64,78 @@ def pipe_hole(scenario: ChamferScenario) -> PipeHole | None:
     return PipeHole(pipe.radius, pipe.wall, pipe.hole_radius, pipe.eccentricity, pipe.inclination)
 
 
-def pipe_work(part: PipeHole, scenario: ChamferScenario) -> EdgeWork:
-    """The edge of a drilled pipe.
+def shape_of(skin: Skin, names: tuple[str, ...]) -> Shape:
+    """A skin with what is looked up in it again and again."""
+    top = float(np.linalg.norm(skin.corner.reshape(-1, 3), axis=1).max()) if len(skin.face) else 0.0
+    return Shape(skin, boxes(skin), names, top)
+
+
+def pipe_work(part: PipeHole, scenario: ChamferScenario, *, inner: bool) -> EdgeWork:
+    """One edge of a drilled pipe.
 
     Raises
     ------
     NoEdgeError
         The edge does not close.
     """
-    inner = scenario.part.edges == "inner"
-    radius = scenario.tool.ball_radius
     nodes = pipe_edge(part, one_turn(_NODES), inner=inner)
     wanted = scenario.tool.axis
     axis = part.drill_axis if wanted == "auto" else np.array(_AXES[wanted])
-    cloud = pipe_cloud(part, 2.5 * radius, max(0.1 * radius, part.radius / 400.0))
+    names = ("the outside of the pipe", "the bore of the pipe", "the wall of the hole") + 2 * ("the far side",)
+    shape = shape_of(pipe_skin(part, ROD_LENGTH + 3.0 * scenario.tool.ball_radius), names)
     return EdgeWork(
-        f"{scenario.part.edges} edge", 1, nodes, lambda theta: pipe_edge(part, theta, inner=inner), (axis,),
-        KDTree(cloud), KDTree(cloud), 0.0,
-        np.array([part.eccentricity, 0.0, 0.0]),
+        "inner edge" if inner else "outer edge", 1 + inner, nodes, lambda theta: pipe_edge(part, theta, inner=inner), (axis,),
+        np.tile(np.array(own_faces(inner=inner)), (_NODES, 1)), shape, np.array([part.eccentricity, 0.0, 0.0]),
+        inner,
     )  # fmt: skip
+
+
+class Outline(NamedTuple):
+    """Lines of a part for pictures."""
+
+    point: FloatArray  # [m], shape (k, 3)
+    number: FloatArray  # of the line that a point belongs to, rising, shape (k,)
+
+
+def outline_of(lines: Sequence[FloatArray]) -> Outline:
+    """Several lines as one table."""
+    return Outline(np.vstack(lines), np.concatenate([np.full(len(line), float(i)) for i, line in enumerate(lines)]))
+
+
+def pipe_outline(part: PipeHole) -> Outline:
+    """Both edges of the hole, and the half of the pipe that is drilled, cut off on both sides of the hole."""
+    theta = np.linspace(0.0, 2.0 * np.pi, 97)
+    lines = []
+    for inner in (False, True):
+        with suppress(NoEdgeError):
+            lines.append(pipe_edge(part, theta, inner=inner).point)
+    middle = part.radius * math.tan(part.inclination)
+    half = 1.6 * part.hole_radius / math.cos(part.inclination) + part.wall
+    psi = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 49)[:, None]
+    ends = (middle - half, middle + half)
+    for radius in (part.radius, part.radius - part.wall):
+        ring = radius * np.hstack([np.sin(psi), np.zeros_like(psi), np.cos(psi)])
+        lines += [ring + np.array([0.0, y, 0.0]) for y in ends]
+    bore = part.radius - part.wall
+    for x in (part.radius, -part.radius, bore, -bore):
+        lines.append(np.array([[x, ends[0], 0.0], [x, ends[1], 0.0]]))
+    for side in (-1.0, 1.0):
+        lines += [np.array([[side * part.radius, y, 0.0], [side * bore, y, 0.0]]) for y in ends]
+    return outline_of([*lines, *_generators(part, ends)])
+
+
+def _generators(part: PipeHole, ends: tuple[float, float]) -> list[FloatArray]:
+    """Lines on the outside of the pipe along it, broken by the hole."""
+    foot, axis = np.array([part.eccentricity, 0.0, 0.0]), part.drill_axis
+    y = np.linspace(*ends, 161)
+    lines = []
+    for psi in np.radians(np.arange(-75.0, 76.0, 15.0)):
+        point = np.column_stack(np.broadcast_arrays(part.radius * math.sin(psi), y, part.radius * math.cos(psi)))
+        arm = point - foot
+        outside = np.linalg.norm(arm - (arm @ axis)[:, None] * axis, axis=1) >= part.hole_radius
+        pieces = np.split(np.arange(len(y)), np.flatnonzero(np.diff(outside.astype(int))) + 1)
+        lines += [point[piece] for piece in pieces if outside[piece[0]] and len(piece) > 1]
+    return lines
 
 
 class CadWork(NamedTuple):
@@ -80,6 +144,7 @@ class CadWork(NamedTuple):
     model: cad.Topology
     chains: tuple[cad_edges.EdgeChain, ...]  # all of the part
     chosen: tuple[EdgeWork, ...]
+    outline: Outline | None
 
 
 def read_part(scenario: ChamferScenario) -> step.StepPart:
@@ -97,40 +162,26 @@ def block_shape(block: Block) -> object:
     return cad_parts.drilled_block(block.length, block.width, block.height, holes, block.bore_radius)
 
 
-def cad_work(scenario: ChamferScenario) -> CadWork:
+def cad_work(scenario: ChamferScenario, part: step.StepPart, *, outline: bool = False) -> CadWork:
     """The selected edges of a CAD part.
 
     Raises
     ------
     CadFault
-        The file cannot be used, or the selector finds nothing.
+        The part cannot be used, or the selector finds nothing.
     """
-    model = cad.topology(read_part(scenario))
+    model = cad.topology(part)
     radius = scenario.tool.ball_radius
     tolerance = scenario.path.chord_tolerance or 2e-6
     spacing = float(np.clip(0.25 * math.sqrt(8.0 * tolerance * radius), 2e-5, 2e-4))
-    chains = cad_edges.sharp_chains(model, reach=2.5 * scenario.chamfer.width, spacing=spacing)
-    chosen = cad_edges.select(chains, scenario.part.edges)
-    net = cad_cloud.mesh(model)
-    near = np.vstack([chain.frames.point for chain in chosen])
-    size = float(np.ptp(net.corner.reshape(-1, 3), axis=0).max())
-    points = cad_cloud.cloud(model, net, near, 1.15 * radius, _FINE * radius, max(size / 80.0, radius))
-    tree = KDTree(points.point)
-    thin = KDTree(_spread(points.point, 0.5 * scenario.tool.rod_radius))
-    works = [_chain_work(model, chain, tree, thin, points.error, scenario.tool.axis) for chain in chosen]
-    return CadWork(model, chains, tuple(works))
+    chains = cad_edges.sharp_chains(model, reach=SECTION_REACH * scenario.chamfer.width, spacing=spacing)
+    chosen = cad_select.select(chains, scenario.part.edges)
+    shape = shape_of(cad_skin.cad_skin(model), tuple(face.name for face in model.faces))
+    works = tuple(_chain_work(model, chain, shape, scenario.tool.axis) for chain in chosen)
+    return CadWork(model, chains, works, outline_of(cad.edge_lines(model)) if outline else None)
 
 
-def _spread(point: FloatArray, spacing: float) -> FloatArray:
-    """One point of each cube of a grid."""
-    cell = np.floor((point - point.min(axis=0)) / spacing).astype(np.int64)
-    size = cell.max(axis=0) + 1
-    return point[np.unique((cell[:, 0] * size[1] + cell[:, 1]) * size[2] + cell[:, 2], return_index=True)[1]]
-
-
-def _chain_work(
-    model: cad.Topology, chain: cad_edges.EdgeChain, tree: KDTree, thin: KDTree, error: float, wanted: str
-) -> EdgeWork:  # fmt: skip
+def _chain_work(model: cad.Topology, chain: cad_edges.EdgeChain, shape: Shape, wanted: str) -> EdgeWork:
     foot = None
     axes = [np.array(axis) for axis in _AXES.values()]
     if chain.holes:
@@ -139,4 +190,6 @@ def _chain_work(
         axes = [along, -along, *(a for a in axes if abs(a @ along) < 1.0 - 1e-9)]
     if wanted != "auto":
         axes = [np.array(_AXES[wanted])]
-    return EdgeWork(f"edge {chain.number}", chain.number, chain.frames, None, tuple(axes), tree, thin, error, foot)
+    return EdgeWork(
+        f"edge {chain.number}", chain.number, chain.frames, None, tuple(axes), chain.frames.face, shape, foot
+    )

@@ -7,6 +7,9 @@ from cutwise.process import (
     assemble,
     assemble_mill,
     chamfer,
+    chamfer_measures,
+    chamfer_program,
+    chamfer_stages,
     deburring,
     drilling,
     drilling_remarks,
@@ -180,22 +183,33 @@ def drilling_measures(scenario: DrillingScenario, wanted: Collection[str] = ()) 
 
 def chamfer_path(scenario: ChamferScenario, progress: Progress | None = None) -> Result:
     """Chamfer of constant width: path, proof by sweep, forces along it, and a spindle that yields to them."""
-    del progress  # over in a second
     done = chamfer.run(scenario)
-    found = chamfer.measures(scenario, done)
+    if progress is not None:
+        progress(0.6)
+    found = chamfer_measures.measures(scenario, done)
+    program = chamfer_program.moves(scenario, done.paths, done.links, done.members) if done.paths else None
     return collect(
         scenario,
         found,
-        stages=chamfer.stages(scenario, done),
-        warnings=chamfer.warnings(scenario, done, found),
+        stages=chamfer_stages.stages(scenario, done, program.table if program else None),
+        warnings=chamfer_measures.warnings(scenario, done, found, program.unproven if program else ()),
         infeasible=done.infeasible,
+        advice=done.remedies,
         limits=chamfer.LIMITS,
-        notes=chamfer.notes(done),
+        convergence=chamfer_measures.convergence(scenario, done),
+        notes=chamfer_measures.notes(done),
         references=("sato2016", "altintas2012") if done.forces else ("sato2016",),
     )
 
 
+def chamfer_quick(scenario: ChamferScenario) -> Mapping[str, float]:
+    """The measures alone, for studies; the band of set-up errors only if it is required."""
+    band = any(name.startswith("setup_width") for name in scenario.requirements)
+    return chamfer_measures.measures(scenario, chamfer.run(scenario, wanted=frozenset({"band"} if band else ())))
+
+
 MEASURES: Mapping[str, Callable[..., Mapping[str, float]]] = {
+    "chamfer": chamfer_quick,
     "deburr": deburring_measures,
     "drill": drilling_measures,
     "machine": machine_measures,

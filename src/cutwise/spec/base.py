@@ -11,7 +11,7 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 from cutwise import units
 from cutwise.spec.faults import Path, dotted
 
-Status = Literal["measured", "catalogue", "paper", "assumed", "user"]
+Status = Literal["measured", "catalogue", "paper", "assumed", "derived", "user"]
 
 
 class Remark(NamedTuple):

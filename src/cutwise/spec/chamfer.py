@@ -11,6 +11,7 @@ from cutwise.spec.base import Angle, AngularSpeed, Count, Length, LibrarySpec, R
 from cutwise.spec.fields import tag
 from cutwise.spec.material import Material
 from cutwise.spec.measures import CHAMFER
+from cutwise.spec.part import BurrHeight, BurrWidth
 from cutwise.spec.scenario import MeasureSpec, Scenario
 from cutwise.spec.spindle import CompliantSpindle
 
@@ -78,6 +79,24 @@ class Block(Spec):
             yield Remark(("bore_radius",), "is as large as the block")
 
 
+class ChamferBurr(Spec):
+    """A burr along the edge: a strip of rectangular section on one of its two faces, cut together with the edge."""
+
+    height: BurrHeight = Field(
+        description="how far the burr stands off its face: constant, {table: file.csv} over the way w along the edge, "
+        "or {mean, deviation, correlation_length, seed}",
+        examples=["0.3 mm"],
+    )
+    width: BurrWidth = Field(
+        description="how far it reaches along its face from the edge, as constant, table or random field",
+        examples=["0.2 mm"],
+    )
+    on: Literal["wall", "face"] = Field(
+        description="the face that carries it: the wall along the rod (of the hole), or the other one",
+        examples=["wall"],
+    )
+
+
 class ChamferPart(Spec):
     """The part, and which of its edges."""
 
@@ -86,9 +105,11 @@ class ChamferPart(Spec):
     block: Block | None = Field(default=None, description="a drilled block, made and read back as STEP")
     edges: str = Field(
         default="all",
-        description="which edges: outer or inner (pipe); all, outer, inner, hole:N, edge:N, by commas (CAD part)",
+        description="which edges: all, outer or inner; of a CAD part also closed, open, hole:N, edge:N-M, "
+        "longer:5mm, shorter:5mm, sharper:80deg, blunter:100deg, facing:+z, joined by commas (any) and & (all), ! for not",
         examples=["inner"],
     )
+    burr: ChamferBurr | None = Field(default=None, description="a burr along the edges; it changes the forces")
 
     def contradictions(self) -> Iterator[Remark]:
         """One part, and a selector that fits it."""
@@ -96,8 +117,8 @@ class ChamferPart(Spec):
             yield Remark((), "names no part: write pipe, step or block")
         if self.pipe is not None and (self.step is not None or self.block is not None):
             yield Remark((), "names two parts: keep one of pipe, step and block")
-        if self.pipe is not None and self.edges not in ("outer", "inner"):
-            yield Remark(("edges",), f'"{self.edges}" is no edge of a pipe; write inner or outer')
+        if self.pipe is not None and self.edges not in ("all", "outer", "inner"):
+            yield Remark(("edges",), f'"{self.edges}" is no edge of a pipe; write inner, outer or all')
 
     def remarks(self) -> Iterator[Remark]:
         """A file that stands in for the block."""
@@ -235,6 +256,14 @@ class ChamferScenario(Scenario):
 
     measures: ClassVar[Mapping[str, MeasureSpec]] = CHAMFER
     focus: ClassVar[str] = "width_min"
+    levers: ClassVar[Mapping[str, tuple[str, str]]] = {
+        "chamfer.width": ("0.05 mm", "2 mm"),
+        "path.chord_tolerance": ("0.1 um", "20 um"),
+        "spindle.pressure": ("1.5 bar", "6.5 bar"),
+        "operation.contact_feed": ("1 mm/s", "150 mm/s"),
+        "operation.preset": ("0 mm", "1 mm"),
+    }
+    sound: ClassVar[Mapping[str, float]] = {"rod_clearance_min": -1e-9, "knife_margin_min": -1e-9}
     starts: ClassVar[Mapping[str, str]] = {
         "part.pipe.radius": "15 mm",
         "part.pipe.wall": "2 mm",
@@ -293,6 +322,8 @@ class ChamferScenario(Scenario):
         given = [self.material is not None, self.operation.spindle_speed is not None, self.tool.flutes is not None]
         if any(given) and not all(given):
             yield Remark((), "forces need all of material, operation.spindle_speed and tool.flutes: none are reported")
+        if self.part.burr is not None and not self.has_forces:
+            yield Remark(("part", "burr"), "changes nothing without forces: give material, spindle speed and flutes")
         if (
             self.part.pipe is None
             and self.setup is not None

@@ -24,6 +24,7 @@ from cutwise.spec.base import (
     Speed,
     Usual,
 )
+from cutwise.spec.spindle_solid import SolidBody
 
 Vector = tuple[float, float, float]
 
@@ -146,6 +147,15 @@ class CompliantSpindle(LibrarySpec):
         description="travel of a piston up to its stop", examples=["5 mm"], gt=0
     )
     piston_azimuth: Angle = Field(description="direction of piston 0, from +x toward +y", examples=["90 deg"])
+    solid: SolidBody | None = Field(
+        default=None,
+        description="the moving body as a solid, from which mass, centre_of_mass and inertia come unless they are "
+        "written: sizes of motor, collet and mill, or {step: moving_body.step, density, joint, axis}",
+        examples=["{step: moving_body.step, density: 7850 kg/m^3, joint: [0 mm, 0 mm, 0 mm], axis: [0, 0, -1]}"],
+    )
+    solid_remarks: tuple[str, ...] = Field(
+        default=(), description="what was noticed when the solid was worked out (filled in)", examples=["[]"]
+    )
     power_rating: Power | None = Field(
         default=None, description="rated power of the motor, for comparison only", examples=["340 W"], gt=0
     )
@@ -177,6 +187,8 @@ class CompliantSpindle(LibrarySpec):
             yield Remark(
                 ("gravity",), "is not given, so the weight of the motor is left out; write a direction, or off"
             )
+        for text in self.solid_remarks:
+            yield Remark(("solid",), text)
         if self.piston_arm >= self.tool_reach:
             yield Remark(("piston_arm",), "is not shorter than tool_reach; usual is between 0.5 and 0.8 of it")
         ratio = self.pressure / self.reference_pressure

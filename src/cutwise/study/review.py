@@ -32,6 +32,5 @@ def reviewed(result: Result, *, patience: float = _PATIENCE) -> Result:
             "advice and sensitivities need many further runs of this slow scenario; ask for them with: cutwise advise"
         )
         return replace(result, notes={**result.notes, "advice": note})
-    return replace(
-        result, advice=advise(result.scenario, pairs=False), sensitivity=assumed_sensitivity(result.scenario)
-    )
+    found = advise(result.scenario, pairs=False)
+    return replace(result, advice=(*result.advice, *found), sensitivity=assumed_sensitivity(result.scenario))

@@ -8,7 +8,7 @@ from cutwise.spec.faults import ScenarioFault
 
 def test_a_shelf_lists_its_entries_the_default_first():
     shelf = library.shelf("spindles")
-    assert list(shelf) == ["default", "berselli2016"]
+    assert list(shelf) == ["default", "berselli2016", "prototype"]
     assert shelf["berselli2016"].describes.startswith("pneumatic compliant spindle of Berselli et al. 2016")
 
 

@@ -66,7 +66,7 @@ def test_a_missing_key_says_how_to_write_it_and_where_the_library_has_it():
     faults = faults_of(GOOD.replace("spindle: {library: berselli2016}", "spindle: {stroke: 5 mm}"))
     assert (
         "deburr.yaml:15:1: spindle.pressure: missing; write it, for example pressure: 5 bar; or name a library entry "
-        "with spindle.library: default, berselli2016"
+        "with spindle.library: default, berselli2016, prototype"
     ) in faults
     (fault,) = faults_of(GOOD.replace("tool: {library: berselli2016}\n", ""))
     assert "tool: missing; write the section tool with diameter, flutes, helix; or name" in fault
@@ -202,7 +202,7 @@ def test_library_entries():
     (fault,) = faults_of(GOOD.replace("spindle: {library: berselli2016}", "spindle: {library: berseli2016}"))
     assert fault == (
         'deburr.yaml:15:20: spindle.library: no entry "berseli2016" on the library shelf spindles; did you mean '
-        "berselli2016? there are: default, berselli2016"
+        "berselli2016? there are: default, berselli2016, prototype"
     )
     scenario = parse(GOOD.replace("spindle: {", "spindle: {piston_arm: 90 mm, "))
     assert scenario.spindle.piston_arm == 0.09

@@ -31,6 +31,7 @@ def test_every_key_that_is_commented_out_may_be_written(kind):
             "duration",
             "step",
             "block",
+            "burr",
             "centre_feed",
             "chord_tolerance",
             "side",

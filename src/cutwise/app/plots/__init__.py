@@ -1,9 +1,10 @@
 """The plots of the report, by process; a process adds its list here."""
 
-from cutwise.app.plots import deburr, drill, machine, mill
+from cutwise.app.plots import chamfer, deburr, drill, machine, mill
 from cutwise.app.plots.figures import Plot
 
 PLOTS: dict[str, list[Plot]] = {
+    "chamfer": chamfer.PLOTS,
     "deburr": deburr.PLOTS,
     "drill": drill.PLOTS,
     "machine": machine.PLOTS,

@@ -23,6 +23,7 @@ from cutwise.app.plots.figures import (
     note,
     scale,
 )
+from cutwise.app.plots.spindle import PLOT as SPINDLE
 
 if TYPE_CHECKING:
     from cutwise.results import Result
@@ -320,4 +321,5 @@ PLOTS = [
         "A few tooth periods at the end of the steady part, reconstructed from the trajectory; dashed: means.",
         tooth_forces, ("tooth/burr_force",),
     ),
+    SPINDLE,
 ]  # fmt: skip

@@ -58,10 +58,9 @@ def gcode(program: Program, *, decimals: int = 4) -> str:
     lines = ["%", f"(cutwise: {_plain(program.name)})", "(X Y Z of the tool tip, mm and mm/min; tool radius "
              f"{program.ball_radius * _MM:.4f})", "G21 G90 G17 G94"]  # fmt: skip
     last_feed = None
-    for number in np.unique(program.path):
-        moves = np.flatnonzero(program.path == number)
+    for moves in np.split(np.arange(len(program.path)), np.flatnonzero(np.diff(program.path)) + 1):
         frame = tool_frame(program.axis[moves[0]])
-        lines.append(f"(path {number + 1})")
+        lines.append(f"(path {program.path[moves[0]] + 1})")
         if not np.array_equal(frame, np.eye(3)):
             shown = "; ".join(" ".join(f"{c:.9f}" for c in row) for row in frame)
             lines.append(f"(frame of this path, rows x; y; z in the part: {shown})")

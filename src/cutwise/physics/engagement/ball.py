@@ -1,4 +1,4 @@
-r"""Immersion of a ball in the wedge of material along an edge, by axial discs.
+r"""Immersion of a ball in the wedge of material along an edge, and in a burr on it, by axial discs.
 
 Local frame of the pass: x along the feed, z along the rod toward the motor, y off the work; down milling. The disc at
 height z of the ball has the radius :math:`\rho = \sqrt{R_B^2 - z^2}`; at that height the two faces of the wedge bound
@@ -27,17 +27,23 @@ class PassFrames(NamedTuple):
 def pass_frames(tangent: FloatArray, axis: FloatArray) -> PassFrames:
     r"""Frames of a pass from edge tangents and the rod direction k: :math:`x = t - (t \cdot k) k`, normalised.
 
-    Raises
-    ------
-    ValueError
-        The edge runs along the rod somewhere.
+    Where the edge runs along the rod there is no feed across it (:math:`|t \cdot k| = 1`, a plunge): x is then that of
+    the nearest place that has one, or any direction across the rod if there is none.
     """
     plunge = tangent @ axis
     x = tangent - plunge[:, None] * axis
-    length = np.linalg.norm(x, axis=1, keepdims=True)
-    if length.min() < 1e-6:
-        raise ValueError("the edge runs along the tool axis: there is no direction of feed across it")
-    x = x / length
+    length = np.linalg.norm(x, axis=1)
+    known = np.flatnonzero(length > 1e-6)
+    if not known.size:
+        x = np.tile(np.eye(3)[int(np.argmin(np.abs(axis)))], (len(tangent), 1))
+        x -= (x @ axis)[:, None] * axis
+    elif known.size < len(x):
+        place = np.arange(len(x))
+        after = np.clip(np.searchsorted(known, place), 0, known.size - 1)
+        before = np.maximum(after - 1, 0)
+        nearer = np.abs(known[after] - place) <= np.abs(known[before] - place)
+        x = x[np.where(nearer, known[after], known[before])]
+    x = x / np.linalg.norm(x, axis=1, keepdims=True)
     return PassFrames(x, np.cross(axis, x), plunge)
 
 
@@ -70,11 +76,55 @@ def wedge_bounds(wedge: Wedge, z: float) -> tuple[float, float]:
     return low, high
 
 
+class Burr(NamedTuple):
+    """A burr on the edge: a strip of rectangular section on one face, from the edge on, in the (y, z) plane."""
+
+    height: float  # [m] off the face; not positive: no burr
+    width: float  # [m] along the face
+    along_y: float  # direction along the face, away from the edge
+    along_z: float
+    normal_y: float  # outward normal of the face
+    normal_z: float
+
+
+NO_BURR = Burr(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
 @compiled
-def disc_arc(wedge: Wedge, ball_radius: float, z: float) -> tuple[float, float]:
-    """Immersion arc of the disc at height z above the ball centre; empty arcs are (0, 0) [rad]."""
+def burr_bounds(wedge: Wedge, burr: Burr, z: float) -> tuple[float, float]:
+    """Burr at a height: the cut through its rectangle, (lo, hi) in y [m]; empty where it is not that high or low."""
+    low, high = math.inf, -math.inf
+    y0, z0 = wedge.y, wedge.z
+    for corner in range(4):
+        a = 1.0 if corner in (0, 1) else 0.0  # the next corner is along the face, then off it, back, and down
+        b = 1.0 if corner in (1, 2) else 0.0
+        y1 = wedge.y + a * burr.width * burr.along_y + b * burr.height * burr.normal_y
+        z1 = wedge.z + a * burr.width * burr.along_z + b * burr.height * burr.normal_z
+        if (z0 <= z <= z1) or (z1 <= z <= z0):
+            share = (z - z0) / (z1 - z0) if z1 != z0 else 0.0
+            y = y0 + share * (y1 - y0)
+            low, high = min(low, y), max(high, y)
+            if z1 == z0:
+                low, high = min(low, y1), max(high, y1)
+        y0, z0 = y1, z1
+    return low, high
+
+
+@compiled
+def burr_limits(wedge: Wedge, burr: Burr, ball_radius: float) -> tuple[float, float]:
+    """Heights between which the ball may meet the burr [m]; empty if there is none."""
+    if burr.height <= 0.0:
+        return 0.0, 0.0
+    along, off = burr.width * burr.along_z, burr.height * burr.normal_z
+    low = wedge.z + min(0.0, along) + min(0.0, off)
+    high = wedge.z + max(0.0, along) + max(0.0, off)
+    return max(low, -ball_radius), min(high, ball_radius)
+
+
+@compiled
+def disc_arc(low: float, high: float, ball_radius: float, z: float) -> tuple[float, float]:
+    """Immersion arc of the disc at height z in material between two y [m]; empty arcs are (0, 0) [rad]."""
     square = ball_radius * ball_radius - z * z
-    low, high = wedge_bounds(wedge, z)
     if square <= 0.0 or high <= low:
         return 0.0, 0.0
     rho = math.sqrt(square)
@@ -115,16 +165,17 @@ def height_limits(wedge: Wedge, ball_radius: float) -> tuple[float, float]:
 
 
 @compiled
-def chip_area(wedge: Wedge, ball_radius: float, slices: int) -> float:
-    """Cross-section that the ball takes off the wedge in the plane across the feed, by slices [m^2]."""
-    low, high = height_limits(wedge, ball_radius)
-    dz = (high - low) / slices
+def chip_area(wedge: Wedge, burr: Burr, ball_radius: float, slices: int) -> float:
+    """Cross-section that the ball takes off wedge and burr in the plane across the feed, by slices [m^2]."""
     area = 0.0
-    for k in range(slices):
-        z = low + (k + 0.5) * dz
-        square = ball_radius * ball_radius - z * z
-        lo, hi = wedge_bounds(wedge, z)
-        if square > 0.0 and hi > lo:
-            rho = math.sqrt(square)
-            area += max(0.0, min(hi, rho) - max(lo, -rho)) * dz
+    for part in range(2):
+        low, high = height_limits(wedge, ball_radius) if part == 0 else burr_limits(wedge, burr, ball_radius)
+        dz = (high - low) / slices
+        for k in range(slices if dz > 0.0 else 0):
+            z = low + (k + 0.5) * dz
+            square = ball_radius * ball_radius - z * z
+            lo, hi = wedge_bounds(wedge, z) if part == 0 else burr_bounds(wedge, burr, z)
+            if square > 0.0 and hi > lo:
+                rho = math.sqrt(square)
+                area += max(0.0, min(hi, rho) - max(lo, -rho)) * dz
     return area

@@ -1,0 +1,93 @@
+"""Ways of the tool to a path and away from it, proved like the path itself: nothing is cut but chamfers."""
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from cutwise.maths.curves import FloatArray
+from cutwise.paths.feed import Leads, leads
+from cutwise.physics.surface.approach import ball_mover, deepest_cut
+from cutwise.process import chamfer_proof as proof
+from cutwise.process.chamfer_plan import EdgePath
+from cutwise.process.chamfer_work import cutter
+from cutwise.spec.chamfer import ChamferScenario
+
+_SHARES = (1.0, 0.3, 0.1)  # of the retract, along the bisector of the edge, before the tool goes up
+
+
+class Way(NamedTuple):
+    """From a height at which the tool is clear of the part to a path point."""
+
+    point: FloatArray  # [m] ball centres, the path point left out, shape (k, 3)
+    proven: bool  # whether the tool cuts and touches nothing on it
+
+
+def level(scenario: ChamferScenario, path: EdgePath) -> float:
+    """Height along the tool axis at which the ball is clear of the whole part [m]."""
+    top = float((path.work.shape.skin.corner.reshape(-1, 3) @ path.axis).max())
+    if scenario.part.pipe is not None:  # its skin goes on along the pipe; the rim of the hole is what counts
+        rim = path.path.frames.point @ path.axis
+        top = float(rim.max()) + scenario.part.pipe.radius * float(np.abs(path.axis[1])) + scenario.part.pipe.wall
+    return top + scenario.tool.ball_radius + scenario.operation.retract
+
+
+def way_to(
+    scenario: ChamferScenario, path: EdgePath, at: int, members: Sequence[proof.EdgeZone]
+) -> Way:  # fmt: skip
+    """The way to a point of an open path: down along the tool axis, then along the bisector of the edge.
+
+    The longest move along the bisector that is clear is taken; where none is, the longest, and it is said so.
+    """
+    ways = list(_ways(scenario, path, at))
+    for way in ways:
+        if clear(scenario, path, np.vstack([way, path.path.centre[[at]]]), members):
+            return Way(way, True)
+    return Way(ways[0], False)
+
+
+def _ways(scenario: ChamferScenario, path: EdgePath, at: int) -> Iterator[FloatArray]:
+    centre, air, axis = path.path.centre[at], path.path.air[at], path.axis
+    height = level(scenario, path)
+    for share in _SHARES:
+        off = centre + share * scenario.operation.retract * air
+        yield np.array([off + max(0.0, height - float(off @ axis)) * axis, off])
+    yield (centre + max(0.0, height - float(centre @ axis)) * axis)[None]
+
+
+def clear(scenario: ChamferScenario, path: EdgePath, centre: FloatArray, members: Sequence[proof.EdgeZone]) -> bool:
+    """Whether the ball cuts nothing but chamfers along some centres, and the rod touches nothing."""
+    tool, shape = cutter(scenario), path.work.shape
+    table = proof.zones_near(members, path.work.number, centre, tool.ball_radius)
+    limit = proof.GOUGE_LIMIT + shape.skin.error
+    ball = ball_mover(centre, tool.ball_radius, closed=False)
+    if deepest_cut(proof.reachable(shape, centre, tool.ball_radius), ball, table, enough=limit).value > limit:
+        return False
+    rod = proof.rod_of(shape, centre, path.axis, tool, proof.ROUGH, closed=False, seen=2.0 * tool.rod_radius)
+    return rod is None or rod.value >= 0.0
+
+
+def ways_in_hole(
+    scenario: ChamferScenario, path: EdgePath, members: Sequence[proof.EdgeZone]
+) -> tuple[Leads, bool] | None:
+    """The ways into and out of a closed path round a hole from its axis, and whether they are clear.
+
+    None where the ball does not stand inside the hole along whose axis the rod lies.
+    """
+    foot, centre = path.work.foot, path.path.centre
+    if foot is None or not _inside_hole(path, foot):
+        return None
+    retract = level(scenario, path) - float((centre @ path.axis).max())
+    ways = leads(path.path, path.axis, foot, retract)
+    end = ways.overlap[-1:] if len(ways.overlap) else centre[:1]
+    fine = all(
+        clear(scenario, path, way, members)
+        for way in (np.vstack([ways.entry, centre[:1]]), np.vstack([end, ways.exit]))
+    )
+    return ways, fine
+
+
+def _inside_hole(path: EdgePath, foot: FloatArray) -> bool:
+    arm = path.path.centre - foot
+    across = arm - (arm @ path.axis)[:, None] * path.axis
+    return bool((np.einsum("ij,ij->i", across, path.path.frames.normal[:, 1]) < 0.0).all())

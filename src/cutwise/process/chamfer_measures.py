@@ -1,0 +1,236 @@
+"""What a chamfer run amounts to: measures, warnings, notes."""
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+
+from cutwise import units
+from cutwise.maths.curves import FloatArray
+from cutwise.maths.edges import lengths
+from cutwise.paths import reach
+from cutwise.paths.chamfer import ENVELOPE, NoPathError, chamfer_path
+from cutwise.paths.pipe import one_turn
+from cutwise.physics.structure.statics import characteristic
+from cutwise.physics.surface.approach import Approach
+from cutwise.process.assemble import piston_ring
+from cutwise.process.chamfer import ChamferRun
+from cutwise.process.chamfer_cut import TIME_STEP, ball_end, deflected, rigid
+from cutwise.process.chamfer_loop import SLICES
+from cutwise.process.chamfer_plan import EdgePath, chamfer_of, swept
+from cutwise.process.convergence import change_on_halved_step
+from cutwise.spec.chamfer import ChamferScenario
+
+_FAR_ROUND = 1.0  # [rad] beyond which faces seen as planes say little
+_SHOWN = 8  # trimmed edges that are warned about one by one
+
+
+def measures(scenario: ChamferScenario, done: ChamferRun) -> Mapping[str, float]:
+    """All measures in SI; one that does not apply is left out."""
+    paths = done.paths
+    found: dict[str, float] = {}
+    if scenario.part.pipe is None:
+        found["edges_chamfered"] = float(sum(bool(plan.paths) for plan in done.plans))
+        found["edges_refused"] = float(sum(not plan.paths for plan in done.plans))
+        found["length_trimmed"] = float(sum(plan.trimmed for plan in done.plans))
+        found["corners_joined"] = float(len(done.links))
+    if not paths:
+        return found
+    found |= _widths([path.found.width for path in paths], "")
+    found |= _proof(paths)
+    found["knife_margin_min"] = min(m.value for path in paths for m in path.margins if m.code == reach.KNIFE)
+    found["tilt"] = max((path.tilt for path in paths), key=abs)
+    found["leg_ratio_max"] = max(_leg_ratio(path) for path in paths)
+    found["wedge_angle_min"] = min(float(path.path.frames.wedge.min()) for path in paths)
+    found["wedge_angle_max"] = max(float(path.path.frames.wedge.max()) for path in paths)
+    found["path_length"] = float(sum(_length(path.path.centre, path) for path in paths))
+    found["edge_length"] = float(sum(_length(path.path.frames.point, path) for path in paths))
+    found["points"] = float(sum(len(path.path.centre) for path in paths))
+    found["cycle_time"] = sum(path.feeds.time for path in paths)
+    found["chord_error"] = max(path.chord_error for path in paths)
+    slopes = [path.sensitivity for path in paths if np.isfinite(path.sensitivity)]
+    if slopes:
+        found["setup_sensitivity_z"] = max(slopes, key=abs)
+    if done.band is not None:
+        found["setup_width_low"], found["setup_width_high"] = done.band.low, done.band.high
+    return found | force_measures(scenario, done)
+
+
+def _widths(widths: Sequence[FloatArray], kind: str) -> dict[str, float]:
+    """Smallest and largest width; zero where the edge still stands somewhere."""
+    width = np.concatenate(widths)
+    if not np.isfinite(width).any():
+        return {}
+    low = float(width.min()) if np.isfinite(width).all() else 0.0
+    return {f"width{kind}_min": low, f"width{kind}_max": float(np.nanmax(width))}
+
+
+def _proof(paths: Sequence[EdgePath]) -> dict[str, float]:
+    found = {
+        "gouge_max": max(0.0, *(path.gouge.value for path in paths)),
+        "gouge_bound": max(0.0, *(path.gouge.bound for path in paths)),
+    }
+    rods: list[Approach] = [path.rod for path in paths if path.rod is not None]
+    if rods:
+        found["rod_clearance_min"] = min(rod.value for rod in rods)
+        found["rod_clearance_bound"] = min(rod.bound for rod in rods)
+    return found
+
+
+def force_measures(scenario: ChamferScenario, done: ChamferRun) -> dict[str, float]:
+    """Forces, and what a compliant spindle makes of them."""
+    if not done.forces:
+        return {}
+    found = {}
+    weight = np.concatenate([_durations(path) for path in done.paths])
+    force = np.concatenate([forces.force for forces in done.forces])
+    burr = np.concatenate([forces.burr_force for forces in done.forces])
+    power = np.concatenate([forces.power for forces in done.forces])
+    axial = scenario.material is not None and scenario.material.K_ac is not None
+    for i, axis in enumerate("xyz" if axial else "xy"):
+        found[f"force_mean_{axis}"] = float(np.average(force[:, i], weights=weight))
+        if scenario.part.burr is not None:
+            found[f"burr_force_mean_{axis}"] = float(np.average(burr[:, i], weights=weight))
+    found["lateral_force_max"] = float(np.hypot(force[:, 0], force[:, 1]).max())
+    found["chip_area"] = max(float(forces.chip_area.max()) for forces in done.forces)
+    found["cutting_power_mean"] = float(np.average(power, weights=weight))
+    if done.deflected and scenario.spindle is not None:
+        found |= _widths([one.width for one in done.deflected], "_deflected")
+        found["tip_deflection_max"] = max(float(np.hypot(*one.moves.tip.T).max()) for one in done.deflected)
+        found["stroke_margin"] = scenario.spindle.stroke - max(one.travel for one in done.deflected)
+        rods = [one.rod for one in done.deflected if one.rod is not None]
+        if rods:
+            found["rod_clearance_deflected_min"] = min(rods)
+        ring = piston_ring(scenario.spindle)
+        found["breakaway_force"] = characteristic(ring, scenario.spindle.tool_reach).loading.breakaway
+    return found
+
+
+def convergence(scenario: ChamferScenario, done: ChamferRun) -> dict[str, float]:
+    """Change of widths with twice the points (pipe), of forces with twice the discs, of deflection with half the step."""
+    change = _finer_path(scenario, done)
+    if not done.forces:
+        return change
+    ball = ball_end(scenario)
+    finer = done._replace(
+        forces=tuple(rigid(scenario, path, ball, 2 * SLICES) for path in done.paths),
+        deflected=tuple(
+            deflected(scenario, path, ball, time_step=0.5 * TIME_STEP) for path in done.paths if done.deflected
+        ),
+    )  # fmt: skip
+    return change | change_on_halved_step(force_measures(scenario, done), force_measures(scenario, finer))
+
+
+def _finer_path(scenario: ChamferScenario, done: ChamferRun) -> dict[str, float]:
+    """Change of the widths with twice the points; the samples of a CAD edge are what they are."""
+    if len(done.paths) != 1 or done.paths[0].work.frames_at is None:
+        return {}
+    one = done.paths[0]
+    twice = one.work.frames_at(one_turn(2 * len(one.path.centre)))
+    try:
+        path = chamfer_path(twice, chamfer_of(scenario, one.tilt), one.ball_radius, nodes=one.work.nodes)
+    except NoPathError:
+        return {}
+    finer = swept(scenario, path, one.at)
+    return change_on_halved_step(_widths([one.found.width], ""), _widths([finer.width], ""))
+
+
+def _durations(path: EdgePath) -> FloatArray:
+    time = lengths(path.path.centre, closed=path.path.frames.closed) / path.feeds.centre
+    return time if path.path.frames.closed else np.append(time, time[-1])
+
+
+def _length(point: FloatArray, path: EdgePath) -> float:
+    return float(lengths(point, closed=path.path.frames.closed).sum())
+
+
+def _leg_ratio(path: EdgePath) -> float:
+    return float((path.path.leg.max(axis=1) / path.path.leg.min(axis=1)).max())
+
+
+def warnings(
+    scenario: ChamferScenario, done: ChamferRun, found: Mapping[str, float], unproven: Sequence[str]
+) -> tuple[str, ...]:
+    """What the user should know about the result."""
+    said = [*done.remarks, *_trimmed(done)]
+    if found.get("leg_ratio_max", 0.0) > reach.LOPSIDED:
+        said.append(
+            f"the legs differ by a factor of {found['leg_ratio_max']:.2g}: the width is constant, but the chamfer is "
+            "lopsided; a thinner rod needs less tilt"
+        )
+    if scenario.chamfer.tier == "envelope":
+        fallen = sum(int((path.path.tier < ENVELOPE).sum()) for path in done.paths)
+        if fallen:
+            said.append(f"at {fallen} points the envelope was not found: the surface tier stands there")
+    if found.get("width_min") == 0.0:
+        said.append("somewhere along the edge the sweep left no complete chamfer: the edge still stands there")
+    if unproven and not done.infeasible:
+        said.append(f"the lead to or from {', '.join(unproven[:_SHOWN])} may touch the part: check it in the program")
+    slope = found.get("setup_sensitivity_z")
+    if slope is not None and not done.infeasible:
+        change = units.show(abs(slope) * 50e-6, "length", 3)
+        said.append(
+            f"50 µm of set-up error along the tool axis change the width by {change}: probe the part, or use a "
+            "compliant spindle"
+        )
+    for path in done.paths:
+        if done.forces and np.abs(path.local.plunge).max() > 0.5:
+            said.append(f"{path.work.name} climbs steeply along the tool axis: forces there are rough")
+            break
+    return (*said, *_yielding(done, found))
+
+
+def _trimmed(done: ChamferRun) -> Iterator[str]:
+    trimmed = [plan for plan in done.plans if plan.paths and plan.trims]
+    yield from (str(plan) for plan in trimmed[:_SHOWN])
+    if len(trimmed) > _SHOWN:
+        yield f"{len(trimmed) - _SHOWN} more edges have parts left out; the report lists them"
+
+
+def _yielding(done: ChamferRun, found: Mapping[str, float]) -> Iterator[str]:
+    if found.get("stroke_margin", 1.0) < 1e-9:
+        yield (
+            "the tool is dragged to the stop of the spindle: what is left of the chamfer is not to be believed; lower "
+            "the feed or the width, or raise the pressure"
+        )
+    elif done.deflected and max(one.round_bend for one in done.deflected) > _FAR_ROUND:
+        yield (
+            f"the cut drags the ball {units.show(found['tip_deflection_max'], 'length', 3)} aside, far round the bends of "
+            "its path: widths under deflection are rough; lower the feed, or raise the pressure"
+        )
+    rod = found.get("rod_clearance_deflected_min")
+    if rod is not None and rod < 0.0 <= found.get("rod_clearance_min", 0.0):
+        yield (
+            f"the yielding spindle carries the rod {units.show(-rod, 'length', 3)} into the part: it would rub there; "
+            "a thinner rod, or more pressure so that the spindle stays"
+        )
+    if "tip_deflection_max" in found and found["tip_deflection_max"] < 1e-7:
+        yield (
+            f"the spindle does not move: the lateral force stays below breakaway "
+            f"({units.show(found['lateral_force_max'], 'force', 3)} of {units.show(found['breakaway_force'], 'force', 3)}"
+            ", without preset); the width is that of a rigid tool"
+        )
+
+
+def notes(done: ChamferRun) -> Mapping[str, str]:
+    """Remarks for the report: remedies in their order, margins, what was left out, set-up."""
+    said = {}
+    if done.remedies:
+        said["remedies"] = "\n".join(f"{i}. {text}" for i, text in enumerate(done.remedies, start=1))
+    nearest = {}
+    for path in done.paths:
+        for margin in path.margins:
+            if margin.code not in nearest or margin.value < nearest[margin.code][0].value:
+                nearest[margin.code] = (margin, path.work.name)
+    if nearest:
+        said["margins"] = "\n".join(f"{margin}, at {name}" for margin, name in nearest.values())
+    left_out = [str(plan) for plan in done.plans if plan.trims]
+    if left_out:
+        said["left_out"] = "\n".join(left_out)
+    if done.links:
+        paths = done.paths
+        said["corners"] = "\n".join(
+            f"{paths[link.first].work.name} goes on into {paths[link.second].work.name}" for link in done.links
+        )
+    if done.band is not None:
+        said["set-up"] = str(done.band)
+    return said
