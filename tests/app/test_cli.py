@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 import typer.testing
 
-from cutwise.app import cli
+from cutwise.app import cli, writing
 from cutwise.io.scenario import load
 from cutwise.results import SolverFailure
 
@@ -272,9 +272,9 @@ def test_new_scenario_is_without_fault(cutwise):
 
 
 def test_names_that_are_no_folder_names():
-    assert cli._folder_name("..") == "unnamed"
-    assert cli._folder_name("a:b*c") == "a_b_c"
-    assert cli._folder_name("Kante 1") == "Kante 1"
+    assert writing.folder_name("..") == "unnamed"
+    assert writing.folder_name("a:b*c") == "a_b_c"
+    assert writing.folder_name("Kante 1") == "Kante 1"
 
 
 def test_library(cutwise):

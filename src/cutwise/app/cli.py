@@ -7,15 +7,16 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 import typer
 
 import cutwise
-from cutwise.app import interrupt
+from cutwise.app import interrupt, looking
+from cutwise.app.leaving import INTERRUPTED, OK, REQUIREMENT_FAILED, explain, refuse, writable
+from cutwise.app.options import Overrides, ScenarioFile
+from cutwise.app.writing import folder_name, programs, written
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from cutwise.results import Result
     from cutwise.spec.scenario import Scenario
-
-OK, REQUIREMENT_FAILED, BAD_INPUT, SOLVER_FAILED, INTERRUPTED = 0, 1, 2, 3, 130
 
 app = typer.Typer(
     name="cutwise",
@@ -28,14 +29,6 @@ app = typer.Typer(
     epilog="Exit codes: 0 ok; 1 finished, but a requirement fails or the operation is infeasible; 2 bad input; "
     "3 the solver failed; 130 interrupted.",
 )
-
-ScenarioFile = Annotated[Path, typer.Argument(metavar="FILE", help="scenario (YAML or JSON), run file or HTML report")]
-Overrides = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--set", metavar="KEY=VALUE", help="replace a value, for example operation.feed='60 mm/s'; repeatable"
-    ),
-]
 
 
 def _show_version(wanted: bool) -> None:
@@ -74,9 +67,9 @@ def new(
         with path.open("x", encoding="utf-8") as file:
             file.write(text)
     except FileExistsError:
-        _refuse(f"{path}: is there already; name another file with -o")
+        refuse(f"{path}: is there already; name another file with -o")
     except OSError as error:
-        _refuse(f"{path}: cannot be written: {error.strerror}")
+        refuse(f"{path}: cannot be written: {error.strerror}")
     print(f"{path}\nnext: cutwise check {path}; cutwise run {path}")
 
 
@@ -125,17 +118,17 @@ def run(
     from cutwise.io.scenario import load
 
     scenario = load(file, overrides or ())
-    folder = output or Path("cutwise-runs") / _folder_name(scenario.name)
-    _writable(folder)
+    folder = output or Path("cutwise-runs") / folder_name(scenario.name)
+    writable(folder)
     for program in filter(None, (gcode, apt, poses)):
         if scenario.process != "chamfer":
-            _refuse(f"{program}: a {scenario.process} run has no tool path to write")
-        _writable(program.parent)
+            refuse(f"{program}: a {scenario.process} run has no tool path to write")
+        writable(program.parent)
     console = Console()
     with console.progress(scenario.name) as progress:
         result = _simulated(scenario, progress, advice)
-        files = _written(result, folder, report)
-        files |= _programs(result, {"gcode": gcode, "apt": apt, "poses": poses})
+        files = written(result, folder, report)
+        files |= programs(result, {"gcode": gcode, "apt": apt, "poses": poses})
     if as_json:
         import json
 
@@ -162,11 +155,11 @@ def report(
     source = run_file / "run.nc" if run_file.is_dir() else run_file
     scenario = load(source)
     target = output or source.with_name("report.html")
-    _writable(target.parent)
+    writable(target.parent)
     try:
         result = Result.from_file(source, scenario)
     except (OSError, KeyError, ValueError):
-        _refuse(f"{source}: is not a run file of cutwise; name the run.nc of a finished run")
+        refuse(f"{source}: is not a run file of cutwise; name the run.nc of a finished run")
     write_text(target, render(result))
     print(target)
 
@@ -185,11 +178,11 @@ def export(
 
     source = run_file / "run.nc" if run_file.is_dir() else run_file
     target = output or source.with_name("export")
-    _writable(target)
+    writable(target)
     try:
         stages = xr.open_datatree(source, engine="h5netcdf").load()
     except (OSError, KeyError, ValueError):
-        _refuse(f"{source}: is not a run file of cutwise; name the run.nc of a finished run")
+        refuse(f"{source}: is not a run file of cutwise; name the run.nc of a finished run")
     for path in write(stages, target):
         print(path)
 
@@ -214,7 +207,7 @@ def advise(
 
     scenario = load(file, overrides or ())
     if not scenario.requirements:
-        _refuse(f"{file}: has no requirements to advise on; add some, for example surface_error_max: {{max: 0.05 mm}}")
+        refuse(f"{file}: has no requirements to advise on; add some, for example surface_error_max: {{max: 0.05 mm}}")
     levers = read_limits(scenario, limits or ())
     console = Console()
     with console.progress(scenario.name):
@@ -248,7 +241,7 @@ def sweep(
     values = parse_values(over)
     names = shown_measures(scenario, measure or ())
     if output is not None and output.suffix not in (".csv", ".nc"):
-        _refuse(f"{output}: write a .csv or a .nc file")
+        refuse(f"{output}: write a .csv or a .nc file")
     console = Console()
     with console.progress(f"sweep of {scenario.name}") as progress:
         table = swept(scenario, values, progress, names)
@@ -257,102 +250,8 @@ def sweep(
         print(save(table, output))
 
 
-@app.command()
-def part(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="STEP file")],
-    as_json: Annotated[bool, typer.Option("--json", help="print one JSON object (SI)")] = False,
-    picture: Annotated[Path | None, typer.Option("--svg", metavar="FILE", help="draw the sharp edges")] = None,
-) -> None:
-    """List solids, holes and sharp edges of a STEP file, with the numbers that a chamfer scenario selects them by."""
-    from cutwise.app.parts import draw, listing, shown
-    from cutwise.io.files import write_text
-    from cutwise.io.step import CadFault
-
-    try:
-        found = listing(file)
-    except CadFault as fault:
-        _refuse(str(fault))
-    if as_json:
-        import json
-
-        print(json.dumps(found.as_json(), allow_nan=False))
-    else:
-        print(shown(found))
-    if picture is not None:
-        write_text(picture, draw(found))
-        print(picture, file=sys.stderr)
-
-
-@app.command()
-def program(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="G-code, or APT cutter location data (.apt, .cls)")],
-    canonical: Annotated[
-        bool, typer.Option("--canonical", help="print the canonical machining commands, one call a line")
-    ] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="print one JSON object (SI)")] = False,
-    picture: Annotated[Path | None, typer.Option("--svg", metavar="FILE", help="draw the path")] = None,
-    tool_table: Annotated[
-        Path | None, typer.Option("--tool-table", metavar="FILE", help="tools, in the format of LinuxCNC")
-    ] = None,
-) -> None:
-    """Run through an NC program without a machine: tools, feeds, extents, lengths, time, and all its faults."""
-    from cutwise.app.programs import Sketch, opened
-    from cutwise.io.files import write_text
-    from cutwise.io.programs import canonical_text, summary
-
-    run, setup, remarks = opened(file, tool_table)
-    if canonical:
-        lines = list(canonical_text.lines(run.commands()))  # first all of them: a faulty program prints none
-        print("\n".join(lines))
-        return
-    sketch = Sketch() if picture is not None else None
-    found = summary.summarise(run, setup, sketch.add if sketch is not None else None)
-    found = found._replace(notices=(*found.notices, *remarks))
-    if as_json:
-        import json
-
-        print(json.dumps({"file": str(file), **summary.as_json(found)}, allow_nan=False))
-    else:
-        print(summary.shown(str(file), found))
-    if picture is not None and sketch is not None:
-        write_text(picture, sketch.svg(file.name))
-        print(picture, file=sys.stderr)
-
-
-@app.command()
-def spindle(
-    file: ScenarioFile,
-    overrides: Overrides = None,
-    as_json: Annotated[bool, typer.Option("--json", help="print one JSON object (SI)")] = False,
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="FILE", help="write the spindle as STEP (needs sizes)")
-    ] = None,
-    deflection: Annotated[
-        str, typer.Option("--deflection", metavar="'X, Y'", help="how far the tip is pushed aside in the STEP file")
-    ] = "0 mm, 0 mm",
-) -> None:
-    """Show mass, inertia and static forces of the compliant spindle of a scenario, and write it as a solid."""
-    from cutwise import units
-    from cutwise.app import spindle as sheets
-    from cutwise.io.scenario import load
-
-    scenario = load(file, overrides or ())
-    try:
-        found = sheets.sheet(scenario)
-        tip = [units.parse(part.strip(), "length") for part in deflection.split(",")]
-        if len(tip) != 2:
-            raise ValueError(f"--deflection {deflection}: write two lengths, for example '1 mm, 2 mm'")
-    except ValueError as fault:
-        _refuse(str(fault))
-    if as_json:
-        import json
-
-        print(json.dumps(found.as_json(), allow_nan=False))
-    else:
-        print(sheets.shown(found))
-    if output is not None:
-        _writable(output.parent)
-        print(sheets.export(found, output, (tip[0], tip[1])), file=sys.stderr)
+for _look in (looking.part, looking.program, looking.spindle):
+    app.command()(_look)
 
 
 @app.command()
@@ -386,7 +285,7 @@ def schema(
     from cutwise.spec.schema import schema as json_schema
 
     if kind is not None and kind not in KINDS:
-        _refuse(f'"{kind}" is not a process; known are: {", ".join(KINDS)}')
+        refuse(f'"{kind}" is not a process; known are: {", ".join(KINDS)}')
     print(json.dumps(json_schema(kind), indent=2))
 
 
@@ -425,94 +324,6 @@ def _simulated(scenario: "Scenario", progress: Any, advice: bool) -> "Result":
     return reviewed(result) if advice else result
 
 
-def _written(result: "Result", folder: Path, with_report: bool) -> dict[str, str]:
-    """Write the files of a run, each whole or not at all."""
-    from cutwise.io.files import write_text
-
-    interrupt.stop_if_asked()
-
-    html = None
-    if with_report:
-        from cutwise.app.report import render
-
-        html = render(result)
-    folder.mkdir(parents=True, exist_ok=True)
-    files = {"run": str(result.save(folder / "run.nc"))}
-    if html is not None:
-        files["report"] = str(write_text(folder / "report.html", html))
-    return files
-
-
-def _programs(result: "Result", wanted: dict[str, Path | None]) -> dict[str, str]:
-    """Write the programs that were asked for; a run without a path has none."""
-    asked = {kind: path for kind, path in wanted.items() if path is not None}
-    if not asked:
-        return {}
-    from cutwise.io.files import write_text
-    from cutwise.io.programs import post
-    from cutwise.process.chamfer_program import program_of
-
-    if "program" not in result.stages.children:
-        print("no program was written: there is no path", file=sys.stderr)
-        return {}
-    if result.infeasible:
-        print("no program was written: the operation is infeasible as it stands", file=sys.stderr)
-        return {}
-    program = program_of(result)
-    writers = {"gcode": post.gcode, "apt": post.apt, "poses": post.poses_csv}
-    return {kind: str(write_text(path, writers[kind](program))) for kind, path in asked.items()}
-
-
-def _folder_name(name: str) -> str:
-    """A scenario name as one folder name on every system."""
-    safe = "".join("_" if letter in '<>:"/\\|?*' or ord(letter) < 32 else letter for letter in name)
-    return safe.strip(" .") or "unnamed"
-
-
-def _writable(folder: Path) -> None:
-    """Refuse a folder that cannot be made or written to, before any time is spent on the run."""
-    import os
-
-    place = folder.absolute()
-    while not place.exists() and place != place.parent:
-        place = place.parent
-    if not place.is_dir():
-        _refuse(f"{folder}: {place} is a file, not a folder; name another folder with -o")
-    if not os.access(place, os.W_OK | os.X_OK):
-        _refuse(f"{folder}: may not be written to (permission denied); name another folder with -o")
-
-
-def _refuse(message: str) -> NoReturn:
-    print(message, file=sys.stderr)
-    raise typer.Exit(BAD_INPUT)
-
-
-def _explain(error: Exception) -> int:
-    """Say in plain words what went wrong; the exit code for it."""
-    from cutwise.results import SolverFailure
-    from cutwise.spec.faults import ScenarioFault
-
-    if isinstance(error, ScenarioFault):
-        print(error, file=sys.stderr)
-        return BAD_INPUT
-    if type(error).__name__ == "CadFault":  # its module is not imported unless a CAD file is
-        print(error, file=sys.stderr)
-        return BAD_INPUT
-    if isinstance(error, SolverFailure):
-        print(f"the solver failed: {error}", file=sys.stderr)
-        return SOLVER_FAILED
-    if isinstance(error, OSError):
-        place = f"{error.filename}: " if error.filename else ""
-        print(f"{place}{error.strerror or error}", file=sys.stderr)
-        return BAD_INPUT
-    print(
-        f"cutwise stopped on an error of its own, {type(error).__name__}: {error}\n"
-        "please report it with the output of: cutwise --debug ...",
-        file=sys.stderr,
-    )
-    return SOLVER_FAILED
-
-
 def main(arguments: "Sequence[str] | None" = None) -> NoReturn:
     """Run the command line; leaves with the exit code."""
     given = list(sys.argv[1:] if arguments is None else arguments)
@@ -542,5 +353,5 @@ def _code(arguments: "Sequence[str]", debug: bool) -> int:
             return INTERRUPTED
         if debug:
             raise
-        return _explain(error)
+        return explain(error)
     return OK

@@ -1,16 +1,15 @@
 """From a scenario file to a checked, frozen scenario that knows where each of its values came from."""
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from difflib import get_close_matches
-from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
 from cutwise.io import library
+from cutwise.io.documents import document_of_report, document_of_run
 from cutwise.io.files import as_text, read_bytes
 from cutwise.io.program_files import ProgramFiles, named_file
 from cutwise.io.spindle_nodes import with_solid
@@ -51,9 +50,9 @@ def load(path: str | Path, overrides: Sequence[str] = ()) -> Scenario:
     path = Path(path)
     content = read_bytes(path, shown)
     if content.startswith(_HDF5):
-        return read_document(_document_of_run(path, shown), shown, overrides)
+        return read_document(document_of_run(path, shown), shown, overrides)
     if path.suffix.lower() in (".html", ".htm"):
-        return read_document(_document_of_report(as_text(content, shown), shown), shown, overrides)
+        return read_document(document_of_report(as_text(content, shown), shown), shown, overrides)
     return parse(as_text(content, shown), shown, overrides, folder=path.parent, title=path.stem)
 
 
@@ -87,44 +86,6 @@ def read_document(document: Any, name: str = "scenario", overrides: Sequence[str
 def revised(scenario: Scenario, overrides: Sequence[str]) -> Scenario:
     """The scenario with some values replaced, checked again as a whole."""
     return read_document(scenario.document(), scenario.name, overrides)
-
-
-def _document_of_run(path: Path, shown: str) -> Any:
-    import h5py
-
-    try:
-        with h5py.File(path, "r") as file:
-            text = file.attrs.get("scenario")
-        return json.loads(text)
-    except (OSError, TypeError, ValueError):
-        raise ScenarioFault([Fault((), "holds no scenario: it is not a run file of cutwise", file=shown)]) from None
-
-
-class _ScenarioScript(HTMLParser):
-    """Finds ``<script type="application/json" id="scenario">``."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.inside = False
-        self.text = ""
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.inside = tag == "script" and ("id", "scenario") in attrs
-
-    def handle_endtag(self, tag: str) -> None:
-        self.inside = self.inside and tag != "script"
-
-    def handle_data(self, data: str) -> None:
-        self.text += data if self.inside else ""
-
-
-def _document_of_report(html: str, shown: str) -> Any:
-    script = _ScenarioScript()
-    script.feed(html)
-    try:
-        return json.loads(script.text)
-    except ValueError:
-        raise ScenarioFault([Fault((), "holds no scenario: it is not a report of cutwise", file=shown)]) from None
 
 
 def _scenario(tree: Node, faults: list[Fault], overrides: Sequence[str], folder: Path, title: str | None) -> Scenario:

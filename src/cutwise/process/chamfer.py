@@ -56,6 +56,18 @@ class _Planned(NamedTuple):
     outline: Outline | None = None
 
 
+def prepare(scenario: ChamferScenario) -> None:
+    """Read the part and find its edges, without planning paths.
+
+    Raises
+    ------
+    ScenarioFault, CadFault
+        The part cannot be read, or no edge is chosen by ``part.edges``.
+    """
+    if pipe_hole(scenario) is None:
+        cad_work(scenario, read_part(scenario), outline=False)
+
+
 def run(scenario: ChamferScenario, *, wanted: frozenset[str] = frozenset({"band", "outline"})) -> ChamferRun:
     """Plan and prove the paths of a scenario, then the forces along them and what a spindle makes of those.
 

@@ -202,9 +202,9 @@ def chamfer_path(scenario: ChamferScenario, progress: Progress | None = None) ->
     )
 
 
-def chamfer_quick(scenario: ChamferScenario) -> Mapping[str, float]:
-    """The measures alone, for studies; the band of set-up errors only if it is required."""
-    band = any(name.startswith("setup_width") for name in scenario.requirements)
+def chamfer_quick(scenario: ChamferScenario, wanted: Collection[str] = ()) -> Mapping[str, float]:
+    """The measures alone, for studies; the band of set-up errors only if a requirement or ``wanted`` names it."""
+    band = any(name.startswith("setup_width") for name in (*scenario.requirements, *wanted))
     return chamfer_measures.measures(scenario, chamfer.run(scenario, wanted=frozenset({"band"} if band else ())))
 
 
@@ -216,6 +216,7 @@ MEASURES: Mapping[str, Callable[..., Mapping[str, float]]] = {
     "mill": milling_measures,
 }
 PREPARATIONS: Mapping[str, Callable[..., object]] = {
+    "chamfer": chamfer.prepare,
     "deburr": assemble.deburring_cell,
     "drill": drilling.drill_cell,
     "machine": machine.prepare,
