@@ -131,7 +131,7 @@ def test_sensitivity_of_the_fillet(change, largest):
 def test_delay_of_a_sample_widens_the_error():
     """The reference program has 41.22 here; 44.66 is what its own definition (previous output, first 0) gives.
 
-    Without friction the loop is linear: tests/unit/test_drives.py holds it against a digital filter, delay included.
+    Without friction the loop is linear: tests/unit/physics/motion/test_drives.py holds it against a digital filter, delay included.
     """
     assert peer.run(2e-3, law=NO_FORCE, delay=1.0)["max"] == pytest.approx(44.66, abs=0.02)
 

@@ -10,6 +10,7 @@ from cutwise.io.programs.canon import Arc
 from cutwise.io.programs.controller import PLANES, Controller
 from cutwise.io.programs.expressions import whole
 from cutwise.io.programs.motions import check_feed, inverse_time, present, target
+from cutwise.io.programs.plane_curves import Circle
 
 
 class Slack(NamedTuple):
@@ -23,14 +24,6 @@ class Slack(NamedTuple):
 MILLIMETRES = Slack(0.02 * math.sqrt(2.0), 2.0 * math.sqrt(2.0), 0.00127)
 INCHES = Slack(0.002 * math.sqrt(2.0), 0.2 * math.sqrt(2.0), 0.00005)
 SHARE = 1e-3  # of the radius: difference between near and far that is allowed
-
-
-class Circle(NamedTuple):
-    """Centre in the plane, and turns: positive counterclockwise."""
-
-    u: float
-    v: float
-    turns: int
 
 
 def arc(c: Controller, block: Block) -> None:

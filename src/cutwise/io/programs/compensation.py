@@ -5,60 +5,26 @@ end of a motion is not known before the next one, and commands wait until then.
 """
 
 import math
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple
 
 from cutwise.io.programs.block import Block
 from cutwise.io.programs.canon import Arc, Command, Feed, Traverse
-from cutwise.io.programs.controller import PLANES, Controller
+from cutwise.io.programs.controller import PLANES, Compensation, Controller
 from cutwise.io.programs.expressions import BlockFault
 from cutwise.io.programs.offsets import tool_of
-
-if TYPE_CHECKING:
-    from cutwise.io.programs.arcs import Circle
-
-Point = tuple[float, float]
+from cutwise.io.programs.plane_curves import (
+    SLACK,
+    Circle,
+    Curve,
+    Point,
+    along,
+    backwards,
+    beyond,
+    meetings,
+    tangent,
+    within,
+)
 
 _STRAIGHT_ON = 0.05  # [rad]; a corner that turns less is taken as tangent
-_SLACK = 1e-9  # share of the length by which a curve may be cut short beyond its beginning
-
-
-class Curve(NamedTuple):
-    """A motion of the tool centre: a line, or an arc if it has turns."""
-
-    start: Point
-    end: Point
-    leaving: Point  # unit, direction of the programmed contour at its end
-    centre: Point = (0.0, 0.0)
-    radius: float = 0.0
-    turns: int = 0
-    full_end: Point = (0.0, 0.0)  # of an arc: its end before it was cut short
-    entry: bool = False  # to the contour, not along it
-    missed: bool = False  # an arc that begins where it is not
-
-
-@dataclass(slots=True)
-class Compensation:
-    """Cutter compensation in force."""
-
-    left: bool
-    radius: float
-    u: int  # axes of the plane
-    v: int
-    out: list[Command]  # where commands go when they are final
-    programmed: Point | None = None  # end of the contour so far; None before the entry
-    last: Curve | None = None
-    pending: list[Command] = field(default_factory=list)
-
-    @property
-    def side(self) -> float:
-        """1 left, -1 right of the contour."""
-        return 1.0 if self.left else -1.0
-
-    def beside(self, point: Point, direction: Point) -> Point:
-        """The tool centre beside a point of the contour."""
-        s = self.side * self.radius
-        return point[0] - s * direction[1], point[1] + s * direction[0]
 
 
 def switch_on(c: Controller, block: Block, code: int) -> None:
@@ -126,7 +92,7 @@ def straight(c: Controller, block: Block, end: list[float]) -> None:
     _move(c, rapid, curve.end, end)
 
 
-def arc(c: Controller, block: Block, end: list[float], circle: "Circle") -> None:
+def arc(c: Controller, block: Block, end: list[float], circle: Circle) -> None:
     """An arc along the contour, or to it if it is the first motion."""
     on = c.compensation
     assert on is not None
@@ -135,13 +101,13 @@ def arc(c: Controller, block: Block, end: list[float], circle: "Circle") -> None
     inside = on.left == (circle.turns > 0)
     reach = -on.radius if inside else on.radius
     first, last = math.dist(start, centre), math.dist(point, centre)
-    least = on.radius * (1.0 - _SLACK) if "r" in block.values else on.radius * (1.0 + _SLACK)  # by R: down to a point
+    least = on.radius * (1.0 - SLACK) if "r" in block.values else on.radius * (1.0 + SLACK)  # by R: down to a point
     if min(first, last) < least and (inside or on.last is None):
         raise block.fault(f"arc of radius {min(first, last):.6g}, not larger than the tool radius {on.radius:.6g}",
                           *block.axes(), *"rijk")  # fmt: skip
-    entering, leaving = _tangent(start, centre, circle.turns), _tangent(point, centre, circle.turns)
-    finish = _along(centre, point, (last + reach) / last)
-    curve = Curve(_along(centre, start, (first + reach) / first), finish, leaving, centre, last + reach, circle.turns,
+    entering, leaving = tangent(start, centre, circle.turns), tangent(point, centre, circle.turns)
+    finish = along(centre, point, (last + reach) / last)
+    curve = Curve(along(centre, start, (first + reach) / first), finish, leaving, centre, last + reach, circle.turns,
                   finish)  # fmt: skip
     if on.last is None:
         curve = _entry_arc(c, block, (c.at[on.u], c.at[on.v]), curve)
@@ -180,10 +146,10 @@ def _joined(c: Controller, block: Block, curve: Curve, heading: Point, corner: P
         _not_backwards(on, block)
         _cut_short(on, meeting)
         flush(on)
-        return curve._replace(start=meeting, missed=_beyond(curve, meeting))
+        return curve._replace(start=meeting, missed=beyond(curve, meeting))
     if not curve.turns:
         _not_backwards(on, block)
-    elif _backwards(on.last):
+    elif backwards(on.last):
         c.notice(f"a tool of radius {on.radius:.6g} cuts into the contour in the concave corner before this block")
     flush(on)
     if abs(turn) > _STRAIGHT_ON:
@@ -239,102 +205,19 @@ def _meeting(on: Compensation, block: Block, curve: Curve) -> Point:
     """Where the next curve meets the last one: on both of them if it can be, nearest to the corner."""
     assert on.last is not None
     last = on.last
-    if not last.turns and not curve.turns:
-        found = _lines(last, curve)
-    elif last.turns and curve.turns:
-        found = _circles(last, curve)
-    elif last.turns:
-        found = _line_and_circle(curve.start, curve.leaving, last)
-    else:
-        found = _line_and_circle(last.end, last.leaving, curve)
+    found = meetings(last, curve)
     if not found:
         raise _unreachable(on, block)
-    on_both = [point for point in found if _within(last, point) and _within(curve, point)]
-    on_last = [point for point in found if _within(last, point)]
+    on_both = [point for point in found if within(last, point) and within(curve, point)]
+    on_last = [point for point in found if within(last, point)]
     return min(on_both or on_last or found, key=lambda point: math.dist(point, last.end))
 
 
-def _backwards(curve: Curve) -> bool:
-    """Whether what is left of a curve between its concave corners would lead back."""
-    if curve.entry:
-        return False
-    if curve.turns:
-        return curve.missed or not _within(curve._replace(end=curve.full_end), curve.end)
-    du, dv = curve.end[0] - curve.start[0], curve.end[1] - curve.start[1]
-    return du * curve.leaving[0] + dv * curve.leaving[1] < 0.0
-
-
 def _not_backwards(on: Compensation, block: Block) -> None:
-    if on.last is not None and _backwards(on.last):
+    if on.last is not None and backwards(on.last):
         raise _unreachable(on, block)
 
 
 def _unreachable(on: Compensation, block: Block) -> BlockFault:
     return block.fault(f"concave corner that a tool of radius {on.radius:.6g} does not reach without cutting into the "
                        "contour", *block.axes(), *"rijk")  # fmt: skip
-
-
-def _lines(a: Curve, b: Curve) -> list[Point]:
-    cross = a.leaving[0] * b.leaving[1] - a.leaving[1] * b.leaving[0]
-    to = (b.start[0] - a.end[0], b.start[1] - a.end[1])
-    s = (to[0] * b.leaving[1] - to[1] * b.leaving[0]) / cross
-    return [(a.end[0] + s * a.leaving[0], a.end[1] + s * a.leaving[1])]
-
-
-def _line_and_circle(point: Point, direction: Point, circle: Curve) -> list[Point]:
-    to = (point[0] - circle.centre[0], point[1] - circle.centre[1])
-    along = to[0] * direction[0] + to[1] * direction[1]
-    left = along**2 - (to[0] ** 2 + to[1] ** 2 - circle.radius**2)
-    if left < 0.0:
-        return []
-    root = math.sqrt(left)
-    return [(point[0] + s * direction[0], point[1] + s * direction[1]) for s in (-along - root, -along + root)]
-
-
-def _circles(a: Curve, b: Curve) -> list[Point]:
-    du, dv = b.centre[0] - a.centre[0], b.centre[1] - a.centre[1]
-    d2 = du * du + dv * dv
-    if d2 == 0.0:
-        return []
-    share = 0.5 * (d2 + a.radius**2 - b.radius**2) / d2
-    left = a.radius**2 / d2 - share**2
-    if left < 0.0:
-        return []
-    h = math.sqrt(left)
-    return [(a.centre[0] + share * du - s * dv, a.centre[1] + share * dv + s * du) for s in (h, -h)]
-
-
-def _within(curve: Curve, point: Point) -> bool:
-    """Whether a point of its line or circle is on the curve, between its start and its end."""
-    if not curve.turns:
-        du, dv = curve.end[0] - curve.start[0], curve.end[1] - curve.start[1]
-        along = du * (point[0] - curve.start[0]) + dv * (point[1] - curve.start[1])
-        square = du * du + dv * dv
-        return -_SLACK * square <= along <= (1.0 + _SLACK) * square
-    whole = _angle(curve, curve.end)
-    return _angle(curve, point) <= (whole if whole > 0.0 else 2.0 * math.pi) + _SLACK
-
-
-def _beyond(curve: Curve, point: Point) -> bool:
-    """Whether a point on the circle of an arc is behind its end, rather than on it or before its start."""
-    if not curve.turns:
-        return False
-    whole, angle = _angle(curve, curve.end), _angle(curve, point)
-    return whole + _SLACK < angle < 0.5 * (whole + 2.0 * math.pi)
-
-
-def _angle(curve: Curve, point: Point) -> float:
-    """How far a point is along the arc [rad], 0 to a full turn."""
-    (cu, cv), (su, sv) = curve.centre, curve.start
-    angle = math.atan2(point[1] - cv, point[0] - cu) - math.atan2(sv - cv, su - cu)
-    return (angle if curve.turns > 0 else -angle) % (2.0 * math.pi)
-
-
-def _tangent(point: Point, centre: Point, turns: int) -> Point:
-    radius = math.dist(point, centre)
-    s = math.copysign(1.0 / radius, turns)
-    return -s * (point[1] - centre[1]), s * (point[0] - centre[0])
-
-
-def _along(centre: Point, point: Point, factor: float) -> Point:
-    return centre[0] + factor * (point[0] - centre[0]), centre[1] + factor * (point[1] - centre[1])

@@ -8,14 +8,14 @@ program itself means them.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal
+from typing import Literal, NamedTuple
 
 from cutwise.io.programs.canon import Command, Triple
+from cutwise.io.programs.plane_curves import Curve, Point
 from cutwise.io.programs.setup import Setup, Tool
 
-if TYPE_CHECKING:
-    from cutwise.io.programs.compensation import Compensation
-    from cutwise.io.programs.modes import Saved
+PathModeName = Literal["exact_path", "exact_stop", "continuous"]
+PlaneName = Literal["XY", "XZ", "YZ"]
 
 AXES = "xyzabcuvw"
 LINEAR = (0, 1, 2, 6, 7, 8)  # places of the axes with a length; the others are angles
@@ -71,6 +71,53 @@ class Offsets:
 
 
 @dataclass(slots=True)
+class Compensation:
+    """Cutter compensation in force."""
+
+    left: bool
+    radius: float
+    u: int  # axes of the plane
+    v: int
+    out: list[Command]  # where commands go when they are final
+    programmed: Point | None = None  # end of the contour so far; None before the entry
+    last: Curve | None = None
+    pending: list[Command] = field(default_factory=list)
+
+    @property
+    def side(self) -> float:
+        """1 left, -1 right of the contour."""
+        return 1.0 if self.left else -1.0
+
+    def beside(self, point: Point, direction: Point) -> Point:
+        """The tool centre beside a point of the contour."""
+        s = self.side * self.radius
+        return point[0] - s * direction[1], point[1] + s * direction[0]
+
+
+class Saved(NamedTuple):
+    """What M70 and M73 save: not the motion, and not where the machine is."""
+
+    inch: bool
+    plane: PlaneName
+    feed_mode: int
+    feed: float
+    speed: float
+    turning: Literal[-1, 0, 1]
+    surface_limit: float
+    mist: bool
+    flood: bool
+    switches: tuple[tuple[int, bool], ...]  # M code, on
+    system: int
+    tool_offset: tuple[float, ...]  # in the saved unit
+    incremental: bool
+    arc_absolute: bool
+    retract_to_start: bool
+    path_control: tuple[PathModeName, float, float]
+    compensated: bool
+    axis_offset: bool  # whether that of G92 holds
+
+
+@dataclass(slots=True)
 class Controller:
     """State of the controller."""
 
@@ -79,13 +126,13 @@ class Controller:
     out: list[Command]  # where commands go
     inch: bool = False
     motion: int = 800
-    plane: Literal["XY", "XZ", "YZ"] = "XY"
+    plane: PlaneName = "XY"
     incremental: bool = False
     arc_absolute: bool = False
     feed_mode: int = 94
     feed: float = 0.0
     feedless: bool = False  # a motion without a feed was a fault
-    path_mode: Literal["exact_path", "exact_stop", "continuous"] = "continuous"
+    path_mode: PathModeName = "continuous"
     tolerance: float = 0.0
     naive_tolerance: float = 0.0
     retract_to_start: bool = False  # G98
@@ -99,9 +146,9 @@ class Controller:
     selected: int = 0
     tools: dict[int, Tool] = field(default_factory=dict)
     numbers: dict[int, float] = field(default_factory=dict)  # numbered variables that were assigned
-    saves: "list[Saved | None]" = field(default_factory=lambda: [None])  # by M70 and M73, of each level of calls
+    saves: list[Saved | None] = field(default_factory=lambda: [None])  # by M70 and M73, of each level of calls
     restores: list[bool] = field(default_factory=lambda: [False])  # whether a level restores at its end (M73)
-    compensation: "Compensation | None" = None
+    compensation: Compensation | None = None
     no_arc_yet: bool = False  # cutter compensation has just ended: the next motion must be straight
     spline: list[tuple[float, float, float]] | None = None  # G5.2: x, y, weight so far
     spline_order: int = 3

@@ -1,7 +1,5 @@
 """Modal words: units, plane, distances, feed, path control; saving and restoring all of them (M70 to M73)."""
 
-from typing import Literal, NamedTuple
-
 from cutwise.io.programs import auxiliary, compensation, offsets
 from cutwise.io.programs.block import Block
 from cutwise.io.programs.canon import (
@@ -14,10 +12,7 @@ from cutwise.io.programs.canon import (
     SpindleMode,
     SpindleSpeed,
 )
-from cutwise.io.programs.controller import INCH, MILLIMETRE, Controller, scaled
-
-PathModeName = Literal["exact_path", "exact_stop", "continuous"]
-PlaneName = Literal["XY", "XZ", "YZ"]
+from cutwise.io.programs.controller import INCH, MILLIMETRE, Controller, PathModeName, PlaneName, Saved, scaled
 
 _PLANES: dict[int, PlaneName] = {170: "XY", 180: "XZ", 190: "YZ"}
 _PATH_MODES: dict[int, PathModeName] = {610: "exact_path", 611: "exact_stop", 640: "continuous"}
@@ -121,29 +116,6 @@ def say_path_control(c: Controller, mode: PathModeName, tolerance: float, naive:
     c.out.append(PathControl(mode, tolerance, c.line, c.number))
     if mode == "continuous":
         c.out.append(NaiveTolerance(naive, c.line, c.number))
-
-
-class Saved(NamedTuple):
-    """What M70 and M73 save: not the motion, and not where the machine is."""
-
-    inch: bool
-    plane: PlaneName
-    feed_mode: int
-    feed: float
-    speed: float
-    turning: Literal[-1, 0, 1]
-    surface_limit: float
-    mist: bool
-    flood: bool
-    switches: tuple[tuple[int, bool], ...]  # M code, on
-    system: int
-    tool_offset: tuple[float, ...]  # in the saved unit
-    incremental: bool
-    arc_absolute: bool
-    retract_to_start: bool
-    path_control: tuple[PathModeName, float, float]
-    compensated: bool
-    axis_offset: bool  # whether that of G92 holds
 
 
 def saved(c: Controller) -> Saved:

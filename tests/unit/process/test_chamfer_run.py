@@ -21,7 +21,7 @@ from cutwise.process.chamfer_loop import ball_force, sections
 from cutwise.process.chamfer_program import program_of
 from cutwise.spec.faults import ScenarioFault
 
-EXAMPLE = Path(__file__).parents[2] / "examples" / "chamfer_pipe_hole.yaml"
+EXAMPLE = Path(__file__).parents[3] / "examples" / "chamfer_pipe_hole.yaml"
 COMPLIANT = EXAMPLE.with_name("chamfer_compliant_spindle.yaml")
 COARSE = ("path.points=360",)
 STIFF = ("chamfer.width=0.3 mm", "spindle.pressure=5 bar", "operation.preset=0 mm", "operation.part_error=0 mm",
