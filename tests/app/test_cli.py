@@ -181,6 +181,15 @@ def test_interrupted_run_leaves_nothing(cutwise, quick, example):
     assert list(Path().iterdir()) == []
 
 
+@pytest.fixture
+def heard():
+    """Interrupts as in the foreground, even where the tests run in the background."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("heard")
 @pytest.mark.parametrize("fate", ["swallowed", "turned into an error"])
 def test_interrupt_that_a_library_loses(cutwise, quick, example, made_up, monkeypatch, fate):
     """The compiler calls back from C, where an exception goes nowhere, or ends as an error of another kind."""

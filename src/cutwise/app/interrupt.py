@@ -30,9 +30,12 @@ def stop_if_asked() -> None:
 
 @contextmanager
 def watched() -> Iterator[None]:
-    """Remember every Ctrl-C within the block, and keep the trace of a swallowed one off the screen."""
+    """Remember every Ctrl-C within the block, and keep the trace of a swallowed one off the screen.
+
+    Where the shell has interrupts ignored, as for a job in the background, they stay ignored.
+    """
     _asked.clear()
-    if threading.current_thread() is not threading.main_thread():
+    if threading.current_thread() is not threading.main_thread() or signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         yield
         return
     show = sys.unraisablehook
