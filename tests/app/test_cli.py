@@ -210,6 +210,7 @@ def test_interrupt_that_a_library_loses(cutwise, quick, example, made_up, monkey
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("heard")
 @pytest.mark.skipif(sys.platform == "win32", reason="no SIGINT between processes")
 @pytest.mark.parametrize("after", [0.3, 1.0, 2.0])
 def test_ctrl_c_leaves_no_broken_file(example, tmp_path, after):
