@@ -216,10 +216,16 @@ def text(value: float, dimension: str) -> str:
     return f"{float(value)!r} {unit}".strip()
 
 
+_LONG = 1e6  # numbers below are written without an exponent
+
+
 def show(value: float, dimension: str, digits: int = 5) -> str:
     """The value as people read it, in the display unit."""
     number, unit = displayed(value, dimension)
-    return f"{number:.{digits}g}{'' if unit == '°' else ' '}{unit}".strip()
+    text = f"{number:.{digits}g}"
+    if "e+" in text and abs(number) < _LONG:
+        text = f"{float(text):.0f}"
+    return f"{text}{'' if unit == '°' else ' '}{unit}".strip()
 
 
 def displayed(value: float, dimension: str) -> tuple[float, str]:

@@ -65,7 +65,7 @@ def run(
     mill = Mill(0.01, 3, math.radians(30))
     cut = Cut(law, mill, discs(0.01, mill.helix, 0.005, 3, 20), edges or even_edges(AL7075), OMEGA)
     history = run_drives(commands, pair, cut, substeps, modes=modes)
-    error = contour_errors(curve, reference.block, history.position, 1, True)
+    error = contour_errors(curve, reference.block, history.position, True)
     lag = np.abs(point - history.position).max(axis=0)
     return {
         "time": planned.profile.duration,

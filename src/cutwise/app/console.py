@@ -116,6 +116,8 @@ class Console:
             shown = ("-" if isnan(found.get(n, nan)) else units.show(found[n], known[n].dimension) for n in names)
             rows.append((*map(str, point), *shown))
         self.table(f"{scenario.name} ({scenario.process})", (*map(str, keys), *names), rows)
+        for reason in str(table.attrs.get("failed", "")).splitlines():
+            self.line(f"not run: {reason}")
 
     def advice(self, scenario: "Scenario", advice: Sequence[str], sensitivity: Mapping[str, float]) -> None:
         """What to change, or how much room there is, and which assumed values matter."""

@@ -17,6 +17,15 @@ class Rounding(NamedTuple):
 
     blocks: list[Block]
     reach: float  # [m] that it takes of either line
+    wanted: float  # [m] that it would take if the lines were longer
+
+
+class Blended(NamedTuple):
+    """A path with its corners rounded."""
+
+    blocks: list[Block]
+    origin: list[int]  # for each of them the number of the block that it came from
+    cut_short: int  # roundings that are smaller than their tolerance allows, because the lines are short
 
 
 def corner(lead: float, turn: float, fillet: float) -> list[Block]:
@@ -50,10 +59,11 @@ def blend_radius(tolerance: float, turn: float) -> float:
 def _round_arc(corner: FloatArray, d0: FloatArray, d1: FloatArray, allowed: float, room: float) -> Rounding:
     """Arc within a tolerance of a corner, taking no more than ``room`` of either line [m]."""
     turn, axis = _turn(d0, d1)
-    reach = min(blend_radius(allowed, turn) * math.tan(0.5 * turn), room)
+    wanted = blend_radius(allowed, turn) * math.tan(0.5 * turn)
+    reach = min(wanted, room)
     radius = reach / math.tan(0.5 * turn)
     begin = corner - reach * d0
-    return Rounding([arc(begin, begin + radius * np.cross(axis, d0), turn, axis)], reach)
+    return Rounding([arc(begin, begin + radius * np.cross(axis, d0), turn, axis)], reach, wanted)
 
 
 def _round_clothoids(corner: FloatArray, d0: FloatArray, d1: FloatArray, allowed: float, room: float) -> Rounding:
@@ -65,7 +75,8 @@ def _round_clothoids(corner: FloatArray, d0: FloatArray, d1: FloatArray, allowed
     turn, axis = _turn(d0, d1)
     x, y = clothoid_point(0.0, turn, 1.0)
     taken = x + y * math.tan(0.5 * turn)
-    length = min(allowed * math.cos(0.5 * turn) / y, room / taken)
+    wanted = allowed * math.cos(0.5 * turn) / y
+    length = min(wanted, room / taken)
     begin, peak = corner - length * taken * d0, turn / length
     inward = np.cross(axis, d0)
     middle = begin + length * (x * d0 + y * inward)
@@ -74,7 +85,7 @@ def _round_clothoids(corner: FloatArray, d0: FloatArray, d1: FloatArray, allowed
         clothoid(begin, d0, inward, length, 0.0, peak),
         clothoid(middle, c * d0 + s * inward, c * inward - s * d0, length, peak, 0.0),
     ]
-    return Rounding(halves, length * taken)
+    return Rounding(halves, length * taken, wanted * taken)
 
 
 def _turn(d0: FloatArray, d1: FloatArray) -> tuple[float, FloatArray]:
@@ -87,7 +98,7 @@ def _turn(d0: FloatArray, d1: FloatArray) -> tuple[float, FloatArray]:
 _ROUND = {"arc": _round_arc, "clothoid": _round_clothoids}
 
 
-def blended(blocks: Sequence[Block], tolerance: Sequence[float], shape: str = "arc") -> tuple[list[Block], list[int]]:
+def blended(blocks: Sequence[Block], tolerance: Sequence[float], shape: str = "arc") -> Blended:
     """Corners between straight blocks rounded within a tolerance (G64 P).
 
     The rounding takes at most half of either block. Corners that touch an arc stay as they are.
@@ -100,17 +111,13 @@ def blended(blocks: Sequence[Block], tolerance: Sequence[float], shape: str = "a
         For each inner joint [m]; 0 leaves the corner.
     shape : str
         ``arc``, whose curvature jumps at its ends, or ``clothoid``, a pair of them, whose curvature does not.
-
-    Returns
-    -------
-    tuple
-        The path, and for each of its blocks the number of the block that it came from.
     """
     starts = [np.array(block.start) for block in blocks]
     lines = [block.straight for block in blocks]
     ends = [s + b.length * np.array(b.along) for s, b in zip(starts, blocks, strict=True)]
     rounds: list[list[Block]] = [[] for _ in blocks]
     trim = [[0.0, 0.0] for _ in blocks]
+    cut_short = 0
     for i, allowed in enumerate(tolerance):
         if allowed <= 0.0 or not (lines[i] and lines[i + 1]):
             continue
@@ -118,8 +125,9 @@ def blended(blocks: Sequence[Block], tolerance: Sequence[float], shape: str = "a
         if not _CORNER <= _turn(d0, d1)[0] <= math.pi - 1e-3:
             continue
         room = 0.5 * min(blocks[i].length, blocks[i + 1].length)
-        rounds[i], reach = _ROUND[shape](ends[i], d0, d1, allowed, room)
+        rounds[i], reach, wanted = _ROUND[shape](ends[i], d0, d1, allowed, room)
         trim[i][1], trim[i + 1][0] = reach, reach
+        cut_short += reach < wanted * (1.0 - 1e-9)
     path: list[Block] = []
     origin: list[int] = []
     for i, block in enumerate(blocks):
@@ -131,4 +139,4 @@ def blended(blocks: Sequence[Block], tolerance: Sequence[float], shape: str = "a
         parts = [*([kept] if kept is not None else []), *rounds[i]]
         path += parts
         origin += [i] * len(parts)
-    return path, origin
+    return Blended(path, origin, cut_short)

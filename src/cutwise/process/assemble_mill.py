@@ -17,6 +17,7 @@ from cutwise.physics.motion.loop import LoopFigures, loop_figures
 from cutwise.physics.motion.profile import Limits
 from cutwise.physics.structure.modes import Modes, modes
 from cutwise.process.assemble import edges
+from cutwise.process.drive_remedies import GainKeys, remedies
 from cutwise.process.loops_drives import NO_FORCE, Cut, DrivePair
 from cutwise.process.program_path import ProgramPath, blocks_path, moves_path, program_speed
 from cutwise.spec.drives import CncMachine, FeedDrive
@@ -76,17 +77,20 @@ def drive_pair(machine: CncMachine) -> DrivePair:
         A position loop is unstable; the message gives its margin.
     """
     gains = {"x": _gains(machine.x), "y": _gains(machine.y)}
+    keys = {axis: GainKeys(*(f"machine.{axis}.{key}" for key in ("K_p", "K_i", "K_d"))) for axis in "xy"}
     if machine.reading != "as_printed":
         gains = {axis: (g[1], g[0], *g[2:]) for axis, g in gains.items()}
+        keys = {axis: GainKeys(k.integral, k.proportional, k.derivative) for axis, k in keys.items()}
     if machine.reading == "matched":
-        gains = {"x": gains["y"], "y": gains["x"]}
+        gains, keys = {"x": gains["y"], "y": gains["x"]}, {"x": keys["y"], "y": keys["x"]}
     c = machine.control
     laws = {axis: Controller(*g, c.sample_time, c.saturation, c.encoder, float(c.delay)) for axis, g in gains.items()}
     pair = DrivePair(_plant(machine.x), laws["x"], _plant(machine.y), laws["y"])
     faults = []
-    for axis, figures in zip("xy", loops(pair), strict=True):
+    for axis, plant, figures in zip("xy", (pair.plant_x, pair.plant_y), loops(pair), strict=True):
         if not figures.stable:
-            faults.append(Fault(("machine", axis), _unstable(axis, figures, machine)))
+            helps = remedies(plant, laws[axis], keys[axis])
+            faults.append(Fault(("machine", axis), _unstable(axis, figures, machine, helps)))
     if faults:
         raise ScenarioFault(faults)
     return pair
@@ -97,15 +101,17 @@ def loops(pair: DrivePair) -> tuple[LoopFigures, LoopFigures]:
     return loop_figures(pair.plant_x, pair.law_x), loop_figures(pair.plant_y, pair.law_y)
 
 
-def _unstable(axis: str, figures: LoopFigures, machine: CncMachine) -> str:
+def _unstable(axis: str, figures: LoopFigures, machine: CncMachine, helps: list[str]) -> str:
     margin = 20.0 * math.log10(figures.sampled_gain_margin) if figures.sampled_gain_margin > 0.0 else -math.inf
-    margin_text = f"gain margin {margin:.1f} dB" if math.isfinite(margin) else "no gain at which it would be stable"
+    margin_text = f"gain margin {margin:.1f} dB" if math.isfinite(margin) else "no smaller gain makes it stable"
+    phase = figures.sampled_phase_margin
+    phase_text = f"phase margin {math.degrees(phase):.1f}°" if phase < math.pi else "the gain never crosses 1"
     late = f" and a delay of {machine.control.delay} sample" if machine.control.delay else ""
+    other = "" if len(machine.readings) == 1 else f"; or take another machine.reading (now {machine.reading})"
     return (
         f"the position loop of {axis} is unstable at {1e3 * machine.control.sample_time:g} ms{late}: largest pole "
-        f"|z| = {figures.largest_pole:.4g} (stable below 1), {margin_text}, phase margin "
-        f"{math.degrees(figures.sampled_phase_margin):.1f}°; lower K_p, or shorten sample_time, or take another "
-        f"reading of the gains (now {machine.reading})"
+        f"|z| = {figures.largest_pole:.4g} (stable below 1), {margin_text}, {phase_text}; stable is "
+        f"{', or '.join(helps) if helps else 'no single change of a gain or the sample time that was tried'}{other}"
     )
 
 

@@ -64,6 +64,7 @@ class Tip(NamedTuple):
     along: FloatArray  # directions, shape (m, 2)
     micro: int
     delay: FloatArray  # micro steps of 1, 2, ... tooth periods, shape (k,)
+    limit: float  # [m] displacement beyond which the arc of contact has lost its meaning
 
 
 class TipMemory(NamedTuple):
@@ -86,9 +87,10 @@ class DriveHistory(NamedTuple):
     force_peak: FloatArray  # largest magnitude in the step of x, y, z and of the xy vector [N], shape (n, 4)
     tip: FloatArray  # displacement of the tip by its modes: mean x, y, and largest length in the step [m], shape (n, 3)
     left: FloatArray  # least and greatest displacement into the wall where a tooth left it [m], NaN: none, shape (n, 2)
+    known: int  # instants before the tip swung beyond its limit; everything is NaN from there on
 
 
-def tip_dynamics(modes: Modes | None, cut: Cut, step: float, substeps: int) -> Tip:
+def tip_dynamics(modes: Modes | None, cut: Cut, step: float, substeps: int, limit: float = math.inf) -> Tip:
     """Modes ready for a substep of ``step`` / ``substeps`` [s]; at ten substeps 60 micro steps per oscillation."""
     quickest = float(modes.frequency.max()) if modes is not None else 0.0
     nominal = step / 10.0 * quickest / (2.0 * math.pi) * STEPS_PER_OSCILLATION
@@ -98,9 +100,9 @@ def tip_dynamics(modes: Modes | None, cut: Cut, step: float, substeps: int) -> T
     period = 2.0 * math.pi / (cut.spindle * cut.mill.flutes) if cut.law != NO_FORCE else dt
     delay = np.arange(1, count + 1) * period / dt
     if modes is None:
-        return Tip(np.zeros((0, 2, 3)), np.zeros((0, 2)), micro, delay)
+        return Tip(np.zeros((0, 2, 3)), np.zeros((0, 2)), micro, delay, limit)
     exact = [transition(float(w), float(z), float(m), dt) for w, z, m, _ in zip(*modes, strict=True)]
-    return Tip(np.array(exact), np.ascontiguousarray(modes.direction), micro, delay)
+    return Tip(np.array(exact), np.ascontiguousarray(modes.direction), micro, delay, limit)
 
 
 def tip_at_rest(tip: Tip, point: FloatArray) -> TipMemory:
@@ -222,9 +224,10 @@ def _in_contact(patches: FloatArray) -> bool:
 def _run(
     first: int, last: int, state: FloatArray, commands: Commands, drives: DrivePair, cut: Cut, substeps: int, tip: Tip,
     memory: TipMemory, history: DriveHistory,
-) -> None:  # fmt: skip
+) -> int:  # fmt: skip
+    """Steps from ``first`` to ``last``; the number of the step behind the last one that counts."""
     plant_x, law_x, plant_y, law_y = drives.plant_x, drives.law_x, drives.plant_y, drives.law_y
-    position, speed, voltage, clipped, force, force_peak, swing, wall_left = history
+    position, speed, voltage, clipped, force, force_peak, swing, wall_left, _ = history
     step = law_x.sample_time / substeps
     gain_x, gain_y = plant_x.current_gain * plant_x.torque_constant, plant_y.current_gain * plant_y.torque_constant
     px1, px2 = response_integrals(plant_x.viscous / plant_x.inertia, step)
@@ -290,14 +293,17 @@ def _run(
             swing[k, 0], swing[k, 1], swing[k, 2] = top[5] / swings, top[6] / swings, math.sqrt(top[4])
             wall_left[k, 0] = left[0] if left[0] <= left[1] else math.nan
             wall_left[k, 1] = left[1] if left[0] <= left[1] else math.nan
+            if not top[4] <= tip.limit**2:
+                return k
     state[0, 0], state[0, 1], state[0, 2], state[0, 3], state[0, 4], state[0, 5] = x, wx, ix, ex, ux, load_x
     state[1, 0], state[1, 1], state[1, 2], state[1, 3], state[1, 4], state[1, 5] = y, wy, iy, ey, uy, load_y
     state[0, 6], state[1, 6] = before_x, before_y
+    return last
 
 
 def run_drives(
     commands: Commands, drives: DrivePair, cut: Cut, substeps: int, progress: Callable[[float], None] | None = None,
-    *, modes: Modes | None = None,
+    *, modes: Modes | None = None, tip_limit: float = math.inf,
 ) -> DriveHistory:  # fmt: skip
     """Two feed drives following their commands under friction and cutting forces.
 
@@ -320,6 +326,8 @@ def run_drives(
         Called with the share done after each chunk.
     modes : Modes, optional
         Modes of the tool tip; they need the law ``DELAYED``.
+    tip_limit : float
+        Displacement of the tip at which the run ends [m]: the tool then is not where its arc of contact says.
 
     Raises
     ------
@@ -336,7 +344,7 @@ def run_drives(
     state = np.zeros((2, _STATE))
     state[:, 0] = state[:, 5] = state[:, 6] = commands.point[0]
     swings = n if cut.law == DELAYED else 0
-    tip = tip_dynamics(modes, cut, drives.law_x.sample_time, substeps)
+    tip = tip_dynamics(modes, cut, drives.law_x.sample_time, substeps, tip_limit)
     memory = tip_at_rest(tip, commands.point[0])
     history = DriveHistory(
         np.empty((n, 2)),
@@ -347,10 +355,20 @@ def run_drives(
         np.empty((n, 4)),
         np.empty((swings, 3)),
         np.empty((swings, 2)),
+        n,
     )
     for first in range(0, n, CHUNK):
         last = min(first + CHUNK, n)
-        _run(first, last, state, commands, drives, cut, substeps, tip, memory, history)
+        known = _run(first, last, state, commands, drives, cut, substeps, tip, memory, history)
+        if known < last:
+            return _known_until(history, known)
         if progress is not None:
             progress(last / n)
     return history
+
+
+def _known_until(history: DriveHistory, known: int) -> DriveHistory:
+    for values in history[:-1]:
+        assert isinstance(values, np.ndarray)
+        values[known:] = False if values.dtype == bool else math.nan
+    return history._replace(known=known)

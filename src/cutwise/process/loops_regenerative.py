@@ -17,6 +17,7 @@ FloatArray = npt.NDArray[np.float64]
 CHUNK = 2_000_000  # steps between two looks at the keyboard
 KICK = 1e-30  # [m] first deviation of the linear run
 LARGE = 1e30  # [m] no deviation of the linear run gets here
+_FEWEST = 3  # periods that make a slope
 
 
 class SteadyCut(NamedTuple):
@@ -119,14 +120,18 @@ def run_regenerative(
 def growth_per_tooth(cut: SteadyCut, modes: Modes, periods: int, steps: int) -> float:
     """Factor per tooth period by which a small deviation from the periodic cut grows, by time stepping [-].
 
-    The slope of the logarithm of the deviation's r.m.s. over each period, the first third left out.
+    The slope of the logarithm of the deviation's r.m.s. over each period, the first third left out; ``LARGE`` where it
+    grows out of all bounds within a few periods.
     """
     k = cut.coefficients
     smooth = cut._replace(feed_per_tooth=0.0, coefficients=k._replace(K_te=0.0, K_re=0.0))
     deviation, _ = _simulate(smooth, modes, periods, steps, kick=KICK, least_chip=-LARGE)
-    size = np.sqrt(np.mean(np.sum(deviation.reshape(periods, steps, 2) ** 2, axis=2), axis=1))
+    with np.errstate(over="ignore", invalid="ignore"):
+        size = np.sqrt(np.mean(np.sum(deviation.reshape(periods, steps, 2) ** 2, axis=2), axis=1))
     usable = np.nonzero((size > 1e-250) & (size < 1e-3 * LARGE))[0]
     part = usable[usable.size // 3 :]
+    if part.size < _FEWEST:
+        return LARGE
     return float(np.exp(np.polyfit(part, np.log(size[part]), 1)[0]))
 
 

@@ -1,18 +1,18 @@
 """What milling with CNC drives amounts to: the run, its numbers and its curves."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
 from cutwise import units
+from cutwise.io.programs.interpreter import Interpreted
 from cutwise.maths.curves import FloatArray
-from cutwise.physics.cutting.uneven import even_and_linear
-from cutwise.physics.cutting.wall import AVERAGED, DELAYED, FLUTES, tooth_period, wall_force
+from cutwise.physics.cutting.wall import DELAYED
 from cutwise.physics.motion.contour import contour_errors
-from cutwise.physics.motion.lookahead import Plan, plan, time_without_limits
+from cutwise.physics.motion.lookahead import Plan, highest_feeds, plan
 from cutwise.physics.motion.loop import LoopFigures, open_loop, sampled_response
 from cutwise.physics.motion.reference import Reference, central_difference, sampled
 from cutwise.process.assemble_mill import (
@@ -27,18 +27,15 @@ from cutwise.process.assemble_mill import (
     tip_modes,
 )
 from cutwise.process.labels import labelled
-from cutwise.process.loops_drives import NO_FORCE, Commands, Cut, DriveHistory, DrivePair, run_drives
-from cutwise.process.milling_contact import Contact, SteadyPatch, contact
+from cutwise.process.loops_drives import Commands, Cut, DriveHistory, DrivePair, run_drives
+from cutwise.process.milling_contact import Contact, contact
 from cutwise.process.milling_stability import TipStability, tip_stability
-from cutwise.spec.faults import all_faults
+from cutwise.spec.faults import Fault, ScenarioFault, all_faults
 from cutwise.spec.milling import MillingScenario
-from cutwise.spec.program import Blend
 
 Progress = Callable[[float], None]
 
-_NEAR_CORNER = 10e-3  # [m] within which the lowest feed is looked for
-_SETTLED = 5e-6  # [m]
-_WINDOW = 2  # blocks looked at on either side for the contour error
+_MOST_SAMPLES = 20_000_000  # of the controllers in a run: some gigabytes of histories
 
 
 class MillRun(NamedTuple):
@@ -52,29 +49,45 @@ class MillRun(NamedTuple):
     loops: tuple[LoopFigures, LoopFigures]
     cut: Cut
     history: DriveHistory
-    contour_error: FloatArray  # [m], shape (n,), NaN on rapid moves
-    chip: float  # programmed feed per tooth at the fastest cut [m]
+    contour_error: FloatArray  # from the programmed path [m], shape (n,), NaN on rapid moves
+    drive_error: FloatArray  # from the path that is driven, its blends included [m], shape (n,), NaN on rapid moves
+    feed: FloatArray  # programmed, or the highest that the machine may run [m/s], shape (blocks,)
+    chip: float  # feed per tooth at the fastest of these that cuts [m]
     tip_swings: bool  # whether the tool tip moves on modes in the loop
+
+    @property
+    def lost(self) -> float | None:
+        """Time at which the tip had swung so far that nothing is known from there on [s]; None if it never did."""
+        known = self.history.known
+        return float(self.reference.time[known]) if known < self.reference.time.size else None
 
 
 def run(scenario: MillingScenario, substeps: int, progress: Progress | None = None) -> MillRun:
     """Plan, sample, and let the drives follow under the cutting force."""
     program = read_program(scenario)
-    path = program_path(scenario, program)
+    path, motion = _planned(scenario, program)
     spindle = spindle_speed(scenario, program)
-    limits, axes = motion_limits(scenario.machine)
-    motion = plan(path.curve, path.feed, limits, path.stop_at, path.dwell_after, axes=axes)
     sample_time = scenario.machine.control.sample_time
     reference = sampled(path.curve, [motion.profile], sample_time, scenario.numerics.settling_time)
     met = contact(scenario, path, reference)
     cutting = cut(scenario, spindle, met.depth)
     drives = drive_pair(scenario.machine)
     tip = tip_modes(scenario) if cutting.law == DELAYED else None
-    history = run_drives(_commands(reference, met.patches, sample_time), drives, cutting, substeps, progress, modes=tip)
-    error = contour_errors(path.programmed, path.origin[reference.block], history.position, _WINDOW, True)
-    error[np.isinf(path.feed[reference.block])] = np.nan
-    feeds = path.feed[path.cuts]
-    chip = float(feeds.max()) * 2.0 * math.pi / (spindle * scenario.tool.flutes) if feeds.size else 0.0
+    history = run_drives(
+        _commands(reference, met.patches, sample_time), drives, cutting, substeps, progress,
+        modes=tip, tip_limit=scenario.operation.radial_depth or 0.5 * scenario.tool.diameter,
+    )  # fmt: skip
+    rapid = np.isinf(path.feed[reference.block])
+    error = contour_errors(path.programmed, path.origin[reference.block], history.position, True)
+    error[rapid] = np.nan
+    driven = error
+    if path.blended:
+        driven = contour_errors(path.curve, reference.block, history.position, True)
+        driven[rapid] = np.nan
+    limits, axes = motion_limits(scenario.machine)
+    feed = highest_feeds(path.curve, path.feed, limits, axes)
+    fastest = float(feed[path.cuts].max(initial=0.0))
+    chip = fastest * 2.0 * math.pi / (spindle * scenario.tool.flutes)
     return MillRun(
         path,
         motion,
@@ -85,9 +98,25 @@ def run(scenario: MillingScenario, substeps: int, progress: Progress | None = No
         cutting,
         history,
         error,
+        driven,
+        feed,
         chip,
         tip is not None,
     )
+
+
+def _planned(scenario: MillingScenario, program: Interpreted | None) -> tuple[ProgramPath, Plan]:
+    """The commanded path and its motion, if there are not too many samples in it."""
+    path = program_path(scenario, program)
+    limits, axes = motion_limits(scenario.machine)
+    motion = plan(path.curve, path.feed, limits, path.stop_at, path.dwell_after, axes=axes)
+    step, time = scenario.machine.control.sample_time, motion.profile.duration + scenario.numerics.settling_time
+    if not time <= _MOST_SAMPLES * step:
+        raise ScenarioFault([Fault(("machine", "control", "sample_time"), (
+            f"of {1e3 * step:.3g} ms makes {time / step:.2g} samples of the {units.show(time, 'time', 3)} that the "
+            f"motion takes, more than {_MOST_SAMPLES:.0e}: raise it, or feed and limits of the motion, or shorten the path"
+        ))])  # fmt: skip
+    return path, motion
 
 
 def prepare(scenario: MillingScenario) -> None:
@@ -96,11 +125,11 @@ def prepare(scenario: MillingScenario) -> None:
     Raises
     ------
     ScenarioFault
-        The program cannot be run, has no spindle speed or feed, or a position loop is unstable.
+        The program cannot be run, has no spindle speed or feed, takes too long, or a position loop is unstable.
     """
     program = read_program(scenario)
     all_faults(
-        lambda: program_path(scenario, program),
+        lambda: _planned(scenario, program),
         lambda: spindle_speed(scenario, program),
         lambda: drive_pair(scenario.machine),
     )
@@ -113,130 +142,9 @@ def _commands(reference: Reference, patches: FloatArray, sample_time: float) -> 
     return Commands(point, velocity, central_difference(velocity, sample_time), heading, patches)
 
 
-def measures(scenario: MillingScenario, done: MillRun) -> dict[str, float]:
-    """All measures of the run in SI; one that does not apply is left out."""
-    history, reference = done.history, done.reference
-    error = done.contour_error[np.isfinite(done.contour_error)]
-    found: dict[str, float] = {}
-    if error.size:
-        found["contour_error_max"] = float(np.abs(error).max())
-        found["contour_error_rms"] = math.sqrt(float(np.mean(error**2)))
-    found["cycle_time"] = done.plan.profile.duration
-    feed = np.minimum(done.path.feed, scenario.machine.limits.velocity)
-    found["cycle_time_ideal"] = time_without_limits(done.path.curve, feed) + float(done.path.dwell_after.sum())
-    lag = np.abs(reference.point[:, :2] - history.position).max(axis=0)
-    found["tracking_error_max_x"], found["tracking_error_max_y"] = map(float, lag)
-    found |= _settling(done)
-    found["drive_voltage_max"] = float(np.abs(history.voltage).max())
-    found["saturation_time"] = float(history.clipped.any(axis=1).sum()) * scenario.machine.control.sample_time
-    lowest = _lowest_feed(scenario, done)
-    if lowest is not None:
-        found["feed_min"] = lowest
-    found |= _forces(scenario, done)
-    found |= _contact_measures(done)
-    for i, (axis, figures) in enumerate(zip("xy", done.loops, strict=True)):
-        plant = done.drives.plant_x if i == 0 else done.drives.plant_y
-        torque = plant.current_gain * plant.torque_constant * np.abs(history.voltage[:, i]).max()
-        found[f"drive_torque_max_{axis}"] = float(torque)
-        found[f"bandwidth_{axis}"] = figures.sampled_bandwidth
-        found[f"phase_margin_{axis}"] = figures.sampled_phase_margin
-    found |= _tip_measures(done)
-    found["path_length"] = float(done.path.curve.knots[-1])
-    found["stops"] = float(done.plan.stops)
-    return found
-
-
-def _contact_measures(done: MillRun) -> dict[str, float]:
-    """Immersion angles, and what is taken of a stock."""
-    met, found = done.contact, {}
-    if met.steady:
-        found["engagement_angle_max"] = met.greatest
-    if "straight" in met.steady:
-        found["engagement_angle_straight"] = met.steady["straight"].high
-    if met.removal is not None:
-        step = np.diff(done.reference.travelled, append=done.reference.travelled[-1])
-        found["removed_volume"] = float(met.removal @ step)
-        found["removal_rate_max"] = float((met.removal * done.reference.speed).max())
-    return found
-
-
-def _tip_measures(done: MillRun) -> dict[str, float]:
-    """How far the tip is pushed, and the wall that it leaves: contour error plus tip, where teeth pass the wall."""
-    if done.cut.law != DELAYED or not done.tip_swings:
-        return {}
-    found = {"tip_deflection_max": float(done.history.tip[:, 2].max())}
-    wall = wall_left(done)
-    if np.isfinite(wall).any():
-        found["wall_error_min"], found["wall_error_max"] = float(np.nanmin(wall)), float(np.nanmax(wall))
-    return found
-
-
 def wall_left(done: MillRun) -> FloatArray:
     """Least and greatest error of the wall left at each servo instant, positive into the wall [m]; shape (n, 2)."""
     return done.contour_error[:, None] + done.history.left
-
-
-def _settling(done: MillRun) -> dict[str, float]:
-    """Overshoot along the last direction, and the time to come within 5 µm of the end point for good."""
-    reference, history = done.reference, done.history
-    after = reference.time >= reference.end
-    end = reference.point[-1, :2]
-    direction = reference.direction[-1, :2]
-    if not after.any() or math.hypot(*direction) < 0.5:
-        return {}
-    off = history.position[after] - end
-    found = {"settling_overshoot": max(float((off @ direction).max()), 0.0)}
-    outside = np.flatnonzero(np.hypot(off[:, 0], off[:, 1]) > _SETTLED)
-    if outside.size == 0:
-        found["settling_time"] = 0.0
-    elif outside[-1] + 1 < off.shape[0]:
-        found["settling_time"] = float(reference.time[after][outside[-1] + 1]) - reference.end
-    return found
-
-
-def _lowest_feed(scenario: MillingScenario, done: MillRun) -> float | None:
-    speed = np.hypot(done.history.speed[:, 0], done.history.speed[:, 1])
-    reference = done.reference
-    if scenario.path is not None:
-        near = np.hypot(reference.point[:, 0], reference.point[:, 1]) <= _NEAR_CORNER
-    else:
-        cutting = np.flatnonzero(done.path.cuts)
-        if cutting.size == 0 or not done.contact.immersion.any():
-            return None
-        knots = done.path.curve.knots
-        inside = (reference.travelled > knots[cutting[0]] + _NEAR_CORNER) & (
-            reference.travelled < knots[cutting[-1] + 1] - _NEAR_CORNER
-        )
-        near = inside & (done.contact.immersion > 0.0)
-    return float(speed[near].min()) if near.any() else None
-
-
-def _forces(scenario: MillingScenario, done: MillRun) -> dict[str, float]:
-    """Peaks over the run, and the static figures of straight and corner at the programmed feed per tooth."""
-    if done.cut.law == NO_FORCE or not done.contact.steady:
-        return {}
-    peak = done.history.force_peak
-    axial = scenario.material.K_ac is not None or scenario.material.k_a11 is not None
-    found = {"force_xy_peak": float(peak[:, 3].max())}
-    for i, axis in enumerate("xyz" if axial else "xy"):
-        found[f"force_{axis}_peak"] = float(peak[:, i].max())
-    c = done.cut
-    law = c.law if c.law != AVERAGED else FLUTES if even_and_linear(c.edges) else DELAYED
-    for name, patch in done.contact.steady.items():
-        mean = static_force(done, patch)
-        found[f"force_xy_mean_{name}"] = math.hypot(mean[0], mean[1])
-        tooth = tooth_period(law, patch.low, patch.high, done.chip, patch.depth, c.mill, c.discs, c.edges, 720)
-        found[f"force_xy_peak_{name}"] = float(np.hypot(tooth[:, 0], tooth[:, 1]).max())
-    return found
-
-
-def static_force(done: MillRun, patch: SteadyPatch) -> tuple[float, float, float]:
-    """Mean force of a steady cut along +x at the programmed feed per tooth, run-out left out [N]."""
-    c = done.cut
-    even = c.edges._replace(runout=0.0)
-    return wall_force(
-        AVERAGED, 0.0, 0.0, patch.low, patch.high, 0.0, patch.depth, done.chip, 0.0, c.mill, c.discs, even
-    )
 
 
 def stages(done: MillRun, **more: xr.Dataset | None) -> xr.DataTree:
@@ -245,6 +153,7 @@ def stages(done: MillRun, **more: xr.Dataset | None) -> xr.DataTree:
     time = ("time", r.time, "s", "time")
     plants = (done.drives.plant_x, done.drives.plant_y)
     torque = h.voltage * np.array([p.current_gain * p.torque_constant for p in plants])
+    travel = np.array([p.transmission for p in plants])
     groups = {
         "motion": labelled(time, {
             "travelled": (r.travelled, "m", "way along the path"),
@@ -255,6 +164,7 @@ def stages(done: MillRun, **more: xr.Dataset | None) -> xr.DataTree:
             "tracking_error": (r.point[:, :2] - h.position, "m", "set point minus actual position"),
             "voltage": (h.voltage, "V", "output of the controllers"),
             "motor_torque": (torque, "N*m", "motor torque"),
+            "cutting_torque": (h.force[:, :2] * travel, "N*m", "mean torque of the cutting force on the motor in a sample"),
             "saturated": (h.clipped.astype(float), "1", "controller at its limit"),
         }, axis=["x", "y"]).merge(_frequency_response(done)),
         "engagement": _engagement(done, time),
@@ -321,45 +231,3 @@ def stability(scenario: MillingScenario, done: MillRun) -> TipStability | None:
     if tip is None or not done.contact.steady:
         return None
     return tip_stability(done.cut, tip, done.chip, done.contact.steady)
-
-
-COMPARED = (
-    "cycle_time", "contour_error_max", "contour_error_rms", "force_xy_peak", "force_xy_mean_corner",
-    "engagement_angle_max", "feed_min", "drive_voltage_max", "settling_overshoot",
-)  # fmt: skip
-
-
-def compare(scenario: MillingScenario) -> dict[str, Mapping[str, float]]:
-    """Measures of each corner strategy that the scenario asks to compare, by its name."""
-    if scenario.path is None:
-        return {}
-    rows: dict[str, Mapping[str, float]] = {}
-    for strategy in scenario.path.compare:
-        blend = strategy if isinstance(strategy, Blend) else None
-        path = {"corner": "sharp" if blend else strategy, "compare": ()}
-        other = scenario.model_copy(update={
-            "path": scenario.path.model_copy(update=path), "path_mode": blend or "exact_path",
-        })  # fmt: skip
-        rows[_named(strategy)] = measures(other, run(other, scenario.numerics.substeps))
-    return rows
-
-
-def _named(strategy: str | float | Blend) -> str:
-    if isinstance(strategy, Blend):
-        return f"blend {units.show(strategy.blend, 'length', 3)}, {strategy.shape}"
-    return "sharp, exact stop" if isinstance(strategy, str) else f"fillet {units.show(strategy, 'length', 3)}"
-
-
-def comparison_table(
-    rows: Mapping[str, Mapping[str, float]], known: Mapping[str, tuple[str, str]]
-) -> xr.Dataset | None:
-    """The compared measures over the strategies."""
-    if not rows:
-        return None
-    names = [name for name in COMPARED if all(name in row for row in rows.values())]
-    data = {
-        name: (("strategy",), [row[name] for row in rows.values()],
-               {"units": units.DIMENSIONS[known[name][0]].si or "1", "long_name": known[name][1]})
-        for name in names
-    }  # fmt: skip
-    return xr.Dataset(data, coords={"strategy": list(rows)})

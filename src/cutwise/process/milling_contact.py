@@ -17,7 +17,7 @@ from cutwise.physics.engagement.stock import (
     removal_area,
     stands_in_material,
 )
-from cutwise.physics.engagement.wall import path_contact, wall_patches
+from cutwise.physics.engagement.wall import greatest_contact, path_contact, wall_patches
 from cutwise.physics.motion.reference import Reference
 from cutwise.process.program_path import ProgramPath
 from cutwise.spec.milling import MillingScenario
@@ -76,7 +76,10 @@ def _wall_contact(scenario: MillingScenario, path: ProgramPath, reference: Refer
     alpha = immersion(patches)
     greatest = float(alpha.max())
     if scenario.path is not None:  # of a corner: the geometric maximum, not that of the samples
-        greatest = greatest_immersion(Corner(radius, width, scenario.path.turn, scenario.path.fillet))
+        if path.blended:
+            greatest = greatest_contact(path.curve, radius, width)
+        else:
+            greatest = greatest_immersion(Corner(radius, width, scenario.path.turn, scenario.path.fillet))
     steady = {}
     if path.cuts.any():
         angles = {"straight": float(straight_immersion(width, radius)), "corner": greatest}

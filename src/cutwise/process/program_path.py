@@ -29,6 +29,12 @@ class ProgramPath(NamedTuple):
     origin: npt.NDArray[np.int64]  # block of the programmed path that each block came from, shape (n,)
     rotary: FloatArray  # A, B, C at its start and end [rad], shape (n, 2, 3)
     still: tuple[int, ...]  # lines of moves that would cut if the spindle turned
+    cut_short: int  # blends that are smaller than their tolerance allows, because the blocks are short
+
+    @property
+    def blended(self) -> bool:
+        """Whether a corner was blended, so that the path driven is not the programmed one."""
+        return self.curve.count != self.programmed.count
 
 
 class PathModes(NamedTuple):
@@ -115,7 +121,7 @@ def blocks_path(
         tolerance if name == "blend" and ok else 0.0
         for name, tolerance, ok in zip(mode[:-1], tolerances[:-1], free, strict=True)
     ]
-    path, origin = blended(blocks, allowed, shape)
+    path, origin, cut_short = blended(blocks, allowed, shape)
     index = np.array(origin)
     last_of_origin = np.append(index[1:] != index[:-1], True)
     stop = np.array([mode[i] == "exact_stop" for i in origin[:-1]], dtype=bool) & last_of_origin[:-1]
@@ -123,7 +129,7 @@ def blocks_path(
     stop |= rest[:-1] > 0.0
     return ProgramPath(
         join(path), feed[index], cuts[index], stop, rest, lines[index], join(blocks), index,
-        np.zeros((len(index), 2, 3)), (),
+        np.zeros((len(index), 2, 3)), (), cut_short,
     )  # fmt: skip
 
 

@@ -17,6 +17,8 @@ from cutwise.process import (
     machine,
     machine_stages,
     milling,
+    milling_compare,
+    milling_measures,
     milling_stability,
     remarks,
     remarks_mill,
@@ -94,10 +96,10 @@ def mill(scenario: MillingScenario, progress: Progress | None = None) -> Result:
     program = assemble_mill.read_program(scenario)
     substeps = scenario.numerics.substeps
     done = milling.run(scenario, substeps, _part(progress, 0.0, 0.3))
-    of_run = milling.measures(scenario, done)
-    finer = milling.measures(scenario, milling.run(scenario, 2 * substeps, _part(progress, 0.3, 0.9)))
+    of_run = milling_measures.measures(scenario, done)
+    finer = milling_measures.measures(scenario, milling.run(scenario, 2 * substeps, _part(progress, 0.3, 0.9)))
     change = change_on_halved_step(of_run, finer)
-    rows = milling.compare(scenario)
+    rows = milling_compare.compare(scenario)
     steady = milling.stability(scenario, done)
     found = {**of_run, **(milling_stability.measures(steady) if steady is not None else {})}
     return collect(
@@ -105,11 +107,11 @@ def mill(scenario: MillingScenario, progress: Progress | None = None) -> Result:
         found,
         stages=milling.stages(
             done,
-            comparison=milling.comparison_table(rows, scenario.measures),
+            comparison=milling_compare.comparison_table(rows, scenario.measures),
             lobes=milling_stability.lobe_diagram(scenario, steady) if steady is not None else None,
             vibration=milling_stability.vibration(steady) if steady is not None else None,
         ),
-        warnings=(*remarks_mill.warnings(scenario, done, found), *remarks_mill.changed(change)),
+        warnings=(*remarks_mill.warnings(scenario, done, found), *remarks_mill.changed(change, found)),
         limits=remarks_mill.LIMITS,
         convergence=change,
         notes=remarks_mill.notes(scenario, done, program.notices if program else ()),
@@ -117,10 +119,10 @@ def mill(scenario: MillingScenario, progress: Progress | None = None) -> Result:
     )
 
 
-def milling_measures(scenario: MillingScenario, wanted: Collection[str] = ()) -> Mapping[str, float]:
+def mill_quick(scenario: MillingScenario, wanted: Collection[str] = ()) -> Mapping[str, float]:
     """The measures alone, for studies; stability only if a requirement or ``wanted`` names one of its measures."""
     done = milling.run(scenario, scenario.numerics.substeps)
-    found = milling.measures(scenario, done)
+    found = milling_measures.measures(scenario, done)
     if not milling_stability.MEASURES.intersection((*scenario.requirements, *wanted)):
         return found
     steady = milling.stability(scenario, done)
@@ -213,7 +215,7 @@ MEASURES: Mapping[str, Callable[..., Mapping[str, float]]] = {
     "deburr": deburring_measures,
     "drill": drilling_measures,
     "machine": machine_measures,
-    "mill": milling_measures,
+    "mill": mill_quick,
 }
 PREPARATIONS: Mapping[str, Callable[..., object]] = {
     "chamfer": chamfer.prepare,

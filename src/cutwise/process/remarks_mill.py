@@ -7,11 +7,14 @@ import numpy as np
 
 from cutwise import units
 from cutwise.process.milling import MillRun
+from cutwise.process.milling_measures import SETTLED
 from cutwise.spec.drives import READINGS
 from cutwise.spec.milling import MillingScenario
 
 _LISTED = 8  # joints named in the report
-_THIN_MARGIN = math.radians(20.0)
+_THIN_MARGIN = math.radians(30.0)
+_STOPS = 0.5  # share of the cycle time that stops at corners may take without a word
+_MANY = 10  # stops
 _MOVED = 0.05e-6  # [m] change of the contour error with twice the substeps that is worth a warning
 
 LIMITS = (
@@ -29,19 +32,33 @@ LIMITS = (
 
 def warnings(scenario: MillingScenario, done: MillRun, found: Mapping[str, float]) -> Iterator[str]:
     """What should make the engineer doubt or change something."""
-    if found["saturation_time"] > 0.0:
+    machine = scenario.machine
+    if found.get("saturation_time", 0.0) > 0.0:
         yield (
-            f"a controller is at its limit of {units.show(scenario.machine.control.saturation, 'voltage')} for "
+            f"a controller is at its limit of {units.show(machine.control.saturation, 'voltage')} for "
             f"{units.show(found['saturation_time'], 'time', 3)}; lower feed, acceleration or jerk"
         )
     for axis, figures in zip("xy", done.loops, strict=True):
         if figures.sampled_phase_margin < _THIN_MARGIN:
             yield (
                 f"the position loop of {axis} has a phase margin of {math.degrees(figures.sampled_phase_margin):.1f}° "
-                f"only (gain margin {20 * math.log10(figures.sampled_gain_margin):.1f} dB); usual is 30° or more"
+                f"only (gain margin {20 * math.log10(figures.sampled_gain_margin):.1f} dB); usual is "
+                f"{math.degrees(_THIN_MARGIN):.0f}° or more"
             )
+    yield from _feeds(done, found)
     yield from _joints(done)
     yield from _stock(scenario, done)
+    if "settling_overshoot" in found and "settling_time" not in found:
+        yield (
+            f"the tool does not stay within {units.show(SETTLED, 'small_length')} of the end point within "
+            f"{units.show(scenario.numerics.settling_time, 'time')}: there is no settling_time (friction that sticks, encoder "
+            "and backlash may hold it off for good; or lengthen numerics.settling_time)"
+        )
+    if done.lost is not None:
+        yield (
+            f"the tip swings beyond the radial depth at t = {units.show(done.lost, 'time', 4)}: from there on the tool is not "
+            "where its contact is taken, so that errors, forces and voltages of this run are left out"
+        )
     for where, name in (("on the straight", "straight"), ("in the heaviest contact", "corner")):
         growth, stable = found.get(f"chatter_growth_{name}", 0.0), found.get(f"stable_depth_{name}")
         if growth >= 1.0:
@@ -50,6 +67,25 @@ def warnings(scenario: MillingScenario, done: MillRun, found: Mapping[str, float
                 f"the tool chatters {where}: vibration grows by {growth:.3g} per tooth; reduce the axial depth{limit} or "
                 "change the spindle speed"
             )
+
+
+def _feeds(done: MillRun, found: Mapping[str, float]) -> Iterator[str]:
+    """A feed that the machine does not reach, and a path that is mostly stops."""
+    path = done.path
+    above = path.cuts & (path.feed > done.feed * (1.0 + 1e-9))
+    if above.any():
+        worst = int(np.argmax(np.where(above, path.feed / done.feed, 0.0)))
+        yield (
+            f"the feed of {units.show(path.feed[worst], 'speed')} is above machine.limits.velocity: no more than "
+            f"{units.show(done.feed[worst], 'speed')} is run, and the forces of the straight and the corner are those of it"
+        )
+    time, ideal = found["cycle_time"], found["cycle_time_ideal"]
+    corners = done.plan.stops - int((path.dwell_after[:-1] > 0.0).sum() + path.stop_at.sum())
+    if corners >= _MANY and time - ideal > _STOPS * time:
+        yield (
+            f"{corners} corners between blocks are run as full stops, and {(time - ideal) / time:.0%} of the cycle time goes "
+            "into braking and starting again; blend them within a tolerance, for example path_mode: {blend: 0.01 mm} (G64 P)"
+        )
 
 
 def _stock(scenario: MillingScenario, done: MillRun) -> Iterator[str]:
@@ -89,10 +125,11 @@ def _joints(done: MillRun) -> Iterator[str]:
     )
 
 
-def changed(change: Mapping[str, float]) -> Iterator[str]:
-    """A result that still moves with more substeps."""
+def changed(change: Mapping[str, float], found: Mapping[str, float]) -> Iterator[str]:
+    """A result that still moves with more substeps; where the tool chatters no number of them settles it."""
     moved = change.get("contour_error_max", 0.0)
-    if abs(moved) > _MOVED:
+    chatters = max(found.get(f"chatter_growth_{where}", 0.0) for where in ("straight", "corner")) >= 1.0
+    if abs(moved) > _MOVED and not chatters:
         shown = units.show(moved, "small_length", 3)
         yield f"contour_error_max moves by {shown} with twice the substeps; use more of them"
 
@@ -101,14 +138,14 @@ def notes(scenario: MillingScenario, done: MillRun, program_notices: tuple[str, 
     """The reading of the gains, margins of the loops, and where the worst place is."""
     machine = scenario.machine
     told = {"reading": f"machine.reading {machine.reading}: {READINGS[machine.reading]}."}
-    told["loops"] = " ".join(
-        f"{axis}: phase margin {math.degrees(f.phase_margin):.1f}° continuous, "
+    told |= {
+        f"loop_{axis}": f"{axis}: phase margin {math.degrees(f.phase_margin):.1f}° continuous, "
         f"{math.degrees(f.sampled_phase_margin):.1f}° sampled; "
-        f"gain margin {20 * math.log10(f.sampled_gain_margin):.1f} dB; "
+        f"gain margin {_decibels(f.sampled_gain_margin)} up, {_decibels(f.least_gain)} down; "
         f"bandwidth {f.bandwidth:.1f} Hz continuous, {f.sampled_bandwidth:.1f} Hz sampled; "
         f"resonance {f.resonance:.2f}; damping {f.damping:.3f}; largest pole |z| {f.largest_pole:.5f}."
         for axis, f in zip("xy", done.loops, strict=True)
-    )
+    }
     if np.isfinite(done.contour_error).any():
         worst = int(np.nanargmax(np.abs(done.contour_error)))
         x, y = done.history.position[worst]
@@ -119,6 +156,17 @@ def notes(scenario: MillingScenario, done: MillRun, program_notices: tuple[str, 
             f"The path is left most at x = {units.show(x, 'length')}, y = {units.show(y, 'length')}{place}, "
             f"t = {units.show(done.reference.time[worst], 'time', 4)}, {side}."
         )
+    if done.path.cut_short:
+        count = done.path.cut_short
+        told["blends"] = (
+            f"{count} blend{'s take' if count > 1 else ' takes'} half of a block, and not all that the tolerance allows: the "
+            "blocks are short."
+        )
     if program_notices:
         told["program"] = "; ".join(program_notices)
     return told
+
+
+def _decibels(factor: float) -> str:
+    """A factor on the gain; none if no factor that was looked at changes the stability."""
+    return f"{20 * math.log10(factor):.1f} dB" if 0.0 < factor < math.inf else "without bound"

@@ -120,12 +120,28 @@ class CncMachine(LibrarySpec):
         "columns exchanged)",
         examples=["kp_ki_swapped"],
     )
+    readings: tuple[Reading, ...] = Field(
+        default=("as_printed",),
+        description="readings that this table of gains allows; others than as_printed only where a print is in doubt",
+        examples=["[as_printed, kp_ki_swapped]"],
+    )
     limits: MotionLimits = Field(description="limits of the axes")
     control: Control = Field(description="the sampled controller")
     x: FeedDrive = Field(description="the x axis")
     y: FeedDrive = Field(description="the y axis")
 
+    def contradictions(self) -> Iterator[Remark]:
+        """A reading that exchanges gains of a table that is not in doubt."""
+        if self.reading not in self.readings:
+            yield Remark(
+                ("reading",), f"{self.reading} exchanges gains, but those of this machine are not in doubt: "
+                f"{' or '.join(self.readings)} (machine.readings says which are open)",
+            )  # fmt: skip
+
     def remarks(self) -> Iterator[Remark]:
-        """A gain table whose swapped reading is chosen although it is not from the paper in question."""
-        if self.reading != "as_printed" and self.library is None:
-            yield Remark(("reading",), f"{READINGS[self.reading]}; usual for a machine of your own is as_printed")
+        """Friction that is larger in motion than at rest."""
+        for axis, friction in (("x", self.x.friction), ("y", self.y.friction)):
+            for way in ("plus", "minus"):
+                sliding, sticking = getattr(friction, f"coulomb_{way}"), getattr(friction, f"stiction_{way}")
+                if abs(sliding) > abs(sticking):
+                    yield Remark((axis, "friction", f"coulomb_{way}"), "is more than the stiction; usual is less")

@@ -40,6 +40,10 @@ DEBURRING: Mapping[str, MeasureSpec] = {
 
 MILLING: Mapping[str, MeasureSpec] = {
     "contour_error_max": MeasureSpec("small_length", "largest distance of the actual position from the path"),
+    "drive_error_max": MeasureSpec(
+        "small_length",
+        "largest distance from the path that is driven, its blended corners included: what the drives add",
+    ),
     "contour_error_rms": MeasureSpec("small_length", "r.m.s. distance from the path, settling at the end included"),
     "cycle_time": MeasureSpec("time", "time from the first to the last point within the limits of the machine"),
     "cycle_time_ideal": MeasureSpec("time", "time at the programmed feed throughout, without limits of acceleration"),
@@ -49,7 +53,7 @@ MILLING: Mapping[str, MeasureSpec] = {
     "settling_time": MeasureSpec("time", "time after the last set point until the tool stays within 5 µm of it"),
     "drive_voltage_max": MeasureSpec("voltage", "largest voltage of the controllers, after clipping"),
     "saturation_time": MeasureSpec("time", "time for which a controller is at its limit"),
-    "feed_min": MeasureSpec("speed", "lowest actual feed on the cut (within 10 mm of the corner)"),
+    "feed_min": MeasureSpec("speed", "lowest actual feed on the cut (within 10 mm of the corner), at the samples"),
     "force_xy_peak": MeasureSpec("force", "largest force on the tool in the xy plane"),
     "force_x_peak": MeasureSpec("force", "largest magnitude of the force on the tool, x direction"),
     "force_y_peak": MeasureSpec("force", "largest magnitude of the force on the tool, y direction"),

@@ -37,6 +37,12 @@ def _corner_kind(value: Any) -> str:
     return "<sharp>" if value == "sharp" else "<fillet>"
 
 
+_LONG_FLUTES = 5.0  # diameters
+_TOOTH_BY_TOOTH = frozenset({
+    "force_xy_peak", "force_x_peak", "force_y_peak", "force_z_peak", "tip_deflection_max", "wall_error_min",
+    "wall_error_max",
+})  # fmt: skip
+
 CornerShape = Annotated[
     Annotated[Literal["sharp"], tag("sharp")] | Annotated[Length, Gt(0), tag("fillet")], Discriminator(_corner_kind)
 ]
@@ -254,12 +260,34 @@ class MillingScenario(Scenario):
             )
 
     def remarks(self) -> Iterator[Remark]:
-        """Feed per tooth and sampling that are unusual; depths that do not count."""
+        """Feed per tooth, depth and sampling that are unusual; what does not count."""
         if self.stock is not None:
             for key in ("axial_depth", "radial_depth"):
                 if getattr(self.operation, key) is not None:
                     yield Remark(("operation", key), "is not used: the stock says what the program meets")
+        if self.numerics.force != "tooth_resolved":
+            for name in _TOOTH_BY_TOOTH.intersection(self.requirements):
+                yield Remark(("requirements", name), "needs numerics.force: tooth_resolved")
+            for key in ("modes", "runout"):
+                if getattr(self.tool, key):
+                    yield Remark(("tool", key), f"does not count with numerics.force: {self.numerics.force}")
+        depth, length = self.operation.axial_depth, self.tool.flute_length
+        if depth is not None and length is None and depth > _LONG_FLUTES * self.tool.diameter:
+            yield Remark(
+                ("operation", "axial_depth"), f"is {depth / self.tool.diameter:.3g} diameters of the mill; usual is up to "
+                f"{_LONG_FLUTES:g} (tool.flute_length is not given)",
+            )  # fmt: skip
+        yield from self._chip_remarks()
+
+    def _chip_remarks(self) -> Iterator[Remark]:
         feed, speed = self.operation.feed, self.operation.spindle_speed
+        limits = self.machine.limits
+        if feed is not None and limits.act_on == "path" and feed > limits.velocity:
+            yield Remark(
+                ("operation", "feed"),
+                f"is above machine.limits.velocity: no more than {units.show(limits.velocity, 'speed')} is run",
+            )
+            feed = limits.velocity
         if feed is not None and speed is not None:
             chip = 2.0 * math.pi * feed / (speed * self.tool.flutes)
             if not 5e-6 <= chip <= 0.4e-3:

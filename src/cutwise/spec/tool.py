@@ -37,7 +37,9 @@ class HelicalMill(RotatingTool):
         ge=0,
     )
     runout_angle: Angle = Field(
-        default=0.0, description="direction λ of the run-out, measured from flute 0", examples=["0 deg"]
+        default=0.0,
+        description="direction λ of the run-out, counted from flute 0 in the sense in which the tool turns",
+        examples=["0 deg"],
     )
 
     def contradictions(self) -> Iterator[Remark]:

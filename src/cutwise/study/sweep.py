@@ -11,6 +11,7 @@ import xarray as xr
 
 from cutwise import units
 from cutwise.process.recipes import quick_measures
+from cutwise.results import SolverFailure
 from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.spec.scenario import Scenario
 from cutwise.study.sensitivity import changed
@@ -40,12 +41,15 @@ def sweep(
     Returns
     -------
     xarray.Dataset
-        A variable for each measure [SI] with a dimension for each key; NaN where a measure does not apply.
+        A variable for each measure [SI] with a dimension for each key; NaN where a measure does not apply. Combinations
+        that cannot be run are NaN throughout and stand in the attribute ``failed``, one a line, with the reason.
 
     Raises
     ------
     ScenarioFault
-        Values that the scenario refuses: all of them, before anything is run.
+        Values that the scenario refuses: all of them, before anything is run; or no combination can be run.
+    SolverFailure
+        No combination comes to an end.
     """
     keys = list(values)
     points = list(product(*(values[key] for key in keys)))
@@ -59,11 +63,18 @@ def sweep(
         faults.append(Fault((), "a sweep needs at least one value for each key"))
     if faults:
         raise ScenarioFault(list(dict.fromkeys(faults)))
-    rows = []
-    for i, one in enumerate(scenarios):
-        rows.append(quick_measures(one, wanted))
+    rows: list[Mapping[str, float]] = []
+    failed: dict[str, ScenarioFault | SolverFailure] = {}
+    for i, (point, one) in enumerate(zip(points, scenarios, strict=True)):
+        try:
+            rows.append(quick_measures(one, wanted))
+        except (ScenarioFault, SolverFailure) as why:
+            failed[", ".join(f"{key}={value}" for key, value in zip(keys, point, strict=True))] = why
+            rows.append({})
         if progress is not None:
             progress((i + 1) / len(scenarios))
+    if len(failed) == len(rows):
+        raise next(iter(failed.values()))
     shape = tuple(len(values[key]) for key in keys)
     known = type(scenario).measures
     data = {
@@ -71,7 +82,13 @@ def sweep(
                {"units": units.DIMENSIONS[known[name].dimension].si, "long_name": known[name].description})
         for name in dict.fromkeys(name for row in rows for name in row)
     }  # fmt: skip
-    return xr.Dataset(data, {key: list(values[key]) for key in keys}, {"scenario": scenario.name})
+    reasons = [f"{point}: {said}" for point, why in failed.items() for said in _sentences(why)]
+    attributes = {"scenario": scenario.name} | ({"failed": "\n".join(reasons)} if reasons else {})
+    return xr.Dataset(data, {key: list(values[key]) for key in keys}, attributes)
+
+
+def _sentences(why: ScenarioFault | SolverFailure) -> list[str]:
+    return [str(fault) for fault in why.faults] if isinstance(why, ScenarioFault) else [str(why)]
 
 
 def parse_values(texts: Sequence[str]) -> dict[str, list[str]]:

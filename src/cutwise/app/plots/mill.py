@@ -127,27 +127,26 @@ def forces(result: "Result") -> Figure:
 
 
 def voltages(result: "Result") -> Figure:
-    """Output of the controllers, with its limit."""
+    """Output of the controllers with its limit, and the torque of the motors with what cutting takes of it."""
     motion = result["motion"]
-    drawn = figure(2.9)
-    axes = drawn.subplots()
+    time = motion["time"].values
+    torque, torque_unit = scale("moment")
+    drawn = figure(4.6)
+    top, bottom = drawn.subplots(2, sharex=True)
     for axis, colour in zip("xy", SERIES, strict=False):
-        curve(
-            axes,
-            motion["time"].values,
-            motion["voltage"].sel(axis=axis).values,
-            color=colour,
-            linewidth=1.0,
-            label=axis,
-        )
-    highest = result.measures["drive_voltage_max"].value
+        curve(top, time, motion["voltage"].sel(axis=axis).values, color=colour, linewidth=1.0, label=axis)
+        motor, load = (torque * motion[name].sel(axis=axis).values for name in ("motor_torque", "cutting_torque"))
+        curve(bottom, time, motor, color=colour, linewidth=1.0, label=f"{axis}, motor")
+        curve(bottom, time, load, color=colour, linewidth=0.8, linestyle=":", label=f"{axis}, cutting")
     limit = result.scenario.machine.control.saturation  # type: ignore[attr-defined]
-    if highest > 0.6 * limit:
-        line_note(axes, limit, "limit", SERIES[5])
-        line_note(axes, -limit, "limit", SERIES[5], above=False)
-    axes.set(xlabel="time [s]", ylabel="voltage [V]")
-    axes.margins(x=0)
-    legend_above(axes, 2)
+    if result.measures["drive_voltage_max"].value > 0.6 * limit:
+        line_note(top, limit, "limit", SERIES[5])
+        line_note(top, -limit, "limit", SERIES[5], above=False)
+    top.set(ylabel="voltage [V]")
+    legend_above(top, 2)
+    bottom.set(xlabel="time [s]", ylabel=f"torque at the motor [{torque_unit}]")
+    bottom.margins(x=0)
+    legend_above(bottom, 4)
     return drawn
 
 
@@ -179,7 +178,8 @@ def comparison(result: "Result") -> Figure:
     """Time, contour error and load of the corner strategies side by side."""
     data = result["comparison"]
     names = [str(name) for name in data["strategy"].values]
-    shown = [("cycle_time", "time"), ("contour_error_max", "small_length"), ("force_xy_mean_corner", "force")]
+    error = "drive_error_max" if "drive_error_max" in data else "contour_error_max"
+    shown = [("cycle_time", "time"), (error, "small_length"), ("force_xy_mean_corner", "force")]
     shown = [(name, dimension) for name, dimension in shown if name in data]
     drawn = figure(0.55 * len(names) + 1.0)
     for axes, (name, dimension) in zip(np.atleast_1d(drawn.subplots(1, len(shown))), shown, strict=True):
@@ -261,14 +261,16 @@ _ERROR = "surface/contour_error"
 PLOTS: list[Plot] = [
     Plot("Where the path is left most", "Commanded and actual path of the tool centre; the error is magnified.",
          worst_place, (_ERROR, "motion/actual", "measures/contour_error_max")),
-    Plot("Corner strategies", "The same corner as exact stop and with fillets.", comparison,
+    Plot("Corner strategies", "The same corner run in other ways. The contour error of a blend is measured from the corner "
+         "that it rounds, that of a fillet from the fillet; drive_error_max is what the drives add to either.", comparison,
          ("comparison/cycle_time",)),
     Plot("Contour error", "Positive to the right of the path, into the wall.", contour_error, (_ERROR,)),
     Plot("Speed and immersion", "What the look-ahead planned, what the drives did, and how far the mill is immersed.",
          speed, ("motion/speed_actual", "engagement/immersion")),
     Plot("Cutting force", "On the tool, mean over each sample of the controller, and peak in the plane.",
          forces, ("cutting/force", "measures/force_xy_peak")),
-    Plot("Voltage of the drives", "Output of the position controllers.", voltages, ("motion/voltage",)),
+    Plot("Drives", "Output of the position controllers; torque of each motor, and mean torque of the cutting force on it.",
+         voltages, ("motion/cutting_torque", "measures/drive_voltage_max")),
     Plot("Frequency response", "Position loops without friction; the sampled ones are those that run.",
          frequency_response, ("motion/closed_loop_gain",)),
     Plot("Tool tip and wall", "Displacement of the tip by its modes, and the wall left: error of the drives plus tip where "

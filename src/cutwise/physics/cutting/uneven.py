@@ -47,7 +47,7 @@ class Edges(NamedTuple):
     linear: EdgeCoefficients
     kienzle: Kienzle
     runout: float  # [m] offset of the tool axis from the spindle axis
-    runout_angle: float  # [rad] its direction, from flute 0 at the tip
+    runout_angle: float  # [rad] its direction, from flute 0 at the tip in the sense of turning
 
 
 def even_edges(coefficients: EdgeCoefficients) -> Edges:

@@ -122,7 +122,8 @@ def steady_step(teeth: int, angle: float, chip: float, flutes: int, edges: Edges
 def runout_offset(angle: float, edges: Edges) -> tuple[float, float]:
     r"""Where the tool axis stands off the spindle axis, :math:`\rho(\cos\psi, \sin\psi)`, :math:`\psi` = angle - lambda [m].
 
-    ``angle`` is that of flute 0 in machine axes [rad]; the direction of the run-out lags behind it by ``runout_angle``.
+    ``angle`` is that of flute 0 in machine axes [rad]; the direction of the run-out is ``runout_angle`` ahead of it in the
+    sense of turning, clockwise.
     """
     direction = angle - edges.runout_angle
     return edges.runout * math.cos(direction), edges.runout * math.sin(direction)

@@ -13,6 +13,8 @@ from cutwise.physics.engagement.corner import Corner, arc_immersion, corner_cont
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 _SMOOTH = 1e-4  # [rad]
+_PLACES = 400  # of a block that are compared for its greatest contact
+_ZOOMS = 6  # from a block to the neighbours of the best place, again and again
 
 
 class _Zone(NamedTuple):
@@ -110,6 +112,26 @@ def path_contact(
         out[mine] = 0.0
         out[mine, : arcs.shape[1]] = arcs
     return out
+
+
+def greatest_contact(curve: LineArc, mill_radius: float, radial_depth: float) -> float:
+    """Largest sum of contact arcs [rad] along a short path that cuts everywhere, see :func:`path_contact`.
+
+    Each block is searched by ever closer places; where closed forms hold it agrees with
+    :func:`greatest_immersion` to 1e-11 rad.
+    """
+    everywhere, greatest = np.ones(curve.count, dtype=bool), 0.0
+    for i in range(curve.count):
+        low, high = 0.0, float(curve.length[i])
+        for _ in range(_ZOOMS):
+            along = np.linspace(low, high, _PLACES)
+            block = np.full(_PLACES, i)
+            arcs = path_contact(curve, everywhere, block, curve.knots[i] + along, mill_radius, radial_depth)
+            sums = (arcs[..., 1] - arcs[..., 0]).sum(axis=1)
+            best = int(sums.argmax())
+            low, high = float(along[max(best - 1, 0)]), float(along[min(best + 1, _PLACES - 1)])
+        greatest = max(greatest, float(sums[best]))
+    return greatest
 
 
 def _steady_arc(curve: LineArc, i: int, mill_radius: float, radial_depth: float) -> float:

@@ -6,10 +6,13 @@ import numpy as np
 import numpy.typing as npt
 
 from cutwise.maths.compiled import compiled
-from cutwise.maths.linearc import LineArc
+from cutwise.maths.linearc import LineArc, block_bend, block_point, block_tangent
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
+
+NEAR = 2  # blocks on either side that are looked at in any case
+_STEPS = 12  # of Newton's method
 
 
 @compiled
@@ -47,24 +50,56 @@ def _from_arc(curve: LineArc, i: int, x: float, y: float) -> tuple[float, float]
 
 
 @compiled
-def contour_errors(curve: LineArc, block: IntArray, points: FloatArray, window: int, prolong: bool) -> FloatArray:
-    """Signed distance of actual positions from the path in the xy plane, positive to the right of travel.
+def _from_clothoid(curve: LineArc, i: int, x: float, y: float) -> tuple[float, float]:
+    """Distance to a clothoid in the xy plane and offset to its right [m]; to its nearer end where it is beyond them."""
+    length = curve.length[i]
+    px, py, _ = block_point(curve, i, 0.0)
+    qx, qy, _ = block_point(curve, i, length)
+    s = length * min(max(((x - px) * (qx - px) + (y - py) * (qy - py)) / ((qx - px) ** 2 + (qy - py) ** 2), 0.0), 1.0)
+    for _ in range(_STEPS):
+        px, py, _ = block_point(curve, i, s)
+        tx, ty, _ = block_tangent(curve, i, s)
+        bx, by, _ = block_bend(curve, i, s)
+        dx, dy = x - px, y - py
+        step = (dx * tx + dy * ty) / max(1.0 - dx * bx - dy * by, 0.1)
+        s = min(max(s + step, 0.0), length)
+        if abs(step) < 1e-12:
+            break
+    px, py, _ = block_point(curve, i, s)
+    tx, ty, _ = block_tangent(curve, i, s)
+    dx, dy = x - px, y - py
+    return math.hypot(dx, dy), dx * ty - dy * tx
 
-    Lines and arcs in the plane count; clothoids are no programmed path, only roundings of one. The nearest of the
-    blocks around the commanded one is taken, ``window`` on either side. With ``prolong`` the first and last line go on
+
+@compiled
+def _from_block(curve: LineArc, i: int, x: float, y: float, open_start: bool, open_end: bool) -> tuple[float, float]:
+    """Distance to a block and offset to its right [m]; infinite where it does not count."""
+    if math.isinf(curve.radius[i]) and curve.sharpness[i] == 0.0:
+        return _from_line(curve, i, x, y, open_start, open_end)
+    if abs(curve.along[i, 0] * curve.inward[i, 1] - curve.along[i, 1] * curve.inward[i, 0]) < 0.999:
+        return math.inf, 0.0  # not in the plane
+    return _from_arc(curve, i, x, y) if curve.sharpness[i] == 0.0 else _from_clothoid(curve, i, x, y)
+
+
+@compiled
+def contour_errors(curve: LineArc, block: IntArray, points: FloatArray, prolong: bool) -> FloatArray:
+    """Signed distance of actual positions from a path in the xy plane, positive to the right of travel.
+
+    Lines, and arcs and clothoids in the plane count. The nearest of the blocks around the commanded one is taken: two
+    on either side, and as many more as can hold a nearer point, which lies within twice the distance from the commanded
+    block; the way along the path may be half as long again as that, but not longer. So a lag over many short blocks is no
+    error, and a later pass beside this one is not mistaken for it. With ``prolong`` the first and last line go on
     beyond their ends, so that running over the end point does not count. At a corner between lines the error is
     positive if the point is to the right of either (left turn).
 
     Parameters
     ----------
     curve : LineArc
-        The commanded path [m].
+        The path [m].
     block : ndarray
         Commanded block at each instant, shape (n,).
     points : ndarray
         Actual positions [m], shape (n, 2) or (n, 3).
-    window : int
-        Blocks looked at on either side of the commanded one.
     prolong : bool
         Whether the ends go on.
 
@@ -76,19 +111,19 @@ def contour_errors(curve: LineArc, block: IntArray, points: FloatArray, window: 
     out = np.empty(points.shape[0])
     last = curve.length.shape[0] - 1
     for k in range(points.shape[0]):
-        best, side = math.inf, 0.0
-        for i in range(max(block[k] - window, 0), min(block[k] + window, last) + 1):
-            if math.isinf(curve.radius[i]):
-                distance, right = _from_line(
-                    curve, i, points[k, 0], points[k, 1], prolong and i == 0, prolong and i == last
-                )
-            elif abs(curve.along[i, 0] * curve.inward[i, 1] - curve.along[i, 1] * curve.inward[i, 0]) > 0.999:
-                distance, right = _from_arc(curve, i, points[k, 0], points[k, 1])
-            else:
-                continue
-            if distance < best * (1.0 - 1e-12):
-                best, side = distance, right
-            elif distance <= best * (1.0 + 1e-12) and right > 0.0:
-                side = max(side, right)
+        x, y, own = points[k, 0], points[k, 1], block[k]
+        best, side = _from_block(curve, own, x, y, prolong and own == 0, prolong and own == last)
+        lag = min(best, math.hypot(x - curve.start[own, 0], y - curve.start[own, 1]))
+        reach = 3.0 * lag
+        for ahead in (-1, 1):
+            way, i = 0.0, own + ahead
+            while 0 <= i <= last and (way <= reach or abs(i - own) <= NEAR):
+                distance, right = _from_block(curve, i, x, y, prolong and i == 0, prolong and i == last)
+                if distance < best * (1.0 - 1e-12):
+                    best, side = distance, right
+                elif distance <= best * (1.0 + 1e-12) and right > 0.0:
+                    side = max(side, right)
+                way += curve.length[i]
+                i += ahead
         out[k] = math.copysign(best, side) if best < math.inf else 0.0
     return out

@@ -174,12 +174,7 @@ def block_limits(curve: LineArc, feed: FloatArray, limits: Limits, axes: AxisLim
     out = []
     bends = _bends(curve)
     for i in range(curve.count):
-        speed, acceleration, jerk = min(float(feed[i]), limits.speed), limits.acceleration, limits.jerk
-        if axes is not None:
-            use = np.maximum(_axis_use(curve, i), 1e-300)
-            speed = min(speed, float(np.min(axes.speed / use)))
-            acceleration = min(acceleration, float(np.min(axes.acceleration / use)))
-            jerk = min(jerk, float(np.min(axes.jerk / use)))
+        speed, acceleration, jerk = _unbent_limits(curve, i, float(feed[i]), limits, axes)
         if curve.sharpness[i]:
             bent, sharp = 1.0 / bends[i], abs(float(curve.sharpness[i]))
             speed = clothoid_speed(speed, bent, sharp, acceleration, jerk)
@@ -187,6 +182,22 @@ def block_limits(curve: LineArc, feed: FloatArray, limits: Limits, axes: AxisLim
             speed = arc_speed(speed, bends[i], acceleration, jerk)
         out.append(Limits(speed, acceleration, jerk))
     return out
+
+
+def _unbent_limits(curve: LineArc, i: int, feed: float, limits: Limits, axes: AxisLimits | None) -> Limits:
+    """Limits along a block, were it not for its curvature."""
+    speed, acceleration, jerk = min(feed, limits.speed), limits.acceleration, limits.jerk
+    if axes is not None:
+        use = np.maximum(_axis_use(curve, i), 1e-300)
+        speed = min(speed, float(np.min(axes.speed / use)))
+        acceleration = min(acceleration, float(np.min(axes.acceleration / use)))
+        jerk = min(jerk, float(np.min(axes.jerk / use)))
+    return Limits(speed, acceleration, jerk)
+
+
+def highest_feeds(curve: LineArc, feed: FloatArray, limits: Limits, axes: AxisLimits | None = None) -> FloatArray:
+    """The programmed speed of each block, or less where path or axes cannot be as quick [m/s], shape (blocks,)."""
+    return np.array([_unbent_limits(curve, i, float(feed[i]), limits, axes).speed for i in range(curve.count)])
 
 
 def _axis_use(curve: LineArc, i: int) -> FloatArray:

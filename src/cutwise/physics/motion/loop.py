@@ -23,6 +23,9 @@ class LoopFigures(NamedTuple):
     damping: float  # ratio of the dominant oscillating poles [-], 1 without such
     sampled_phase_margin: float  # with zero-order hold, sample time and delay [rad]
     sampled_gain_margin: float  # to instability by more gain, sampled [-]; infinite if none
+    least_gain: (
+        float  # factor down to which the gain of the stable sampled loop may fall [-]; 0 if it may fall to nothing
+    )
     sampled_bandwidth: float  # [Hz], 0 if the sampled loop is unstable
     largest_pole: float  # largest |z| of the sampled loop [-]: stable below 1
     poles: ComplexArray  # of the continuous closed loop [1/s], shape (3,)
@@ -120,6 +123,7 @@ def loop_figures(plant: Plant, law: Controller) -> LoopFigures:
         return sampled_response(w, plant, law)
 
     largest = float(np.max(np.abs(discrete_poles(plant, law))))
+    margin = _gain_change(plant, law, 1e4 if largest < 1.0 else 1e-4)
     closed = np.abs(loop(grid) / (1.0 + loop(grid)))
     return LoopFigures(
         phase_margin=_phase_margin(loop, grid),
@@ -127,7 +131,8 @@ def loop_figures(plant: Plant, law: Controller) -> LoopFigures:
         resonance=float(np.max(closed)),
         damping=damping,
         sampled_phase_margin=_phase_margin(sampled, sampled_grid),
-        sampled_gain_margin=_gain_margin(plant, law),
+        sampled_gain_margin=margin,
+        least_gain=_gain_change(plant, law, 1e-4) if largest < 1.0 else 0.0,
         sampled_bandwidth=_bandwidth(sampled, sampled_grid) if largest < 1.0 else 0.0,
         largest_pole=largest,
         poles=poles,
@@ -149,7 +154,7 @@ def _wrapped(angle: float) -> float:
 
 
 def _bandwidth(loop, grid: FloatArray) -> float:  # type: ignore[no-untyped-def]
-    """Last frequency [Hz] at which the closed loop is above -3 dB."""
+    """First frequency [Hz] at which the closed loop falls below -3 dB; the end of the grid if it does not."""
 
     def level(w: FloatArray) -> FloatArray:
         return np.asarray(np.abs(loop(w) / (1.0 + loop(w))) - math.sqrt(0.5))
@@ -162,8 +167,11 @@ def _bandwidth(loop, grid: FloatArray) -> float:  # type: ignore[no-untyped-def]
     return float(brentq(level, grid[i], grid[i + 1], xtol=1e-12, rtol=1e-14)) / (2.0 * math.pi)
 
 
-def _gain_margin(plant: Plant, law: Controller) -> float:
-    """Factor on the loop gain at which the sampled loop turns unstable; below one: it is unstable already."""
+def _gain_change(plant: Plant, law: Controller, farthest: float) -> float:
+    """First factor on the loop gain, from 1 to ``farthest``, at which the sampled loop turns stable or unstable.
+
+    Infinite or 0 if there is none on the way up or down.
+    """
     numerator, denominator = sampled_loop(plant, law)
 
     def excess(factors: FloatArray) -> FloatArray:
@@ -174,9 +182,9 @@ def _gain_margin(plant: Plant, law: Controller) -> float:
         return np.asarray(np.abs(np.linalg.eigvals(companion)).max(axis=1) - 1.0)
 
     stable_now = bool(excess(np.ones(1))[0] < 0.0)
-    factors = np.geomspace(1.0, 1e4, 400) if stable_now else np.geomspace(1.0, 1e-4, 400)
+    factors = np.geomspace(1.0, farthest, 400)
     changes = np.flatnonzero((excess(factors) < 0.0) != stable_now)
     if changes.size == 0:
-        return math.inf if stable_now else 0.0
+        return math.inf if farthest > 1.0 else 0.0
     first = int(changes[0])
     return float(brentq(lambda factor: excess(np.array([factor]))[0], factors[first - 1], factors[first]))

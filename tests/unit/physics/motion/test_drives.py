@@ -100,7 +100,7 @@ def test_the_sampled_loop_without_friction_is_a_digital_filter(delay):
         top = np.concatenate((np.zeros(len(bottom) - len(top)), top))
         start = reference.point[0, axis]
         exact.append(start + lfilter(top, top + bottom, reference.point[:, axis] - start))
-    error = contour_errors(curve, reference.block, np.column_stack(exact), 1, True)
+    error = contour_errors(curve, reference.block, np.column_stack(exact), True)
     ours = peer.run(2e-3, law=NO_FORCE, plants=plants, delay=delay, k2=(0.0, 0.0))
     assert ours["error"] == pytest.approx(error, abs=1e-12)
 

@@ -1,0 +1,162 @@
+"""The numbers of a milling run."""
+
+import math
+
+import numpy as np
+
+from cutwise.physics.cutting.uneven import even_and_linear
+from cutwise.physics.cutting.wall import AVERAGED, DELAYED, FLUTES, tooth_period, wall_force
+from cutwise.physics.motion.lookahead import time_without_limits
+from cutwise.process.loops_drives import NO_FORCE
+from cutwise.process.milling import MillRun, wall_left
+from cutwise.process.milling_contact import SteadyPatch
+from cutwise.spec.milling import MillingScenario
+
+NEAR_CORNER = 10e-3  # [m] within which the lowest feed is looked for
+SETTLED = 5e-6  # [m]
+
+
+def measures(scenario: MillingScenario, done: MillRun) -> dict[str, float]:
+    """All measures of the run in SI; one that does not apply is left out."""
+    found = {} if done.lost is not None else _errors(done)
+    found["cycle_time"] = done.plan.profile.duration
+    found["cycle_time_ideal"] = time_without_limits(done.path.curve, done.feed) + float(done.path.dwell_after.sum())
+    if done.lost is None:
+        found |= _drive_measures(scenario, done)
+        found |= _peak_forces(scenario, done)
+    found |= _steady_forces(done)
+    found |= _contact_measures(done)
+    for axis, figures in zip("xy", done.loops, strict=True):
+        found[f"bandwidth_{axis}"] = figures.sampled_bandwidth
+        found[f"phase_margin_{axis}"] = figures.sampled_phase_margin
+    if done.lost is None:
+        found |= _tip_measures(done)
+    found["path_length"] = float(done.path.curve.knots[-1])
+    found["stops"] = float(done.plan.stops)
+    return found
+
+
+def _errors(done: MillRun) -> dict[str, float]:
+    """How far the path is left, and by the drives alone where its corners are blended."""
+    error = done.contour_error[np.isfinite(done.contour_error)]
+    if error.size == 0:
+        return {}
+    found = {
+        "contour_error_max": float(np.abs(error).max()),
+        "contour_error_rms": float(np.linalg.norm(error)) / math.sqrt(error.size),
+    }
+    if done.path.blended:
+        found["drive_error_max"] = float(np.nanmax(np.abs(done.drive_error)))
+    return found
+
+
+def _drive_measures(scenario: MillingScenario, done: MillRun) -> dict[str, float]:
+    """Lag, settling, voltage and torque of the drives."""
+    history, found = done.history, {}
+    lag = np.abs(done.reference.point[:, :2] - history.position).max(axis=0)
+    found["tracking_error_max_x"], found["tracking_error_max_y"] = map(float, lag)
+    found |= _settling(done)
+    found["drive_voltage_max"] = float(np.abs(history.voltage).max())
+    found["saturation_time"] = float(history.clipped.any(axis=1).sum()) * scenario.machine.control.sample_time
+    lowest = _lowest_feed(scenario, done)
+    if lowest is not None:
+        found["feed_min"] = lowest
+    for i, (axis, plant) in enumerate((("x", done.drives.plant_x), ("y", done.drives.plant_y))):
+        torque = plant.current_gain * plant.torque_constant * np.abs(history.voltage[:, i]).max()
+        found[f"drive_torque_max_{axis}"] = float(torque)
+    return found
+
+
+def _contact_measures(done: MillRun) -> dict[str, float]:
+    """Immersion angles, and what is taken of a stock."""
+    met, found = done.contact, {}
+    if met.steady:
+        found["engagement_angle_max"] = met.greatest
+    if "straight" in met.steady:
+        found["engagement_angle_straight"] = met.steady["straight"].high
+    if met.removal is not None:
+        step = np.diff(done.reference.travelled, append=done.reference.travelled[-1])
+        found["removed_volume"] = float(met.removal @ step)
+        found["removal_rate_max"] = float((met.removal * done.reference.speed).max())
+    return found
+
+
+def _tip_measures(done: MillRun) -> dict[str, float]:
+    """How far the tip is pushed, and the wall that it leaves: contour error plus tip, where teeth pass the wall."""
+    if done.cut.law != DELAYED or not done.tip_swings:
+        return {}
+    found = {"tip_deflection_max": float(done.history.tip[:, 2].max())}
+    wall = wall_left(done)
+    if np.isfinite(wall).any():
+        found["wall_error_min"], found["wall_error_max"] = float(np.nanmin(wall)), float(np.nanmax(wall))
+    return found
+
+
+def _settling(done: MillRun) -> dict[str, float]:
+    """Overshoot along the last direction, and the time to come within 5 µm of the end point for good."""
+    reference, history = done.reference, done.history
+    after = reference.time >= reference.end
+    end = reference.point[-1, :2]
+    direction = reference.direction[-1, :2]
+    if not after.any() or math.hypot(*direction) < 0.5:
+        return {}
+    off = history.position[after] - end
+    found = {"settling_overshoot": max(float((off @ direction).max()), 0.0)}
+    outside = np.flatnonzero(np.hypot(off[:, 0], off[:, 1]) > SETTLED)
+    if outside.size == 0:
+        found["settling_time"] = 0.0
+    elif outside[-1] + 1 < off.shape[0]:
+        found["settling_time"] = float(reference.time[after][outside[-1] + 1]) - reference.end
+    return found
+
+
+def _lowest_feed(scenario: MillingScenario, done: MillRun) -> float | None:
+    speed = np.hypot(done.history.speed[:, 0], done.history.speed[:, 1])
+    reference = done.reference
+    if scenario.path is not None:
+        near = np.hypot(reference.point[:, 0], reference.point[:, 1]) <= NEAR_CORNER
+    else:
+        cutting = np.flatnonzero(done.path.cuts)
+        if cutting.size == 0 or not done.contact.immersion.any():
+            return None
+        knots = done.path.curve.knots
+        inside = (reference.travelled > knots[cutting[0]] + NEAR_CORNER) & (
+            reference.travelled < knots[cutting[-1] + 1] - NEAR_CORNER
+        )
+        near = inside & (done.contact.immersion > 0.0)
+    return float(speed[near].min()) if near.any() else None
+
+
+def _peak_forces(scenario: MillingScenario, done: MillRun) -> dict[str, float]:
+    """Peaks over the run; a force averaged over a revolution has none."""
+    if done.cut.law in (NO_FORCE, AVERAGED) or not done.contact.steady:
+        return {}
+    peak = done.history.force_peak
+    axial = scenario.material.K_ac is not None or scenario.material.k_a11 is not None
+    found = {"force_xy_peak": float(peak[:, 3].max())}
+    for i, axis in enumerate("xyz" if axial else "xy"):
+        found[f"force_{axis}_peak"] = float(peak[:, i].max())
+    return found
+
+
+def _steady_forces(done: MillRun) -> dict[str, float]:
+    """The static figures of straight and corner at the feed per tooth of the fastest cut."""
+    if done.cut.law == NO_FORCE:
+        return {}
+    c, found = done.cut, {}
+    law = c.law if c.law != AVERAGED else FLUTES if even_and_linear(c.edges) else DELAYED
+    for name, patch in done.contact.steady.items():
+        mean = static_force(done, patch)
+        found[f"force_xy_mean_{name}"] = math.hypot(mean[0], mean[1])
+        tooth = tooth_period(law, patch.low, patch.high, done.chip, patch.depth, c.mill, c.discs, c.edges, 720)
+        found[f"force_xy_peak_{name}"] = float(np.hypot(tooth[:, 0], tooth[:, 1]).max())
+    return found
+
+
+def static_force(done: MillRun, patch: SteadyPatch) -> tuple[float, float, float]:
+    """Mean force of a steady cut along +x at the feed per tooth of the fastest cut, run-out left out [N]."""
+    c = done.cut
+    even = c.edges._replace(runout=0.0)
+    return wall_force(
+        AVERAGED, 0.0, 0.0, patch.low, patch.high, 0.0, patch.depth, done.chip, 0.0, c.mill, c.discs, even
+    )
