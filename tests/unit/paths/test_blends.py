@@ -33,7 +33,7 @@ def path(turn, length=0.03):
 
 
 def rounded(turn, tolerance, shape, length=0.03):
-    blocks, origin = blended(path(turn, length), [tolerance], shape)
+    blocks, origin, _ = blended(path(turn, length), [tolerance], shape)
     return join(blocks), origin
 
 

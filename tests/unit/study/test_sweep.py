@@ -29,6 +29,19 @@ def test_all_faults_before_anything_runs(examples):
     assert "no unit" in str(caught.value)
 
 
+def test_a_combination_that_cannot_be_run_leaves_the_others(examples):
+    scenario = load(examples / "mill_pocket_corner.yaml", ["machine.reading=as_printed", "path.compare=[]"])
+    table = sweep(scenario, {"path.corner": ["2 mm", "5 mm"], "machine.control.delay": ["0", "1"]})
+    runs = table.contour_error_max.notnull()
+    assert runs.sel({"machine.control.delay": "0"}).all()
+    assert not runs.sel({"machine.control.delay": "1"}).any()
+    reasons = table.attrs["failed"].splitlines()
+    assert all("machine.control.delay=1: machine." in reason and "unstable" in reason for reason in reasons)
+    assert {reason.split(",")[0] for reason in reasons} == {"path.corner=2 mm", "path.corner=5 mm"}
+    with pytest.raises(ScenarioFault, match="unstable"):
+        sweep(scenario, {"machine.control.delay": ["1"]})
+
+
 def test_values_may_be_lists():
     values = parse_values(["load.force=[1 N, 2 N, 3 N],[4 N, 5 N, 6 N]", "path_mode=exact_stop,{blend: 1 mm}"])
     assert values == {

@@ -11,7 +11,6 @@ from cutwise.maths.linearc import LineArc, block_bend, block_point, block_tangen
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 
-NEAR = 2  # blocks on either side that are looked at in any case
 _STEPS = 12  # of Newton's method
 
 
@@ -85,8 +84,8 @@ def _from_block(curve: LineArc, i: int, x: float, y: float, open_start: bool, op
 def contour_errors(curve: LineArc, block: IntArray, points: FloatArray, prolong: bool) -> FloatArray:
     """Signed distance of actual positions from a path in the xy plane, positive to the right of travel.
 
-    Lines, and arcs and clothoids in the plane count. The nearest of the blocks around the commanded one is taken: two
-    on either side, and as many more as can hold a nearer point, which lies within twice the distance from the commanded
+    Lines, and arcs and clothoids in the plane count. The nearest of the blocks around the commanded one is taken: its
+    neighbours, and as many more as can hold a nearer point, which lies within twice the distance from the commanded
     block; the way along the path may be half as long again as that, but not longer. So a lag over many short blocks is no
     error, and a later pass beside this one is not mistaken for it. With ``prolong`` the first and last line go on
     beyond their ends, so that running over the end point does not count. At a corner between lines the error is
@@ -113,11 +112,13 @@ def contour_errors(curve: LineArc, block: IntArray, points: FloatArray, prolong:
     for k in range(points.shape[0]):
         x, y, own = points[k, 0], points[k, 1], block[k]
         best, side = _from_block(curve, own, x, y, prolong and own == 0, prolong and own == last)
-        lag = min(best, math.hypot(x - curve.start[own, 0], y - curve.start[own, 1]))
+        ex, ey, _ = block_point(curve, own, curve.length[own])
+        to_start, to_end = math.hypot(x - curve.start[own, 0], y - curve.start[own, 1]), math.hypot(x - ex, y - ey)
+        lag = min(best, to_start, to_end)
         reach = 3.0 * lag
         for ahead in (-1, 1):
-            way, i = 0.0, own + ahead
-            while 0 <= i <= last and (way <= reach or abs(i - own) <= NEAR):
+            way, i = (to_start if ahead < 0 else to_end) - lag, own + ahead
+            while 0 <= i <= last and way <= reach:
                 distance, right = _from_block(curve, i, x, y, prolong and i == 0, prolong and i == last)
                 if distance < best * (1.0 - 1e-12):
                     best, side = distance, right

@@ -14,7 +14,7 @@ from cutwise.physics.engagement.corner import (
     straight_immersion,
     summed,
 )
-from cutwise.physics.engagement.wall import path_contact
+from cutwise.physics.engagement.wall import greatest_contact, path_contact
 from peers.corner import corner_immersion, counted_immersion
 
 R, AE = 0.01, 0.004
@@ -43,6 +43,14 @@ def test_immersion_against_counted_points(turn, fillet, depth):
     found, point, heading = immersions(shape, s if fillet else s[:39])
     counted = [counted_immersion(*p[:2], h, shape) for p, h in zip(point, heading, strict=True)]
     np.testing.assert_allclose(np.degrees(found), np.degrees(counted), atol=0.03)
+
+
+@pytest.mark.parametrize("turn", [RIGHT, math.radians(50), math.radians(130)])
+@pytest.mark.parametrize("fillet", [0.0, 0.3e-3, 2e-3, 12e-3])
+def test_greatest_contact_of_a_path_is_the_closed_form(turn, fillet):
+    curve = join(corner(30e-3, turn, fillet))
+    expected = greatest_immersion(Corner(R, AE, turn, fillet))
+    assert greatest_contact(curve, R, AE) == pytest.approx(expected, abs=1e-11)
 
 
 def test_sharp_corner_in_closed_form():
@@ -163,7 +171,7 @@ def _swept(fillet, offset, x, y, extend=0.0):
 def test_blend_radius_at_a_right_angle():
     assert blend_radius(1.0, RIGHT) == pytest.approx(2.414, abs=1e-3)
     blocks = corner(0.03, RIGHT, 0.0)
-    path, origin = blended(blocks, [0.1e-3])
+    path, origin, _ = blended(blocks, [0.1e-3])
     assert origin == [0, 0, 1]
     assert path[1].radius == pytest.approx(0.2414e-3, rel=1e-3)
     middle = np.array(path[1].start) + path[1].radius * np.array(path[1].inward)
