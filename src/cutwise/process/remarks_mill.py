@@ -146,7 +146,7 @@ def notes(scenario: MillingScenario, done: MillRun, program_notices: tuple[str, 
         f"resonance {f.resonance:.2f}; damping {f.damping:.3f}; largest pole |z| {f.largest_pole:.5f}."
         for axis, f in zip("xy", done.loops, strict=True)
     }
-    if np.isfinite(done.contour_error).any():
+    if done.lost is None and np.isfinite(done.contour_error).any():
         worst = int(np.nanargmax(np.abs(done.contour_error)))
         x, y = done.history.position[worst]
         line = int(done.path.source[done.reference.block[worst]])
