@@ -110,8 +110,9 @@ def lobe_diagram(scenario: MillingScenario, found: TipStability) -> xr.Dataset:
 
 
 def vibration(found: TipStability) -> xr.Dataset:
-    """The tip in a steady cut of the heaviest contact, from rest."""
+    """The tip in a steady cut of the heaviest contact, from rest until it swings by more than the radius of the mill."""
     c = found.cases["corner"].chatter
-    return labelled(("vibration_time", c.time, "s", "time"), {
-        "tip_corner": (c.tip, "m", "vibration of the tool tip in the heaviest contact"),
+    within = np.logical_and.accumulate(np.abs(c.tip).max(axis=1) <= found.cut.mill.radius)
+    return labelled(("vibration_time", c.time[within], "s", "time"), {
+        "tip_corner": (c.tip[within], "m", "vibration of the tool tip in the heaviest contact"),
     }, axis=["x", "y"])  # fmt: skip
