@@ -69,7 +69,7 @@ _ALL = (
 )
 DIMENSIONS = {dimension.name: dimension for dimension in _ALL}
 
-_LARGEST = 1e60  # SI; squares and products of such values are still numbers
+_LARGEST = 1e60  # SI; squares and products of such values, and of their inverses, are still numbers
 _QUANTITY = re.compile(r"\s*([+-]?(?:\d[\d_]*\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*", re.DOTALL)
 
 
@@ -180,9 +180,13 @@ def parse(text: object, dimension: str) -> float:
     number, unit = match.groups()
     if not unit:
         raise UnitFault(f'{text} has no unit; write it as text with a unit, for example "{_with_unit(number, wanted)}"')
-    value = converted(float(number.replace("_", "")), unit, dimension)
-    if abs(value) > _LARGEST:
-        raise UnitFault(f"{text} is out of scale: too large to be calculated with")
+    return _in_scale(converted(float(number.replace("_", "")), unit, dimension), text)
+
+
+def _in_scale(value: float, text: object) -> float:
+    if value and not 1.0 / _LARGEST <= abs(value) <= _LARGEST:
+        size = "large" if abs(value) > 1.0 else "small"
+        raise UnitFault(f"{text} is out of scale: too {size} to be calculated with")
     return value
 
 
@@ -202,7 +206,7 @@ def _plain_number(text: str | int | float) -> float:
         raise UnitFault(f'"{text}" is not a plain number; this one has no unit') from None
     if not math.isfinite(value):
         raise UnitFault(f"{text} is not a finite number")
-    return value
+    return _in_scale(value, text)
 
 
 def _with_unit(number: object, dimension: Dimension) -> str:

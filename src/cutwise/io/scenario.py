@@ -16,7 +16,7 @@ from cutwise.io.spindle_nodes import with_solid
 from cutwise.io.tables import read_table
 from cutwise.io.tree import Node, compose, from_data, merged, origins, placed, too_short, unwrapped
 from cutwise.io.urdf import read_urdf
-from cutwise.io.wording import faults_of, unknown_key
+from cutwise.io.wording import faults_among_sound_sections, faults_of, unknown_key
 from cutwise.spec import faults as spec_faults
 from cutwise.spec import fields
 from cutwise.spec.base import LibrarySpec, Spec
@@ -101,13 +101,14 @@ def _scenario(tree: Node, faults: list[Fault], overrides: Sequence[str], folder:
     assembly = _Assembly(model, folder, faults)
     tree = assembly.complete(tree, model, ())
     tree = _without_displaced(tree, model)
+    plain = tree.plain()
     try:
-        scenario = model.model_validate(tree.plain())
+        scenario = model.model_validate(plain)
     except ValidationError as error:
         settled = [fault.path for fault in faults if fault.path]
         faults += [
             fault
-            for fault in faults_of(error, model, tree)
+            for fault in (*faults_of(error, model, tree), *faults_among_sound_sections(error, model, tree, plain))
             if not any(fault.path[: len(path)] == path for path in settled)
             and not (fault.message.startswith("missing") and assembly.explains(fault.path))
         ]

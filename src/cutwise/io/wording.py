@@ -1,10 +1,10 @@
 """Faults in plain words: from what pydantic found to what the engineer has to change."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from difflib import get_close_matches
-from typing import Any, Literal, get_args, get_origin
+from typing import Annotated, Any, Literal, get_args, get_origin
 
-from pydantic import ValidationError
+from pydantic import TypeAdapter, ValidationError
 from pydantic.fields import FieldInfo
 
 from cutwise import units
@@ -13,6 +13,7 @@ from cutwise.io.tree import Node
 from cutwise.spec import fields
 from cutwise.spec.base import LibrarySpec, Remark, Spec
 from cutwise.spec.faults import Fault, Path, dotted
+from cutwise.spec.scenario import Scenario
 
 _BOUNDS = {
     "greater_than": ("gt", "above"),
@@ -44,6 +45,24 @@ def faults_of(error: ValidationError, model: type[Spec], root: Node) -> Iterator
     for path, message, at_key in dict.fromkeys(found):
         if not (path in suggested and message.startswith("missing")):  # the misspelled key says it already
             yield root.nearest(path).fault(path, message, at_key=at_key)
+
+
+def faults_among_sound_sections(
+    error: ValidationError, model: type[Scenario], root: Node, plain: Mapping[str, Any]
+) -> Iterator[Fault]:
+    """Contradictions among the sections that did validate: a fault in one section does not hide those of others."""
+    failed = {str(place) for item in error.errors() for place in item["loc"][:1]}
+    if not failed:  # the contradictions are what failed
+        return
+    sections = {}
+    for name, field in model.model_fields.items():
+        if name not in failed:
+            kind = Annotated[field.annotation, field]  # type: ignore[name-defined]
+            given = plain[name] if name in plain else field.get_default(call_default_factory=True)
+            sections[name] = TypeAdapter(kind).validate_python(given)
+    for remark in model.contradictions_among(sections):
+        path, message, at_key = _contradiction(remark, (), model)
+        yield root.nearest(path).fault(path, message, at_key=at_key)
 
 
 def _contradiction(remark: Remark, before: Path, model: type[Spec]) -> tuple[Path, str, bool]:

@@ -188,14 +188,24 @@ class MachineScenario(Scenario):
 
     def contradictions(self) -> Iterator[Remark]:
         """Everything wrong with the chain, the errors and the travel, at once."""
+        for check in self.checks():
+            yield from check
+
+    def checks(self) -> Iterator[Iterator[Remark]]:
+        """The chain; the pass and the map on it; loads; errors by axis; names of bodies."""
+        yield self._chain_faults()
+        yield self._pass_faults()
+        yield self._load_faults()
+        yield self._volume_faults()
+        yield self._error_faults()
+        yield self._named_bodies()
+
+    def _chain_faults(self) -> Iterator[Remark]:
         for remark in chain_faults(self.machine):
             yield Remark(("machine", *remark.path), remark.message)
-        if not self.has_pass and self.volume is None:
-            words = "missing: write a path or program for a pass, or volume for a map of the working space"
-            yield Remark(("path",), words)
+
+    def _volume_faults(self) -> Iterator[Remark]:
         axes = self.machine.axes()
-        yield from self._pass_faults(axes)
-        yield from self._load_faults()
         if self.volume is not None:
             yield from _beyond(self.volume.at, axes, ("volume", "at"))
             for letter in LINEAR_AXES:
@@ -203,8 +213,6 @@ class MachineScenario(Scenario):
                     yield Remark(("volume", "at", letter), "is mapped over its whole travel; leave it out")
             if sum(letter in LINEAR_AXES for letter in axes) != 3:
                 yield Remark(("volume",), "a map of the working space needs three linear axes")
-        yield from self._error_faults(axes)
-        yield from self._named_bodies()
 
     def _named_bodies(self) -> Iterator[Remark]:
         """Bodies of random errors and of requirements, which must be there, each once."""
@@ -223,7 +231,11 @@ class MachineScenario(Scenario):
             if name.startswith("share_") and name.removeprefix("share_") not in known:
                 yield Remark(("requirements", name), f'there is no body "{name.removeprefix("share_")}"; {there}')
 
-    def _pass_faults(self, axes: Mapping[str, Joint]) -> Iterator[Remark]:
+    def _pass_faults(self) -> Iterator[Remark]:
+        axes = self.machine.axes()
+        if not self.has_pass and self.volume is None:
+            words = "missing: write a path or program for a pass, or volume for a map of the working space"
+            yield Remark(("path",), words)
         if self.path is not None and self.program is not None:
             yield Remark(("path",), "give one of path and program")
         if self.program is not None and sum(letter in LINEAR_AXES for letter in axes) != 3:
@@ -264,7 +276,8 @@ class MachineScenario(Scenario):
                 "full slot",
             )
 
-    def _error_faults(self, axes: Mapping[str, Joint]) -> Iterator[Remark]:
+    def _error_faults(self) -> Iterator[Remark]:
+        axes = self.machine.axes()
         for section, errors in (("machine", self.machine.geometry_errors), ("", self.geometry_errors)):
             before: Path = (*filter(None, (section,)), "geometry_errors")
             for name in type(errors).model_fields if errors is not None else ():

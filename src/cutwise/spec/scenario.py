@@ -1,7 +1,8 @@
 """What every scenario has: a name, a process, requirements, and a record of where each value came from."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from typing import Any, ClassVar, NamedTuple, Self
@@ -51,6 +52,20 @@ class Scenario(Spec):
     """Measures that must stay above a value [SI] for a run to count as sound: advice leads to no other."""
     focus: ClassVar[str] = ""
     """The measure that sensitivities are told for."""
+
+    def checks(self) -> Iterator[Iterator[Remark]]:
+        """The contradictions between sections, in groups that need no other sections than they look at."""
+        yield self.contradictions()
+
+    @classmethod
+    def contradictions_among(cls, sections: Mapping[str, Any]) -> Iterator[Remark]:
+        """What contradicts itself among the sections that are right by themselves; checks that need others are left out."""
+        partial = cls.model_construct(**sections)
+        for name in cls.model_fields.keys() - sections.keys():
+            partial.__dict__.pop(name, None)
+        for check in partial.checks():
+            with suppress(AttributeError):  # of a section that is not there
+                yield from check
 
     def turned(self) -> Mapping[str, tuple[str, str]]:
         """The levers of this scenario; those of several numbers turn all of them together, by a factor."""

@@ -66,6 +66,19 @@ def test_loop_orphan_axis_compliance_travel_and_tables_at_once():
     assert len(found) == 10
 
 
+def test_a_fault_of_one_section_hides_none_of_the_others():
+    """A unit that does not fit, and still what is wrong with the chain and the travel."""
+    found = faults(BAD.replace("[1 N, 0 N, 0 N]", "[1 mm, 0 N, 0 N]"))
+    for words in ('"mm" is not a unit of force', "machine.gravity: has no direction", "is beyond the travel of axis X",
+                  "column is an orphan"):  # fmt: skip
+        assert any(words in said for said in found), words
+
+
+@pytest.mark.parametrize("axis", ["[1e-300, 0, 0]", "[1e200, 0, 0]"])
+def test_numbers_out_of_scale_are_no_directions(axis):
+    assert any("out of scale" in said for said in faults(BAD.replace("axis: [0, 0, 0]", f"axis: {axis}")))
+
+
 def test_a_chain_without_a_beginning_is_a_loop():
     body = "{{name: {0}, parent: {1}, joint: {{kind: fixed, side: tool, offset: [0 mm, 0 mm, 0 mm]}}}}"
     chain = f"[{body.format('a', 'b')}, {body.format('b', 'a')}]"

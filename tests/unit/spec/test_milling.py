@@ -43,6 +43,12 @@ def test_depth_larger_than_the_radius():
     assert "flute length" in refused("tool.flute_length=4 mm")
 
 
+def test_a_fault_of_one_section_hides_none_of_the_others():
+    said = refused("machine.limits.jerk=3 N", "operation.radial_depth=11 mm")
+    assert "not below the radius of the mill (10 mm)" in said
+    assert '"N" is not a unit of jerk' in said
+
+
 def test_feed_missing():
     assert "operation.feed: missing" in refused(text=BASE.replace("feed: 40 mm/s, ", ""))
 
