@@ -172,10 +172,6 @@ def warnings(
             f"50 µm of set-up error along the tool axis change the width by {change}: probe the part, or use a "
             "compliant spindle"
         )
-    for path in done.paths:
-        if done.forces and np.abs(path.local.plunge).max() > 0.5:
-            said.append(f"{path.work.name} climbs steeply along the tool axis: forces there are rough")
-            break
     return (*said, *_yielding(done, found))
 
 

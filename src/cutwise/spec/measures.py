@@ -204,7 +204,7 @@ CHAMFER: Mapping[str, MeasureSpec] = {
     **_per_axis("force_mean", "force", "mean cutting force on the tool in the frame of the pass"),
     **_per_axis("burr_force_mean", "force", "mean force of the burr alone on the tool in the frame of the pass"),
     "lateral_force_max": MeasureSpec("force", "largest force across the tool axis"),
-    "chip_area": MeasureSpec("area", "largest cross-section taken off, across the feed"),
+    "chip_area": MeasureSpec("area", "largest cross-section taken off, at right angles to the edge"),
     "cutting_power_mean": MeasureSpec("power", "mean cutting power"),
     "width_deflected_min": MeasureSpec("length", "smallest width with the spindle deflected"),
     "width_deflected_max": MeasureSpec("length", "largest width with the spindle deflected"),
