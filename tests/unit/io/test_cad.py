@@ -37,7 +37,6 @@ def test_damaged_file(tmp_path):
     [
         (",30.)", ",nan)", r"line \d+: nan is not a number"), (",30.)", ",-INF)", "-INF is not a number"),
         (",30.)", ",1e300)", "the coordinate 1e300 is no length of a part"), (",30.)", ",)", "coordinate that is missing"),
-        (",30.)", ",3e8)", "reaches farther than 1 km: check the unit"),
     ],
 )  # fmt: skip
 def test_numbers_that_no_part_has(tmp_path, old, new, message):
@@ -46,6 +45,12 @@ def test_numbers_that_no_part_has(tmp_path, old, new, message):
     assert old in text
     file.write_text(text.replace(old, new))
     with pytest.raises(step.CadFault, match=message):
+        step.read_step(file)
+
+
+def test_a_part_of_kilometres_is_in_another_unit(tmp_path):
+    file = step.write_step(cad_parts.drilled_block(2000.0, 0.04, 0.03, []), tmp_path / "block.step")
+    with pytest.raises(step.CadFault, match="reaches farther than 1 km: check the unit"):
         step.read_step(file)
 
 
