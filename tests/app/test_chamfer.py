@@ -117,6 +117,21 @@ def test_programs_are_written(run, tmp_path):
     assert (tmp_path / "a.csv").read_text(encoding="utf-8").count("\n") > 360
 
 
+def test_programs_with_several_set_ups_have_no_fault(run, cutwise):
+    found = run(
+        BLOCK,
+        "part.edges=outer",
+        "operation.spindle_speed=12000 rpm",
+        more=("--gcode", "b.nc", "--apt", "b.apt", "--no-report"),
+    )
+    assert found.code == 0
+    for name in ("b.nc", "b.apt"):
+        told = cutwise("program", name)
+        assert told.code == 0
+        assert "spindle: 12000 rpm" in told.out
+        assert "stops for the operator: 3" in told.out
+
+
 def test_the_report_holds_every_plot(run, tmp_path):
     """Those of a compliant run are all that there are."""
     found = run("chamfer_compliant_spindle.yaml", "path.points=180", "spindle.library=prototype", more=("-o", "out"))

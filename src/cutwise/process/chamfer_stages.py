@@ -89,7 +89,11 @@ def _engagement(done: ChamferRun) -> xr.Dataset:
     if all(path.rod_each is not None for path in paths):
         columns["rod_clearance"] = (_joined(paths, lambda p: p.rod_each), "m", "rod from the wall of its hole")
     if done.forces:
-        columns["chip_area"] = (_joined(done.forces, lambda f: f.chip_area), "m**2", "cross-section taken off, at right angles to the edge")
+        columns["chip_area"] = (
+            _joined(done.forces, lambda f: f.chip_area),
+            "m**2",
+            "cross-section taken off, at right angles to the edge",
+        )
     return labelled(_station(paths), columns, axis=["x", "y", "z"], side=["first", "second"])
 
 
