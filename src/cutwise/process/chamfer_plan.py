@@ -132,7 +132,7 @@ def pipe_margins(
             work.shape, path.centre, axis, tool, wanted, closed=path.frames.closed, seen=np.inf
         )  # fmt: skip
         code, meaning = reach.ROD_PART, "the rod must clear the part"
-    found = [reach.knife_margin_of(path, tool, axis), reach.leg_margin(path, part)]
+    found = [reach.knife_margin_of(path, tool, axis), reach.leg_margin(path, part, inner=work.inner)]
     if rod is not None:
         found.insert(0, reach.Margin(code, rod.value - clearance, False, meaning))
     return found, rod

@@ -51,6 +51,37 @@ def test_infeasible_for_the_right_reason(overrides, code):
     assert result.notes["remedies"].startswith("1. ")
 
 
+BASE = ("requirements={}", "setup=null")
+
+
+@pytest.mark.parametrize(
+    ("case", "first"),
+    [
+        (("part.pipe.inclination=30 deg", "chamfer.tilt=0 deg"), "tilt the chamfer by 13 deg (chamfer.tilt: auto)"),
+        (("part.pipe.eccentricity=4 mm", "chamfer.tilt=0 deg"), "tilt the chamfer by 0.4495 deg (chamfer.tilt: auto)"),
+        (("part.edges=outer", "chamfer.width=3.9 mm"), "a chamfer of 2.35 mm or less (chamfer.width)"),
+        (("tool.axis=-z",), "another tool axis (tool.axis: auto or +y or -y or +z)"),
+    ],
+)  # fmt: skip
+def test_every_remedy_works(case, first):
+    """What is advised is run: oblique and eccentric holes have other limits than the upright central one."""
+    advice = [text for text in run(*BASE, *case).advice if not text.startswith("not worked out")]
+    assert advice[0].startswith(first)
+    for text in advice:
+        changes = [f"{key}={value}" for key, value in re.findall(r"\(([\w.]+): (\S+?)[ )]", text)]
+        for number, unit, key in re.findall(r"([\d.]+) (mm|deg)[^\d]*?\(([a-z._]+)\)", text):
+            changes.append(f"{key}={number} {unit}")
+        assert changes, text
+        assert run(*BASE, *case, *changes).infeasible == (), text
+
+
+def test_limits_of_an_eccentric_hole_are_its_own():
+    """A rod of 1.2377 mm just goes, by an independent program; 1.304 mm is the upright central hole's."""
+    advice = run(*BASE, "part.pipe.eccentricity=4 mm", "chamfer.tilt=0 deg").advice
+    rod = next(float(re.search(r"a rod of ([\d.]+) mm", text).group(1)) for text in advice if text.startswith("a rod"))
+    assert 1.225 < rod <= 1.2377
+
+
 def test_tilt_cures_what_it_can():
     result = run("tool.knife_limit_angle=45 deg")
     assert not result.infeasible
@@ -179,6 +210,14 @@ def test_two_chamfers_that_meet_in_the_wall_are_refused():
     result = run(*wide)
     assert any("legs of both chamfers" in text for text in result.infeasible)
     assert run(*wide, "part.pipe.wall=1.3 mm").infeasible == ()
+
+
+def test_walls_are_compared_with_the_legs_at_the_same_place():
+    """Thinnest wall and longest leg are not at the same place: 0.45 mm are enough for both chamfers."""
+    thin = run("part.edges=all", "part.pipe.wall=0.45 mm", *BASE)
+    assert thin.infeasible == ()
+    tight = run("part.edges=all", "part.pipe.wall=0.42 mm", *BASE)
+    assert tight.infeasible[0].startswith("legs_within_wall")
 
 
 def test_one_edge_that_does_not_close_leaves_the_other():
