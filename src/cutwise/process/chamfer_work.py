@@ -48,6 +48,7 @@ class EdgeWork(NamedTuple):
     shape: Shape
     foot: FloatArray | None  # [m] a point of the hole axis, if the edge is at a hole
     inner: bool = False  # of a pipe: whether it is the edge at the bore
+    finer: "Callable[[float], EdgeWork] | None" = None  # the same edge with more samples, by a share
 
 
 def cutter(scenario: ChamferScenario) -> BallCutter:
@@ -174,15 +175,19 @@ def cad_work(scenario: ChamferScenario, part: step.StepPart, *, outline: bool = 
     radius = scenario.tool.ball_radius
     tolerance = scenario.path.chord_tolerance or 2e-6
     spacing = float(np.clip(0.25 * math.sqrt(8.0 * tolerance * radius), 2e-5, 2e-4))
-    chains = cad_edges.sharp_chains(model, reach=SECTION_REACH * scenario.chamfer.width, spacing=spacing)
+    chains = cad_edges.sharp_chains(model, reach=_section_reach(scenario), spacing=spacing)
     chosen = cad_select.select(chains, scenario.part.edges)
     shape = shape_of(cad_skin.cad_skin(model), tuple(face.name for face in model.faces))
-    works = tuple(_chain_work(model, chain, shape, scenario.tool.axis) for chain in chosen)
+    works = tuple(_chain_work(scenario, model, chain, shape) for chain in chosen)
     return CadWork(model, chains, works, outline_of(cad.edge_lines(model)) if outline else None)
 
 
-def _chain_work(model: cad.Topology, chain: cad_edges.EdgeChain, shape: Shape, wanted: str) -> EdgeWork:
-    foot = None
+def _section_reach(scenario: ChamferScenario) -> float:
+    return SECTION_REACH * scenario.chamfer.width
+
+
+def _chain_work(scenario: ChamferScenario, model: cad.Topology, chain: cad_edges.EdgeChain, shape: Shape) -> EdgeWork:
+    foot, wanted = None, scenario.tool.axis
     axes = [np.array(axis) for axis in _AXES.values()]
     if chain.holes:
         hole = min((model.holes[n - 1] for n in chain.holes), key=lambda hole: hole.radius)
@@ -191,5 +196,8 @@ def _chain_work(model: cad.Topology, chain: cad_edges.EdgeChain, shape: Shape, w
     if wanted != "auto":
         axes = [np.array(_AXES[wanted])]
     return EdgeWork(
-        f"edge {chain.number}", chain.number, chain.frames, None, tuple(axes), chain.frames.face, shape, foot
-    )
+        f"edge {chain.number}", chain.number, chain.frames, None, tuple(axes), chain.frames.face, shape, foot,
+        finer=lambda share: _chain_work(
+            scenario, model, cad_edges.finer_chain(model, chain, share, reach=_section_reach(scenario)), shape
+        ),
+    )  # fmt: skip

@@ -15,6 +15,8 @@ from cutwise.spec.part import BurrHeight, BurrWidth
 from cutwise.spec.scenario import MeasureSpec, Scenario
 from cutwise.spec.spindle import CompliantSpindle
 
+_MOST_ON_CAD = 20_000
+
 
 class Pipe(Spec):
     """A round pipe with one drilled hole; the pipe runs along y, the hole is drilled from +z."""
@@ -227,10 +229,10 @@ class PathResolution(Spec):
     either: ClassVar[tuple[tuple[str, ...], ...]] = (("chord_tolerance",), ("points",))
 
     chord_tolerance: Annotated[SmallLength, Usual("0.05 um", "50 um")] | None = Field(
-        default=None, description="largest distance between path and its chords", examples=["2 um"], gt=0
+        default=None, description="largest distance between path and its chords", examples=["2 um"], ge=1e-8
     )
     points: Annotated[Count, Usual(16, 100_000)] | None = Field(
-        default=None, description="number of points, evenly spread", examples=[2880], ge=8, le=1_000_000
+        default=None, description="number of points, evenly spread", examples=[2880], ge=8, le=100_000
     )
 
     def contradictions(self) -> Iterator[Remark]:
@@ -311,6 +313,11 @@ class ChamferScenario(Scenario):
             )
         if self.material is not None and self.material.law != "linear":
             yield Remark(("material",), "chamfer forces need linear coefficients (K_tc, K_rc, ...), not Kienzle's")
+
+        if self.part.pipe is None and (self.path.points or 0) > _MOST_ON_CAD:
+            yield Remark(
+                ("path", "points"), f"is more than {_MOST_ON_CAD} points, the most along an edge of a CAD part"
+            )
 
     @property
     def has_forces(self) -> bool:

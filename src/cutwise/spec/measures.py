@@ -188,6 +188,9 @@ CHAMFER: Mapping[str, MeasureSpec] = {
     "gouge_bound": MeasureSpec("length", "no place beyond the chamfer is cut deeper than this"),
     "rod_clearance_min": MeasureSpec("length", "smallest distance of the rod from the part"),
     "rod_clearance_bound": MeasureSpec("length", "no place of the part is nearer to the rod than this"),
+    "rod_reach": MeasureSpec(
+        "length", "longest rod, from the ball centre up, beside which the part stands within ten rod radii"
+    ),
     "knife_margin_min": MeasureSpec("angle", "how far the contact stays on the knife, off neck and pole"),
     "tilt": MeasureSpec("angle", "tilt of the chamfer; the largest, if paths differ"),
     "leg_ratio_max": MeasureSpec("dimensionless", "longer over shorter leg, where that is largest"),
