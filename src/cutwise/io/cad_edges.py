@@ -43,6 +43,16 @@ class EdgeChain(NamedTuple):
     links: tuple[tuple[int, bool, int], ...] = ()  # of each edge: number, run forward, intervals between samples
 
     @property
+    def middle(self) -> FloatArray:
+        """Middle of the chain, of a closed one its centre of gravity [m], shape (3,)."""
+        point = self.frames.point
+        step = lengths(point, closed=self.closed)
+        if self.closed:
+            return np.asarray(0.5 * (step + np.roll(step, 1)) @ point / step.sum())
+        way = np.concatenate([[0.0], np.cumsum(step)])
+        return np.array([np.interp(0.5 * way[-1], way, column) for column in point.T])
+
+    @property
     def length(self) -> float:
         """Length of the chain [m]."""
         return float(arc_lengths(self.frames.point, self.frames.tangent, closed=self.closed).sum())

@@ -13,7 +13,7 @@ _DIRECTIONS = {sign + axis: float(sign + "1") * np.eye(3)["xyz".index(axis)] for
 
 HELP = (
     "all, outer, inner, closed, open, hole:N, edge:N or edge:N-M, longer:5mm, shorter:5mm, sharper:80deg, blunter:100deg, "
-    "facing:+z; joined by commas (any of them), by & (all of them), with ! before one that must not hold"
+    "facing:+z; joined by commas (any of them), by & (all of them), with ! or not: before one that must not hold"
 )
 
 
@@ -37,19 +37,43 @@ def select(chains: Sequence[EdgeChain], wanted: str) -> tuple[EdgeChain, ...]:
     found = tuple(chain for chain in chains if any(all(test(chain) for test in term) for term in terms))
     if not found:
         holes = sorted({n for chain in chains for n in chain.holes})
+        there = f"there are edges 1 to {len(chains)}" if len(chains) > 1 else "there is edge 1 only"
         raise CadFault(
-            f'"{wanted}" selects no sharp edge; there are edges 1 to {len(chains)}'
-            + (f" and holes {', '.join(map(str, holes))}" if holes else " and no holes")
+            f'"{wanted}" selects no sharp edge; '
+            + (there if chains else "the part has no sharp convex edge between two faces")
+            + (f" and holes {', '.join(map(str, holes))}" if holes else " and no holes" if chains else "")
         )
     return found
+
+
+def left_out(chains: Sequence[EdgeChain], wanted: str, chosen: Sequence[EdgeChain]) -> str:
+    """What to say about rims that ``outer`` and ``inner`` do not mean, since no round hole makes them; empty if none."""
+    words = {word.strip() for term in wanted.split(",") for word in term.split("&")}
+    if not words & {"outer", "inner"}:
+        return ""
+    taken = {chain.number for chain in chosen}
+    rims = [
+        f"edge:{chain.number}" for chain in chains if chain.closed and not chain.where and chain.number not in taken
+    ]
+    if not rims:
+        return ""
+    return (
+        f'part.edges "{wanted}" leaves out {counted(len(rims), "closed edge")} that no round hole makes, such as rims of '
+        f"slots and countersinks: {', '.join(rims)}; add them by number if they are wanted"
+    )
+
+
+def counted(number: int, name: str) -> str:
+    """A number of things."""
+    return f"{number} {name}" + ("" if number == 1 else "s")
 
 
 Test = Callable[[EdgeChain], bool]
 
 
 def _test(word: str) -> Test:
-    if word.startswith("!"):
-        test = _test(word[1:])
+    if word.startswith(("!", "not:")):
+        test = _test(word.removeprefix("!").removeprefix("not:"))
         return lambda chain: not test(chain)
     kind, _, value = word.partition(":")
     plain: dict[str, Test] = {
@@ -60,6 +84,8 @@ def _test(word: str) -> Test:
         return plain[kind]
     if kind in ("hole", "edge"):
         low, _, high = value.partition("-")
+        if low.isdigit() and high.isdigit() and int(high) < int(low):
+            raise CadFault(f'"{word}" runs backwards: write {kind}:{high}-{low}')
         if low.isdigit() and (not high or high.isdigit()):
             numbers = set(range(int(low), int(high or low) + 1))
             return lambda c: bool(numbers & set(c.holes if kind == "hole" else (c.number,)))

@@ -15,6 +15,7 @@ from cutwise.maths.curves import FloatArray
 from cutwise.paths.chamfer import Chamfer, ChamferPath, NoPathError
 from cutwise.paths.pipe import HOLE_SURFACE, PipeHole, height_along_hole
 
+_ROUNDING = 1e-9  # [m] or [rad] that does not break an inequality
 LOPSIDED = 2.0  # ratio of the legs above which a chamfer of constant width is hardly useful
 
 ROD_IN_BALL = "rod_smaller_than_ball"
@@ -49,10 +50,11 @@ class Margin(NamedTuple):
     @property
     def met(self) -> bool:
         """Whether the inequality holds; rounding of a nanometre or a nanoradian does not break it."""
-        return self.value >= -1e-9
+        return self.value >= -_ROUNDING
 
     def __str__(self) -> str:
-        size = f"{math.degrees(self.value):+.4g} deg" if self.angle else f"{self.value * 1e3:+.4g} mm"
+        value = self.value if abs(self.value) > _ROUNDING else 0.0
+        size = f"{math.degrees(value):+.4g} deg" if self.angle else f"{value * 1e3:+.4g} mm"
         return f"{self.code}: {self.meaning} (margin {size})"
 
 

@@ -201,7 +201,9 @@ CHAMFER: Mapping[str, MeasureSpec] = {
     "points": MeasureSpec("dimensionless", "number of path points, without leads"),
     "cycle_time": MeasureSpec("time", "time along the edges, without leads"),
     "chord_error": MeasureSpec("length", "largest distance between centre curve and its chords"),
-    "setup_sensitivity_z": MeasureSpec("dimensionless", "width change per unit of set-up error along the tool axis"),
+    "setup_sensitivity_z": MeasureSpec(
+        "dimensionless", "width change per unit of set-up error along the tool axis, z of the pass"
+    ),
     "setup_width_low": MeasureSpec("length", "smallest width along the edge, 5 % of the set-ups are below"),
     "setup_width_high": MeasureSpec("length", "largest width along the edge, 5 % of the set-ups are above"),
     **_per_axis("force_mean", "force", "mean cutting force on the tool in the frame of the pass"),
