@@ -18,6 +18,7 @@ from cutwise.study.sensitivity import changed
 _SCAN = 13
 _PAIR_SCAN = 7
 _HALVINGS = 6
+_MOST_HALVINGS = 20  # where the edge is near to what there is
 
 
 class Lever(NamedTuple):
@@ -244,8 +245,11 @@ def _rounded(lever: Lever, value: float, margin: Callable[[Settings], float]) ->
 
 
 def _edge(lever: Lever, margin: Callable[[Settings], float], good: float, bad: float) -> float:
-    """Last passing value between a good and a bad one."""
-    for _ in range(_HALVINGS):
+    """Last passing value between a good and a bad one, also where it is much nearer to the good one."""
+    start = good
+    for number in range(_MOST_HALVINGS):
+        if number >= _HALVINGS and abs(bad - good) < 0.1 * abs(good - start):
+            break
         middle = 0.5 * (good + bad)
         if margin(((lever.key, middle),)) >= 0.0:
             good = middle
