@@ -44,8 +44,8 @@ def test_what_contradicts_itself_is_bad_input(run, change, words):
         (("chamfer.width=0.5 mm", "chamfer.tilt=0 deg"),
          ("rod_clears_wall", "margin -0.02366 mm", "advice: tilt the chamfer by 0.8808 deg")),
         (("tool.ball_radius=4.2 mm", "tool.rod_radius=2 mm"),
-         ("ball_enters_hole", "margin -0.2 mm", "advice: enter from the bore")),
-        (("part.pipe.eccentricity=10 mm",), ("no_edge", "margin -1 mm", "advice: a smaller hole")),
+         ("ball_enters_hole", "margin -0.2 mm", "advice: another tool axis (tool.axis: +y or -y)")),
+        (("part.pipe.eccentricity=10 mm",), ("no_edge", "margin -1 mm", "advice: a hole of less than 3 mm radius (part.pipe.hole_radius)")),
     ],
 )  # fmt: skip
 def test_infeasible_is_exit_code_one_with_margin_and_remedy(run, changes, words):
@@ -104,6 +104,8 @@ def test_part_lists_holes_and_edges_and_draws_them(cutwise, tmp_path):
     assert "1 solid(s)" in found.out
     assert "6 sharp convex edges (6 closed)" in found.out
     assert re.search(r"edge:\d +2\d\.\d+ mm", found.out)
+    assert re.search(r"hole:\d +diameter 8 mm, depth [\d.]+ mm, at \(0, 0, 1\d\.\d+\), axis \(0, 0, 1\)", found.out)
+    assert re.search(r"edge:\d +94\.25 mm  90° +\(0, 30, 0\) +closed, outer", found.out)
     assert "<svg" in (tmp_path / "part.svg").read_text(encoding="utf-8")
 
 
@@ -129,7 +131,7 @@ def test_programs_with_several_set_ups_have_no_fault(run, cutwise):
         told = cutwise("program", name)
         assert told.code == 0
         assert "spindle: 12000 rpm" in told.out
-        assert "stops for the operator: 3" in told.out
+        assert "stops for the operator: 5" in told.out
 
 
 def test_the_report_holds_every_plot(run, tmp_path):

@@ -65,7 +65,7 @@ def shown(found: Listing) -> str:
         "edges: " + ", ".join(f"{model.count(kind)} {kind}" for kind in _KINDS if model.count(kind)),
         *part.remarks,
         "",
-        counted(len(model.holes), "hole") + (" (middle of the axis, mm)" if model.holes else ""),
+        counted(len(model.holes), "hole") + ("; the middle of their axes in mm" if model.holes else ""),
     ]
     for number, hole in enumerate(model.holes, start=1):
         axis = ", ".join(f"{x + 0.0:.3g}" for x in hole.axis)
@@ -74,7 +74,11 @@ def shown(found: Listing) -> str:
             f"at {_place(np.array(hole.middle))}, axis ({axis})"
         )
     closed = sum(chain.closed for chain in found.chains)
-    lines += ["", f"{counted(len(found.chains), 'sharp convex edge')} ({closed} closed; middle or centre, mm)"]
+    lines += [
+        "",
+        f"{counted(len(found.chains), 'sharp convex edge')} ({closed} closed)"
+        + ("; their middles in mm" if found.chains else ""),
+    ]
     for chain in found.chains:
         low, high = np.degrees([chain.frames.wedge.min(), chain.frames.wedge.max()])
         angle = f"{low:.4g}°" if high - low < 0.05 else f"{low:.4g} to {high:.4g}°"

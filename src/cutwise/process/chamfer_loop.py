@@ -19,6 +19,7 @@ from cutwise.physics.engagement.ball import (
     disc_arcs,
     height_limits,
     leading_side,
+    leans,
     wedge_sides,
 )
 from cutwise.physics.structure.pistons import PistonRing, RingState, at_rest
@@ -143,12 +144,12 @@ def ball_cut(
     sides[m, 0], sides[m, 1], sides[m, 2], sides[m, 3] = nx, ny, nz, 0.0
     low, high = height_limits(sides, radius)
     dz = (high - low) / slices
-    arcs = np.empty((ARCS, 2))
+    arcs, lean = np.empty((ARCS, 2)), leans(sides)
     fx = fy = fz = tangential = power = area = 0.0
     for k in range(slices if dz > 0.0 else 0):
         z = low + (k + 0.5) * dz
         rho = math.sqrt(max(0.0, radius * radius - z * z))
-        for i in range(disc_arcs(sides, rho, z, arcs)):
+        for i in range(disc_arcs(sides, lean, rho, z, arcs)):
             lo, hi = arcs[i, 0], arcs[i, 1]
             f = disc_force(lo, hi, z, dz, radius, chip, theta, rise, ball.flutes, ball.coefficients)
             fx, fy, fz, tangential = fx + f.x, fy + f.y, fz + f.z, tangential + f.tangential

@@ -21,7 +21,7 @@ from cutwise.maths.compiled import compiled
 from cutwise.maths.curves import FloatArray
 
 SIDE = 4  # numbers of a plane: outward unit normal x, y, z, and distance from the ball centre [m]
-ARCS = 16  # room for the arcs of a disc
+ARCS = 16  # room for the arcs of a disc, of which half is scratch
 NOWHERE = 1.0  # [m] by which a plane that leaves nothing stands off
 
 
@@ -100,28 +100,38 @@ def leading_side(speed_x: float, speed_y: float, speed_z: float) -> tuple[float,
 
 
 @compiled
-def disc_arcs(sides: FloatArray, rho: float, z: float, arcs: FloatArray) -> int:
+def leans(sides: FloatArray) -> FloatArray:
+    r"""Of each plane :math:`\sqrt{n_x^2 + n_y^2}` and :math:`\operatorname{atan2}(n_x, n_y)`, shape (m, 2)."""
+    found = np.empty((sides.shape[0], 2))
+    for j in range(sides.shape[0]):
+        found[j, 0], found[j, 1] = math.hypot(sides[j, 0], sides[j, 1]), math.atan2(sides[j, 0], sides[j, 1])
+    return found
+
+
+@compiled
+def disc_arcs(sides: FloatArray, lean: FloatArray, rho: float, z: float, arcs: FloatArray) -> int:
     """Arcs of a disc inside of all planes, written to ``arcs`` as rows (lo, hi) [rad]; how many there are."""
+    half_room = ARCS // 2
     turn = 2.0 * math.pi
     arcs[0, 0], arcs[0, 1] = 0.0, turn
     count = 1
     for j in range(sides.shape[0]):
-        nx, ny = sides[j, 0], sides[j, 1]
         room = sides[j, 3] - sides[j, 2] * z
-        most = rho * math.hypot(nx, ny)
+        most = rho * lean[j, 0]
         if room >= most:
             continue
         if room <= -most:
             return 0
         half = math.acos(room / most)
-        start = (math.atan2(nx, ny) + half) % turn
+        start = (lean[j, 1] + half) % turn
         end = start + turn - 2.0 * half
         kept = 0
-        old = arcs[:count].copy()
         for i in range(count):
-            for shift in (0.0, turn):
-                lo, hi = max(old[i, 0], start - shift), min(old[i, 1], end - shift)
-                if hi > lo and kept < ARCS:
+            arcs[half_room + i, 0], arcs[half_room + i, 1] = arcs[i, 0], arcs[i, 1]
+        for i in range(half_room, half_room + count):
+            for turns in range(2):
+                lo, hi = max(arcs[i, 0], start - turns * turn), min(arcs[i, 1], end - turns * turn)
+                if hi > lo and kept < half_room:
                     arcs[kept, 0], arcs[kept, 1] = lo, hi
                     kept += 1
         count = kept
