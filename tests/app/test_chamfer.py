@@ -105,7 +105,7 @@ def test_part_lists_holes_and_edges_and_draws_them(cutwise, tmp_path):
     assert "6 sharp convex edges (6 closed)" in found.out
     assert re.search(r"edge:\d +2\d\.\d+ mm", found.out)
     assert re.search(r"hole:\d +diameter 8 mm, depth [\d.]+ mm, at \(0, 0, 1\d\.\d+\), axis \(0, 0, 1\)", found.out)
-    assert re.search(r"edge:\d +94\.25 mm  90° +\(0, 30, 0\) +closed, outer", found.out)
+    assert re.search(r"edge:\d +81\.68 mm  90° +\(0, 30, 0\) +closed, outer", found.out)
     assert "<svg" in (tmp_path / "part.svg").read_text(encoding="utf-8")
 
 
