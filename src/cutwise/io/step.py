@@ -113,8 +113,9 @@ def part_from_shape(shape: Any, name: str, *, unit: str = "") -> StepPart:
     faces = len(explored(shape, kinds.TopAbs_FACE))
     if not faces:
         edges = len(explored(shape, kinds.TopAbs_EDGE))
+        counted = f"{edges} edge{'' if edges == 1 else 's'}"
         raise CadFault(
-            f"{name}: a wireframe ({edges} edge{'' if edges == 1 else 's'}, no faces): an edge needs two faces to tell how it is to be cut"
+            f"{name}: a wireframe ({counted}, no faces): an edge needs two faces to tell how it is to be cut"
         )
     closed = occ("BRep").BRep_Tool.IsClosed_s
     shells = explored(shape, kinds.TopAbs_SHELL)

@@ -67,7 +67,7 @@ def remedies(scenario: ChamferScenario, failed: set[str], planned: Planned) -> t
 def _closing(pipe: Pipe, *, inner: bool) -> Iterator[str]:
     rho = pipe.radius - (pipe.wall if inner else 0.0)
     hole, off = rho - abs(pipe.eccentricity), rho - pipe.hole_radius
-    if hole > 0.0:
+    if hole > _SMALLEST * pipe.hole_radius:
         yield f"a hole of less than {_mm(hole)} radius (part.pipe.hole_radius): then its edge closes"
     if off > 0.0:
         yield f"a hole less than {_mm(off)} off the axis of the pipe (part.pipe.eccentricity)"
@@ -79,6 +79,9 @@ def _tilt(scenario: ChamferScenario, planned: Planned) -> Iterator[str]:
     paths = planned(changed(scenario, chamfer={"tilt": "auto"}))
     if paths:
         tilt = max((path.tilt for path in paths), key=abs)
+        if not tilt:
+            yield "no tilt is needed (chamfer.tilt: auto)"
+            return
         yield f"tilt the chamfer by {math.degrees(tilt):.4g} deg (chamfer.tilt: auto): three axes, the width stays"
 
 
