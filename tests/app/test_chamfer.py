@@ -84,6 +84,15 @@ def test_files_that_are_no_part(cutwise, examples, tmp_path, command, content, w
     assert f"part.step: {words}" in found.err.replace("a wireframe", "wireframe").replace(": a STEP", ": STEP")
 
 
+def test_a_strange_selector_is_told_with_all_other_faults(run):
+    found = run(BLOCK, "part.edges=xx, !inner", "chamfer.width=-1 mm")
+    assert found.code == 2
+    assert 'part.edges: "xx" selects nothing: write inner, outer or all; of a CAD part all, outer' in found.err
+    assert "2 faults" in found.err
+    negated = run(BLOCK, "part.edges=!closed & edge:1-3", "requirements={}", more=("--no-report", "--no-advice"))
+    assert negated.code == 0
+
+
 def test_a_selector_that_finds_nothing_says_what_there_is(run):
     found = run(BLOCK, "part.edges=hole:9")
     assert found.code == 2

@@ -7,14 +7,10 @@ import numpy as np
 from cutwise import units
 from cutwise.io.cad_edges import EdgeChain
 from cutwise.io.step import CadFault
+from cutwise.spec.chamfer import SELECTORS
 
 _FACING = np.cos(np.radians(15.0))  # a face looks in a direction if its mean normal is closer to it than this
 _DIRECTIONS = {sign + axis: float(sign + "1") * np.eye(3)["xyz".index(axis)] for axis in "xyz" for sign in "+-"}
-
-HELP = (
-    "all, outer, inner, closed, open, hole:N, edge:N or edge:N-M, longer:5mm, shorter:5mm, sharper:80deg, blunter:100deg, "
-    "facing:+z; joined by commas (any of them), by & (all of them), with ! or not: before one that must not hold"
-)
 
 
 def select(chains: Sequence[EdgeChain], wanted: str) -> tuple[EdgeChain, ...]:
@@ -25,7 +21,7 @@ def select(chains: Sequence[EdgeChain], wanted: str) -> tuple[EdgeChain, ...]:
     chains : sequence of EdgeChain
         All chains of a part.
     wanted : str
-        Words joined by commas and ``&``; see ``HELP``. ``sharper`` looks at the smallest wedge angle of an edge,
+        Words joined by commas and ``&``; see ``SELECTORS``. ``sharper`` looks at the smallest wedge angle of an edge,
         ``blunter`` at the largest, ``facing`` at both faces.
 
     Raises
@@ -95,7 +91,7 @@ def _test(word: str) -> Test:
     measured = _measured(kind, value, word)
     if measured is not None:
         return measured
-    raise CadFault(f'"{word}" selects nothing: write {HELP}')
+    raise CadFault(f'"{word}" selects nothing: write {SELECTORS}')
 
 
 def _measured(kind: str, value: str, word: str) -> Test | None:

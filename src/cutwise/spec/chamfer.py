@@ -1,13 +1,26 @@
 """The scenario of a chamfer of constant width along the edges of a drilled pipe or of a CAD part."""
 
 import math
+import re
 from collections.abc import Iterator, Mapping
 from typing import Annotated, ClassVar, Literal
 
-from pydantic import Field
+from pydantic import Field, field_validator
 
 from cutwise import units
-from cutwise.spec.base import Angle, AngularSpeed, Count, Length, LibrarySpec, Remark, SmallLength, Spec, Speed, Usual
+from cutwise.spec.base import (
+    Angle,
+    AngularSpeed,
+    Count,
+    Length,
+    LibrarySpec,
+    Remark,
+    SmallLength,
+    Spec,
+    Speed,
+    Usual,
+    contradiction,
+)
 from cutwise.spec.fields import tag
 from cutwise.spec.material import Material
 from cutwise.spec.measures import CHAMFER
@@ -16,6 +29,13 @@ from cutwise.spec.scenario import MeasureSpec, Scenario
 from cutwise.spec.spindle import CompliantSpindle
 
 _MOST_ON_CAD = 20_000
+SELECTORS = (
+    "all, outer, inner, closed, open, hole:N, edge:N or edge:N-M, longer:5mm, shorter:5mm, sharper:80deg, blunter:100deg, "
+    "facing:+z; joined by commas (any of them), by & (all of them), with ! or not: before one that must not hold"
+)
+_SELECTOR = re.compile(
+    r"(?:!|not:)*(?:all|outer|inner|closed|open|(?:hole|edge):\d+(?:-\d+)?|(?:longer|shorter|sharper|blunter):.+|facing:[+-][xyz])"
+)
 
 
 class Pipe(Spec):
@@ -112,6 +132,21 @@ class ChamferPart(Spec):
         examples=["inner"],
     )
     burr: ChamferBurr | None = Field(default=None, description="a burr along the edges; it changes the forces")
+
+    @field_validator("edges")
+    @classmethod
+    def _selects(cls, text: str) -> str:
+        """Words that no selector has are told with all other faults, before a part is read."""
+        words = [word for term in text.replace(" ", "").split(",") for word in term.split("&")]
+        strange = [word for word in words if not _SELECTOR.fullmatch(word)]
+        if strange:
+            raise contradiction(
+                [
+                    Remark((), f'"{word}" selects nothing: write inner, outer or all; of a CAD part {SELECTORS}')
+                    for word in strange
+                ]
+            )
+        return text
 
     def contradictions(self) -> Iterator[Remark]:
         """One part, and a selector that fits it."""
