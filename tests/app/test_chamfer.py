@@ -44,8 +44,8 @@ def test_what_contradicts_itself_is_bad_input(run, change, words):
         (("chamfer.width=0.5 mm", "chamfer.tilt=0 deg"),
          ("rod_clears_wall", "margin -0.02366 mm", "advice: tilt the chamfer by 0.8808 deg")),
         (("tool.ball_radius=4.2 mm", "tool.rod_radius=2 mm"),
-         ("ball_enters_hole", "margin -0.2 mm", "advice: enter from the bore")),
-        (("part.pipe.eccentricity=10 mm",), ("no_edge", "margin -1 mm", "advice: a smaller hole")),
+         ("ball_enters_hole", "margin -0.2 mm", "advice: another tool axis (tool.axis: +y or -y)")),
+        (("part.pipe.eccentricity=10 mm",), ("no_edge", "margin -1 mm", "advice: a hole of less than 3 mm radius (part.")),
     ],
 )  # fmt: skip
 def test_infeasible_is_exit_code_one_with_margin_and_remedy(run, changes, words):
@@ -84,6 +84,15 @@ def test_files_that_are_no_part(cutwise, examples, tmp_path, command, content, w
     assert f"part.step: {words}" in found.err.replace("a wireframe", "wireframe").replace(": a STEP", ": STEP")
 
 
+def test_a_strange_selector_is_told_with_all_other_faults(run):
+    found = run(BLOCK, "part.edges=xx, !inner", "chamfer.width=-1 mm")
+    assert found.code == 2
+    assert 'part.edges: "xx" selects nothing: write inner, outer or all; of a CAD part all, outer' in found.err
+    assert "2 faults" in found.err
+    negated = run(BLOCK, "part.edges=!closed & edge:1-3", "requirements={}", more=("--no-report", "--no-advice"))
+    assert negated.code == 0
+
+
 def test_a_selector_that_finds_nothing_says_what_there_is(run):
     found = run(BLOCK, "part.edges=hole:9")
     assert found.code == 2
@@ -104,6 +113,8 @@ def test_part_lists_holes_and_edges_and_draws_them(cutwise, tmp_path):
     assert "1 solid(s)" in found.out
     assert "6 sharp convex edges (6 closed)" in found.out
     assert re.search(r"edge:\d +2\d\.\d+ mm", found.out)
+    assert re.search(r"hole:\d +diameter 8 mm, depth [\d.]+ mm, at \(0, 0, 1\d\.\d+\), axis \(0, 0, 1\)", found.out)
+    assert re.search(r"edge:\d +81\.68 mm  90° +\(0, 30, 0\) +closed, outer", found.out)
     assert "<svg" in (tmp_path / "part.svg").read_text(encoding="utf-8")
 
 
@@ -115,6 +126,21 @@ def test_programs_are_written(run, tmp_path):
     assert (tmp_path / "a.nc").read_text(encoding="utf-8").count("G1") > 360
     assert "GOTO/" in (tmp_path / "a.apt").read_text(encoding="utf-8")
     assert (tmp_path / "a.csv").read_text(encoding="utf-8").count("\n") > 360
+
+
+def test_programs_with_several_set_ups_have_no_fault(run, cutwise):
+    found = run(
+        BLOCK,
+        "part.edges=outer",
+        "operation.spindle_speed=12000 rpm",
+        more=("--gcode", "b.nc", "--apt", "b.apt", "--no-report"),
+    )
+    assert found.code == 0
+    for name in ("b.nc", "b.apt"):
+        told = cutwise("program", name)
+        assert told.code == 0
+        assert "spindle: 12000 rpm" in told.out
+        assert "stops for the operator: 5" in told.out
 
 
 def test_the_report_holds_every_plot(run, tmp_path):

@@ -207,7 +207,8 @@ def advise(
 
     scenario = load(file, overrides or ())
     if not scenario.requirements:
-        refuse(f"{file}: has no requirements to advise on; add some, for example surface_error_max: {{max: 0.05 mm}}")
+        example = scenario.starts.get("requirements", f"{{{scenario.focus}: {{max: ...}}}}")
+        refuse(f"{file}: has no requirements to advise on; add some, for example requirements: {example}")
     levers = read_limits(scenario, limits or ())
     console = Console()
     with console.progress(scenario.name):

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from cutwise.spec.scenario import Scenario
 
 _PATIENCE = 2.0  # [s] a progress bar appears only after this
+_SAID_ALREADY = ("remedies", "left_out")  # notes for the report: advice and warnings say the same
 _COLOURS = {"pass": "bold green", "fail": "bold red", "none": "bold"}
 
 
@@ -97,8 +98,9 @@ class Console:
             self.line(f"infeasible: {reason}", "red")
         for warning in result.warnings:
             self.line(f"warning: {warning}", "yellow")
-        for note in result.notes.values():
-            self.line(f"note: {note}")
+        for name, note in result.notes.items():
+            if name not in _SAID_ALREADY:
+                self.line(f"note: {note}")
         self.line(_assumed(result.scenario))
         self.advice(result.scenario, result.advice, result.sensitivity)
         for kind, place in files.items():

@@ -8,6 +8,7 @@ import numpy as np
 from cutwise import units
 from cutwise.io.cad import CONCAVE, CONVEX, CROWDED, DEGENERATE, FREE, SEAM, SMOOTH, Topology, topology
 from cutwise.io.cad_edges import EdgeChain, sharp_chains
+from cutwise.io.cad_select import counted
 from cutwise.io.step import read_step
 
 _KINDS = (CONVEX, CONCAVE, SMOOTH, SEAM, DEGENERATE, FREE, CROWDED)
@@ -27,12 +28,15 @@ class Listing(NamedTuple):
             "faces": part.faces,
             "edges": {"total": len(self.model.edges)} | {kind: self.model.count(kind) for kind in _KINDS},
             "holes": [
-                {"number": n, "radius": hole.radius, "origin": list(hole.origin), "axis": list(hole.axis)}
+                {"number": n, "radius": hole.radius, "depth": hole.depth, "middle": list(hole.middle),
+                 "origin": list(hole.origin), "axis": list(hole.axis)}
                 for n, hole in enumerate(self.model.holes, start=1)
             ],
             "sharp_edges": [
                 {"number": chain.number, "length": chain.length, "closed": chain.closed, "holes": list(chain.holes),
-                 "where": chain.where, "wedge_angle_min": float(chain.frames.wedge.min()),
+                 "where": chain.where, "middle": chain.middle.tolist(),
+                 "faces": [self.model.faces[int(f)].name for f in np.unique(chain.frames.face)],
+                 "wedge_angle_min": float(chain.frames.wedge.min()),
                  "wedge_angle_max": float(chain.frames.wedge.max())}
                 for chain in self.chains
             ],
@@ -56,26 +60,37 @@ def shown(found: Listing) -> str:
     """The listing as text."""
     part, model = found.model.part, found.model
     lines = [
-        f"{part.name}: {part.solids} solid(s), {part.faces} faces, {len(model.edges)} edges"
+        f"{part.name}: {part.solids} solid(s), {counted(part.faces, 'face')}, {counted(len(model.edges), 'edge')}"
         + (f", written in {part.unit}" if part.unit else ""),
         "edges: " + ", ".join(f"{model.count(kind)} {kind}" for kind in _KINDS if model.count(kind)),
         *part.remarks,
         "",
-        f"{len(model.holes)} holes",
+        counted(len(model.holes), "hole") + ("; the middle of their axes in mm" if model.holes else ""),
     ]
     for number, hole in enumerate(model.holes, start=1):
-        axis = ", ".join(f"{x:.3g}" for x in hole.axis)
-        lines.append(f"  hole:{number:<4} radius {units.show(hole.radius, 'length')}, axis ({axis})")
+        axis = ", ".join(f"{x + 0.0:.3g}" for x in hole.axis)
+        lines.append(
+            f"  hole:{number:<4} diameter {units.show(2.0 * hole.radius, 'length')}, depth {units.show(hole.depth, 'length')}, "
+            f"at {_place(np.array(hole.middle))}, axis ({axis})"
+        )
     closed = sum(chain.closed for chain in found.chains)
-    lines += ["", f"{len(found.chains)} sharp convex edges ({closed} closed)"]
+    lines += [
+        "",
+        f"{counted(len(found.chains), 'sharp convex edge')} ({closed} closed)"
+        + ("; their middles in mm" if found.chains else ""),
+    ]
     for chain in found.chains:
         low, high = np.degrees([chain.frames.wedge.min(), chain.frames.wedge.max()])
         angle = f"{low:.4g}°" if high - low < 0.05 else f"{low:.4g} to {high:.4g}°"
         place = ("closed" if chain.closed else "open") + (f", {chain.where}" if chain.where else "")
         place += "".join(f", hole:{n}" for n in chain.holes)
         length = units.show(chain.length, "length", 4)
-        lines.append(f"  edge:{chain.number:<4} {length:>12}  {angle:<20} {place}")
+        lines.append(f"  edge:{chain.number:<4} {length:>12}  {angle:<16} {_place(chain.middle):<24} {place}")
     return "\n".join(lines)
+
+
+def _place(point: np.ndarray) -> str:
+    return "(" + ", ".join(f"{round(x, 3) + 0.0:.6g}" for x in point * 1e3) + ")"
 
 
 def draw(found: Listing) -> str:

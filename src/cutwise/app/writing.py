@@ -45,7 +45,13 @@ def programs(result: "Result", wanted: dict[str, Path | None]) -> dict[str, str]
         return {}
     program = program_of(result)
     writers = {"gcode": post.gcode, "apt": post.apt, "poses": post.poses_csv}
-    return {kind: str(write_text(path, writers[kind](program))) for kind, path in asked.items()}
+    files = {}
+    for kind, path in asked.items():
+        try:
+            files[kind] = str(write_text(path, writers[kind](program)))
+        except post.SetupFault as fault:
+            print(f"no {kind} was written: {fault}", file=sys.stderr)
+    return files
 
 
 def folder_name(name: str) -> str:

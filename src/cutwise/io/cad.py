@@ -63,6 +63,8 @@ class Hole(NamedTuple):
     radius: float  # [m]
     origin: tuple[float, float, float]  # [m] a point of the axis
     axis: tuple[float, float, float]
+    middle: tuple[float, float, float]  # [m] of the axis between both ends of the wall
+    depth: float  # [m] of the wall along the axis
 
 
 class Topology(NamedTuple):
@@ -288,10 +290,15 @@ def _holes(faces: Sequence[Face], table: Surfaces) -> tuple[Hole, ...]:
         if sum(face.turn[1] - face.turn[0] for face in members) < 2.0 * math.pi - 1e-3:
             continue
         i = members[0].index
+        origin, axis = table.origin[i], table.axis[i]
+        ends = [
+            float((table.origin[face.index] + v * MM * table.axis[face.index] - origin) @ axis)
+            for face in members for v in (face.evaluator.FirstVParameter(), face.evaluator.LastVParameter())
+        ]  # fmt: skip
         found.append(
             Hole(
-                tuple(face.index for face in members), float(table.size[i, 0]), tuple(table.origin[i]),
-                tuple(table.axis[i]),
+                tuple(face.index for face in members), float(table.size[i, 0]), tuple(origin), tuple(axis),
+                tuple(origin + 0.5 * (min(ends) + max(ends)) * axis), max(ends) - min(ends),
             )
         )  # fmt: skip
     return tuple(found)

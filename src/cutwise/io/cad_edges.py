@@ -18,7 +18,7 @@ from cutwise.io.cad import (
     face_parameters,
 )
 from cutwise.io.step import occ
-from cutwise.maths.edges import EdgeFrames, edge_frames, lengths, swapped_sides
+from cutwise.maths.edges import EdgeFrames, arc_lengths, edge_frames, lengths, swapped_sides
 from cutwise.maths.nurbs import CHEBYSHEV, Splines, section_heights, spline_normals
 from cutwise.maths.surfaces import CYLINDER, FREE_FORM, SECTION_TERMS
 
@@ -40,11 +40,22 @@ class EdgeChain(NamedTuple):
     holes: tuple[int, ...]  # numbers of the holes, from 1, whose wall the chain runs along
     where: str  # "outer": a hole meets the outside; "inner": it meets another hole; "" elsewhere
     sharp: NDArray[np.bool_]  # whether each sample is sharp, shape (n,)
+    links: tuple[tuple[int, bool, int], ...] = ()  # of each edge: number, run forward, intervals between samples
+
+    @property
+    def middle(self) -> FloatArray:
+        """Middle of the chain, of a closed one its centre of gravity [m], shape (3,)."""
+        point = self.frames.point
+        step = lengths(point, closed=self.closed)
+        if self.closed:
+            return np.asarray(0.5 * (step + np.roll(step, 1)) @ point / step.sum())
+        way = np.concatenate([[0.0], np.cumsum(step)])
+        return np.array([np.interp(0.5 * way[-1], way, column) for column in point.T])
 
     @property
     def length(self) -> float:
         """Length of the chain [m]."""
-        return float(lengths(self.frames.point, closed=self.closed).sum())
+        return float(arc_lengths(self.frames.point, self.frames.tangent, closed=self.closed).sum())
 
 
 class _Piece(NamedTuple):
@@ -69,23 +80,35 @@ def sharp_chains(model: Topology, *, reach: float = 1.5e-3, spacing: float = 1e-
     spacing : float
         Distance of samples on curved edges [m]; straight and free-form ones are sampled more thinly.
     """
-    pieces = [_piece(model, edge, spacing) for edge in model.edges if edge.kind == CONVEX]
+    convex = [edge for edge in model.edges if edge.kind == CONVEX]
+    pieces = [_piece(model, edge, _intervals(model, edge, spacing)) for edge in convex]
     chains = []
     for number, links in enumerate(_linked(pieces), start=1):
         chains.append(_chain(model, number, pieces, links, reach))
     return tuple(chains)
 
 
-def _piece(model: Topology, edge: Edge, spacing: float) -> _Piece:
+def finer_chain(model: Topology, chain: EdgeChain, share: float, *, reach: float) -> EdgeChain:
+    """The same chain with more samples, by a share; see :func:`sharp_chains`."""
+    pieces = [_piece(model, model.edges[i], math.ceil(share * count)) for i, _, count in chain.links]
+    return _chain(model, chain.number, pieces, [(k, forward) for k, (_, forward, _) in enumerate(chain.links)], reach)
+
+
+def _intervals(model: Topology, edge: Edge, spacing: float) -> int:
+    """Intervals into which an edge is divided by its samples."""
+    rough, _ = curve_points(edge.shape, np.linspace(*curve_range(edge.shape), 9))
+    types = occ("GeomAbs").GeomAbs_CurveType
+    straight = occ("BRepAdaptor").BRepAdaptor_Curve(edge.shape).GetType() == types.GeomAbs_Line
+    free = any(model.faces[i].kind == FREE_FORM for i in edge.faces)
+    spacing *= _COARSER["free" if free else "straight" if straight else "curved"]
+    return int(np.clip(lengths(rough, closed=False).sum() / spacing, _FEWEST, _MOST))
+
+
+def _piece(model: Topology, edge: Edge, intervals: int) -> _Piece:
     """Samples of an edge; its points are moved to where both faces really are."""
     first, last = curve_range(edge.shape)
     faces = [model.faces[i] for i in edge.faces]
-    rough, _ = curve_points(edge.shape, np.linspace(first, last, 9))
-    types = occ("GeomAbs").GeomAbs_CurveType
-    straight = occ("BRepAdaptor").BRepAdaptor_Curve(edge.shape).GetType() == types.GeomAbs_Line
-    free = any(face.kind == FREE_FORM for face in faces)
-    spacing *= _COARSER["free" if free else "straight" if straight else "curved"]
-    count = int(np.clip(lengths(rough, closed=False).sum() / spacing, _FEWEST, _MOST)) + 1
+    count = intervals + 1
     at = np.linspace(first, last, count)
     point, slope = curve_points(edge.shape, at)
     normal = np.empty((count, 2, 3))
@@ -173,7 +196,8 @@ def _chain(
     )  # fmt: skip
     frames, holes, where = _at_holes(model, frames)
     edges = tuple(pieces[i].edge.index for i, _ in links)
-    return EdgeChain(number, edges, closed, frames, holes, where, frames.wedge < math.pi - SMOOTH_ANGLE)
+    runs = tuple((pieces[i].edge.index, forward, len(pieces[i].at) - 1) for i, forward in links)
+    return EdgeChain(number, edges, closed, frames, holes, where, frames.wedge < math.pi - SMOOTH_ANGLE, runs)
 
 
 def _returns(piece: _Piece) -> bool:

@@ -7,14 +7,10 @@ import numpy as np
 from cutwise import units
 from cutwise.io.cad_edges import EdgeChain
 from cutwise.io.step import CadFault
+from cutwise.spec.chamfer import SELECTORS
 
 _FACING = np.cos(np.radians(15.0))  # a face looks in a direction if its mean normal is closer to it than this
 _DIRECTIONS = {sign + axis: float(sign + "1") * np.eye(3)["xyz".index(axis)] for axis in "xyz" for sign in "+-"}
-
-HELP = (
-    "all, outer, inner, closed, open, hole:N, edge:N or edge:N-M, longer:5mm, shorter:5mm, sharper:80deg, blunter:100deg, "
-    "facing:+z; joined by commas (any of them), by & (all of them), with ! before one that must not hold"
-)
 
 
 def select(chains: Sequence[EdgeChain], wanted: str) -> tuple[EdgeChain, ...]:
@@ -25,7 +21,7 @@ def select(chains: Sequence[EdgeChain], wanted: str) -> tuple[EdgeChain, ...]:
     chains : sequence of EdgeChain
         All chains of a part.
     wanted : str
-        Words joined by commas and ``&``; see ``HELP``. ``sharper`` looks at the smallest wedge angle of an edge,
+        Words joined by commas and ``&``; see ``SELECTORS``. ``sharper`` looks at the smallest wedge angle of an edge,
         ``blunter`` at the largest, ``facing`` at both faces.
 
     Raises
@@ -37,19 +33,43 @@ def select(chains: Sequence[EdgeChain], wanted: str) -> tuple[EdgeChain, ...]:
     found = tuple(chain for chain in chains if any(all(test(chain) for test in term) for term in terms))
     if not found:
         holes = sorted({n for chain in chains for n in chain.holes})
+        there = f"there are edges 1 to {len(chains)}" if len(chains) > 1 else "there is edge 1 only"
         raise CadFault(
-            f'"{wanted}" selects no sharp edge; there are edges 1 to {len(chains)}'
-            + (f" and holes {', '.join(map(str, holes))}" if holes else " and no holes")
+            f'"{wanted}" selects no sharp edge; '
+            + (there if chains else "the part has no sharp convex edge between two faces")
+            + (f" and holes {', '.join(map(str, holes))}" if holes else " and no holes" if chains else "")
         )
     return found
+
+
+def left_out(chains: Sequence[EdgeChain], wanted: str, chosen: Sequence[EdgeChain]) -> str:
+    """What to say about rims that ``outer`` and ``inner`` do not mean, since no round hole makes them; empty if none."""
+    words = {word.strip() for term in wanted.split(",") for word in term.split("&")}
+    if not words & {"outer", "inner"}:
+        return ""
+    taken = {chain.number for chain in chosen}
+    rims = [
+        f"edge:{chain.number}" for chain in chains if chain.closed and not chain.where and chain.number not in taken
+    ]
+    if not rims:
+        return ""
+    return (
+        f'part.edges "{wanted}" leaves out {counted(len(rims), "closed edge")} that no round hole makes, such as rims of '
+        f"slots and countersinks: {', '.join(rims)}; add them by number if they are wanted"
+    )
+
+
+def counted(number: int, name: str) -> str:
+    """A number of things."""
+    return f"{number} {name}" + ("" if number == 1 else "s")
 
 
 Test = Callable[[EdgeChain], bool]
 
 
 def _test(word: str) -> Test:
-    if word.startswith("!"):
-        test = _test(word[1:])
+    if word.startswith(("!", "not:")):
+        test = _test(word.removeprefix("!").removeprefix("not:"))
         return lambda chain: not test(chain)
     kind, _, value = word.partition(":")
     plain: dict[str, Test] = {
@@ -60,6 +80,8 @@ def _test(word: str) -> Test:
         return plain[kind]
     if kind in ("hole", "edge"):
         low, _, high = value.partition("-")
+        if low.isdigit() and high.isdigit() and int(high) < int(low):
+            raise CadFault(f'"{word}" runs backwards: write {kind}:{high}-{low}')
         if low.isdigit() and (not high or high.isdigit()):
             numbers = set(range(int(low), int(high or low) + 1))
             return lambda c: bool(numbers & set(c.holes if kind == "hole" else (c.number,)))
@@ -69,7 +91,7 @@ def _test(word: str) -> Test:
     measured = _measured(kind, value, word)
     if measured is not None:
         return measured
-    raise CadFault(f'"{word}" selects nothing: write {HELP}')
+    raise CadFault(f'"{word}" selects nothing: write {SELECTORS}')
 
 
 def _measured(kind: str, value: str, word: str) -> Test | None:

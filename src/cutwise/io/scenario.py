@@ -1,5 +1,6 @@
 """From a scenario file to a checked, frozen scenario that knows where each of its values came from."""
 
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from difflib import get_close_matches
@@ -135,6 +136,8 @@ def _overridden(tree: Node, text: str, faults: list[Fault]) -> Node:
     if not sign or not path or dotted(path) != key:
         faults.append(Fault((), "is not of the form dotted.key=value", file=f"--set {text}"))
         return tree
+    if value_text.lstrip().startswith("!"):  # a selector that says not, and no tag of YAML
+        value_text = json.dumps(value_text.strip())
     value, found = compose(value_text, file, layer=_OVERRIDE)
     if found:
         faults += [Fault(path, fault.message, file=file) for fault in found]

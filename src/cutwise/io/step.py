@@ -2,11 +2,16 @@
 
 import importlib
 import math
+import re
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
 MM = 1e-3  # OpenCascade converts whatever the file says to millimetres
+
+_LARGEST = 1e6  # [mm] of a part: nothing larger is machined, and OpenCascade does not come back from 1e300
+_POINT = re.compile(r"CARTESIAN_POINT\s*\(\s*'[^']*'\s*,\s*\(([^()]*)\)", re.IGNORECASE)
+_NO_NUMBER = re.compile(r"[(,]\s*([-+]?(?:nan|inf(?:inity)?))\s*[,)]", re.IGNORECASE)
 
 # Printed once by the importing of OpenCascade if the extra is missing.
 _MISSING = "reading CAD files needs the extra: pip install 'cutwise[cad]'"
@@ -77,7 +82,8 @@ def read_step(path: str | Path) -> StepPart:
     Raises
     ------
     CadFault
-        The file is missing, empty, not STEP, truncated, without geometry, or a wireframe; the message says which.
+        The file is missing, empty, not STEP, truncated, without geometry, a wireframe, or has coordinates that are no
+        numbers or beyond all measure; the message says which.
     """
     path = Path(path)
     text = _header(path)
@@ -91,6 +97,7 @@ def read_step(path: str | Path) -> StepPart:
     shape = reader.OneShape()
     if shape is None or shape.IsNull():
         raise CadFault(f"{path.name}: its shapes could not be translated; export it as AP203, AP214 or AP242 solids")
+    _check_size(shape, path.name)
     return part_from_shape(shape, path.name, unit=_unit(text))
 
 
@@ -106,8 +113,9 @@ def part_from_shape(shape: Any, name: str, *, unit: str = "") -> StepPart:
     faces = len(explored(shape, kinds.TopAbs_FACE))
     if not faces:
         edges = len(explored(shape, kinds.TopAbs_EDGE))
+        counted = f"{edges} edge{'' if edges == 1 else 's'}"
         raise CadFault(
-            f"{name}: a wireframe ({edges} edges, no faces): an edge needs two faces to tell how it is to be cut"
+            f"{name}: a wireframe ({counted}, no faces): an edge needs two faces to tell how it is to be cut"
         )
     closed = occ("BRep").BRep_Tool.IsClosed_s
     shells = explored(shape, kinds.TopAbs_SHELL)
@@ -145,7 +153,39 @@ def _header(path: Path) -> str:
         raise CadFault(f"{path.name}: not a STEP file (it does not begin with ISO-10303-21)")
     if "DATA;" not in text:
         raise CadFault(f"{path.name}: a STEP file without geometry: it has a header and no data section")
+    _check_points(text, path.name)
     return text
+
+
+def _check_points(text: str, name: str) -> None:
+    """Refuse numbers that are none, and coordinates so large in any unit that reading them would not end."""
+    damaged = "the file is damaged: export it again"
+    bad = _NO_NUMBER.search(text)
+    if bad is not None:
+        line = text.count("\n", 0, bad.start()) + 1
+        raise CadFault(f"{name}: line {line}: {bad[1]} is not a number; {damaged}")
+    for found in _POINT.finditer(text):
+        for word in found[1].split(","):
+            try:
+                value = float(word)
+            except ValueError:
+                value = math.nan
+            if not math.isfinite(value) or abs(value) > 1e3 * _LARGEST:
+                line = text.count("\n", 0, found.start()) + 1
+                raise CadFault(
+                    f"{name}: line {line}: the coordinate {word.strip() or 'that is missing'} is no length of a part; {damaged}"
+                )
+
+
+def _check_size(shape: Any, name: str) -> None:
+    box = occ("Bnd").Bnd_Box()
+    occ("BRepBndLib").BRepBndLib.Add_s(shape, box, False)
+    if box.IsVoid():
+        return
+    low, high = box.CornerMin(), box.CornerMax()
+    ends = [low.X(), low.Y(), low.Z(), high.X(), high.Y(), high.Z()]
+    if not all(map(math.isfinite, ends)) or max(map(abs, ends)) > _LARGEST:
+        raise CadFault(f"{name}: the part reaches farther than {_LARGEST * MM * 1e-3:g} km: check the unit of the file")
 
 
 def _unit(text: str) -> str:

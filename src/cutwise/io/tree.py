@@ -112,7 +112,12 @@ class _Reader:
                 ours.value = _scalar(str(node.tag), node.value)
             except ValueError:
                 tag = str(node.tag).replace(_TAG, "!!")
-                self.faults.append(ours.fault(path, f"the tag {tag} is not understood; leave it out"))
+                self.faults.append(
+                    ours.fault(
+                        path,
+                        f'the tag {tag} is not understood; leave it out, or quote a text that begins so: "{tag} ..."',
+                    )
+                )
         elif isinstance(node, SequenceNode):
             ours.value = [self.read(item, (*path, place)) for place, item in enumerate(node.value)]
         elif isinstance(node, MappingNode):

@@ -43,6 +43,17 @@ def unit(vector: FloatArray) -> FloatArray:
     return vector / np.linalg.norm(vector, axis=-1, keepdims=True)
 
 
+def arc_lengths(point: FloatArray, tangent: FloatArray, *, closed: bool) -> FloatArray:
+    r"""Length of a smooth curve between its samples, :math:`|\Delta P|\, \tfrac{\alpha/2}{\sin(\alpha/2)}` [m].
+
+    :math:`\alpha` is the angle between the tangents: exact for arcs, elsewhere of the fourth order in the step.
+    """
+    after = np.roll(tangent, -1, axis=0) if closed else tangent[1:]
+    before = tangent if closed else tangent[:-1]
+    half = np.arcsin(np.minimum(1.0, 0.5 * np.linalg.norm(after - before, axis=1)))
+    return lengths(point, closed=closed) / np.sinc(half / np.pi)
+
+
 def edge_frames(
     parameter: FloatArray, point: FloatArray, tangent: FloatArray, normal: FloatArray, *,
     surfaces: Surfaces, face: IntArray, period: float = 0.0, section: FloatArray | None = None,

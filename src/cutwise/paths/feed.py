@@ -11,6 +11,8 @@ from cutwise.maths.curves import FloatArray
 from cutwise.maths.edges import lengths
 from cutwise.paths.chamfer import ChamferPath
 
+_LONGEST = 1e-3  # [m] between points, however straight the path
+
 
 class Feeds(NamedTuple):
     """Speeds along a path, one per segment."""
@@ -66,13 +68,20 @@ def points_for(path: ChamferPath, tolerance: float) -> int:
     return max(8, math.ceil(len(path.centre) * math.sqrt(chord_error(path) / tolerance)))
 
 
+def coarseness(path: ChamferPath, tolerance: float) -> float:
+    r"""Largest distance of samples over the distance :math:`\sqrt{8 \varepsilon / \kappa_S}` of the points wanted."""
+    curve, at = _centre_curve(path)
+    kappa = np.maximum(_curvature(curve, 0.5 * (at[1:] + at[:-1])), 8.0 * tolerance / _LONGEST**2)
+    return float((lengths(path.centre, closed=path.frames.closed) * np.sqrt(kappa / (8.0 * tolerance))).max())
+
+
 def samples_for(path: ChamferPath, tolerance: float) -> NDArray[np.int64]:
     r"""Samples of a path to keep, at distances :math:`\Delta s \approx \sqrt{8 \varepsilon / \kappa_S}`, at most 1 mm.
 
     Never more than every other sample, so that there are samples between the kept ones to prove the path at.
     """
     curve, at = _centre_curve(path)
-    kappa = np.maximum(_curvature(curve, at), 8.0 * tolerance / 1e-6)
+    kappa = np.maximum(_curvature(curve, at), 8.0 * tolerance / _LONGEST**2)
     density = np.linalg.norm(curve(at, 1), axis=1) * np.sqrt(kappa / (8.0 * tolerance))
     count = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]) * np.diff(at))])
     closed = path.frames.closed

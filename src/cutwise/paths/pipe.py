@@ -49,6 +49,17 @@ def edge_margin(part: PipeHole, *, inner: bool) -> float:
     return part.surface_radius(inner=inner) - abs(part.eccentricity) - part.hole_radius
 
 
+def height_along_hole(part: PipeHole, theta: FloatArray, *, inner: bool) -> FloatArray:
+    r"""Height :math:`\tau` of the edge along the drill axis, :math:`\tau \cos\alpha = h + r \sin\theta \sin\alpha` [m].
+
+    With :math:`h = \sqrt{\rho^2 - x^2}`, :math:`x = e + r \cos\theta`; h is 0 where the hole is beside the cylinder.
+    """
+    x = part.eccentricity + part.hole_radius * np.cos(theta)
+    h = np.sqrt(np.maximum(0.0, part.surface_radius(inner=inner) ** 2 - x**2))
+    rise = h + part.hole_radius * np.sin(theta) * np.sin(part.inclination)
+    return np.asarray(rise / np.cos(part.inclination))
+
+
 def pipe_edge(part: PipeHole, theta: FloatArray, *, inner: bool) -> EdgeFrames:
     r"""Frames of the inner or outer edge at angles about the drill axis.
 
@@ -91,7 +102,7 @@ def pipe_edge(part: PipeHole, theta: FloatArray, *, inner: bool) -> EdgeFrames:
     x = part.eccentricity + r * c
     h = np.sqrt(rho**2 - x**2)
     radial = c * e1 + s * e2
-    rise = (h + r * s * sin_a) / cos_a
+    rise = height_along_hole(part, theta, inner=inner)[:, None]
     rise_slope = (x * r * s / h + r * c * sin_a) / cos_a
     point = np.array([part.eccentricity, 0.0, 0.0]) + r * radial + rise * axis
     tangent = r * (c * e2 - s * e1) + rise_slope * axis

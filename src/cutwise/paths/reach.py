@@ -13,8 +13,9 @@ from scipy.optimize import brentq
 
 from cutwise.maths.curves import FloatArray
 from cutwise.paths.chamfer import Chamfer, ChamferPath, NoPathError
-from cutwise.paths.pipe import HOLE_SURFACE, PipeHole
+from cutwise.paths.pipe import HOLE_SURFACE, PipeHole, height_along_hole
 
+_ROUNDING = 1e-9  # [m] or [rad] that does not break an inequality
 LOPSIDED = 2.0  # ratio of the legs above which a chamfer of constant width is hardly useful
 
 ROD_IN_BALL = "rod_smaller_than_ball"
@@ -49,10 +50,11 @@ class Margin(NamedTuple):
     @property
     def met(self) -> bool:
         """Whether the inequality holds; rounding of a nanometre or a nanoradian does not break it."""
-        return self.value >= -1e-9
+        return self.value >= -_ROUNDING
 
     def __str__(self) -> str:
-        size = f"{math.degrees(self.value):+.4g} deg" if self.angle else f"{self.value * 1e3:+.4g} mm"
+        value = self.value if abs(self.value) > _ROUNDING else 0.0
+        size = f"{math.degrees(value):+.4g} deg" if self.angle else f"{value * 1e3:+.4g} mm"
         return f"{self.code}: {self.meaning} (margin {size})"
 
 
@@ -112,24 +114,27 @@ def knife_margin_of(path: ChamferPath, tool: BallCutter, axis: FloatArray) -> Ma
     return Margin(KNIFE, knife_margin(path, tool, axis), True, "the contact must lie on the knife, off neck and pole")
 
 
-def leg_margin(path: ChamferPath, part: PipeHole) -> Margin:
-    """The chamfer must end within the wall of a pipe."""
-    left = _wall_along_hole(path, part) - float(path.leg[:, HOLE_SURFACE].max())
-    return Margin(WALL, left, False, "the leg in the hole must be shorter than the wall")
+def leg_margin(path: ChamferPath, part: PipeHole, *, inner: bool) -> Margin:
+    """The chamfer must end before the other edge of the wall, all round; the margin is along the hole."""
+    theta, height = _border_on_wall(path, part)
+    above = height - height_along_hole(part, theta, inner=not inner)
+    room = float((-above if inner else above).min())
+    return Margin(WALL, room, False, "the leg in the hole must be shorter than the wall")
 
 
 def shared_wall_margin(outer: ChamferPath, inner: ChamferPath, part: PipeHole) -> Margin:
-    """The chamfers of both edges of a wall must leave some of it between them."""
-    legs = sum(float(path.leg[:, HOLE_SURFACE].max()) for path in (outer, inner))
-    left = min(_wall_along_hole(path, part) for path in (outer, inner)) - legs
-    return Margin(WALL, left, False, "the legs of both chamfers in the hole must be shorter than the wall")
+    """The chamfers of both edges of a wall must leave some of it between them, all round; along the hole."""
+    theta, top = _border_on_wall(outer, part)
+    below, bottom = _border_on_wall(inner, part)
+    room = float((top - np.interp(theta, below, bottom, period=2.0 * math.pi)).min())
+    return Margin(WALL, room, False, "the legs of both chamfers in the hole must be shorter than the wall")
 
 
-def _wall_along_hole(path: ChamferPath, part: PipeHole) -> float:
-    """Shortest wall along the hole [m]."""
-    x = path.frames.point[:, 0]
-    inside = np.sqrt(np.maximum(0.0, (part.radius - part.wall) ** 2 - x**2))
-    return float((np.sqrt(part.radius**2 - x**2) - inside).min() / math.cos(part.inclination))
+def _border_on_wall(path: ChamferPath, part: PipeHole) -> tuple[FloatArray, FloatArray]:
+    """Angle about the drill axis [rad] and height along it [m] of the chamfer border on the wall of the hole."""
+    arm = path.contact[:, HOLE_SURFACE] - np.array([part.eccentricity, 0.0, 0.0])
+    e2 = np.array([0.0, math.cos(part.inclination), -math.sin(part.inclination)])
+    return np.arctan2(arm @ e2, arm[:, 0]), arm @ part.drill_axis
 
 
 def planar_tilt(width: float, tool: BallCutter, clearance: float, wedge: float = 0.5 * math.pi) -> float:
@@ -199,50 +204,3 @@ def least_tilt(
             return found if at(found) >= -1e-12 else min(high, found + 2.0 * exact)
         low = high
     return None
-
-
-def remedies(
-    cut: Chamfer, part: PipeHole, tool: BallCutter, clearance: float, tilt: float | None, failed: set[str], *,
-    inner: bool,
-) -> list[str]:  # fmt: skip
-    """What helps, in the order in which to try it."""
-    found = []
-    side = failed & {ROD_WALL, KNIFE}
-    if side and tilt:
-        found.append(
-            f"tilt the chamfer by {math.degrees(tilt):.4g} deg (chamfer.tilt: auto): three axes, the width stays"
-        )
-    if side and inner:
-        widest = widest_chamfer(tool, clearance)
-        found.append(
-            f"a chamfer up to about {widest * 1e3:.4g} mm wide goes without tilt, in one pass" if widest > 0.0
-            else "no symmetric chamfer goes with this knife and rod, however narrow"
-        )  # fmt: skip
-        neck = 0.25 * math.pi - math.asin(min(1.0, 0.5 * cut.width / tool.ball_radius))
-        thinnest = tool.ball_radius * math.sin(max(0.0, neck)) - clearance
-        if thinnest > 0.0:
-            found.append(
-                f"a rod of radius {thinnest * 1e3:.4g} mm or less with a knife from {math.degrees(neck):.4g} deg, or a "
-                f"larger ball up to {1e3 * (part.hole_radius - clearance):.4g} mm radius"
-            )
-    if ROD_PART in failed:
-        found.append("another tool axis (tool.axis): auto lays the rod along the hole, on the outside of the pipe")
-    if BALL_ENTERS in failed:
-        found.append(
-            f"a ball of less than {(part.hole_radius - clearance) * 1e3:.4g} mm radius (tool.ball_radius) passes the hole"
-        )
-    if GOUGE in failed:
-        found.append(
-            f"a smaller ball: about {1.25e3 * part.hole_radius:.4g} mm radius still clears the far side of the hole"
-        )
-    if WALL in failed:
-        found.append("a narrower chamfer: its leg must stay within the wall")
-    if ROD_IN_BALL in failed or NECK in failed:
-        found.append("another cutter: ball, rod and knife limit contradict one another")
-    if EDGE in failed:
-        found.append("a smaller hole or a smaller eccentricity: the edge does not close")
-    if inner and failed & {ROD_WALL, KNIFE, BALL_ENTERS}:
-        found.append("enter from the bore of the pipe instead of through the hole")
-    if side:
-        found.append("lean the tool axis by about the needed tilt (5 axes), and check the rod at the far edge again")
-    return found

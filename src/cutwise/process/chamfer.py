@@ -1,18 +1,20 @@
 """A chamfer run: paths planned and proved, then forces along them, a spindle that yields, and set-up errors."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from cutwise.paths import reach
-from cutwise.paths.chamfer import NoPathError, chamfer_path
-from cutwise.paths.pipe import NoEdgeError, PipeHole
+from cutwise.paths.chamfer import NoPathError
+from cutwise.paths.pipe import NoEdgeError, PipeHole, edge_margin
 from cutwise.process import chamfer_proof as proof
 from cutwise.process.chamfer_chains import EdgePlan, plan_chains
 from cutwise.process.chamfer_corners import Link, links
 from cutwise.process.chamfer_cut import Deflected, ball_end, deflected, rigid
 from cutwise.process.chamfer_loop import PassForces
-from cutwise.process.chamfer_plan import EdgePath, chamfer_of, needed_tilt, plan_pipe
+from cutwise.process.chamfer_plan import EdgePath, plan_pipe
+from cutwise.process.chamfer_remedies import remedies
 from cutwise.process.chamfer_setup import SetupBand, setup_band
-from cutwise.process.chamfer_work import Outline, cad_work, cutter, pipe_hole, pipe_outline, pipe_work, read_part
+from cutwise.process.chamfer_work import Outline, cad_work, pipe_hole, pipe_outline, pipe_work, read_part
 from cutwise.spec.chamfer import ChamferScenario
 
 LIMITS = (
@@ -21,6 +23,8 @@ LIMITS = (
     "gouge and rod are shown on the nominal part; a rod that is carried aside by a yielding spindle is not tilted with it",
     "no controller or robot has run these programs: dry-run them",
 )
+
+EVERYTHING = frozenset({"band", "outline", "remedies"})
 
 _SIDES = ("outer", "inner")
 
@@ -68,13 +72,18 @@ def prepare(scenario: ChamferScenario) -> None:
         cad_work(scenario, read_part(scenario), outline=False)
 
 
-def run(scenario: ChamferScenario, *, wanted: frozenset[str] = frozenset({"band", "outline"})) -> ChamferRun:
+def run(scenario: ChamferScenario, *, wanted: frozenset[str] = EVERYTHING) -> ChamferRun:
     """Plan and prove the paths of a scenario, then the forces along them and what a spindle makes of those.
 
-    ``wanted``: what is worked out besides: the band of set-up errors, the outline of the part for pictures.
+    ``wanted``: what is worked out besides: the band of set-up errors, the outline of the part for pictures, and what
+    helps where something is infeasible.
     """
     part = pipe_hole(scenario)
-    found = _pipe(scenario, part) if part is not None else _cad(scenario, outline="outline" in wanted)
+    found = (
+        _pipe(scenario, part, helped="remedies" in wanted)
+        if part is not None
+        else _cad(scenario, outline="outline" in wanted)
+    )
     paths = [path for plan in found.plans for path in plan.paths]
     forces: list[PassForces] = []
     aside: list[Deflected] = []
@@ -92,51 +101,54 @@ def run(scenario: ChamferScenario, *, wanted: frozenset[str] = frozenset({"band"
     )  # fmt: skip
 
 
-def _pipe(scenario: ChamferScenario, part: PipeHole) -> _Planned:
-    """One edge of a pipe or both, or why not."""
+def _pipe(scenario: ChamferScenario, part: PipeHole, *, helped: bool) -> _Planned:
+    """One edge of a pipe or both, or why not; ``helped``: what helps is worked out too."""
     wanted = scenario.part.edges
-    found = [_pipe_edge(scenario, part, inner=inner) for inner in (False, True) if wanted in (_SIDES[inner], "all")]
-    if len(found) == 1:
-        return found[0]._replace(outline=pipe_outline(part))
-    infeasible = [f"{side} edge: {text}" for side, one in zip(_SIDES, found, strict=True) for text in one.infeasible]
-    paths = [path.path for one in found for plan in one.plans for path in plan.paths]
-    if len(paths) == 2:
-        shared = reach.shared_wall_margin(paths[0], paths[1], part)
+    sides = [side for side in _SIDES if wanted in (side, "all")]
+    found = [_pipe_edge(scenario, part, inner=side == "inner") for side in sides]
+    named = len(found) > 1
+    infeasible = [
+        f"{side} edge: {text}" if named else text
+        for side, one in zip(sides, found, strict=True) for text in one.infeasible
+    ]  # fmt: skip
+    plans = [plan for one in found for plan in one.plans]
+    if len(plans) == 2:
+        shared = reach.shared_wall_margin(plans[0].paths[0].path, plans[1].paths[0].path, part)
+        plans = [
+            plan._replace(paths=tuple(path._replace(margins=(*path.margins, shared)) for path in plan.paths))
+            for plan in plans
+        ]
         infeasible += [] if shared.met else [str(shared)]
-    remedies = dict.fromkeys(text for one in found for text in one.remedies)
+    helps: tuple[str, ...] = ()
+    if infeasible and helped:
+        failed = {text.removeprefix("outer edge: ").removeprefix("inner edge: ").split(":")[0] for text in infeasible}
+        helps = remedies(scenario, failed, _feasible)
     return _Planned(
-        sum((one.plans for one in found), ()), sum((one.members for one in found), ()), tuple(infeasible),
-        tuple(remedies) or (("a narrower chamfer on one of the edges",) if infeasible else ()), (), pipe_outline(part),
+        tuple(plans), sum((one.members for one in found), ()), tuple(infeasible), helps, (),
+        pipe_outline(part),
     )  # fmt: skip
+
+
+def _feasible(scenario: ChamferScenario) -> Sequence[EdgePath] | None:
+    """The paths of a pipe, if nothing is wrong with them."""
+    part = pipe_hole(scenario)
+    assert part is not None
+    if edge_margin(part, inner=scenario.part.edges != "outer") <= 0.0:
+        return None
+    found = _pipe(scenario, part, helped=False)
+    return None if found.infeasible else [path for plan in found.plans for path in plan.paths]
 
 
 def _pipe_edge(scenario: ChamferScenario, part: PipeHole, *, inner: bool) -> _Planned:
-    tool, clearance = cutter(scenario), scenario.chamfer.clearance
-    cut = chamfer_of(scenario)
-
-    def helped(failed: set[str], tilt: float | None = None) -> tuple[str, ...]:
-        return tuple(reach.remedies(cut, part, tool, clearance, tilt, failed, inner=inner))
-
     try:
         work = pipe_work(part, scenario, inner=inner)
-    except NoEdgeError as fault:
-        margin = reach.Margin(reach.EDGE, fault.margin, False, str(fault))
-        return _Planned(infeasible=(str(margin),), remedies=helped({reach.EDGE}))
-    try:
         path = plan_pipe(scenario, work, part)
+    except NoEdgeError as fault:
+        return _Planned(infeasible=(str(reach.Margin(reach.EDGE, fault.margin, False, str(fault))),))
     except NoPathError as fault:
-        return _Planned(infeasible=(f"{reach.PATH}: {fault}",), remedies=helped({reach.PATH}))
-    tilt = None
-    if path.failed and not path.tilt and not cut.leg:
-        tilt = needed_tilt(
-            scenario, work, part,
-            lambda tried: chamfer_path(work.nodes, cut._replace(tilt=tried), tool.ball_radius),
-        )  # fmt: skip
+        return _Planned(infeasible=(f"{reach.PATH}: {fault}",))
     member = proof.edge_zone(work, float(path.path.leg.max()), scenario.chamfer.width)
-    return _Planned(
-        (EdgePlan(work, (path,), ()),), (member,), tuple(str(m) for m in path.failed),
-        helped({m.code for m in path.failed}, tilt) if path.failed else (),
-    )  # fmt: skip
+    return _Planned((EdgePlan(work, (path,), ()),), (member,), tuple(str(m) for m in path.failed))
 
 
 def _cad(scenario: ChamferScenario, *, outline: bool) -> _Planned:
@@ -148,12 +160,14 @@ def _cad(scenario: ChamferScenario, *, outline: bool) -> _Planned:
     remedies: tuple[str, ...] = ()
     if infeasible:
         remedies = (
-            "tilt the chamfer (chamfer.tilt: auto)" if scenario.chamfer.tilt != "auto" else "a narrower chamfer",
-            "a thinner rod or a smaller ball",
-            "another tool axis (tool.axis), or another side of the part",
+            "tilt the chamfer (chamfer.tilt: auto)" if scenario.chamfer.tilt != "auto"
+            else "a narrower chamfer (chamfer.width)",
+            "a thinner rod (tool.rod_radius) or a smaller ball (tool.ball_radius)",
+            "another tool axis (tool.axis)" if scenario.tool.axis == "auto"
+            else "the best of all tool axes (tool.axis: auto)",
             "leave these edges out (part.edges)",
-        )
-    return _Planned(tuple(plans), tuple(members), infeasible, remedies, part.remarks, work.outline)
+        )  # fmt: skip
+    return _Planned(tuple(plans), tuple(members), infeasible, remedies, (*part.remarks, *work.remarks), work.outline)
 
 
 def _refused(plan: EdgePlan) -> str:

@@ -15,8 +15,9 @@ from cutwise import units
 from cutwise.io.cad import CONCAVE, Topology
 from cutwise.io.cad_edges import EdgeChain
 from cutwise.maths.curves import FloatArray
-from cutwise.maths.edges import EdgeFrames, lengths, part_of
+from cutwise.maths.edges import EdgeFrames, arc_lengths, part_of
 from cutwise.maths.surfaces import IntArray
+from cutwise.paths import feed as feeds
 from cutwise.paths.chamfer import ChamferPath, NoPathError, chamfer_path, path_of, possible
 from cutwise.physics.surface.approach import cut_places
 from cutwise.process import chamfer_proof as proof
@@ -26,6 +27,8 @@ from cutwise.spec.chamfer import ChamferScenario
 
 _SHORTEST = 4  # samples of a path worth having
 _ROUNDS = 4  # of trimming
+_PER_POINT = 3.0  # samples of an edge for each point of its path
+_FINEST = 16.0  # more samples than at first, where a chord tolerance asks for them
 _SPACING = 0.1  # of gouges that are looked for, in ball radii
 
 BENDS_AWAY = "the faces meet tangentially or end before the chamfer does"
@@ -90,7 +93,24 @@ def piece_of(frames: EdgeFrames, samples: IntArray) -> EdgeFrames:
 
 
 def draft(scenario: ChamferScenario, work: EdgeWork) -> Draft:
-    """Paths over all of an edge where its two faces allow the chamfer."""
+    """Paths over all of an edge where its two faces allow the chamfer, on samples that are fine enough for its points."""
+    found = _draft(scenario, work)
+    if work.finer is None or not found.pieces:
+        return found
+    tolerance = scenario.path.chord_tolerance
+    if tolerance is None:
+        share = _PER_POINT * (scenario.path.points or 0) / len(work.nodes.point)
+        return _draft(scenario, work.finer(share)) if share > 1.0 else found
+    coarse = max(feeds.coarseness(path, tolerance) for _, path in found.pieces)
+    share = min(_FINEST, _PER_POINT * coarse)
+    if share <= 1.0:
+        return found
+    fine = _draft(scenario, work.finer(share))
+    left = max((feeds.coarseness(path, tolerance) for _, path in fine.pieces), default=coarse)
+    return fine if left < 0.7 * coarse else found  # a path that jumps is no smoother on more samples
+
+
+def _draft(scenario: ChamferScenario, work: EdgeWork) -> Draft:
     cut = chamfer_of(scenario, 0.0 if scenario.chamfer.tilt == "auto" else float(scenario.chamfer.tilt))
     radius = scenario.tool.ball_radius
     good = possible(work.nodes, cut, radius)
@@ -231,7 +251,7 @@ def _clean(
 
 def trims(frames: EdgeFrames, reason: Sequence[str]) -> tuple[Trim, ...]:
     """The parts of an edge without a path, each with its main reason; they end where the next path begins."""
-    along = np.concatenate([[0.0], np.cumsum(lengths(frames.point, closed=frames.closed))])
+    along = np.concatenate([[0.0], np.cumsum(arc_lengths(frames.point, frames.tangent, closed=frames.closed))])
     count, whole = len(reason), float(along[-1])
     bad = np.array([bool(why) for why in reason])
     found = []

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cutwise.maths.curves import FloatArray
-from cutwise.maths.edges import lengths
+from cutwise.maths.edges import arc_lengths, lengths
 from cutwise.physics.cutting.flute import EdgeCoefficients
 from cutwise.physics.structure.pistons import PistonRing
 from cutwise.physics.surface.sweep import swept_chamfer
@@ -81,7 +81,7 @@ def burr_along(scenario: ChamferScenario, path: EdgePath) -> EdgeBurr | None:
     if burr is None:
         return None
     frames = path.path.frames
-    steps = lengths(frames.point, closed=frames.closed)
+    steps = arc_lengths(frames.point, frames.tangent, closed=frames.closed)
     way = np.concatenate([[0.0], np.cumsum(steps)])[: len(frames.point)]
     size = []
     for name in ("height", "width"):

@@ -12,15 +12,15 @@ from cutwise.paths.chamfer import ChamferPath
 from cutwise.physics.cutting.ball import disc_force
 from cutwise.physics.cutting.flute import EdgeCoefficients, FluteForce, feed_direction, feed_per_tooth
 from cutwise.physics.engagement.ball import (
-    Burr,
+    ARCS,
+    SIDE,
     PassFrames,
-    Wedge,
-    burr_bounds,
-    burr_limits,
-    chip_area,
-    disc_arc,
+    burr_sides,
+    disc_arcs,
     height_limits,
-    wedge_bounds,
+    leading_side,
+    leans,
+    wedge_sides,
 )
 from cutwise.physics.structure.pistons import PistonRing, RingState, at_rest
 from cutwise.physics.structure.pistons import step as piston_step
@@ -40,11 +40,14 @@ class BallEnd(NamedTuple):
 
 
 class Section(NamedTuple):
-    """The material at each sample of a path, in the (y, z) plane of the pass, and the feed."""
+    """The material at each sample of a path, in the frame of the pass, and the feed."""
 
-    wedge: FloatArray  # the six numbers of a Wedge, shape (n, 6)
-    burr: FloatArray  # the six numbers of a Burr, shape (n, 6)
+    edge: FloatArray  # [m] from the ball centre, shape (n, 3)
+    wedge: FloatArray  # planes of the two faces, shape (n, 2, 4)
+    burr: FloatArray  # planes of the burr, shape (n, 4, 4), or (n, 0, 4) without one
+    proud: float  # [m] how far the burr reaches from the edge at most
     speed: FloatArray  # [m/s] along the edge, across the rod, shape (n,)
+    rise: FloatArray  # [m/s] along the edge, along the rod, shape (n,)
 
 
 class Course(NamedTuple):
@@ -54,6 +57,7 @@ class Course(NamedTuple):
     frame: FloatArray  # the feed, then the direction off the work, shape (n, 4)
     lead: FloatArray  # [m] from there to where the ball is led, into the work, shape (n, 2)
     velocity: FloatArray  # [m/s] with which it is led, shape (n, 2)
+    climb: FloatArray  # [m/s] of the ball along the rod, shape (n,)
     contact: FloatArray  # speed of the contact over that of the ball centre, shape (n,)
     spans: FloatArray  # [s] from each sample to the next, shape (n,)
     closed: bool
@@ -73,7 +77,7 @@ class PassForces(NamedTuple):
     force: FloatArray  # [N] x feed, y off the work, z along the rod, of work and burr together, shape (n, 3)
     burr_force: FloatArray  # [N] that of the burr alone, shape (n, 3)
     power: FloatArray  # [W], shape (n,)
-    chip_area: FloatArray  # [m^2] with the burr, shape (n,)
+    chip_area: FloatArray  # [m^2] at right angles to the edge, with the burr, shape (n,)
 
 
 def sections(
@@ -81,81 +85,101 @@ def sections(
 ) -> Section:
     """The material that a path meets; the chip follows from the speed of the contact, so that the removal rate is right.
 
-    Faces are taken as planes, seen along the feed.
+    Faces are taken as planes through the edge.
     """
-    edge = path.frames.point - path.centre
+    frames = path.frames
 
     def seen(vector: FloatArray) -> FloatArray:
-        return np.column_stack([np.einsum("ij,ij->i", vector, local.off), vector @ axis])
+        return np.column_stack(
+            [np.einsum("ij,ij->i", vector, local.feed), np.einsum("ij,ij->i", vector, local.off), vector @ axis]
+        )
 
-    wedge = np.hstack([seen(edge), seen(path.frames.normal[:, 0]), seen(path.frames.normal[:, 1])])
-    strip = np.zeros((len(edge), 6))
+    edge = seen(frames.point - path.centre)
+    wedge = wedge_sides(edge, np.stack([seen(frames.normal[:, 0]), seen(frames.normal[:, 1])], axis=1))
+    strip, proud = np.zeros((len(edge), 0, SIDE)), 0.0
     if burr is not None:
-        strip[:, 0], strip[:, 1] = burr.height, burr.width
-        strip[:, 2:4], strip[:, 4:6] = seen(path.frames.into[:, burr.side]), seen(path.frames.normal[:, burr.side])
-    return Section(wedge, strip, contact_speed * np.sqrt(np.maximum(0.0, 1.0 - local.plunge**2)))
+        into, normal = seen(frames.into[:, burr.side]), seen(frames.normal[:, burr.side])
+        strip = burr_sides(edge, into, normal, burr.height, burr.width)
+        proud = float(np.hypot(burr.height, burr.width).max())
+    across = np.sqrt(np.maximum(0.0, 1.0 - local.plunge**2))
+    return Section(edge, wedge, strip, proud, contact_speed * across, contact_speed * local.plunge)
+
+
+class BallCut(NamedTuple):
+    """What a ball does in some material."""
+
+    force: FluteForce
+    power: float  # [W]
+    area: float  # [m^2] that is taken off, at right angles to the velocity
 
 
 @compiled
-def _disc(
-    low: float, high: float, z: float, dz: float, ball: BallEnd, chip: float, theta: float
-) -> tuple[float, float, float, float]:
-    """Force of one disc of a ball in material between two y, and the tangential force [N]."""
-    x = y = axial = tangential = 0.0
-    a1, a2 = disc_arc(low, high, ball.ball_radius, z)
-    if a2 > a1:
-        for side in range(2):  # leading and trailing side of the disc
-            lo, hi = (a1, a2) if side == 0 else (2.0 * math.pi - a2, 2.0 * math.pi - a1)
-            lo, hi = max(lo, theta), min(hi, math.pi + theta)
-            if hi > lo:
-                f = disc_force(lo, hi, z, dz, ball.ball_radius, chip, theta, ball.flutes, ball.coefficients)
-                x, y, axial, tangential = x + f.x, y + f.y, axial + f.z, tangential + f.tangential
-    return x, y, axial, tangential
+def ball_cut(
+    material: FloatArray, ball: BallEnd, speed_x: float, speed_y: float, speed_z: float, slices: int
+) -> BallCut:
+    r"""Force of all discs of a ball averaged over a tooth period, cutting power, and cross-section.
 
+    Without edge forces the power is :math:`K_{tc} A |v|`.
 
-@compiled
-def ball_force(
-    wedge: Wedge, burr: Burr, ball: BallEnd, speed_x: float, speed_y: float, slices: int, part: int
-) -> tuple[FluteForce, float]:
-    """Force of all discs of a ball averaged over a tooth period, and the cutting power [W].
-
-    ``part``: 0 the work, 1 the burr; each is cut in its own discs.
+    Parameters
+    ----------
+    material : array
+        Planes that bound the material, shape (m, 4).
+    ball : BallEnd
+        The cutter.
+    speed_x, speed_y, speed_z : float
+        Velocity of the ball in the frame of the pass [m/s].
+    slices : int
+        Discs over the height of the contact.
     """
     theta = feed_direction(speed_x, speed_y)
     chip = feed_per_tooth(speed_x, speed_y, ball.spindle_speed, ball.flutes)
+    rise = math.copysign(feed_per_tooth(speed_z, 0.0, ball.spindle_speed, ball.flutes), speed_z)
     radius = ball.ball_radius
-    low, high = height_limits(wedge, radius) if part == 0 else burr_limits(wedge, burr, radius)
+    m = material.shape[0]
+    sides = np.empty((m + 1, SIDE))
+    for j in range(m):  # planes between two samples are not quite unit vectors
+        sides[j] = material[j] / math.sqrt(material[j, 0] ** 2 + material[j, 1] ** 2 + material[j, 2] ** 2)
+    nx, ny, nz = leading_side(speed_x, speed_y, speed_z)
+    sides[m, 0], sides[m, 1], sides[m, 2], sides[m, 3] = nx, ny, nz, 0.0
+    low, high = height_limits(sides, radius)
     dz = (high - low) / slices
-    fx = fy = fz = tangential = power = 0.0
+    arcs, lean = np.empty((ARCS, 2)), leans(sides)
+    fx = fy = fz = tangential = power = area = 0.0
     for k in range(slices if dz > 0.0 else 0):
         z = low + (k + 0.5) * dz
-        y_low, y_high = wedge_bounds(wedge, z) if part == 0 else burr_bounds(wedge, burr, z)
-        x, y, axial, tangent = _disc(y_low, y_high, z, dz, ball, chip, theta)
-        fx, fy, fz, tangential = fx + x, fy + y, fz + axial, tangential + tangent
-        power += tangent * math.sqrt(max(0.0, radius * radius - z * z)) * ball.spindle_speed
-    return FluteForce(fx, fy, fz, tangential), power
+        rho = math.sqrt(max(0.0, radius * radius - z * z))
+        for i in range(disc_arcs(sides, lean, rho, z, arcs)):
+            lo, hi = arcs[i, 0], arcs[i, 1]
+            f = disc_force(lo, hi, z, dz, radius, chip, theta, rise, ball.flutes, ball.coefficients)
+            fx, fy, fz, tangential = fx + f.x, fy + f.y, fz + f.z, tangential + f.tangential
+            power += f.tangential * rho * ball.spindle_speed
+            ahead = nx * (math.cos(hi) - math.cos(lo)) - ny * (math.sin(hi) - math.sin(lo))
+            area += (rho * ahead - nz * z * (hi - lo)) * dz
+    return BallCut(FluteForce(fx, fy, fz, tangential), power, area)
 
 
 def pass_forces(section: Section, ball: BallEnd, slices: int = SLICES) -> PassForces:
     """Forces along a path with a rigid tool."""
     out = np.empty((len(section.speed), 8))
-    _forces(section.wedge, section.burr, section.speed, ball, slices, out)
+    _forces(section.wedge, section.burr, section.speed, section.rise, ball, slices, out)
     return PassForces(out[:, :3], out[:, 3:6], out[:, 6], out[:, 7])
 
 
 @compiled
 def _forces(
-    wedges: FloatArray, burrs: FloatArray, speed: FloatArray, ball: BallEnd, slices: int, out: FloatArray
-) -> None:
+    wedge: FloatArray, burr: FloatArray, speed: FloatArray, rise: FloatArray, ball: BallEnd, slices: int,
+    out: FloatArray,
+) -> None:  # fmt: skip
+    out[:] = 0.0
     for i in range(speed.size):
-        w, s = wedges[i], burrs[i]
-        wedge, burr = Wedge(w[0], w[1], w[2], w[3], w[4], w[5]), Burr(s[0], s[1], s[2], s[3], s[4], s[5])
-        f, power = ball_force(wedge, burr, ball, speed[i], 0.0, slices, 0)
-        b, more = ball_force(wedge, burr, ball, speed[i], 0.0, slices, 1)
-        out[i, 0], out[i, 1], out[i, 2] = f.x + b.x, f.y + b.y, f.z + b.z
-        out[i, 3], out[i, 4], out[i, 5] = b.x, b.y, b.z
-        out[i, 6] = power + more
-        out[i, 7] = chip_area(wedge, burr, ball.ball_radius, slices)
+        for part in range(2 if burr.shape[1] > 0 else 1):
+            cut = ball_cut(wedge[i] if part == 0 else burr[i], ball, speed[i], 0.0, rise[i], slices)
+            f = cut.force
+            out[i, 0], out[i, 1], out[i, 2] = out[i, 0] + f.x, out[i, 1] + f.y, out[i, 2] + f.z
+            if part == 1:
+                out[i, 3], out[i, 4], out[i, 5] = f.x, f.y, f.z
+            out[i, 6], out[i, 7] = out[i, 6] + cut.power, out[i, 7] + cut.area
 
 
 class Yielding(NamedTuple):
@@ -194,14 +218,16 @@ def course_of(section: Section, path: ChamferPath, local: PassFrames, axis: Floa
         spans, speed = np.append(spans, spans[-1]), np.append(speed, speed[-1])
     speed = speed * np.sqrt(np.maximum(0.0, 1.0 - local.plunge**2))
     feed, off = local.feed @ plane, local.off @ plane
+    height = path.centre @ axis
+    climb = np.diff(height, append=height[0] if closed else 2.0 * height[-1] - height[-2]) / spans
     if closed:
         before = np.roll(spans, 1)
         turn = (np.roll(off, -1, axis=0) - np.roll(off, 1, axis=0)) / (before + spans)[:, None]
     else:
         turn = np.gradient(off, np.concatenate([[0.0], np.cumsum(spans[:-1])]), axis=0)
     return Course(
-        np.column_stack([path.centre @ plane, path.centre @ axis]), np.hstack([feed, off]), -run.approach * off,
-        speed[:, None] * feed - run.approach * turn, section.speed / np.maximum(speed, 1e-12), spans, closed,
+        np.column_stack([path.centre @ plane, height]), np.hstack([feed, off]), -run.approach * off,
+        speed[:, None] * feed - run.approach * turn, climb, section.speed / np.maximum(speed, 1e-12), spans, closed,
     )  # fmt: skip
 
 
@@ -251,9 +277,9 @@ def yielding_pass(
 
 def _clear(section: Section, ball: BallEnd) -> float:
     """How far off the work the ball has to stand to meet neither it nor the burr [m]."""
-    y, z = section.wedge[:, 0], section.wedge[:, 1]
-    reached = np.sqrt(np.maximum(0.0, ball.ball_radius**2 - z**2)) + y
-    return max(0.0, float(reached.max())) + float(np.hypot(section.burr[:, 0], section.burr[:, 1]).max())
+    x, y, z = section.edge.T
+    reached = np.sqrt(np.maximum(0.0, ball.ball_radius**2 - x**2 - z**2)) + y
+    return max(0.0, float(reached.max())) + section.proud
 
 
 @compiled
@@ -292,7 +318,7 @@ def _yield(
     arm = reach - ball.ball_radius
     left = 0.0
     place, frame = course.place, course.frame
-    w, s, f = np.empty(6), np.empty(6), np.empty(4)
+    f = np.empty(4)
     j = order[0]
     for number in range(order.size):
         i = order[number]
@@ -304,9 +330,6 @@ def _yield(
         for _ in range(steps):
             x, y = place[i, 0] + lead_x + arm * qx, place[i, 1] + lead_y + arm * qy
             j, k, share, faster = _foot(course, x, y, j)
-            for m in range(6):
-                w[m] = section.wedge[j, m] + share * (section.wedge[k, m] - section.wedge[j, m])
-                s[m] = section.burr[j, m] + share * (section.burr[k, m] - section.burr[j, m])
             for m in range(4):
                 f[m] = frame[j, m] + share * (frame[k, m] - frame[j, m])
             near = (x - place[j, 0]) * frame[j, 2] + (y - place[j, 1]) * frame[j, 3]
@@ -314,12 +337,19 @@ def _yield(
             dy = near + share * (far - near)
             dz = place[i, 2] - (place[j, 2] + share * (place[k, 2] - place[j, 2]))
             ux, uy = course.velocity[i, 0] + arm * vx, course.velocity[i, 1] + arm * vy
-            speed_x = (ux * f[0] + uy * f[1]) * faster * course.contact[j]
+            foot_speed = (ux * f[0] + uy * f[1]) * faster
+            speed_x = foot_speed * course.contact[j]
             speed_y = ux * f[2] + uy * f[3]
-            wedge, burr = Wedge(w[0] - dy, w[1] - dz, w[2], w[3], w[4], w[5]), Burr(s[0], s[1], s[2], s[3], s[4], s[5])
+            speed_z = course.climb[i]  # what of it does not follow the path there goes into the work or off it
+            way = math.hypot(place[k, 0] - place[j, 0], place[k, 1] - place[j, 1])
+            if section.speed[j] > 0.0 and way > 0.0:
+                speed_z += section.rise[j] * speed_x / section.speed[j] - (place[k, 2] - place[j, 2]) / way * foot_speed
             fx = fy = fz = 0.0
-            for part in range(2 if burr.height > 0.0 else 1):
-                force, _ = ball_force(wedge, burr, ball, speed_x, speed_y, slices, part)
+            for part in range(2 if section.burr.shape[1] > 0 else 1):
+                table = section.wedge if part == 0 else section.burr
+                sides = table[j] + share * (table[k] - table[j])
+                sides[:, 3] -= sides[:, 1] * dy + sides[:, 2] * dz
+                force = ball_cut(sides, ball, speed_x, speed_y, speed_z, slices).force
                 fx, fy, fz = fx + force.x, fy + force.y, fz + force.z
             mx = arm * (fx * f[0] + fy * f[2])
             my = arm * (fx * f[1] + fy * f[3])

@@ -6,7 +6,7 @@ import numpy as np
 
 from cutwise import units
 from cutwise.maths.curves import FloatArray
-from cutwise.maths.edges import lengths
+from cutwise.maths.edges import arc_lengths, lengths
 from cutwise.paths import reach
 from cutwise.paths.chamfer import ENVELOPE, NoPathError, chamfer_path
 from cutwise.paths.pipe import one_turn
@@ -20,6 +20,7 @@ from cutwise.process.chamfer_plan import EdgePath, chamfer_of, swept
 from cutwise.process.convergence import change_on_halved_step
 from cutwise.spec.chamfer import ChamferScenario
 
+_SLENDER = 10.0  # rod radii that may stick out without a warning
 _FAR_ROUND = 1.0  # [rad] beyond which faces seen as planes say little
 _SHOWN = 8  # trimmed edges that are warned about one by one
 
@@ -43,7 +44,8 @@ def measures(scenario: ChamferScenario, done: ChamferRun) -> Mapping[str, float]
     found["wedge_angle_min"] = min(float(path.path.frames.wedge.min()) for path in paths)
     found["wedge_angle_max"] = max(float(path.path.frames.wedge.max()) for path in paths)
     found["path_length"] = float(sum(_length(path.path.centre, path) for path in paths))
-    found["edge_length"] = float(sum(_length(path.path.frames.point, path) for path in paths))
+    edges = [path.path.frames for path in paths]
+    found["edge_length"] = float(sum(arc_lengths(e.point, e.tangent, closed=e.closed).sum() for e in edges))
     found["points"] = float(sum(len(path.path.centre) for path in paths))
     found["cycle_time"] = sum(path.feeds.time for path in paths)
     found["chord_error"] = max(path.chord_error for path in paths)
@@ -73,6 +75,9 @@ def _proof(paths: Sequence[EdgePath]) -> dict[str, float]:
     if rods:
         found["rod_clearance_min"] = min(rod.value for rod in rods)
         found["rod_clearance_bound"] = min(rod.bound for rod in rods)
+    known = [path.stick_out for path in paths if np.isfinite(path.stick_out)]
+    if known:
+        found["rod_reach"] = max(known)
     return found
 
 
@@ -161,10 +166,23 @@ def warnings(
         fallen = sum(int((path.path.tier < ENVELOPE).sum()) for path in done.paths)
         if fallen:
             said.append(f"at {fallen} points the envelope was not found: the surface tier stands there")
+    wanted = scenario.path.chord_tolerance
+    if wanted is not None and found.get("chord_error", 0.0) > wanted * (1.0 + 1e-3):
+        said.append(
+            f"the path bends or jumps too sharply for path.chord_tolerance: {units.show(found['chord_error'], 'length', 3)}"
+            f" instead of {units.show(wanted, 'length', 3)}"
+        )
     if found.get("width_min") == 0.0:
         said.append("somewhere along the edge the sweep left no complete chamfer: the edge still stands there")
     if unproven and not done.infeasible:
         said.append(f"the lead to or from {', '.join(unproven[:_SHOWN])} may touch the part: check it in the program")
+    far = max(done.paths, key=lambda path: np.nan_to_num(path.stick_out), default=None)
+    if far is not None and far.stick_out > _SLENDER * scenario.tool.rod_radius:
+        said.append(
+            f"{far.work.name} needs {units.show(far.stick_out, 'length', 3)} of rod above the ball centre, "
+            f"{far.stick_out / scenario.tool.rod_radius:.0f} times its radius: such a rod bends and chatters; come from "
+            "another side (tool.axis), or take a thicker rod"
+        )
     slope = found.get("setup_sensitivity_z")
     if slope is not None and not done.infeasible:
         change = units.show(abs(slope) * 50e-6, "length", 3)
@@ -172,10 +190,6 @@ def warnings(
             f"50 µm of set-up error along the tool axis change the width by {change}: probe the part, or use a "
             "compliant spindle"
         )
-    for path in done.paths:
-        if done.forces and np.abs(path.local.plunge).max() > 0.5:
-            said.append(f"{path.work.name} climbs steeply along the tool axis: forces there are rough")
-            break
     return (*said, *_yielding(done, found))
 
 

@@ -5,6 +5,8 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
 
 from cutwise.maths.curves import FloatArray
 from cutwise.maths.edges import EdgeFrames, part_of
@@ -30,7 +32,9 @@ from cutwise.spec.chamfer import ChamferScenario
 
 MEASURED = 73  # places at which an edge is measured, off the path points
 _PLUNGE = 0.99  # an edge that runs along a tool axis everywhere, within 8 degrees, is not run on that axis
+_TRIES = 8  # of spreading points more closely until the chord tolerance is kept
 _FEW = 25  # samples of a path while axes and tilts are tried
+_NEAR_TILT = math.radians(0.2)  # within which a tilt found with a rough rod is sought again
 _HOPELESS = 0.2  # of its radius: a rod that is in the part by more is on the wrong axis
 _STEP_Z = 1e-7  # [m] of the set-up sensitivity
 
@@ -53,6 +57,7 @@ class EdgePath(NamedTuple):
     slope: FloatArray  # width change per unit shift along the axis, at the measured places
     ball_radius: float  # [m]
     rod_at: Callable[[ChamferPath, Wanted], Approach | None]  # the same for another path of the ball
+    stick_out: float  # [m] of rod beside which the part stands; NaN: along a pipe, whose length is not known
     rod_each: FloatArray | None = None  # [m] clearance of the rod at each point, where it is known in closed form
 
     @property
@@ -132,7 +137,7 @@ def pipe_margins(
             work.shape, path.centre, axis, tool, wanted, closed=path.frames.closed, seen=np.inf
         )  # fmt: skip
         code, meaning = reach.ROD_PART, "the rod must clear the part"
-    found = [reach.knife_margin_of(path, tool, axis), reach.leg_margin(path, part)]
+    found = [reach.knife_margin_of(path, tool, axis), reach.leg_margin(path, part, inner=work.inner)]
     if rod is not None:
         found.insert(0, reach.Margin(code, rod.value - clearance, False, meaning))
     return found, rod
@@ -173,10 +178,10 @@ def candidate(
     NoPathError
         The piece is too short.
     """
-    keep, closed = _kept(scenario, dense), dense.frames.closed
+    keep, closed = _kept(scenario, work, dense), dense.frames.closed
     if len(keep) < (8 if closed else 3):
         raise NoPathError("a piece too short for a path")
-    kept = path_of(dense, part_of(dense.frames, keep)._replace(period=dense.frames.period), keep)
+    kept = _some(dense, keep)
     between = np.setdiff1d(np.arange(len(dense.centre)), keep)
     inside = between if closed else between[(between > 0) & (between < len(dense.centre) - 1)]
     if len(inside) > MEASURED:
@@ -212,6 +217,7 @@ def plan_piece(
 
         needed = reach.least_tilt(cut, shortest, float(frames.wedge.max()), step=math.radians(5.0), exact=1e-5)
         if needed:
+            needed = _sharper_tilt(scenario, work, frames, axis, cut, needed)
             tilt = needed
             tilted = chamfer_path(frames, cut._replace(tilt=tilt), tool.ball_radius)
             one, turn = candidate(scenario, work, tilted, members), _same
@@ -221,6 +227,24 @@ def plan_piece(
         scenario, work, path, axis, tilt, one.at, one.found, one.gouge, rod, [*reach.tool_margins(tool), *margins],
         lambda other, exact: proof.rod_of(work.shape, other.centre, axis, tool, exact, closed=other.frames.closed),
     )  # fmt: skip
+
+
+def _sharper_tilt(
+    scenario: ChamferScenario, work: EdgeWork, frames: EdgeFrames, axis: FloatArray, cut: Chamfer, rough: float
+) -> float:
+    """The tilt that is needed, from one found with a rough rod, with the margins that count in the end."""
+
+    def shortest(tilt: float) -> float:
+        path = chamfer_path(frames, cut._replace(tilt=max(0.0, tilt)), scenario.tool.ball_radius)
+        return min(m.value for m in _cad_margins(scenario, work, path, axis, proof.EXACT)[0])
+
+    low, high = max(0.0, rough - _NEAR_TILT), rough + _NEAR_TILT
+    try:
+        if shortest(low) >= 0.0 or shortest(high) < 0.0:
+            return rough
+        return float(brentq(shortest, low, high, xtol=1e-7)) + 2e-7
+    except NoPathError:
+        return rough
 
 
 Turn = Callable[[ChamferPath], ChamferPath]
@@ -236,7 +260,7 @@ def _best_axis(
     """The first tool axis on which knife and rod clear, or the one that lacks least; how the path is run on it."""
     radius = scenario.tool.ball_radius
     best: tuple[float, FloatArray, Turn, list[reach.Margin]] | None = None
-    for axis in _axes_for(work, dense):
+    for axis in _axes_for(scenario, work, dense):
         turn = towards(dense, axis)
         margins, _ = _cad_margins(scenario, work, turn(dense), axis, enough=-_HOPELESS * scenario.tool.rod_radius)
         worst = min(m.value / (1.0 if m.angle else radius) for m in margins)
@@ -248,15 +272,18 @@ def _best_axis(
     return best[1:]
 
 
-def _axes_for(work: EdgeWork, dense: ChamferPath) -> list[FloatArray]:
-    """Tool axes in the order in which to try them: that of a hole both ways, then those that look most into the edge.
+def _axes_for(scenario: ChamferScenario, work: EdgeWork, dense: ChamferPath) -> list[FloatArray]:
+    """Tool axes in the order in which to try them: that of a hole, from the side on which less rod sticks out, then
+    those that look most into the edge.
 
     Axes along which the whole edge runs are left out, unless there are no others.
     """
     air = dense.frames.air.mean(axis=0)
     holes = 2 if work.foot is not None and len(work.axes) > 1 else 0
     others = sorted(work.axes[holes:], key=lambda axis: -round(float(axis @ air), 6))
-    ordered = [*work.axes[:holes], *others]
+    rod = scenario.tool.rod_radius
+    hole = sorted(work.axes[:holes], key=lambda axis: round(proof.rod_reach(work.shape, dense.centre, axis, rod), 6))
+    ordered = [*hole, *others]
     return [axis for axis in ordered if np.abs(dense.frames.tangent @ axis).min() < _PLUNGE] or ordered
 
 
@@ -286,7 +313,7 @@ def _cad_margins(
     some = path
     if wanted == proof.ROUGH:
         few = np.unique(np.linspace(0, len(path.centre) - 1, _FEW).astype(int))
-        some = path_of(path, part_of(path.frames, few)._replace(period=path.frames.period), few)
+        some = _some(path, few)
     rod = proof.rod_of(work.shape, some.centre, axis, tool, wanted, closed=some.frames.closed, enough=enough)
     if rod is None:
         return [knife], None
@@ -308,16 +335,28 @@ def sharpened(paths: Sequence[EdgePath]) -> list[EdgePath]:
         done.add(nearest)
         path = found[nearest]
         exact = path.rod_at(path.path, proof.EXACT)
-        found[nearest] = path._replace(rod=exact or path.rod)
+        if exact is not None and path.rod is not None:
+            found[nearest] = path._replace(rod=exact, margins=_with_rod(path.margins, exact.value - path.rod.value))
     return found
 
 
-def _kept(scenario: ChamferScenario, dense: ChamferPath) -> FloatArray:
-    closed = dense.frames.closed
-    if scenario.path.chord_tolerance is not None:
-        return feeds.samples_for(dense, scenario.path.chord_tolerance)
-    total = len(dense.centre)
-    wanted = np.linspace(0, total if closed else total - 1, (scenario.path.points or 2) + closed)
+def _with_rod(margins: Sequence[reach.Margin], more: float) -> tuple[reach.Margin, ...]:
+    """Margins with a rod that is farther away than was thought."""
+    return tuple(m._replace(value=m.value + more) if m.code == reach.ROD_PART else m for m in margins)
+
+
+def _some(path: ChamferPath, keep: NDArray[np.int64]) -> ChamferPath:
+    return path_of(path, part_of(path.frames, keep)._replace(period=path.frames.period), keep)
+
+
+def _kept(scenario: ChamferScenario, work: EdgeWork, dense: ChamferPath) -> NDArray[np.int64]:
+    """Samples that are the points of a path: within the chord tolerance, or this piece's share of the points."""
+    closed, total, tolerance = dense.frames.closed, len(dense.centre), scenario.path.chord_tolerance
+    if tolerance is not None:
+        tries = [feeds.samples_for(dense, tolerance * 0.7**k) for k in range(_TRIES)]
+        return next((k for k in tries if len(k) < 4 or feeds.chord_error(_some(dense, k)) <= tolerance), tries[0])
+    points = round((scenario.path.points or 2) * total / len(work.nodes.point))
+    wanted = np.linspace(0, total if closed else total - 1, max(2, points) + closed)
     return feeds.thinned(total, wanted[:-1] if closed else wanted, closed=closed)
 
 
@@ -344,11 +383,13 @@ def finished(
         ).width
         for s in (1.0, -1.0)
     )
+    no_end = scenario.part.pipe is not None and abs(axis[1]) > 0.5  # a pipe has no length
+    stick_out = math.nan if no_end else proof.rod_reach(work.shape, path.centre, axis, scenario.tool.rod_radius)
     feed = operation.contact_feed or operation.centre_feed
     assert feed is not None  # checked by the specification
     return EdgePath(
         work, path, axis, pass_frames(path.frames.tangent, axis), tilt,
         feeds.contact_feeds(path, feed, at_contact=operation.contact_feed is not None),
         at, found, gouge, rod, tuple(margins), feeds.chord_error(path), (up - down) / (2.0 * _STEP_Z), radius,
-        rod_at,
+        rod_at, stick_out,
     )  # fmt: skip

@@ -38,12 +38,12 @@ def moves(
 ) -> Moves:
     """All moves of all paths; a feed of zero is a rapid.
 
-    Between tours the tool goes up along its axis, clear of the whole part.
+    Between tours the tool goes up along its axis, clear of the whole part; tours on the same axis follow one another.
     """
     onward = {link.first: link for link in joined}
     found: list[_Moves] = []
     unproven: list[str] = []
-    for tour in tours(len(paths), joined):
+    for tour in _by_axis(paths, tours(len(paths), joined)):
         first = paths[tour[0]]
         if first.path.frames.closed:
             found += _closed(scenario, first, tour[0], members, unproven)
@@ -66,6 +66,20 @@ def moves(
     return Moves(_table(paths, found), tuple(dict.fromkeys(unproven)))
 
 
+def _by_axis(paths: Sequence[EdgePath], found: Sequence[list[int]]) -> list[list[int]]:
+    """Tours with those on the same tool axis together, in the order in which the axes come first."""
+    axes: list[FloatArray] = []
+    groups: list[list[list[int]]] = []
+    for tour in found:
+        axis = paths[tour[0]].axis
+        which = next((i for i, known in enumerate(axes) if np.abs(known - axis).max() < 1e-9), len(axes))
+        if which == len(axes):
+            axes.append(axis)
+            groups.append([])
+        groups[which].append(tour)
+    return [tour for group in groups for tour in group]
+
+
 def _lead(
     scenario: ChamferScenario, path: EdgePath, number: int, at: int, members: Sequence[EdgeZone], unproven: list[str],
     *, inward: bool,
@@ -74,7 +88,10 @@ def _lead(
     if not way.proven:
         unproven.append(path.work.name)
     points = way.point if inward else way.point[::-1]
-    return _Moves(points, np.zeros(len(points)), np.full(len(points), at), number)
+    feed = np.zeros(len(points))
+    if not inward and len(points) > 1:  # off the edge slantwise: rapids of some machines are not straight
+        feed[0] = path.feeds.centre[min(at, len(path.feeds.centre) - 1)]
+    return _Moves(points, feed, np.full(len(points), at), number)
 
 
 def _closed(
@@ -143,5 +160,5 @@ def program_of(result: Result) -> Program:
     return Program(
         result.scenario.name, result.scenario.tool.ball_radius,  # type: ignore[attr-defined]
         *(found[name].values for name in ("position", "tool_axis", "feed", "travel", "press")),
-        found["path"].values.astype(np.int64),
+        found["path"].values.astype(np.int64), result.scenario.operation.spindle_speed,  # type: ignore[attr-defined]
     )  # fmt: skip

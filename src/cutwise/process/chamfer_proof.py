@@ -27,6 +27,8 @@ GOUGE_LIMIT = 2e-6  # [m]
 _NEAR = 3.0  # zone on the two faces of an edge that is looked at in its normal planes, in legs
 _SEEN = 0.025  # [m] of rods along CAD parts: what is farther away than this is not looked at
 _SAG = 3e-7  # [m] by which zones and paths are straightened where nothing finer is asked for
+_LOOKED = 12  # places of a path, and directions at each, in which the reach of the rod is looked at
+_RINGS = (1.0, 2.0, 5.0, 10.0)  # radii of the rings there, in rod radii
 HINT = 1e-7  # [m] of a cut seen in the normal planes: then the faces are searched up to the chamfer
 ROUGH = Wanted(5e-5, 0.25, exact=False)  # of rods while axes and tilts are tried
 CLOSE = Wanted(5e-6, 0.1, exact=False)  # of the rod of each path in the end: the bound says what may remain
@@ -95,6 +97,41 @@ def gouge_of(
     skin = reachable(shape, path.centre, radius)
     table = zones_near(members, own, path.centre, radius, near=beyond <= HINT)
     return deepest_cut(skin, ball_mover(path.centre, radius, closed=closed), table, enough=enough)
+
+
+def rod_reach(shape: Shape, centre: FloatArray, axis: FloatArray, rod_radius: float) -> float:
+    """How high above the ball the part stands beside the rod, within ten rod radii: the rod that has to stick out [m].
+
+    Looked for along rays on rings round some places of the path.
+    """
+    first = np.eye(3)[int(np.argmin(np.abs(axis)))]
+    first = first - (first @ axis) * axis
+    first /= np.linalg.norm(first)
+    plane = np.column_stack([first, np.cross(axis, first)])
+    some = centre[np.unique(np.linspace(0, len(centre) - 1, _LOOKED).astype(int))]
+    turn = 2.0 * np.pi * np.arange(_LOOKED) / _LOOKED
+    ring = np.concatenate(
+        [[[0.0, 0.0]], *(r * rod_radius * np.column_stack([np.cos(turn), np.sin(turn)]) for r in _RINGS)]
+    )
+    flat, height = shape.skin.corner.reshape(-1, 3, 3) @ plane, shape.skin.corner.reshape(-1, 3, 3) @ axis
+    foot, low = some @ plane, some @ axis
+    wide = _RINGS[-1] * rod_radius
+    near = (flat.max(axis=1) >= foot.min(axis=0) - wide).all(axis=1) & (
+        flat.min(axis=1) <= foot.max(axis=0) + wide
+    ).all(axis=1)
+    near &= height.max(axis=1) > low.min()
+    a, (b, c) = flat[near, 0], (flat[near, 1] - flat[near, 0], flat[near, 2] - flat[near, 0])
+    area = b[:, 0] * c[:, 1] - b[:, 1] * c[:, 0]
+    upright = np.abs(area) < 1e-15
+    area = np.where(upright, 1.0, area)
+    top, most = height[near], 0.0
+    for place, floor in zip(foot, low, strict=True):
+        p = (place + ring)[:, None] - a
+        u, v = (p[..., 0] * c[:, 1] - p[..., 1] * c[:, 0]) / area, (b[:, 0] * p[..., 1] - b[:, 1] * p[..., 0]) / area
+        hit = (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) & ~upright
+        z = top[:, 0] + u * (top[:, 1] - top[:, 0]) + v * (top[:, 2] - top[:, 0])
+        most = max(most, float(np.where(hit, z - floor, 0.0).max(initial=0.0)))
+    return most
 
 
 def rod_of(

@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from cutwise.maths.curves import FloatArray
-from cutwise.maths.edges import lengths
+from cutwise.maths.edges import arc_lengths
 from cutwise.paths import reach
 from cutwise.process.chamfer import ChamferRun
 from cutwise.process.chamfer_plan import EdgePath
@@ -47,7 +47,8 @@ def _station(paths: Sequence[EdgePath]) -> tuple[str, FloatArray, str, str]:
     """Arc length along the edges, one after another, at the path points."""
     found, before = [], 0.0
     for path in paths:
-        step = lengths(path.path.frames.point, closed=path.path.frames.closed)
+        edge = path.path.frames
+        step = arc_lengths(edge.point, edge.tangent, closed=edge.closed)
         run_length = np.concatenate([[0.0], np.cumsum(step)])
         found.append(before + run_length[: len(path.path.centre)])
         before += float(step.sum())
@@ -89,7 +90,11 @@ def _engagement(done: ChamferRun) -> xr.Dataset:
     if all(path.rod_each is not None for path in paths):
         columns["rod_clearance"] = (_joined(paths, lambda p: p.rod_each), "m", "rod from the wall of its hole")
     if done.forces:
-        columns["chip_area"] = (_joined(done.forces, lambda f: f.chip_area), "m**2", "cross-section taken off")
+        columns["chip_area"] = (
+            _joined(done.forces, lambda f: f.chip_area),
+            "m**2",
+            "cross-section taken off, at right angles to the edge",
+        )
     return labelled(_station(paths), columns, axis=["x", "y", "z"], side=["first", "second"])
 
 
@@ -98,7 +103,7 @@ def _surface(done: ChamferRun) -> xr.Dataset:
     at, before = [], 0.0
     for path in paths:
         edge = path.path.frames
-        run_length = np.concatenate([[0.0], np.cumsum(lengths(edge.point, closed=edge.closed))])
+        run_length = np.concatenate([[0.0], np.cumsum(arc_lengths(edge.point, edge.tangent, closed=edge.closed))])
         parameter = np.append(edge.parameter, edge.parameter[0] + edge.period) if edge.closed else edge.parameter
         at.append(before + np.interp(path.at.parameter, parameter, run_length))
         before += float(run_length[-1])

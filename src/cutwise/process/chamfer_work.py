@@ -17,6 +17,7 @@ from cutwise.paths.pipe import NoEdgeError, PipeHole, one_turn, pipe_edge
 from cutwise.paths.pipe_skin import own_faces, pipe_skin
 from cutwise.paths.reach import BallCutter
 from cutwise.spec.chamfer import Block, ChamferScenario
+from cutwise.spec.faults import Fault, ScenarioFault
 
 _NODES = 512  # of the analytic edge, from which the envelope interpolates
 ROD_LENGTH = 0.06  # [m] of the rod above the ball that is looked at
@@ -48,6 +49,7 @@ class EdgeWork(NamedTuple):
     shape: Shape
     foot: FloatArray | None  # [m] a point of the hole axis, if the edge is at a hole
     inner: bool = False  # of a pipe: whether it is the edge at the bore
+    finer: "Callable[[float], EdgeWork] | None" = None  # the same edge with more samples, by a share
 
 
 def cutter(scenario: ChamferScenario) -> BallCutter:
@@ -145,12 +147,22 @@ class CadWork(NamedTuple):
     chains: tuple[cad_edges.EdgeChain, ...]  # all of the part
     chosen: tuple[EdgeWork, ...]
     outline: Outline | None
+    remarks: tuple[str, ...]  # on what was selected
 
 
 def read_part(scenario: ChamferScenario) -> step.StepPart:
-    """The CAD part of the scenario: its STEP file, or the block it describes, written as STEP and read back."""
+    """The CAD part of the scenario: its STEP file, or the block it describes, written as STEP and read back.
+
+    Raises
+    ------
+    ScenarioFault
+        The file cannot be used; the message says why.
+    """
     if scenario.part.step is not None:
-        return step.read_step(scenario.part.step)
+        try:
+            return step.read_step(scenario.part.step)
+        except step.CadFault as fault:
+            raise ScenarioFault([Fault(("part", "step"), str(fault))]) from None
     assert scenario.part.block is not None  # checked by the specification
     with tempfile.TemporaryDirectory() as folder:
         return step.read_step(step.write_step(block_shape(scenario.part.block), Path(folder) / "block.step"))
@@ -167,22 +179,33 @@ def cad_work(scenario: ChamferScenario, part: step.StepPart, *, outline: bool = 
 
     Raises
     ------
+    ScenarioFault
+        The selector finds nothing, or cannot be read.
     CadFault
-        The part cannot be used, or the selector finds nothing.
+        A surface of the part cannot be used.
     """
     model = cad.topology(part)
     radius = scenario.tool.ball_radius
     tolerance = scenario.path.chord_tolerance or 2e-6
     spacing = float(np.clip(0.25 * math.sqrt(8.0 * tolerance * radius), 2e-5, 2e-4))
-    chains = cad_edges.sharp_chains(model, reach=SECTION_REACH * scenario.chamfer.width, spacing=spacing)
-    chosen = cad_select.select(chains, scenario.part.edges)
+    chains = cad_edges.sharp_chains(model, reach=_section_reach(scenario), spacing=spacing)
+    try:
+        chosen = cad_select.select(chains, scenario.part.edges)
+    except step.CadFault as fault:
+        raise ScenarioFault([Fault(("part", "edges"), str(fault))]) from None
     shape = shape_of(cad_skin.cad_skin(model), tuple(face.name for face in model.faces))
-    works = tuple(_chain_work(model, chain, shape, scenario.tool.axis) for chain in chosen)
-    return CadWork(model, chains, works, outline_of(cad.edge_lines(model)) if outline else None)
+    works = tuple(_chain_work(scenario, model, chain, shape) for chain in chosen)
+    said = cad_select.left_out(chains, scenario.part.edges, chosen)
+    lines = outline_of(cad.edge_lines(model)) if outline else None
+    return CadWork(model, chains, works, lines, (said,) if said else ())
 
 
-def _chain_work(model: cad.Topology, chain: cad_edges.EdgeChain, shape: Shape, wanted: str) -> EdgeWork:
-    foot = None
+def _section_reach(scenario: ChamferScenario) -> float:
+    return SECTION_REACH * scenario.chamfer.width
+
+
+def _chain_work(scenario: ChamferScenario, model: cad.Topology, chain: cad_edges.EdgeChain, shape: Shape) -> EdgeWork:
+    foot, wanted = None, scenario.tool.axis
     axes = [np.array(axis) for axis in _AXES.values()]
     if chain.holes:
         hole = min((model.holes[n - 1] for n in chain.holes), key=lambda hole: hole.radius)
@@ -191,5 +214,8 @@ def _chain_work(model: cad.Topology, chain: cad_edges.EdgeChain, shape: Shape, w
     if wanted != "auto":
         axes = [np.array(_AXES[wanted])]
     return EdgeWork(
-        f"edge {chain.number}", chain.number, chain.frames, None, tuple(axes), chain.frames.face, shape, foot
-    )
+        f"edge {chain.number}", chain.number, chain.frames, None, tuple(axes), chain.frames.face, shape, foot,
+        finer=lambda share: _chain_work(
+            scenario, model, cad_edges.finer_chain(model, chain, share, reach=_section_reach(scenario)), shape
+        ),
+    )  # fmt: skip

@@ -1,19 +1,41 @@
 """The scenario of a chamfer of constant width along the edges of a drilled pipe or of a CAD part."""
 
 import math
+import re
 from collections.abc import Iterator, Mapping
 from typing import Annotated, ClassVar, Literal
 
-from pydantic import Field
+from pydantic import Field, field_validator
 
 from cutwise import units
-from cutwise.spec.base import Angle, AngularSpeed, Count, Length, LibrarySpec, Remark, SmallLength, Spec, Speed, Usual
+from cutwise.spec.base import (
+    Angle,
+    AngularSpeed,
+    Count,
+    Length,
+    LibrarySpec,
+    Remark,
+    SmallLength,
+    Spec,
+    Speed,
+    Usual,
+    contradiction,
+)
 from cutwise.spec.fields import tag
 from cutwise.spec.material import Material
 from cutwise.spec.measures import CHAMFER
 from cutwise.spec.part import BurrHeight, BurrWidth
 from cutwise.spec.scenario import MeasureSpec, Scenario
 from cutwise.spec.spindle import CompliantSpindle
+
+_MOST_ON_CAD = 20_000
+SELECTORS = (
+    "all, outer, inner, closed, open, hole:N, edge:N or edge:N-M, longer:5mm, shorter:5mm, sharper:80deg, blunter:100deg, "
+    "facing:+z; joined by commas (any of them), by & (all of them), with ! or not: before one that must not hold"
+)
+_SELECTOR = re.compile(
+    r"(?:!|not:)*(?:all|outer|inner|closed|open|(?:hole|edge):\d+(?:-\d+)?|(?:longer|shorter|sharper|blunter):.+|facing:[+-][xyz])"
+)
 
 
 class Pipe(Spec):
@@ -110,6 +132,21 @@ class ChamferPart(Spec):
         examples=["inner"],
     )
     burr: ChamferBurr | None = Field(default=None, description="a burr along the edges; it changes the forces")
+
+    @field_validator("edges")
+    @classmethod
+    def _selects(cls, text: str) -> str:
+        """Words that no selector has are told with all other faults, before a part is read."""
+        words = [word for term in text.replace(" ", "").split(",") for word in term.split("&")]
+        strange = [word for word in words if not _SELECTOR.fullmatch(word)]
+        if strange:
+            raise contradiction(
+                [
+                    Remark((), f'"{word}" selects nothing: write inner, outer or all; of a CAD part {SELECTORS}')
+                    for word in strange
+                ]
+            )
+        return text
 
     def contradictions(self) -> Iterator[Remark]:
         """One part, and a selector that fits it."""
@@ -227,10 +264,10 @@ class PathResolution(Spec):
     either: ClassVar[tuple[tuple[str, ...], ...]] = (("chord_tolerance",), ("points",))
 
     chord_tolerance: Annotated[SmallLength, Usual("0.05 um", "50 um")] | None = Field(
-        default=None, description="largest distance between path and its chords", examples=["2 um"], gt=0
+        default=None, description="largest distance between path and its chords", examples=["2 um"], ge=1e-8
     )
     points: Annotated[Count, Usual(16, 100_000)] | None = Field(
-        default=None, description="number of points, evenly spread", examples=[2880], ge=8, le=1_000_000
+        default=None, description="number of points, evenly spread", examples=[2880], ge=8, le=100_000
     )
 
     def contradictions(self) -> Iterator[Remark]:
@@ -311,6 +348,11 @@ class ChamferScenario(Scenario):
             )
         if self.material is not None and self.material.law != "linear":
             yield Remark(("material",), "chamfer forces need linear coefficients (K_tc, K_rc, ...), not Kienzle's")
+
+        if self.part.pipe is None and (self.path.points or 0) > _MOST_ON_CAD:
+            yield Remark(
+                ("path", "points"), f"is more than {_MOST_ON_CAD} points, the most along an edge of a CAD part"
+            )
 
     @property
     def has_forces(self) -> bool:

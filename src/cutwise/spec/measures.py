@@ -192,6 +192,9 @@ CHAMFER: Mapping[str, MeasureSpec] = {
     "gouge_bound": MeasureSpec("length", "no place beyond the chamfer is cut deeper than this"),
     "rod_clearance_min": MeasureSpec("length", "smallest distance of the rod from the part"),
     "rod_clearance_bound": MeasureSpec("length", "no place of the part is nearer to the rod than this"),
+    "rod_reach": MeasureSpec(
+        "length", "longest rod, from the ball centre up, beside which the part stands within ten rod radii"
+    ),
     "knife_margin_min": MeasureSpec("angle", "how far the contact stays on the knife, off neck and pole"),
     "tilt": MeasureSpec("angle", "tilt of the chamfer; the largest, if paths differ"),
     "leg_ratio_max": MeasureSpec("dimensionless", "longer over shorter leg, where that is largest"),
@@ -202,13 +205,15 @@ CHAMFER: Mapping[str, MeasureSpec] = {
     "points": MeasureSpec("dimensionless", "number of path points, without leads"),
     "cycle_time": MeasureSpec("time", "time along the edges, without leads"),
     "chord_error": MeasureSpec("length", "largest distance between centre curve and its chords"),
-    "setup_sensitivity_z": MeasureSpec("dimensionless", "width change per unit of set-up error along the tool axis"),
+    "setup_sensitivity_z": MeasureSpec(
+        "dimensionless", "width change per unit of set-up error along the tool axis, z of the pass"
+    ),
     "setup_width_low": MeasureSpec("length", "smallest width along the edge, 5 % of the set-ups are below"),
     "setup_width_high": MeasureSpec("length", "largest width along the edge, 5 % of the set-ups are above"),
     **_per_axis("force_mean", "force", "mean cutting force on the tool in the frame of the pass"),
     **_per_axis("burr_force_mean", "force", "mean force of the burr alone on the tool in the frame of the pass"),
     "lateral_force_max": MeasureSpec("force", "largest force across the tool axis"),
-    "chip_area": MeasureSpec("area", "largest cross-section taken off, across the feed"),
+    "chip_area": MeasureSpec("area", "largest cross-section taken off, at right angles to the edge"),
     "cutting_power_mean": MeasureSpec("power", "mean cutting power"),
     "width_deflected_min": MeasureSpec("length", "smallest width with the spindle deflected"),
     "width_deflected_max": MeasureSpec("length", "largest width with the spindle deflected"),

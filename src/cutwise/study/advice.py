@@ -18,6 +18,7 @@ from cutwise.study.sensitivity import changed
 _SCAN = 13
 _PAIR_SCAN = 7
 _HALVINGS = 6
+_MOST_HALVINGS = 20  # where the edge is near to what there is
 
 
 class Lever(NamedTuple):
@@ -31,9 +32,9 @@ class Lever(NamedTuple):
     high: float
     given: tuple[float, ...] = ()  # the numbers that a factor turns
 
-    def shown(self, value: float) -> str:
+    def shown(self, value: float, figures: int = 3) -> str:
         """A value of the setting as people read it."""
-        return f"{value:.3g} times" if self.given else units.show(value, self.dimension, 3)
+        return f"{value:.{figures}g} times" if self.given else units.show(value, self.dimension, figures)
 
     def written(self, value: float) -> str:
         """A value of the setting as a scenario has it."""
@@ -244,8 +245,11 @@ def _rounded(lever: Lever, value: float, margin: Callable[[Settings], float]) ->
 
 
 def _edge(lever: Lever, margin: Callable[[Settings], float], good: float, bad: float) -> float:
-    """Last passing value between a good and a bad one."""
-    for _ in range(_HALVINGS):
+    """Last passing value between a good and a bad one, also where it is much nearer to the good one."""
+    start = good
+    for number in range(_MOST_HALVINGS):
+        if number >= _HALVINGS and abs(bad - good) < 0.1 * abs(good - start):
+            break
         middle = 0.5 * (good + bad)
         if margin(((lever.key, middle),)) >= 0.0:
             good = middle
@@ -287,16 +291,19 @@ def _turn(lever: Lever, value: float) -> str:
 
 def _room(lever: Lever, margin: Callable[[Settings], float]) -> str:
     """How far a lever may be turned each way before a requirement is missed."""
-    ends = []
+    ends: list[tuple[float, str]] = []
     for limit in (lever.low, lever.high):
         steps = np.linspace(lever.now, limit, 4)[1:]
         good = lever.now
         for value in steps:
             if margin(((lever.key, float(value)),)) < 0.0:
                 good = _edge(lever, margin, good, float(value))
-                ends.append(lever.shown(good))
+                ends.append((good, ""))
                 break
             good = float(value)
         else:
-            ends.append(f"{lever.shown(limit)} (limit)")
-    return f"room in {lever.name} (now {lever.shown(lever.now)}): from {ends[0]} to {ends[1]}"
+            ends.append((limit, " (limit)"))
+    values = {end for end, _ in ends} | {lever.now}
+    figures = next((f for f in range(3, 7) if len({lever.shown(v, f) for v in values}) == len(values)), 3)
+    low, high = (lever.shown(end, figures) + said for end, said in ends)
+    return f"room in {lever.name} (now {lever.shown(lever.now, figures)}): from {low} to {high}"

@@ -21,16 +21,15 @@ def reviewed(result: Result, *, patience: float = _PATIENCE) -> Result:
         A finished run.
     patience : float
         Processor time that the further runs may take [s]; a process whose runs are slower is left as it is, with a
-        note saying so.
+        note saying so. An infeasible operation that has its remedies already is left as it is.
     """
-    if result.scenario.process not in MEASURES:
+    if result.scenario.process not in MEASURES or (result.infeasible and result.advice):
         return result
     start = time.process_time()
     quick_measures(result.scenario)
-    if (time.process_time() - start) * _RUNS > patience:
-        note = (
-            "advice and sensitivities need many further runs of this slow scenario; ask for them with: cutwise advise"
-        )
+    needed = (time.process_time() - start) * _RUNS
+    if needed > patience:
+        note = f"advice and sensitivities need up to {_RUNS} further runs, about {needed:.0f} s; ask for them with: cutwise advise"
         return replace(result, notes={**result.notes, "advice": note})
     found = advise(result.scenario, pairs=False)
     return replace(result, advice=(*result.advice, *found), sensitivity=assumed_sensitivity(result.scenario))

@@ -32,6 +32,28 @@ def test_damaged_file(tmp_path):
         step.read_step(file)
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (",30.)", ",nan)", r"line \d+: nan is not a number"), (",30.)", ",-INF)", "-INF is not a number"),
+        (",30.)", ",1e300)", "the coordinate 1e300 is no length of a part"), (",30.)", ",)", "coordinate that is missing"),
+    ],
+)  # fmt: skip
+def test_numbers_that_no_part_has(tmp_path, old, new, message):
+    file = step.write_step(cad_parts.drilled_block(0.06, 0.04, 0.03, []), tmp_path / "block.step")
+    text = file.read_text()
+    assert old in text
+    file.write_text(text.replace(old, new))
+    with pytest.raises(step.CadFault, match=message):
+        step.read_step(file)
+
+
+def test_a_part_of_kilometres_is_in_another_unit(tmp_path):
+    file = step.write_step(cad_parts.drilled_block(2000.0, 0.04, 0.03, []), tmp_path / "block.step")
+    with pytest.raises(step.CadFault, match="reaches farther than 1 km: check the unit"):
+        step.read_step(file)
+
+
 @pytest.fixture(scope="module")
 def pipe(tmp_path_factory):
     file = tmp_path_factory.mktemp("cad") / "pipe.step"

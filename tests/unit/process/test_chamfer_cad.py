@@ -1,6 +1,7 @@
 """Chamfers on CAD parts: all edges together, corners, what is left out and why, the program's leads."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -262,3 +263,48 @@ def test_pipe_as_step_and_as_formula_agree(run, examples, tmp_path):
     assert value(by_cad, "knife_margin_min") == pytest.approx(value(formula, "knife_margin_min"), abs=1e-4)
     # the two have other points, and a chord error of 0.5 um between them
     assert value(by_cad, "rod_clearance_min") == pytest.approx(value(formula, "rod_clearance_min"), abs=2e-7)
+
+
+def plate(folder):
+    """A plate with a hole of 7 mm and one of 10 mm."""
+    solid = cad_parts.drilled_block(0.06, 0.04, 0.01, [(0.015, 0.02, 0.0035, 0.0), (0.04, 0.02, 0.005, 0.0)])
+    return step.write_step(solid, folder / "plate.step")
+
+
+def test_points_and_chord_tolerance_are_kept_on_cad_parts(run, tmp_path):
+    file = plate(tmp_path)
+    for points in (36, 1440, 2000):
+        found = run(f"part={{step: {file}, edges: 'hole:1 & facing:+z'}}", f"path={{points: {points}}}")
+        assert value(found, "points") == points
+        assert value(found, "edge_length") == pytest.approx(2.0 * math.pi * 3.5e-3, rel=1e-7)
+    errors = []
+    for tolerance in (0.1, 2.0, 20.0):
+        found = run(f"part={{step: {file}, edges: all}}", f"path={{chord_tolerance: {tolerance} um}}")
+        errors.append(value(found, "chord_error") / (tolerance * 1e-6))
+    assert max(errors) <= 1.0
+    assert errors[1] > 0.5
+
+
+def test_the_rod_margin_that_is_told_is_the_measure(run, tmp_path):
+    """By hand: the rod in a hole of 3.5 mm."""
+    found = run(f"part={{step: {plate(tmp_path)}, edges: hole:1}}", "tool.axis=+z")
+    told = re.search(r"rod_clears_part: .*margin \+([\d.]+) mm", found.notes["margins"]).group(1)
+    assert float(told) == pytest.approx(value(found, "rod_clearance_min") * 1e3, abs=6e-4)
+
+
+def test_a_tilt_on_a_cad_part_is_the_smallest_that_is_needed(run, tmp_path):
+    file = step.write_step(cad_parts.drilled_pipe(0.015, 0.002, 0.004, 0.06), tmp_path / "pipe.step")
+    tool = "tool={ball_radius: 2 mm, rod_radius: 1.25 mm, knife_limit_angle: 30 deg}"
+    found = run(f"part={{step: {file}, edges: inner}}", "chamfer.width=0.5 mm", tool.replace("30", "38.7"))
+    exact = math.radians(0.8807558)
+    assert exact - 1e-9 < value(found, "tilt") < exact + 1e-6
+
+
+def test_holes_are_entered_from_the_side_on_which_less_rod_sticks_out(run):
+    """The far end of a 60 mm bore was chamfered through all of it."""
+    found = run()
+    assert value(found, "rod_reach") < 3e-3
+    assert not [text for text in found.warnings if "of rod above the ball centre" in text]
+    through = run("part.edges=edge:13", "tool.axis=+x")
+    assert value(through, "rod_reach") == pytest.approx(61.3e-3, abs=0.1e-3)
+    assert any("61 times its radius" in text for text in through.warnings)

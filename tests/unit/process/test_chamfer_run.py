@@ -6,18 +6,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.optimize import brentq
+from scipy.spatial import KDTree
 
 import cutwise
 from cutwise.io.programs import post
 from cutwise.maths.edges import lengths
 from cutwise.paths.chamfer import Chamfer, chamfer_path
 from cutwise.paths.pipe import PipeHole, one_turn, pipe_edge
-from cutwise.physics.engagement.ball import NO_BURR, Wedge, pass_frames
+from cutwise.physics.engagement.ball import pass_frames
 from cutwise.physics.structure.statics import characteristic
 from cutwise.physics.surface.sweep import swept_chamfer
 from cutwise.process import chamfer
 from cutwise.process.chamfer_cut import ball_end, material_along, ring_on
-from cutwise.process.chamfer_loop import ball_force, sections
+from cutwise.process.chamfer_loop import ball_cut, sections
 from cutwise.process.chamfer_program import program_of
 from cutwise.spec.faults import ScenarioFault
 
@@ -50,6 +51,37 @@ def test_infeasible_for_the_right_reason(overrides, code):
     assert result.notes["remedies"].startswith("1. ")
 
 
+BASE = ("requirements={}", "setup=null")
+
+
+@pytest.mark.parametrize(
+    ("case", "first"),
+    [
+        (("part.pipe.inclination=30 deg", "chamfer.tilt=0 deg"), "tilt the chamfer by 13 deg (chamfer.tilt: auto)"),
+        (("part.pipe.eccentricity=4 mm", "chamfer.tilt=0 deg"), "tilt the chamfer by 0.4495 deg (chamfer.tilt: auto)"),
+        (("part.edges=outer", "chamfer.width=3.9 mm"), "a chamfer of 2.35 mm or less (chamfer.width)"),
+        (("tool.axis=-z",), "another tool axis (tool.axis: auto or +y or -y or +z)"),
+    ],
+)  # fmt: skip
+def test_every_remedy_works(case, first):
+    """What is advised is run: oblique and eccentric holes have other limits than the upright central one."""
+    advice = [text for text in run(*BASE, *case).advice if not text.startswith("not worked out")]
+    assert advice[0].startswith(first)
+    for text in advice:
+        changes = [f"{key}={value}" for key, value in re.findall(r"\(([\w.]+): (\S+?)[ )]", text)]
+        for number, unit, key in re.findall(r"([\d.]+) (mm|deg)[^\d]*?\(([a-z._]+)\)", text):
+            changes.append(f"{key}={number} {unit}")
+        assert changes, text
+        assert run(*BASE, *case, *changes).infeasible == (), text
+
+
+def test_limits_of_an_eccentric_hole_are_its_own():
+    """A rod of 1.2377 mm just goes, by an independent program; 1.304 mm is the upright central hole's."""
+    advice = run(*BASE, "part.pipe.eccentricity=4 mm", "chamfer.tilt=0 deg").advice
+    rod = next(float(re.search(r"a rod of ([\d.]+) mm", text).group(1)) for text in advice if text.startswith("a rod"))
+    assert 1.225 < rod <= 1.2377
+
+
 def test_tilt_cures_what_it_can():
     result = run("tool.knife_limit_angle=45 deg")
     assert not result.infeasible
@@ -77,7 +109,7 @@ def test_poses_are_rotations_against_the_tool():
     frames = post.pose_frames(program)
     np.testing.assert_allclose(np.linalg.det(frames), 1.0, atol=1e-12)
     np.testing.assert_allclose(frames[:, :, 2], -program.axis, atol=1e-12)
-    assert post.poses_csv(program).count("\n") == len(program.position) + 1
+    assert len(re.findall(r"^\d", post.poses_csv(program), re.MULTILINE)) == len(program.position)
     assert post.apt(program).count("GOTO/") == len(program.position)
 
 
@@ -119,7 +151,7 @@ def test_the_base_chamfer_does_not_move_the_spindle_and_says_so():
         assert value(result, f"width_deflected_{end}") == pytest.approx(value(result, f"width_{end}"), abs=1e-15)
     said = [text for text in result.warnings if "does not move" in text]
     assert len(said) == 1
-    assert "0.766 N of 13.8 N" in said[0]
+    assert "0.761 N of 13.8 N" in said[0]
 
 
 def test_a_preset_acts_along_minus_y_of_the_pass():
@@ -145,7 +177,7 @@ def test_a_burr_along_the_edge_loads_the_tool_and_moves_the_spindle():
     work = value(bare, "force_mean_x")
     assert value(burr, "force_mean_x") == pytest.approx(work + value(burr, "burr_force_mean_x"), rel=1e-9)
     # the whole strip of 0.5 mm by 0.3 mm
-    assert value(burr, "chip_area") - value(bare, "chip_area") == pytest.approx(0.15e-6, rel=1e-6)
+    assert value(burr, "chip_area") - value(bare, "chip_area") == pytest.approx(0.15e-6, rel=0.01)
 
 
 def test_a_burr_on_one_part_of_the_edge_loads_that_part(tmp_path):
@@ -180,6 +212,14 @@ def test_two_chamfers_that_meet_in_the_wall_are_refused():
     assert run(*wide, "part.pipe.wall=1.3 mm").infeasible == ()
 
 
+def test_walls_are_compared_with_the_legs_at_the_same_place():
+    """Thinnest wall and longest leg are not at the same place: 0.45 mm are enough for both chamfers."""
+    thin = run("part.edges=all", "part.pipe.wall=0.45 mm", *BASE)
+    assert thin.infeasible == ()
+    tight = run("part.edges=all", "part.pipe.wall=0.42 mm", *BASE)
+    assert tight.infeasible[0].startswith("legs_within_wall")
+
+
 def test_one_edge_that_does_not_close_leaves_the_other():
     result = run("part.edges=all", "part.pipe.eccentricity=10 mm", "setup=null", "requirements={}")
     assert [text[: len("inner edge: no_edge")] for text in result.infeasible] == ["inner edge: no_edge"]
@@ -201,12 +241,61 @@ def test_leads_on_a_pipe_are_proven_or_said_not_to_be():
     assert [text for text in run("tool.axis=+y", "requirements={}").warnings if "may touch" in text]
 
 
+LINEAR = ("material={K_tc: 2000 N/mm^2, K_rc: 1200 N/mm^2, K_ac: 800 N/mm^2, K_te: 0 N/mm, K_re: 0 N/mm, K_ae: 0 N/mm}",
+          "tool.flutes=20", "operation.spindle_speed=40000 rpm", "operation.contact_feed=80 mm/s")  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("edges", "inclination", "eccentricity", "close"),
+    [("inner", 0, 0, 0.006), ("outer", 0, 0, 0.006), ("outer", 30, 0, 0.01), ("outer", 20, 3, 0.012),
+     ("inner", 30, 0, 0.03)],
+)  # fmt: skip
+def test_section_and_power_of_an_edge_that_rises_and_falls(edges, inclination, eccentricity, close):
+    """Against points of the normal plane, inside the true surfaces, that the swept ball takes away; faces bend a little."""
+    case = (f"part.edges={edges}", f"part.pipe.inclination={inclination} deg", "path.points=720",
+            f"part.pipe.eccentricity={eccentricity} mm", "requirements={}", "setup=null")  # fmt: skip
+    result = run(*case, *LINEAR)
+    area, power = result["engagement"].dataset["chip_area"].values, result["cutting"].dataset["power"].values
+    centre, feed = (result["motion"].dataset[name].values for name in ("centre", "contact_feed"))
+    part = PipeHole(0.015, 0.002, 0.004, eccentricity * 1e-3, np.radians(inclination))
+    frames = pipe_edge(part, one_turn(720), inner=edges == "inner")
+    foot = np.array([part.eccentricity, 0.0, 0.0])
+    step = 2.5e-6
+    side = np.arange(-0.4e-3, 0.4e-3, step) + 0.5 * step
+    u, v = (grid.ravel()[:, None] for grid in np.meshgrid(side, side))
+    c, s = np.cos(0.3), np.sin(0.3)  # no face runs along or across the grid
+    for i in (0, 90, 180, 270, 450, 630):
+        air, aside = frames.air[i], np.cross(frames.tangent[i], frames.air[i])
+        point = frames.point[i] + u * (c * air + s * aside) + v * (c * aside - s * air)
+        arm = point - foot
+        from_axis = np.linalg.norm(arm - (arm @ part.drill_axis)[:, None] * part.drill_axis, axis=1)
+        radius = np.hypot(point[:, 0], point[:, 2])
+        solid = (from_axis > part.hole_radius) & (radius > 0.013) & (radius < 0.015)
+        near = centre[np.arange(i - 15, i + 16) % 720]
+        gone = KDTree(refined(near)).query(point[solid])[0] < 0.002
+        exact = gone.sum() * step**2
+        assert area[i] == pytest.approx(exact, rel=close)
+        assert power[i] == pytest.approx(2000e6 * exact * feed[i], rel=close)
+
+
+def refined(line, between=40):
+    """More points on a polyline."""
+    at = np.arange(len(line))
+    fine = np.linspace(0, len(line) - 1, between * (len(line) - 1) + 1)
+    return np.column_stack([np.interp(fine, at, column) for column in line.T])
+
+
 def test_halved_steps_are_in_the_result():
     """Twice the points move the width by three quarters of the error of second order; twice the discs hardly the force."""
     changes = run("setup=null").convergence
     assert changes["width_min"] == pytest.approx(0.75 * 0.163e-6, rel=0.05)
     assert abs(changes["force_mean_x"]) < 1e-4
     assert set(changes) >= {"width_max", "chip_area", "cutting_power_mean"}
+
+
+def moved(wedge, depth):
+    """A wedge as a ball sees it that stands off the work by more."""
+    return np.column_stack([wedge[:, :3], wedge[:, 3] - depth * wedge[:, 1]])
 
 
 def test_a_dragged_ball_meets_the_material_where_it_is():
@@ -227,8 +316,7 @@ def test_a_dragged_ball_meets_the_material_where_it_is():
     contact = turn * np.linalg.norm(nominal, axis=1) * section.speed / path.feeds.centre
     errors = []
     for i in range(60, 660, 5):
-        w = section.wedge[i]
-        force, _ = ball_force(Wedge(w[0] - depth[i], *w[1:]), NO_BURR, ball, contact[i], off[i], 48, 0)
+        force = ball_cut(moved(section.wedge[i], depth[i]), ball, contact[i], off[i], 0.0, 48).force
         errors.append(np.abs(moves.force[i] - [force.x, force.y, force.z]).max())
     assert np.median(errors) < 0.03  # of up to 5 N, which change by 0.5 N from one point to the next
     assert max(errors) < 0.5
@@ -249,8 +337,7 @@ def test_along_a_straight_edge_friction_holds_the_tool_within_its_band():
     assert back < lateral[0] < on
     section = material_along(scenario, path)
     depth = float(np.einsum("ij,ij->i", found.moves.offset, path.local.off)[0])
-    w = section.wedge[0]
-    force, _ = ball_force(Wedge(w[0] - depth, *w[1:]), NO_BURR, ball_end(scenario), section.speed[0], 0.0, 48, 0)
+    force = ball_cut(moved(section.wedge[0], depth), ball_end(scenario), section.speed[0], 0.0, 0.0, 48).force
     assert np.hypot(force.x, force.y) == pytest.approx(lateral[0], rel=1e-6)
     assert np.ptp(found.width) < 1e-9
 
@@ -295,7 +382,10 @@ def test_a_dragged_ball_meets_an_edge_that_rises_where_it_is():
         speed = np.linalg.norm(after.contact.mean(axis=1) - before.contact.mean(axis=1)) / duration
         off = (real[i + 1] - real[i - 1]) / duration @ local.off[0]
         section = sections(here._replace(centre=real[[i]]), local, path.axis, np.array([speed]))
-        force, _ = ball_force(Wedge(*section.wedge[0]), NO_BURR, ball_end(scenario), section.speed[0], off, 48, 0)
+        nominal = [one.centre[0] @ path.axis for one in (before, after)]
+        sinks = (real[i + 1] - real[i - 1]) @ path.axis - (nominal[1] - nominal[0])
+        rise = section.rise[0] + sinks / duration
+        force = ball_cut(section.wedge[0], ball_end(scenario), section.speed[0], off, rise, 48).force
         errors.append(np.abs(moves.force[i] - [force.x, force.y, force.z]).max())
     assert np.median(errors) < 0.15  # of up to 8 N
     assert max(errors) < 0.5

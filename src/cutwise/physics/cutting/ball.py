@@ -30,12 +30,13 @@ def disc_coefficients(chi: float, k: EdgeCoefficients) -> EdgeCoefficients:
 
 @compiled
 def disc_force(
-    lo: float, hi: float, z: float, height: float, ball_radius: float, chip: float, theta: float, flutes: int,
-    k: EdgeCoefficients,
+    lo: float, hi: float, z: float, height: float, ball_radius: float, chip: float, theta: float, rise: float,
+    flutes: int, k: EdgeCoefficients,
 ) -> FluteForce:  # fmt: skip
     r"""Force of one disc of a ball averaged over a tooth period.
 
-    The chip is :math:`c \sin\chi` thick along the sphere normal and the edge in the disc :math:`dz / \sin\chi` long.
+    The chip is :math:`c \sin\chi \sin(\phi - \vartheta) + c_z \cos\chi` thick along the sphere normal and the edge in
+    the disc :math:`dz / \sin\chi` long. The second term is the same all round, so it counts like an edge force.
 
     Parameters
     ----------
@@ -46,7 +47,9 @@ def disc_force(
     ball_radius : float
         [m].
     chip, theta : float
-        Feed per tooth c [m] and feed direction [rad].
+        Feed per tooth c across the rod [m] and its direction [rad].
+    rise : float
+        Feed per tooth :math:`c_z` along the rod, up [m].
     flutes : int
         Number of flutes.
     k : EdgeCoefficients
@@ -56,4 +59,8 @@ def disc_force(
         return FluteForce(0.0, 0.0, 0.0, 0.0)
     chi = math.acos(z / ball_radius)
     s = math.sin(chi)
-    return mean_force(lo, hi, chip * s, theta, height / s, flutes, disc_coefficients(chi, k))
+    thick = rise * math.cos(chi)
+    with_rise = EdgeCoefficients(
+        k.K_tc, k.K_rc, k.K_ac, k.K_te + k.K_tc * thick, k.K_re + k.K_rc * thick, k.K_ae + k.K_ac * thick
+    )
+    return mean_force(lo, hi, chip * s, theta, height / s, flutes, disc_coefficients(chi, with_rise))

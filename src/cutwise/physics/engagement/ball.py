@@ -1,10 +1,15 @@
 r"""Immersion of a ball in the wedge of material along an edge, and in a burr on it, by axial discs.
 
-Local frame of the pass: x along the feed, z along the rod toward the motor, y off the work; down milling. The disc at
-height z of the ball has the radius :math:`\rho = \sqrt{R_B^2 - z^2}`; at that height the two faces of the wedge bound
-the material to :math:`y_{lo} \le y \le y_{hi}`. A point at the immersion angle :math:`\phi` from +y stands at
-:math:`y = \rho \cos\phi`, so material is met between :math:`\arccos(y_{hi}/\rho)` and :math:`\arccos(y_{lo}/\rho)`,
-and on the leading half, :math:`0 \le \phi \le \pi`, only.
+Local frame of the pass: x along the feed across the rod, z along the rod toward the motor, y off the work; down
+milling. Material is a prism along the direction of the edge, bounded by planes: :math:`n_j \cdot p \le d_j` from the
+ball centre. Where the edge rises or falls along the rod, those planes lean along the feed too, so that no section across
+the feed stands for them. A disc at the height z of the ball has the radius :math:`\rho = \sqrt{R_B^2 - z^2}`, a tooth
+on it at the immersion angle :math:`\phi` from +y stands at :math:`(\rho \sin\phi, \rho \cos\phi, z)`; a plane keeps
+it from cutting on the arc
+
+.. math:: |\phi - \operatorname{atan2}(n_x, n_y)| < \arccos\frac{d - n_z z}{\rho \sqrt{n_x^2 + n_y^2}}.
+
+Chips are cut on the leading side only, :math:`v \cdot p \ge 0`: the velocity of the ball is one more plane.
 """
 
 import math
@@ -14,6 +19,10 @@ import numpy as np
 
 from cutwise.maths.compiled import compiled
 from cutwise.maths.curves import FloatArray
+
+SIDE = 4  # numbers of a plane: outward unit normal x, y, z, and distance from the ball centre [m]
+ARCS = 16  # room for the arcs of a disc, of which half is scratch
+NOWHERE = 1.0  # [m] by which a plane that leaves nothing stands off
 
 
 class PassFrames(NamedTuple):
@@ -47,135 +56,137 @@ def pass_frames(tangent: FloatArray, axis: FloatArray) -> PassFrames:
     return PassFrames(x, np.cross(axis, x), plunge)
 
 
-class Wedge(NamedTuple):
-    """The wedge of material in the (y, z) plane of a pass, from the ball centre."""
+def wedge_sides(edge: FloatArray, normal: FloatArray) -> FloatArray:
+    """Planes of the wedge between two faces, shape (n, 2, 4).
 
-    y: float  # [m] of the edge
-    z: float  # [m] of the edge
-    normal1_y: float  # outward normal of the first face
-    normal1_z: float
-    normal2_y: float
-    normal2_z: float
-
-
-@compiled
-def wedge_bounds(wedge: Wedge, z: float) -> tuple[float, float]:
-    r"""Material between the faces at a height: :math:`n_i \cdot (p - C) \le 0` for both; (lo, hi) in y [m]."""
-    low, high = -math.inf, math.inf
-    for m in range(2):
-        ny = wedge.normal1_y if m == 0 else wedge.normal2_y
-        nz = wedge.normal1_z if m == 0 else wedge.normal2_z
-        depth = nz * (z - wedge.z)
-        if abs(ny) < 1e-12:
-            if depth > 0.0:
-                return 0.0, 0.0
-        elif ny > 0.0:
-            high = min(high, wedge.y - depth / ny)
-        else:
-            low = max(low, wedge.y - depth / ny)
-    return low, high
-
-
-class Burr(NamedTuple):
-    """A burr on the edge: a strip of rectangular section on one face, from the edge on, in the (y, z) plane."""
-
-    height: float  # [m] off the face; not positive: no burr
-    width: float  # [m] along the face
-    along_y: float  # direction along the face, away from the edge
-    along_z: float
-    normal_y: float  # outward normal of the face
-    normal_z: float
-
-
-NO_BURR = Burr(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-
-
-@compiled
-def burr_bounds(wedge: Wedge, burr: Burr, z: float) -> tuple[float, float]:
-    """Burr at a height: the cut through its rectangle, (lo, hi) in y [m]; empty where it is not that high or low."""
-    low, high = math.inf, -math.inf
-    y0, z0 = wedge.y, wedge.z
-    for corner in range(4):
-        a = 1.0 if corner in (0, 1) else 0.0  # the next corner is along the face, then off it, back, and down
-        b = 1.0 if corner in (1, 2) else 0.0
-        y1 = wedge.y + a * burr.width * burr.along_y + b * burr.height * burr.normal_y
-        z1 = wedge.z + a * burr.width * burr.along_z + b * burr.height * burr.normal_z
-        if (z0 <= z <= z1) or (z1 <= z <= z0):
-            share = (z - z0) / (z1 - z0) if z1 != z0 else 0.0
-            y = y0 + share * (y1 - y0)
-            low, high = min(low, y), max(high, y)
-            if z1 == z0:
-                low, high = min(low, y1), max(high, y1)
-        y0, z0 = y1, z1
-    return low, high
-
-
-@compiled
-def burr_limits(wedge: Wedge, burr: Burr, ball_radius: float) -> tuple[float, float]:
-    """Heights between which the ball may meet the burr [m]; empty if there is none."""
-    if burr.height <= 0.0:
-        return 0.0, 0.0
-    along, off = burr.width * burr.along_z, burr.height * burr.normal_z
-    low = wedge.z + min(0.0, along) + min(0.0, off)
-    high = wedge.z + max(0.0, along) + max(0.0, off)
-    return max(low, -ball_radius), min(high, ball_radius)
-
-
-@compiled
-def disc_arc(low: float, high: float, ball_radius: float, z: float) -> tuple[float, float]:
-    """Immersion arc of the disc at height z in material between two y [m]; empty arcs are (0, 0) [rad]."""
-    square = ball_radius * ball_radius - z * z
-    if square <= 0.0 or high <= low:
-        return 0.0, 0.0
-    rho = math.sqrt(square)
-    if high <= -rho or low >= rho:
-        return 0.0, 0.0
-    return math.acos(min(1.0, high / rho)), math.acos(max(-1.0, low / rho))
-
-
-@compiled
-def height_limits(wedge: Wedge, ball_radius: float) -> tuple[float, float]:
-    """Heights between which the ball may meet the wedge: ends of both borders and the edge, on the ball [m].
-
-    The borders are where a face leaves the ball; between the faces the ball is cut at heights between those two and
-    the height of the edge only if its surface has no summit inside the wedge, so the pole heights are added then.
+    Parameters
+    ----------
+    edge : array
+        Edge from the ball centre [m], frame of the pass, shape (n, 3).
+    normal : array
+        Outward unit normals of both faces, frame of the pass, shape (n, 2, 3).
     """
-    low, high = wedge.z, wedge.z
-    for m in range(2):
-        ny = wedge.normal1_y if m == 0 else wedge.normal2_y
-        nz = wedge.normal1_z if m == 0 else wedge.normal2_z
-        oy = wedge.normal2_y if m == 0 else wedge.normal1_y
-        oz = wedge.normal2_z if m == 0 else wedge.normal1_z
-        uy, uz = -nz, ny  # along the face, away from the other normal
-        if uy * oy + uz * oz > 0.0:
-            uy, uz = -uy, -uz
-        b = wedge.y * uy + wedge.z * uz
-        c = wedge.y * wedge.y + wedge.z * wedge.z - ball_radius * ball_radius
-        root = b * b - c
-        if root <= 0.0:
-            continue
-        s = -b + math.sqrt(root)
-        low, high = min(low, wedge.z + s * uz), max(high, wedge.z + s * uz)
-    for pole in (-ball_radius, ball_radius):
-        inside1 = wedge.normal1_y * -wedge.y + wedge.normal1_z * (pole - wedge.z) < 0.0
-        inside2 = wedge.normal2_y * -wedge.y + wedge.normal2_z * (pole - wedge.z) < 0.0
-        if inside1 and inside2:
-            low, high = min(low, pole), max(high, pole)
-    return max(low, -ball_radius), min(high, ball_radius)
+    return np.concatenate([normal, np.einsum("imj,ij->im", normal, edge)[:, :, None]], axis=2)
+
+
+def burr_sides(
+    edge: FloatArray, into: FloatArray, normal: FloatArray, height: FloatArray, width: FloatArray
+) -> FloatArray:
+    """Planes of a burr, a strip of rectangular section on one face from the edge on, shape (n, 4, 4).
+
+    Parameters
+    ----------
+    edge : array
+        Edge from the ball centre [m], frame of the pass, shape (n, 3).
+    into, normal : array
+        Unit vectors along the face, away from the edge, and out of it; both across the edge, shape (n, 3).
+    height, width : array
+        Off the face and along it [m], shape (n,); not positive: no burr there.
+    """
+    along, off = np.einsum("ij,ij->i", into, edge), np.einsum("ij,ij->i", normal, edge)
+    there = (height > 0.0) & (width > 0.0)
+    beyond = np.where(there, off + height, -NOWHERE)
+    planes = [(-into, -along), (into, along + width), (-normal, -off), (normal, beyond)]
+    return np.stack([np.column_stack(plane) for plane in planes], axis=1)
 
 
 @compiled
-def chip_area(wedge: Wedge, burr: Burr, ball_radius: float, slices: int) -> float:
-    """Cross-section that the ball takes off wedge and burr in the plane across the feed, by slices [m^2]."""
-    area = 0.0
-    for part in range(2):
-        low, high = height_limits(wedge, ball_radius) if part == 0 else burr_limits(wedge, burr, ball_radius)
-        dz = (high - low) / slices
-        for k in range(slices if dz > 0.0 else 0):
-            z = low + (k + 0.5) * dz
-            square = ball_radius * ball_radius - z * z
-            lo, hi = wedge_bounds(wedge, z) if part == 0 else burr_bounds(wedge, burr, z)
-            if square > 0.0 and hi > lo:
-                rho = math.sqrt(square)
-                area += max(0.0, min(hi, rho) - max(lo, -rho)) * dz
-    return area
+def leading_side(speed_x: float, speed_y: float, speed_z: float) -> tuple[float, float, float]:
+    """Outward normal of the plane through the ball centre ahead of which chips are cut; along x at rest."""
+    speed = math.sqrt(speed_x * speed_x + speed_y * speed_y + speed_z * speed_z)
+    if speed == 0.0:
+        return -1.0, 0.0, 0.0
+    return -speed_x / speed, -speed_y / speed, -speed_z / speed
+
+
+@compiled
+def leans(sides: FloatArray) -> FloatArray:
+    r"""Of each plane :math:`\sqrt{n_x^2 + n_y^2}` and :math:`\operatorname{atan2}(n_x, n_y)`, shape (m, 2)."""
+    found = np.empty((sides.shape[0], 2))
+    for j in range(sides.shape[0]):
+        found[j, 0], found[j, 1] = math.hypot(sides[j, 0], sides[j, 1]), math.atan2(sides[j, 0], sides[j, 1])
+    return found
+
+
+@compiled
+def disc_arcs(sides: FloatArray, lean: FloatArray, rho: float, z: float, arcs: FloatArray) -> int:
+    """Arcs of a disc inside of all planes, written to ``arcs`` as rows (lo, hi) [rad]; how many there are."""
+    half_room = ARCS // 2
+    turn = 2.0 * math.pi
+    arcs[0, 0], arcs[0, 1] = 0.0, turn
+    count = 1
+    for j in range(sides.shape[0]):
+        room = sides[j, 3] - sides[j, 2] * z
+        most = rho * lean[j, 0]
+        if room >= most:
+            continue
+        if room <= -most:
+            return 0
+        half = math.acos(room / most)
+        start = (lean[j, 1] + half) % turn
+        end = start + turn - 2.0 * half
+        kept = 0
+        for i in range(count):
+            arcs[half_room + i, 0], arcs[half_room + i, 1] = arcs[i, 0], arcs[i, 1]
+        for i in range(half_room, half_room + count):
+            for turns in range(2):
+                lo, hi = max(arcs[i, 0], start - turns * turn), min(arcs[i, 1], end - turns * turn)
+                if hi > lo and kept < half_room:
+                    arcs[kept, 0], arcs[kept, 1] = lo, hi
+                    kept += 1
+        count = kept
+        if count == 0:
+            return 0
+    return count
+
+
+@compiled
+def _inside(sides: FloatArray, x: float, y: float, z: float, slack: float, i: int, j: int) -> bool:
+    """Whether a point is inside of all planes but those two on which it lies."""
+    for m in range(sides.shape[0]):
+        beyond = sides[m, 0] * x + sides[m, 1] * y + sides[m, 2] * z - sides[m, 3]
+        if m != i and m != j and beyond > slack:
+            return False
+    return True
+
+
+@compiled
+def height_limits(sides: FloatArray, ball_radius: float) -> tuple[float, float]:
+    """Heights between which the surface of a ball lies inside of all planes [m]; (0, 0) if it does not.
+
+    The highest and the lowest place is a pole, the summit of the circle in which a plane cuts the ball, or a point of
+    two such circles.
+    """
+    low, high = math.inf, -math.inf
+    square, slack = ball_radius * ball_radius, 1e-9 * ball_radius
+    for pole in (-ball_radius, ball_radius):
+        if _inside(sides, 0.0, 0.0, pole, slack, -1, -1):
+            low, high = min(low, pole), max(high, pole)
+    for i in range(sides.shape[0]):
+        ax, ay, az, a = sides[i, 0], sides[i, 1], sides[i, 2], sides[i, 3]
+        level = math.hypot(ax, ay)
+        if abs(a) < ball_radius and level > 0.0:
+            circle = math.sqrt(square - a * a)
+            for sign in (-1.0, 1.0):
+                x, y = a * ax - sign * circle * az * ax / level, a * ay - sign * circle * az * ay / level
+                z = a * az + sign * circle * level
+                if _inside(sides, x, y, z, slack, i, i):
+                    low, high = min(low, z), max(high, z)
+        for j in range(i):
+            bx, by, bz, b = sides[j, 0], sides[j, 1], sides[j, 2], sides[j, 3]
+            cosine = ax * bx + ay * by + az * bz
+            spread = 1.0 - cosine * cosine
+            if spread < 1e-12:
+                continue
+            p, q = (a - cosine * b) / spread, (b - cosine * a) / spread
+            mx, my, mz = p * ax + q * bx, p * ay + q * by, p * az + q * bz
+            left = (square - mx * mx - my * my - mz * mz) / spread
+            if left < 0.0:
+                continue
+            way = math.sqrt(left)
+            ux, uy, uz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+            for sign in (-way, way):
+                x, y, z = mx + sign * ux, my + sign * uy, mz + sign * uz
+                if _inside(sides, x, y, z, slack, i, j):
+                    low, high = min(low, z), max(high, z)
+    return (low, high) if high > low else (0.0, 0.0)
