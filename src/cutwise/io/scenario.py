@@ -3,7 +3,6 @@
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +11,7 @@ from pydantic import ValidationError
 from cutwise.io import library
 from cutwise.io.documents import document_of_report, document_of_run
 from cutwise.io.files import as_text, read_bytes
+from cutwise.io.processes import model_of, process_named
 from cutwise.io.program_files import ProgramFiles, named_file
 from cutwise.io.spindle_nodes import with_solid
 from cutwise.io.tables import read_table
@@ -22,7 +22,7 @@ from cutwise.spec import faults as spec_faults
 from cutwise.spec import fields
 from cutwise.spec.base import LibrarySpec, Spec
 from cutwise.spec.faults import Fault, ScenarioFault, dotted, split_dotted
-from cutwise.spec.kinds import ALIASES, KINDS
+from cutwise.spec.kinds import KINDS
 from cutwise.spec.program import Program
 from cutwise.spec.scenario import Origin, Scenario
 from cutwise.spec.tables import Table
@@ -94,10 +94,10 @@ def _scenario(tree: Node, faults: list[Fault], overrides: Sequence[str], folder:
     tree = unwrapped(tree, (), faults)
     for text in overrides:
         tree = _overridden(tree, text, faults)
-    model = _model(tree, faults)
+    model = model_of(tree, faults)
     if model is None:
         raise ScenarioFault(_sorted(faults))
-    tree = _process_named(tree, model, title)
+    tree = process_named(tree, model, title)
     tree = _without_displaced(tree, model)
     assembly = _Assembly(model, folder, faults)
     tree = assembly.complete(tree, model, ())
@@ -154,46 +154,6 @@ def _overridden(tree: Node, text: str, faults: list[Fault]) -> Node:
     for _, node in value.walk():
         node.line = node.column = node.key_line = node.key_column = None
     return placed(tree, path, value)
-
-
-def _model(tree: Node, faults: list[Fault]) -> type[Scenario] | None:
-    """The specification that ``process`` names or means, or the one that the keys fit best."""
-    node = tree.value.get("process")
-    if node is not None and node.value is not None:
-        if node.text in KINDS:
-            return KINDS[node.text]
-        word = node.text.lower()
-        meant = ALIASES.get(word) or next(iter(get_close_matches(word, KINDS, n=1)), None)
-        hint = f"did you mean {meant}?" if meant else f"known are: {', '.join(KINDS)}"
-        faults.append(node.fault(("process",), f'"{node.text}" is not a process; {hint}'))
-        if meant:
-            return KINDS[meant]  # to find what else is wrong
-    fit = {name: _fit(tree, model) for name, model in KINDS.items()}
-    best = [name for name, score in fit.items() if score == max(fit.values()) and score > 0]
-    if len(best) == 1:
-        return KINDS[best[0]]
-    if node is None or node.value is None:
-        message = f"missing; write which operation this is: process: {' or '.join(best or KINDS)}"
-        faults.append(tree.fault(("process",), message))
-    return None
-
-
-def _fit(tree: Node, model: type[Scenario]) -> int:
-    """How many keys of the tree a process knows, sections and what is in them."""
-    known = {path for path, _ in fields.keys(model) if len(path) <= 2}
-    return sum(path in known for path, _ in tree.walk() if 1 <= len(path) <= 2 and path[0] not in Scenario.model_fields)
-
-
-def _process_named(tree: Node, model: type[Scenario], title: str | None) -> Node:
-    """The tree with its process, and with a name from the file if it has none."""
-    kind = next(name for name, known in KINDS.items() if known is model)
-    value = {**tree.value, "process": from_data(kind, tree.file)}
-    if "name" not in value and title:
-        value["name"] = from_data(title, tree.file)
-    name = value.get("name")
-    if name is not None and name.value is not None and not isinstance(name.value, dict | list):
-        value["name"] = replace(name, value=name.text)  # 2024 is a name too
-    return replace(tree, value=value)
 
 
 def _without_displaced(node: Node, model: type[Spec]) -> Node:
