@@ -9,35 +9,20 @@ from cutwise.maths import chains
 from cutwise.maths.frames import FloatArray
 from cutwise.physics.motion import volumetric
 from cutwise.physics.structure.bodies import least_convexity
-from cutwise.physics.surface import budget, probability, wall
+from cutwise.physics.surface import budget, probability
 from cutwise.physics.surface.probability import Quantiles
-from cutwise.process import machine_assemble
+from cutwise.process import machine_assemble, machine_wall
 from cutwise.process.machine_pass import MachineCell, MachineRun, energy_balance, run_pass
+from cutwise.process.machine_wall import WallMap, wall_map
 from cutwise.process.machine_way import joints_of
 from cutwise.spec.geometry_errors import COMPONENTS, LINEAR_AXES
-from cutwise.spec.machine_pass import CutSurface
 from cutwise.spec.machine_scenario import MachineScenario
-
-_GENERATOR_POINTS = 11
 
 MONTE_CARLO = frozenset({
     "deviation_p95", "deviation_random_p95", "probability_within",
     *(f"deviation_std_{axis}" for axis in "xyz"),
 })  # fmt: skip
 """Measures that need samples, or the covariance beside them."""
-
-
-class WallMap(NamedTuple):
-    """Error of the finished wall."""
-
-    height: FloatArray  # [m] above the tool point, shape (h,)
-    error: FloatArray  # [m] along the normal, NaN where nothing cuts, shape (m, h)
-    flatness: float | None  # [m] of a wall that keeps its direction
-
-    @property
-    def ends(self) -> tuple[float, float]:
-        """Least and greatest error [m]."""
-        return float(np.nanmin(self.error)), float(np.nanmax(self.error))
 
 
 class Chances(NamedTuple):
@@ -119,30 +104,6 @@ def work_convexity(cell: MachineCell) -> float | None:
     return least_convexity(cell.way.travel, work) if work.any() else None
 
 
-def wall_map(scenario: MachineScenario, run: MachineRun) -> WallMap | None:
-    """Error of the wall over the pass and over the cutting length of the tool."""
-    cuts = run.cell.way.cuts
-    if scenario.surface is None or not cuts.any():
-        return None
-    height = np.linspace(0.0, scenario.surface.depth, _GENERATOR_POINTS)
-    axis = run.at.rotations[:, -1, :, 2]
-    offsets = height[None, :, None] * axis[:, None, :]
-    error = wall.wall_error(run.deviation, run.rotation, offsets, _wall_normal(scenario.surface, run, axis))
-    flatness = None
-    if scenario.surface.normal is not None and scenario.program is None:
-        flatness = wall.flatness(error, run.cell.way.travel, height)
-    return WallMap(height, np.where(cuts[:, None], error, np.nan), flatness)
-
-
-def _wall_normal(surface: CutSurface, run: MachineRun, axis: FloatArray) -> FloatArray:
-    """Unit normal of the wall from the part to the tool at every place, shape (m, 3)."""
-    if surface.normal is not None:
-        return np.tile(np.array(surface.normal) / np.linalg.norm(surface.normal), (len(axis), 1))
-    left = np.cross(axis, run.cell.way.direction)
-    left /= np.maximum(np.linalg.norm(left, axis=1, keepdims=True), 1e-300)
-    return left if surface.side == "right" else -left
-
-
 def chances(scenario: MachineScenario, run: MachineRun) -> Chances | None:
     """Covariance, variance shares and quantiles in the middle of a path, or at the worst place of a program."""
     given = scenario.uncertainty
@@ -212,7 +173,7 @@ def pass_measures(found: MachinePass) -> dict[str, float]:
     measures["work_convexity"] = found.convexity
     measures["stiffening_gain_best"] = found.gain.min() if found.gain.size else None
     if found.wall is not None:
-        measures |= _wall_measures(found.wall)
+        measures |= machine_wall.measures(found.wall)
     if found.chances is not None:
         measures["probability_within"] = found.chances.within
         measures["deviation_p95"] = found.chances.quantiles.together
@@ -240,16 +201,10 @@ def refined(scenario: MachineScenario, found: MachinePass | None, volume: Volume
         finer = run_pass(machine_assemble.machine_cell(scenario, samples=3 * given.samples - 2))
         measures["deviation_norm_max"] = float(finer.size[finer.worst])
         surface = wall_map(scenario, finer)
-        measures |= _wall_measures(surface) if surface is not None else {}
+        measures |= machine_wall.measures(surface) if surface is not None else {}
     if volume is not None and scenario.volume is not None:
         twice = scenario.volume.model_copy(update={"points": 2 * scenario.volume.points - 1})
         again = evaluate_volume(scenario.model_copy(update={"volume": twice}))
         assert again is not None
         measures["volumetric_error_max"] = volume_measures(again)["volumetric_error_max"]
     return measures
-
-
-def _wall_measures(surface: WallMap) -> dict[str, float]:
-    low, high = surface.ends
-    found = {"wall_error_min": low, "wall_error_max": high}
-    return found if surface.flatness is None else {**found, "wall_flatness": surface.flatness}

@@ -14,10 +14,11 @@ from cutwise.physics.cutting.uneven import even_edges
 from cutwise.physics.cutting.wall import AVERAGED, wall_force
 from cutwise.physics.engagement.corner import straight_immersion
 from cutwise.physics.engagement.path_sweep import swept_path
-from cutwise.physics.engagement.stock import block_stock, contact_patches, immersion
+from cutwise.physics.engagement.stock import contact_patches, immersion
 from cutwise.physics.engagement.wall import path_contact, wall_patches
 from cutwise.process.assemble import linear_coefficients
 from cutwise.process.machine_way import Way
+from cutwise.process.stock_moves import stock_of
 from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.spec.machine_pass import FromCutting
 from cutwise.spec.machine_scenario import MachineScenario
@@ -92,9 +93,6 @@ def _stock_patches(scenario: MachineScenario, way: Way, upright: bool) -> FloatA
         raise ScenarioFault([Fault(("stock",), message)])
     assert scenario.stock is not None
     assert scenario.program is not None
-    x, y, z = (np.array(side) + shift for side, shift in zip(
-        (scenario.stock.x, scenario.stock.y, scenario.stock.z), scenario.program.zero, strict=True
-    ))  # fmt: skip
     swept = swept_path(way.curve, 0.5 * scenario.tool.diameter)
     heading = np.arctan2(way.direction[:, 1], way.direction[:, 0])
-    return contact_patches(way.point, heading, way.along, swept, block_stock(x, y, z[1], z[0]))
+    return contact_patches(way.point, heading, way.along, swept, stock_of(scenario.stock, scenario.program.zero))

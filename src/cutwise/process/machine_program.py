@@ -11,10 +11,12 @@ from cutwise.io.programs.interpreter import Interpreted, interpret
 from cutwise.maths import chains
 from cutwise.maths.frames import FloatArray
 from cutwise.maths.linearc import at_blocks, carried, extremes
+from cutwise.physics.engagement.path_sweep import swept_path
 from cutwise.physics.motion.setpoints import DependentAxesError, beyond, setpoints
 from cutwise.physics.motion.volumetric import Axes
 from cutwise.process.machine_way import IntArray, Way, along_rates, given_speed, joints_of, places
 from cutwise.process.program_path import ProgramPath, moves_path, program_speed
+from cutwise.process.stock_moves import StockMoves, moves_into_stock, stock_of
 from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.spec.geometry_errors import LINEAR_AXES, ROTARY_AXES
 from cutwise.spec.machine_pass import FromCutting, ProgramPass
@@ -178,10 +180,13 @@ def program_way(scenario: MachineScenario, program: ProgramPass, axes: Axes, *, 
     commands, point, direction, feed = follower.motion(block, at.along)
     frame = follower.frame()
     step = np.diff(at.travel, prepend=0.0)
+    into = StockMoves()
+    if scenario.stock is not None and frame is not None:
+        into = moves_into_stock(path, swept_path(path.curve, 0.5 * scenario.tool.diameter), stock_of(scenario.stock))
     return Way(
         np.cumsum(step / path.feed[block]), at.travel, commands, point, direction, feed, path.cuts[block],
         path.source[block], carried(path.curve, *frame) if frame else None, path.cuts, block,
-        path.curve.knots[block] + at.along, spindle, path.still,
+        path.curve.knots[block] + at.along, spindle, path.still, into,
     )  # fmt: skip
 
 

@@ -7,6 +7,7 @@ import xarray as xr
 
 from cutwise import units
 from cutwise.physics.surface import budget
+from cutwise.process import stock_moves
 from cutwise.process.machine import MachinePass, VolumeMap
 from cutwise.process.machine_pass import MachineRun
 from cutwise.spec.machine_scenario import MachineScenario
@@ -14,7 +15,6 @@ from cutwise.spec.machine_scenario import MachineScenario
 _AXES = ["x", "y", "z"]
 _COMPONENTS = ["x", "y", "z", "a", "b", "c"]
 _TURNED = 1e-3  # a path whose direction changes by more is drawn in plan
-_LISTED = 8  # lines named
 _CHIPS = (5e-6, 0.4e-3)  # [m] usual feed per tooth
 _FIRST_ORDER = 1e-3  # [rad] above it, exact and first-order errors part by more than 0.1 %
 
@@ -155,9 +155,8 @@ def _cut_warnings(scenario: MachineScenario, run: MachineRun) -> Iterator[str]:
     """A spindle at rest, chips out of range, and a tool point that is nowhere near the part."""
     way, chips = run.cell.way, run.cell.cut.chip
     if way.still:
-        shown = ", ".join(str(line) for line in way.still[:_LISTED])
-        more = f" and {len(way.still) - _LISTED} more" if len(way.still) > _LISTED else ""
-        yield f"the spindle does not turn in moves that would cut, which have no force here: line {shown}{more}"
+        yield f"the spindle does not turn in moves that would cut, which have no force here: {stock_moves.listed(way.still)}"
+    yield from stock_moves.said(way.into)
     if chips is not None and way.cuts.any():
         greatest = float(chips[way.cuts].max())
         if not _CHIPS[0] <= greatest <= _CHIPS[1]:

@@ -9,6 +9,7 @@ from cutwise.maths import chains
 from cutwise.maths.frames import FloatArray
 from cutwise.maths.linearc import LineArc, join, line
 from cutwise.physics.motion.volumetric import Axes
+from cutwise.process.stock_moves import StockMoves
 from cutwise.spec.geometry_errors import LINEAR_AXES
 from cutwise.spec.machine import Machine
 from cutwise.spec.machine_pass import FromCutting, MachinePath
@@ -34,6 +35,7 @@ class Way(NamedTuple):
     along: FloatArray  # arc length of the curve [m], rapid moves counted, shape (m,)
     spindle: float | None  # [rad/s], if the cut needs it
     still: tuple[int, ...] = ()  # program lines of moves that would cut if the spindle turned
+    into: StockMoves = StockMoves()  # program lines that run into the stock as they should not
 
     @property
     def marks(self) -> tuple[int, int, int]:

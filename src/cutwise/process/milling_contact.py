@@ -1,30 +1,23 @@
 """What the mill meets along its path: a wall by closed form, or the stock that the program has left so far."""
 
-import math
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from cutwise.maths.curves import FloatArray
 from cutwise.physics.engagement.corner import Corner, greatest_immersion, straight_immersion
 from cutwise.physics.engagement.path_sweep import swept_path
 from cutwise.physics.engagement.stock import (
     Stock,
-    block_stock,
     contact_patches,
     immersion,
     removal_area,
-    stands_in_material,
 )
 from cutwise.physics.engagement.wall import greatest_contact, path_contact, wall_patches
 from cutwise.physics.motion.reference import Reference
 from cutwise.process.program_path import ProgramPath
+from cutwise.process.stock_moves import FLAT, StockMoves, moves_into_stock, stock_of
 from cutwise.spec.milling import MillingScenario
-from cutwise.spec.program import StockBlock
-
-_FLAT = 1e-6  # a direction of feed with less than this in the plane is a plunge
-_TOUCH = math.radians(0.5)  # contact of a rapid move that counts as a collision
 
 
 class SteadyPatch(NamedTuple):
@@ -43,8 +36,7 @@ class Contact(NamedTuple):
     greatest: float  # largest immersion [rad]
     steady: dict[str, SteadyPatch]  # "straight", where there is one such contact, and "corner", the heaviest
     removal: FloatArray | None  # cross-section taken per length of feed [m^2], where a stock is known, shape (n,)
-    collisions: tuple[int, ...]  # program lines of rapid moves that run through the stock
-    plunges: tuple[int, ...]  # program lines of feed moves straight down into it
+    into: StockMoves  # program lines that run into the stock as they should not
 
     @property
     def depth(self) -> float:
@@ -57,11 +49,6 @@ def contact(scenario: MillingScenario, path: ProgramPath, reference: Reference) 
     if scenario.stock is not None:
         return stock_contact(path, reference, 0.5 * scenario.tool.diameter, stock_of(scenario.stock))
     return _wall_contact(scenario, path, reference)
-
-
-def stock_of(given: StockBlock) -> Stock:
-    """The block as a record."""
-    return block_stock(given.x, given.y, given.z[1], given.z[0])
 
 
 def _wall_contact(scenario: MillingScenario, path: ProgramPath, reference: Reference) -> Contact:
@@ -84,7 +71,7 @@ def _wall_contact(scenario: MillingScenario, path: ProgramPath, reference: Refer
     if path.cuts.any():
         angles = {"straight": float(straight_immersion(width, radius)), "corner": greatest}
         steady = {name: SteadyPatch(0.0, angle, depth) for name, angle in angles.items()}
-    return Contact(patches, alpha, greatest, steady, None, (), ())
+    return Contact(patches, alpha, greatest, steady, None, StockMoves())
 
 
 def stock_contact(path: ProgramPath, reference: Reference, radius: float, stock: Stock) -> Contact:
@@ -99,13 +86,8 @@ def stock_contact(path: ProgramPath, reference: Reference, radius: float, stock:
     patches = contact_patches(reference.point, heading, reference.travelled, swept, stock)
     patches[~moving] = 0.0
     angle = immersion(patches)
-    block = reference.block
-    rapid = np.isinf(path.feed[block])
-    upright = np.hypot(reference.direction[:, 0], reference.direction[:, 1]) < _FLAT
-    down = np.flatnonzero(upright & moving & (reference.direction[:, 2] < 0.0))
-    into = down[stands_in_material(reference.point[down], path.curve.knots[block[down]], swept, stock) > _TOUCH]
-    hit = np.concatenate([np.flatnonzero(rapid & ~upright & (angle > _TOUCH)), into[rapid[into]]])
-    collisions, plunges = _lines(path.source[block[hit]]), _lines(path.source[block[into[~rapid[into]]]])
+    rapid = np.isinf(path.feed[reference.block])
+    upright = np.hypot(reference.direction[:, 0], reference.direction[:, 1]) < FLAT
     patches[rapid | upright] = 0.0
     angle = np.where(rapid | upright, 0.0, angle)
     steady = {}
@@ -115,8 +97,6 @@ def stock_contact(path: ProgramPath, reference: Reference, radius: float, stock:
         steady["corner"] = SteadyPatch(
             float(patches[k, p, 0]), float(patches[k, p, 1]), float(patches[k, p, 3] - patches[k, p, 2])
         )
-    return Contact(patches, angle, float(angle.max()), steady, removal_area(patches, radius), collisions, plunges)
-
-
-def _lines(source: npt.NDArray[np.int64]) -> tuple[int, ...]:
-    return tuple(int(line) for line in np.unique(source))
+    return Contact(
+        patches, angle, float(angle.max()), steady, removal_area(patches, radius), moves_into_stock(path, swept, stock)
+    )

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from cutwise import units
+from cutwise.process import stock_moves
 from cutwise.process.milling import MillRun
 from cutwise.process.milling_measures import SETTLED
 from cutwise.spec.drives import READINGS
@@ -91,21 +92,12 @@ def _feeds(done: MillRun, found: Mapping[str, float]) -> Iterator[str]:
 def _stock(scenario: MillingScenario, done: MillRun) -> Iterator[str]:
     """Moves that run into the stock as they should not, and contact above the flutes."""
     met, length = done.contact, scenario.tool.flute_length
-    if met.collisions:
-        yield f"rapid moves run through the stock: {_listed_lines(met.collisions)}"
-    if met.plunges:
-        yield f"plunges straight into the stock have no force here (end cutting is not modelled): {_listed_lines(met.plunges)}"
+    yield from stock_moves.said(met.into)
     if scenario.stock is not None and length is not None and met.depth > length * (1 + 1e-9):
         yield (
             f"the stock stands {units.show(met.depth, 'length', 3)} above the tip, more than the flutes are long "
             f"({units.show(length, 'length', 3)}): the shank rubs"
         )
-
-
-def _listed_lines(lines: tuple[int, ...]) -> str:
-    shown = ", ".join(str(line) for line in lines[:_LISTED])
-    more = f" and {len(lines) - _LISTED} more" if len(lines) > _LISTED else ""
-    return f"line{'s' if len(lines) > 1 else ''} {shown}{more} of the program"
 
 
 def _joints(done: MillRun) -> Iterator[str]:
