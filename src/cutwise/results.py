@@ -19,6 +19,10 @@ class SolverFailure(Exception):
     """The computation did not come to an end: which solver, where it stopped, and what to change."""
 
 
+class Infeasible(SolverFailure):
+    """The operation cannot be done: what gives way, where, and what helps."""
+
+
 @dataclass(frozen=True, slots=True)
 class Measure:
     """A named number of the run, in SI."""

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from cutwise import units
 from cutwise.maths import chains
 from cutwise.maths.chains import Frames
 from cutwise.maths.frames import FloatArray
@@ -16,7 +17,7 @@ from cutwise.physics.structure.bodies import Elements, Loads, PartBlock
 from cutwise.physics.structure.pads import ContactPads, NoEquilibriumError, PadLostError, contact_equilibrium
 from cutwise.process.machine_force import CutForce
 from cutwise.process.machine_way import Way
-from cutwise.results import SolverFailure
+from cutwise.results import Infeasible, SolverFailure
 
 
 class ElasticElement(NamedTuple):
@@ -107,7 +108,7 @@ def run_pass(cell: MachineCell) -> MachineRun:
     yielded = bodies.element_twists(elements, wrenches)
     for e, element in enumerate(cell.elements):
         if element.contact is not None:
-            yielded[:, e] = _contact_twists(element, at, wrenches[:, e])
+            yielded[:, e] = _contact_twists(element, at, wrenches[:, e], ideal)
     geometric = volumetric.chain_errors(cell.axes, at, cell.way.commands)
     elastic = bodies.chain_twists(elements, yielded, at, literal=cell.literal)
     moved, work = _part_displacement(cell, ideal)
@@ -190,14 +191,17 @@ def _part_displacement(cell: MachineCell, tool: FloatArray) -> tuple[FloatArray,
     return bodies.point_displacement(centre, twist, tool), np.einsum("mi,mi->m", wrench, twist)
 
 
-def _contact_twists(element: ElasticElement, at: Frames, wrenches: FloatArray) -> FloatArray:
+def _contact_twists(element: ElasticElement, at: Frames, wrenches: FloatArray, tool: FloatArray) -> FloatArray:
     turned = np.empty_like(wrenches)
     for k, wrench in enumerate(wrenches):
         rotation = at.rotations[k, element.frame]
         local = np.concatenate([rotation.T @ wrench[:3], rotation.T @ wrench[3:]])
         try:
             twist = contact_equilibrium(element.contact, local)[0]
-        except (PadLostError, NoEquilibriumError) as error:
+        except PadLostError as error:
+            where = ", ".join(units.show(float(value), "length", 4) for value in tool[k])
+            raise Infeasible(f"{element.name}: {error} (tool point at {where} in the part)") from None
+        except NoEquilibriumError as error:
             raise SolverFailure(f"{element.name}: {error}") from None
         turned[k] = np.concatenate([rotation @ twist[:3], rotation @ twist[3:]])
     return turned

@@ -16,6 +16,8 @@ _AXES = ["x", "y", "z"]
 _COMPONENTS = ["x", "y", "z", "a", "b", "c"]
 _TURNED = 1e-3  # a path whose direction changes by more is drawn in plan
 _CHIPS = (5e-6, 0.4e-3)  # [m] usual feed per tooth
+_TOO_FAR = 1e-3  # [m] an error of the tool point that hardly any machine has
+_ALONG_FEED = 0.1  # share of a wall's normal along the feed
 _FIRST_ORDER = 1e-3  # [rad] above it, exact and first-order errors part by more than 0.1 %
 
 LIMITS = (
@@ -146,9 +148,29 @@ def _warnings(scenario: MachineScenario, found: MachinePass) -> Iterator[str]:
             f"a body turns by {tilt * 1e3:.3g} mrad: beyond 1 mrad the first-order sum is off; here by {missed} "
             "against the exact composition"
         )
+    largest = run.size[run.worst]
+    if largest > _TOO_FAR:
+        yield (
+            f"the tool point is off by {units.show(largest, 'length', 3)}: look at the units of stiffnesses and errors (a "
+            "compliance is in m/N and rad/(N m))"
+        )
     yield from _cut_warnings(scenario, run)
+    yield from _normal_warnings(scenario, run)
     if not scenario.tool.flexible and run.cell.cut.force.any():
         yield "the tool does not bend in this run (tool.flexible: false); a slender mill may add more than the machine"
+
+
+def _normal_warnings(scenario: MachineScenario, run: MachineRun) -> Iterator[str]:
+    """A wall that the feed runs into."""
+    normal = scenario.surface.normal if scenario.surface is not None else None
+    if normal is not None and run.cell.way.cuts.any():
+        across = np.array(normal) / np.linalg.norm(normal)
+        along = float(np.abs(run.cell.way.direction[run.cell.way.cuts] @ across).max())
+        if along > _ALONG_FEED:
+            yield (
+                f"surface.normal is {np.degrees(np.arccos(min(along, 1.0))):.0f}° from the feed in places: a wall that the tool "
+                "passes by is at right angles to it"
+            )
 
 
 def _cut_warnings(scenario: MachineScenario, run: MachineRun) -> Iterator[str]:

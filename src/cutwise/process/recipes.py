@@ -24,7 +24,7 @@ from cutwise.process import (
     remarks_mill,
 )
 from cutwise.process.convergence import change_on_halved_step
-from cutwise.results import Measure, Result, SolverFailure, judge
+from cutwise.results import Infeasible, Measure, Result, SolverFailure, judge
 from cutwise.spec.chamfer import ChamferScenario
 from cutwise.spec.deburring import DeburringScenario
 from cutwise.spec.drilling import DrillingScenario
@@ -73,7 +73,11 @@ def deburring_measures(scenario: DeburringScenario, wanted: Collection[str] = ()
 
 def machine_errors(scenario: MachineScenario, progress: Progress | None = None) -> Result:
     """Error budget of a machine: ideal pass, loaded pass (Demeč and Madáč, Eqs. 1-9), map of the working space."""
-    one_pass = machine.evaluate_pass(scenario) if scenario.has_pass else None
+    one_pass, infeasible = None, ()
+    try:
+        one_pass = machine.evaluate_pass(scenario) if scenario.has_pass else None
+    except Infeasible as why:
+        infeasible = (str(why),)
     volume = machine.evaluate_volume(scenario)
     found = _machine_found(one_pass, volume)
     finer = machine.refined(scenario, one_pass, volume)
@@ -84,6 +88,7 @@ def machine_errors(scenario: MachineScenario, progress: Progress | None = None) 
         found,
         stages=machine_stages.stages(one_pass, volume),
         warnings=machine_stages.warnings(scenario, one_pass),
+        infeasible=infeasible,
         limits=machine_stages.LIMITS,
         convergence={name: value - found[name] for name, value in finer.items()},
         notes=machine_stages.notes(scenario, one_pass, volume),

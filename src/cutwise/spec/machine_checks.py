@@ -157,7 +157,9 @@ def _pad_faults(group: PadGroup | ContactGroup, path: Path) -> Iterator[Remark]:
     normal = group.normal[1] if isinstance(group, ContactGroup) else None
     for axis, spring in zip("xyz", springs, strict=True):
         driven = group.drive is not None and group.drive.direction == axis
-        if spring < 0.0 or (spring == 0.0 and not driven and axis != normal):
+        if spring < 0.0:
+            yield Remark((*path, key), f"is not positive definite: the stiffness along {axis} is negative")
+        elif spring == 0.0 and not driven and axis != normal:
             yield Remark((*path, key), f"is not positive definite: no stiffness along {axis}")
         if axis == normal and spring != 0.0:
             yield Remark((*path, key), f"must be 0 along the normal {axis}: the contact law acts there")

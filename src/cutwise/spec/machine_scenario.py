@@ -40,13 +40,21 @@ class PartBlock(Spec):
     height: Length = Field(description="size in z", examples=["300 mm"], gt=0)
     weight: Force = Field(description="weight, at half its height", examples=["540 N"], ge=0)
     flexible: bool = Field(description="bends under the reaction to the cutting force", examples=[True])
-    youngs_modulus: Elasticity = Field(description="Young's modulus", examples=["210 kN/mm^2"], gt=0)
-    poisson_ratio: Annotated[Number, Usual(0.2, 0.4)] = Field(
-        description="Poisson's ratio", examples=[0.3], gt=-1, lt=0.5
+    youngs_modulus: Elasticity | None = Field(
+        default=None, description="Young's modulus", examples=["210 kN/mm^2"], gt=0
     )
-    shear_factor: Number = Field(
-        description="share of the section that carries shear", examples=[0.8333333], gt=0, le=1
+    poisson_ratio: Annotated[Number, Usual(0.2, 0.4)] | None = Field(
+        default=None, description="Poisson's ratio", examples=[0.3], gt=-1, lt=0.5
     )
+    shear_factor: Number | None = Field(
+        default=None, description="share of the section that carries shear", examples=[0.8333333], gt=0, le=1
+    )
+
+    def contradictions(self) -> Iterator[Remark]:
+        """What a flexible part needs."""
+        for key in ("youngs_modulus", "poisson_ratio", "shear_factor"):
+            if self.flexible and getattr(self, key) is None:
+                yield Remark((key,), "missing")
 
 
 class MachineTool(LibrarySpec):
@@ -184,7 +192,10 @@ class MachineScenario(Scenario):
         stiffer = {}
         for body, element, key in stiffnesses(self.machine):
             stiffer[f"machine.chain[{body}].elements[{element}].{key}"] = ("0.5", "5")
-        return {**self.levers, **(stiffer if self.has_pass else {})}
+        levers = dict(self.levers)
+        if not isinstance(self.load.force, FromCutting):
+            levers.pop("path.feed")  # a prescribed force does not ask for it
+        return {**levers, **(stiffer if self.has_pass else {})}
 
     def contradictions(self) -> Iterator[Remark]:
         """Everything wrong with the chain, the errors and the travel, at once."""
@@ -306,6 +317,15 @@ class MachineScenario(Scenario):
             place = [body.name for body in self.machine.chain].index(rest.name)
             path: Path = ("machine", "chain", place, "weight")
             yield Remark(path, f"{rest.name} is at rest, between part and tool side: its weight bends nothing")
+        if self.geometry_errors is not None and self.machine.geometry_errors is not None:
+            names = [
+                name
+                for name in type(self.geometry_errors).model_fields
+                if getattr(self.geometry_errors, name) is not None
+                and getattr(self.machine.geometry_errors, name) is not None
+            ]
+            if names:
+                yield Remark(("geometry_errors",), f"replaces {', '.join(names)} of machine.geometry_errors")
         if self.has_pass and self.load.force is None:
             yield Remark(("load",), "no cutting force: the pass shows weights and geometric errors only")
 

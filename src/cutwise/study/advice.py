@@ -9,6 +9,7 @@ import numpy as np
 
 from cutwise import units
 from cutwise.process.recipes import quick_measures
+from cutwise.results import SolverFailure
 from cutwise.spec import fields
 from cutwise.spec.faults import Fault, ScenarioFault, dotted
 from cutwise.spec.fields import placed
@@ -192,7 +193,7 @@ def _margins(scenario: Scenario, levers: list[Lever]) -> Callable[[Settings], fl
         """Smallest slack over all requirements, relative to the limit; below zero one is missed."""
         try:
             measures = quick_measures(with_settings(scenario, levers, settings) if settings else scenario)
-        except ScenarioFault:
+        except (ScenarioFault, SolverFailure):
             return -np.inf
         return slack(scenario, measures)
 

@@ -1,10 +1,11 @@
 """What a finished run is told about itself: sensitivities to assumed values, and advice."""
 
 import time
+from contextlib import suppress
 from dataclasses import replace
 
 from cutwise.process.recipes import MEASURES, quick_measures
-from cutwise.results import Result
+from cutwise.results import Result, SolverFailure
 from cutwise.study.advice import advise
 from cutwise.study.sensitivity import assumed_sensitivity
 
@@ -26,7 +27,8 @@ def reviewed(result: Result, *, patience: float = _PATIENCE) -> Result:
     if result.scenario.process not in MEASURES or (result.infeasible and result.advice):
         return result
     start = time.process_time()
-    quick_measures(result.scenario)
+    with suppress(SolverFailure):
+        quick_measures(result.scenario)
     needed = (time.process_time() - start) * _RUNS
     if needed > patience:
         note = f"advice and sensitivities need up to {_RUNS} further runs, about {needed:.0f} s; ask for them with: cutwise advise"

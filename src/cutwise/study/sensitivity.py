@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping
 from cutwise import units
 from cutwise.io.scenario import revised
 from cutwise.process.recipes import quick_measures
+from cutwise.results import SolverFailure
 from cutwise.spec import fields
 from cutwise.spec.faults import ScenarioFault, dotted
 from cutwise.spec.scenario import Scenario
@@ -32,7 +33,7 @@ def assumed_sensitivity(scenario: Scenario, share: float = STEP) -> dict[str, fl
     dict
         Dotted key: change of the focus measure [SI].
     """
-    base = quick_measures(scenario).get(scenario.focus)
+    base = _focus_with(scenario, {})
     if base is None:
         return {}
     found: dict[str, float] = {}
@@ -49,8 +50,8 @@ def assumed_sensitivity(scenario: Scenario, share: float = STEP) -> dict[str, fl
 
 def _focus_with(scenario: Scenario, values: Mapping[str, str]) -> float | None:
     try:
-        return quick_measures(changed(scenario, values)).get(scenario.focus)
-    except ScenarioFault:
+        return quick_measures(changed(scenario, values) if values else scenario).get(scenario.focus)
+    except (ScenarioFault, SolverFailure):
         return None
 
 

@@ -1,6 +1,7 @@
 """A machine scenario from its text to its measures."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -12,6 +13,8 @@ from cutwise.process import machine, machine_assemble, machine_pass
 from cutwise.process.recipes import MEASURES, collect, simulate
 from cutwise.results import SolverFailure
 from cutwise.spec.faults import ScenarioFault
+from cutwise.study.advice import advise
+from cutwise.study.sweep import sweep
 
 UM = 1e-6
 
@@ -150,9 +153,35 @@ def test_contact_law_instead_of_springs(examples):
 
 
 def test_pad_that_lifts_off_is_said_in_words(examples):
+    """The operation is infeasible as it stands; a study goes on, and finds the preload that it takes."""
     changes = [with_contact(3e4, 0.5).replace("closed_guide: true", "closed_guide: false")]
-    with pytest.raises(SolverFailure, match=r"x guide: pad .* lifts off"):
-        simulate(load(examples / "machine_error_budget.yaml", changes))
+    lost = load(examples / "machine_error_budget.yaml", changes)
+    result = simulate(lost)
+    assert result.verdict == "fail"
+    assert re.search(r"x guide: pads? .* off under the load.*tool point at", result.infeasible[0])
+    preload = "machine.chain[2].elements[0].contact.preload"
+    table = sweep(lost, {preload: ["0.03 N/mm^2", "30 N/mm^2"]})
+    assert table.deviation_norm_max.notnull().values.tolist() == [False, True]
+    found = advise(lost, limits={preload: ("0.03 N/mm^2", "30 N/mm^2")})
+    assert any("preload" in said for said in found)
+
+
+def test_a_rigid_part_needs_no_modulus(examples):
+    text = (examples / "machine_error_budget.yaml").read_text()
+    start = text.index("part:")
+    of_part = re.sub(r"\n  (youngs_modulus|poisson_ratio|shear_factor):[^\n]*", "", text[start:], count=3)
+    rigid = simulate(parse(text[:start] + of_part, overrides=["part.flexible=false"], folder=examples))
+    assert "part" not in rigid["budget"]["element"].values
+    with pytest.raises(ScenarioFault, match="3 faults"):
+        parse(text[:start] + of_part, folder=examples)
+
+
+def test_a_wall_along_the_feed_and_units_that_slipped_are_told(examples):
+    along = simulate(load(examples / "machine_error_budget.yaml", ["surface.normal=[1, 0, 0]"])).warnings
+    assert any("surface.normal is 0° from the feed" in said for said in along)
+    soft = ["machine.chain[2].elements[0].pads.stiffness=[0 N/um, 0.1 N/um, 0.1 N/um]"]
+    loose = simulate(load(examples / "machine_error_budget.yaml", soft)).warnings
+    assert any("look at the units" in said for said in loose)
 
 
 FIVE_AXES = """

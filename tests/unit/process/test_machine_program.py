@@ -314,3 +314,34 @@ def test_stock_gives_the_depth_that_the_program_has(examples):
     assert by_stock.cut.force[middle] == pytest.approx(by_depth.cut.force[middle], rel=1e-9)
     assert by_stock.cut.immersion.max() == pytest.approx(math.pi)
     assert by_depth.cut.immersion.max() < math.pi
+
+
+POCKET = "G21 G90 S3000 M3\nG0 X0 Y0 Z5\nG1 Z-2 F200\n{passes}M30\n"
+STOCK = ("stock={x: [-60 mm, 60 mm], y: [-40 mm, 40 mm], z: [-20 mm, 0 mm]}", "tool.diameter=10 mm", "tool.flutes=3",
+         "load.force={spindle_speed: 3000 rpm}", "material.library=al7075t6")  # fmt: skip
+
+
+def square(half):
+    """Counterclockwise, the wall on the right."""
+    return f"G1 X{half} Y-{half} F300\nX{half} Y{half}\nX-{half} Y{half}\nX-{half} Y-{half}\nX{half} Y-{half}\n"
+
+
+def test_walls_count_that_stand_when_the_program_has_ended(examples, tmp_path):
+    """Two rounds, the second 3 mm further out: the wall is that of the second."""
+    wall = "surface={side: right, depth: 2 mm}"
+    both = simulate(
+        scenario(examples, tmp_path, POCKET.format(passes=square(10) + square(13)), *STOCK, wall, "program.samples=201")
+    )
+    error, line = both["surface"]["wall_error"].values, both["motion"]["program_line"].values
+    left, at = np.isfinite(error).any(axis=1), 1e3 * both["motion"]["position"].values
+    assert not left[(line > 4) & (line < 9)].any()
+    second = (np.abs(np.abs(at[:, :2]).max(axis=1) - 13.0) < 1e-6) & (line > 9)
+    assert left[second].mean() > 0.9
+    assert both.measures["wall_error_max"].value == np.nanmax(error)
+
+
+def test_rapid_moves_and_plunges_into_the_stock_are_told(examples, tmp_path):
+    text = "G21 G90 S3000 M3\nG0 X0 Y0 Z5\nG1 Z-2 F200\nG0 X20\nG1 X25 F300\nM30\n"
+    said = simulate(scenario(examples, tmp_path, text, *STOCK)).warnings
+    assert any("rapid moves run through the stock: line 4" in words for words in said)
+    assert any("plunges straight into the stock" in words and "line 3" in words for words in said)

@@ -193,8 +193,9 @@ def contact_equilibrium(pads: ContactPads, wrench: ArrayLike) -> tuple[FloatArra
         twist = twist + shorter * step
         balance, tangent, compression, work = trial
     if not pads.closed and (compression <= -rest).any():
-        lost = ", ".join(str(k + 1) for k in np.flatnonzero(compression <= -rest))
-        raise PadLostError(f"pad {lost} lifts off under the load; raise the preload, or say closed_guide: true")
+        lost = [str(k + 1) for k in np.flatnonzero(compression <= -rest)]
+        words = f"pad {lost[0]} lifts" if len(lost) == 1 else f"pads {', '.join(lost)} lift"
+        raise PadLostError(f"{words} off under the load; raise the preload, or say closed_guide: true")
     if np.abs(balance / scale).max() > 1e-9 * size:
         raise NoEquilibriumError("no equilibrium of a pad group: the load is beyond what its contacts can carry")
     return twist, work
