@@ -137,6 +137,8 @@ class MachineScenario(Scenario):
     starts: ClassVar[Mapping[str, str]] = {
         "machine.library": "demec_mill",
         "tool.library": "demec",
+        "part.youngs_modulus": "210 kN/mm^2",
+        "part.poisson_ratio": "0.3",
         "part.shear_factor": "0.8333333",
         "path.points": "[{X: 0 mm}, {X: 260 mm}]",
         "load.force": "[4000 N, 4000 N, 2000 N]",
