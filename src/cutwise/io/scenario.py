@@ -223,6 +223,8 @@ class _Assembly:
                 value[name] = self.complete(value[name], sections[0], here)
             elif sections:
                 value[name] = self.complete(value[name], _fitting(sections, value[name]), here)
+            elif value[name].value is None and value[name].layer == _OVERRIDE:
+                del value[name]
             elif value[name].value is None:
                 message = "has no value; write one or leave the line out"
                 self.faults.append(value[name].fault(here, message, at_key=True))

@@ -118,7 +118,7 @@ load: {force: [1 N, 0 N, 0 N]}
          'there is no body "tabel"'),
         ("load.force={axial_depth: 5 mm, spindle_speed: 500 rpm}", "material: missing"),
         ("load.force=4 kN", "load.force"),
-        ("tool.overhang=null", "has no value"),
+        ("tool.diameter=null", "tool.diameter: missing"),
         ("surface={normal: [0, 0, 0], depth: 5 mm}", "has zero length"),
         ("geometry_errors={EXX: {amplitudes: [1 um], phases: [0 deg, 1 deg], wavelength: 1 m}}",
          "2 entries for 1 amplitudes"),
