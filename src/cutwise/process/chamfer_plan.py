@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
+from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
@@ -353,8 +354,10 @@ def _kept(scenario: ChamferScenario, work: EdgeWork, dense: ChamferPath) -> NDAr
     """Samples that are the points of a path: within the chord tolerance, or this piece's share of the points."""
     closed, total, tolerance = dense.frames.closed, len(dense.centre), scenario.path.chord_tolerance
     if tolerance is not None:
-        tries = [feeds.samples_for(dense, tolerance * 0.7**k) for k in range(_TRIES)]
-        return next((k for k in tries if len(k) < 4 or feeds.chord_error(_some(dense, k)) <= tolerance), tries[0])
+        first = feeds.samples_for(dense, tolerance)
+        finer = (feeds.samples_for(dense, tolerance * 0.7**k) for k in range(1, _TRIES))
+        tries = chain([first], finer)
+        return next((k for k in tries if len(k) < 4 or feeds.chord_error(_some(dense, k)) <= tolerance), first)
     points = round((scenario.path.points or 2) * total / len(work.nodes.point))
     wanted = np.linspace(0, total if closed else total - 1, max(2, points) + closed)
     return feeds.thinned(total, wanted[:-1] if closed else wanted, closed=closed)

@@ -19,6 +19,7 @@ from cutwise.physics.surface.approach import (
     rod_distance,
     rod_mover,
 )
+from cutwise.physics.surface.overhead import height_above
 from cutwise.physics.surface.sweep import ZONE_SHARE, ZONE_SLACK
 from cutwise.physics.surface.zones import Zone, Zones, zones
 from cutwise.process.chamfer_work import ROD_LENGTH, SECTION_REACH, EdgeWork, Shape
@@ -113,25 +114,8 @@ def rod_reach(shape: Shape, centre: FloatArray, axis: FloatArray, rod_radius: fl
     ring = np.concatenate(
         [[[0.0, 0.0]], *(r * rod_radius * np.column_stack([np.cos(turn), np.sin(turn)]) for r in _RINGS)]
     )
-    flat, height = shape.skin.corner.reshape(-1, 3, 3) @ plane, shape.skin.corner.reshape(-1, 3, 3) @ axis
-    foot, low = some @ plane, some @ axis
-    wide = _RINGS[-1] * rod_radius
-    near = (flat.max(axis=1) >= foot.min(axis=0) - wide).all(axis=1) & (
-        flat.min(axis=1) <= foot.max(axis=0) + wide
-    ).all(axis=1)
-    near &= height.max(axis=1) > low.min()
-    a, (b, c) = flat[near, 0], (flat[near, 1] - flat[near, 0], flat[near, 2] - flat[near, 0])
-    area = b[:, 0] * c[:, 1] - b[:, 1] * c[:, 0]
-    upright = np.abs(area) < 1e-15
-    area = np.where(upright, 1.0, area)
-    top, most = height[near], 0.0
-    for place, floor in zip(foot, low, strict=True):
-        p = (place + ring)[:, None] - a
-        u, v = (p[..., 0] * c[:, 1] - p[..., 1] * c[:, 0]) / area, (b[:, 0] * p[..., 1] - b[:, 1] * p[..., 0]) / area
-        hit = (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) & ~upright
-        z = top[:, 0] + u * (top[:, 1] - top[:, 0]) + v * (top[:, 2] - top[:, 0])
-        most = max(most, float(np.where(hit, z - floor, 0.0).max(initial=0.0)))
-    return most
+    corners = shape.skin.corner.reshape(-1, 3, 3)
+    return float(height_above(corners @ plane, corners @ axis, some @ plane, some @ axis, ring))
 
 
 def rod_of(
