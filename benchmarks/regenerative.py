@@ -30,7 +30,7 @@ int main(int argc, char** argv) {
   int head[4]; if (fread(head, 4, 4, f) != 4) return 1;
   const int M = head[0], D = head[1], tooth = head[2], modes = head[3], teeth = M / tooth;
   auto read = [&](size_t k) { std::vector<double> v(k); if (fread(v.data(), 8, k, f) != k) exit(1); return v; };
-  auto nx = read((size_t)M * D), ny = read((size_t)M * D), in = read((size_t)M * D), s = read((size_t)M * D);
+  auto nx = read((size_t)M * D), ny = read((size_t)M * D), s = read((size_t)M * D);
   auto any = read(M), st = read(6 * modes), al = read(2 * modes), c = read(6);
   std::vector<double> z(2 * modes, 0.0), tip(2 * n), force(2 * n);
   double ofx = 0, ofy = 0; clock_t t0 = clock();
@@ -40,10 +40,10 @@ int main(int argc, char** argv) {
     double x = ux + c[5] * k, hx = 0, hy = 0, ex = 0, ey = 0; int q = k % M;
     for (int i = 0; i < teeth; ++i) {
       if (any[q] > 0) {
-        const double *a = &nx[(size_t)q*D], *b = &ny[(size_t)q*D], *g = &in[(size_t)q*D]; double* o = &s[(size_t)q*D];
+        const double *a = &nx[(size_t)q*D], *b = &ny[(size_t)q*D]; double* o = &s[(size_t)q*D];
         double p0 = 0, p1 = 0, p2 = 0, p3 = 0;
         for (int d = 0; d < D; ++d) {
-          double h = x * a[d] + uy * b[d] - o[d], w = h > c[4] ? g[d] : 0.0; h *= w; o[d] += h;
+          double h = x * a[d] + uy * b[d] - o[d], w = h > c[4] ? 1.0 : 0.0; h = h > c[4] ? h : 0.0; o[d] += h;
           p0 += h * a[d]; p1 += h * b[d]; p2 += w * a[d]; p3 += w * b[d];
         }
         hx += p0; hy += p1; ex += p2; ey += p3;
@@ -111,7 +111,7 @@ def _build(folder: Path, cut: SteadyCut, tip, steps: int) -> Path | None:  # typ
     forces = thickness * np.array([k.K_tc, k.K_rc, k.K_te, k.K_re])
     with binary.with_suffix(".in").open("wb") as file:
         np.array([*grid.normal_x.shape, steps, tip.frequency.size], dtype=np.int32).tofile(file)
-        for values in (grid.normal_x, grid.normal_y, grid.inside, fed_surface(grid, cut.feed_per_tooth),
+        for values in (grid.normal_x, grid.normal_y, fed_surface(grid, cut.feed_per_tooth),
                        grid.any_inside.astype(float), exact, tip.direction,
                        np.append(forces, [0.0, cut.feed_per_tooth / steps])):  # fmt: skip
             np.ascontiguousarray(values, dtype=np.float64).tofile(file)

@@ -56,7 +56,7 @@ def _step_all(
     revolution = surface.shape[0]
     teeth, modes = revolution // grid.tooth, along.shape[0]
     kt, kr, et, er, least_chip = cutting[0], cutting[1], cutting[2], cutting[3], cutting[4]
-    normal_x, normal_y, inside, any_inside = grid.normal_x, grid.normal_y, grid.inside, grid.any_inside
+    normal_x, normal_y, any_inside = grid.normal_x, grid.normal_y, grid.any_inside
     fx, fy, old_fx, old_fy = 0.0, 0.0, memory[0], memory[1]
     for k in range(first, last):
         ux, uy = 0.0, 0.0
@@ -68,7 +68,7 @@ def _step_all(
         q = k % revolution
         for _ in range(teeth):
             if any_inside[q]:
-                a, b, c, d = cut_station(x, uy, q, normal_x, normal_y, inside, surface, least_chip)
+                a, b, c, d = cut_station(x, uy, q, normal_x, normal_y, surface, least_chip)
                 hx, hy, ex, ey = hx + a, hy + b, ex + c, ey + d
             q -= grid.tooth
             if q < 0:

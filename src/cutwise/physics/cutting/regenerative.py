@@ -10,6 +10,8 @@ from cutwise.maths.compiled import compiled_sums
 
 FloatArray = npt.NDArray[np.float64]
 
+OUT_OF_REACH = 1e100  # [m]
+
 
 class ToothGrid(NamedTuple):
     """Angles that the discs of a mill visit when every tooth period takes a whole number of time steps.
@@ -20,7 +22,7 @@ class ToothGrid(NamedTuple):
 
     normal_x: FloatArray  # sine of the angle, shape (revolution, discs)
     normal_y: FloatArray  # cosine, shape (revolution, discs)
-    inside: FloatArray  # 1 where the disc is between entry and exit, else 0, shape (revolution, discs)
+    inside: npt.NDArray[np.bool_]  # whether the disc is between entry and exit, shape (revolution, discs)
     any_inside: npt.NDArray[np.bool_]  # shape (revolution,)
     tooth: int  # steps per tooth period
 
@@ -29,14 +31,13 @@ def tooth_grid(teeth: int, steps: int, lag: FloatArray, entry: float, exit_angle
     """Stations of a mill: teeth, steps per tooth period, lag of each disc [rad], entry and exit angle [rad]."""
     angle = 2.0 * math.pi * np.arange(teeth * steps)[:, None] / (teeth * steps) - np.asarray(lag)[None, :]
     past = np.mod(angle - entry, 2.0 * math.pi)
-    inside = (past < exit_angle - entry).astype(np.float64)
+    inside = past < exit_angle - entry
     return ToothGrid(np.sin(angle), np.cos(angle), inside, inside.any(axis=1), steps)
 
 
 @compiled_sums
 def cut_station(
-    x: float, y: float, q: int, normal_x: FloatArray, normal_y: FloatArray, inside: FloatArray, surface: FloatArray,
-    least_chip: float,
+    x: float, y: float, q: int, normal_x: FloatArray, normal_y: FloatArray, surface: FloatArray, least_chip: float
 ) -> tuple[float, float, float, float]:  # fmt: skip
     r"""Chip sums of the discs of one tooth at one station; the surface that they leave is recorded.
 
@@ -51,10 +52,10 @@ def cut_station(
         Tool centre :math:`r`, feed motion included [m].
     q : int
         Station.
-    normal_x, normal_y, inside : ndarray
+    normal_x, normal_y : ndarray
         Of :class:`ToothGrid`, shape (revolution, discs).
     surface : ndarray
-        Surface :math:`s` [m], shape (revolution, discs); row ``q`` is changed in place.
+        Surface :math:`s` [m], shape (revolution, discs), of :func:`fed_surface`; row ``q`` is changed in place.
     least_chip : float
         Zero; a large negative number lets teeth "cut" thin air, which makes the law linear for a stability check [m].
 
@@ -67,8 +68,8 @@ def cut_station(
     for d in range(surface.shape[1]):
         nx, ny, old = normal_x[q, d], normal_y[q, d], surface[q, d]
         chip = x * nx + y * ny - old
-        cuts = inside[q, d] if chip > least_chip else 0.0
-        chip = chip * cuts
+        cuts = 1.0 if chip > least_chip else 0.0
+        chip = chip if chip > least_chip else 0.0
         surface[q, d] = old + chip
         hx += chip * nx
         hy += chip * ny
@@ -80,9 +81,10 @@ def cut_station(
 def fed_surface(grid: ToothGrid, feed_per_tooth: float) -> FloatArray:
     """Surface that a rigid tool fed along +x has left one tooth period before each station is first met [m].
 
-    Station q is first met by tooth 0 at step q; the pass before it was a tooth period earlier.
+    Station q is first met by tooth 0 at step q; the pass before it was a tooth period earlier. Outside entry and exit
+    it is out of reach, so that nothing is cut there.
     """
     revolution = grid.normal_x.shape[0]
     first = np.arange(revolution) % grid.tooth  # the step at which some tooth first meets the station
     fed = feed_per_tooth * (first / grid.tooth - 1.0)
-    return np.ascontiguousarray(grid.normal_x * fed[:, None])
+    return np.where(grid.inside, grid.normal_x * fed[:, None], OUT_OF_REACH)
