@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -121,10 +121,6 @@ class Result:
             "sensitivity": {"measure": self.scenario.focus, "unit": self._focus_unit, "change": dict(self.sensitivity)},
             "files": dict(files or {}),
         }
-
-    def with_stages(self, **groups: xr.Dataset) -> "Result":
-        """The same result with further groups."""
-        return replace(self, stages=xr.DataTree.from_dict({**self.stages.to_dict(), **groups}))
 
     def save(self, path: str | Path) -> Path:
         """Write one netCDF-4 file with the whole result and the scenario; nothing is left behind if that fails."""

@@ -75,7 +75,7 @@ def run(scenario: MillingScenario, substeps: int, progress: Progress | None = No
     tip = tip_modes(scenario) if cutting.law == DELAYED else None
     history = run_drives(
         _commands(reference, met.patches, sample_time), drives, cutting, substeps, progress,
-        modes=tip, tip_limit=scenario.operation.radial_depth or 0.5 * scenario.tool.diameter,
+        modes=tip, tip_limit=tip_limit(scenario),
     )  # fmt: skip
     rapid = np.isinf(path.feed[reference.block])
     error = contour_errors(path.programmed, path.origin[reference.block], history.position, True)
@@ -103,6 +103,12 @@ def run(scenario: MillingScenario, substeps: int, progress: Progress | None = No
         chip,
         tip is not None,
     )
+
+
+def tip_limit(scenario: MillingScenario) -> float:
+    """How far the tip may swing before the tool is elsewhere than its contact: out of the cut, or by its own radius [m]."""
+    depth = scenario.operation.radial_depth
+    return 0.5 * scenario.tool.diameter if scenario.stock is not None or depth is None else depth
 
 
 def _planned(scenario: MillingScenario, program: Interpreted | None) -> tuple[ProgramPath, Plan]:

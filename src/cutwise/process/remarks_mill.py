@@ -7,7 +7,7 @@ import numpy as np
 
 from cutwise import units
 from cutwise.process import stock_moves
-from cutwise.process.milling import MillRun
+from cutwise.process.milling import MillRun, tip_limit
 from cutwise.process.milling_measures import SETTLED
 from cutwise.spec.drives import READINGS
 from cutwise.spec.milling import MillingScenario
@@ -57,7 +57,8 @@ def warnings(scenario: MillingScenario, done: MillRun, found: Mapping[str, float
         )
     if done.lost is not None:
         yield (
-            f"the tip swings beyond the radial depth at t = {units.show(done.lost, 'time', 4)}: from there on the tool is not "
+            f"the tip swings by more than {units.show(tip_limit(scenario), 'length', 3)} at t = "
+            f"{units.show(done.lost, 'time', 4)}: from there on the tool is not "
             "where its contact is taken, so that errors, forces and voltages of this run are left out"
         )
     for where, name in (("on the straight", "straight"), ("in the heaviest contact", "corner")):

@@ -79,11 +79,22 @@ def test_a_blend_longer_than_its_blocks_is_told():
 
 def test_nothing_is_told_of_a_tip_that_has_left_its_contact():
     result = run(SOFT)
-    assert any("beyond the radial depth at t =" in said for said in result.warnings)
+    assert any("the tip swings by more than 4 mm at t =" in said for said in result.warnings)
     assert not any("substeps" in said for said in result.warnings)
     assert {"cycle_time", "force_xy_mean_corner", "chatter_growth_straight"} <= set(result.measures)
     assert not {"contour_error_max", "force_xy_peak", "tip_deflection_max", "drive_voltage_max"} & set(result.measures)
     assert all(math.isfinite(measure.value) for measure in result.measures.values())
+
+
+def test_a_radial_depth_beside_a_stock_does_not_count():
+    """It is told so; nor does it end a run whose tip swings further than it."""
+    moves = ["G1 X-40 Y0", "G1 X-25 Y0"]
+    block = ["stock={x: [-60 mm, 60 mm], y: [-30 mm, 30 mm], z: [-20 mm, 0 mm]}", "numerics.force=tooth_resolved",
+             SOFT.replace("1.34 N/um", "50 N/um"), "operation.axial_depth=null"]  # fmt: skip
+    without = run(*block, "operation.radial_depth=null", text=program(moves))
+    beside = run(*block, "operation.radial_depth=0.1 um", text=program(moves))
+    assert without.measures["tip_deflection_max"].value > 1e-7
+    assert beside.measures["tip_deflection_max"].value == without.measures["tip_deflection_max"].value
 
 
 def test_a_tip_without_stiffness_has_a_finite_growth():

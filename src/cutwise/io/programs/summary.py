@@ -12,7 +12,6 @@ from cutwise.io.programs.moves import Move, Point, moves
 from cutwise.io.programs.setup import Setup
 
 MOST_MESSAGES = 1000  # that are kept
-_CUTTING = ("feed", "arc")
 
 
 class Box(NamedTuple):

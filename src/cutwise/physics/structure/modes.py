@@ -52,15 +52,6 @@ def transition(frequency: float, damping: float, mass: float, time: float) -> Fl
     return np.array([[a11, a12, (1.0 - a11) / stiffness], [a21, a22, -a21 / stiffness]])
 
 
-def receptance(omega: FloatArray, tip: Modes) -> npt.NDArray[np.complex128]:
-    """Tip displacement per force in the xy plane [m/N] at angular frequencies [rad/s]; shape (len(omega), 2, 2)."""
-    omega = np.atleast_1d(omega)
-    out = np.zeros((omega.size, 2, 2), dtype=np.complex128)
-    for w, z, m, d in zip(*tip, strict=True):
-        out += (1.0 / (m * (w * w - omega**2 + 2j * z * w * omega)))[:, None, None] * np.outer(d, d)
-    return out
-
-
 def free_motion(tip: Modes, time: float) -> FloatArray:
     """Exact free motion of all modes over a time [s]: matrix on (displacements, velocities), shape (2m, 2m)."""
     m = tip.frequency.size
