@@ -291,11 +291,19 @@ def schema(
 
 
 @app.command()
-def doctor() -> None:
+def doctor(
+    clear: Annotated[
+        bool, typer.Option("--clear", help="remove the compiled kernels; they are made again when used")
+    ] = False,
+) -> None:
     """Look at the installation: versions, library, compiler, folders."""
     from cutwise.app import installation
     from cutwise.app.console import Console
 
+    if clear:
+        from cutwise.maths.compiled import clear_kernels
+
+        Console().line(f"compiled kernels removed: {clear_kernels() / 1e6:.1f} MB")
     findings = list(installation.examine())
     Console().findings(findings)
     raise typer.Exit(OK if all(finding.good for finding in findings) else REQUIREMENT_FAILED)

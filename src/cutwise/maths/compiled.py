@@ -1,23 +1,31 @@
-"""One way to compile a kernel, with a disk cache that notices when any kernel changes.
+"""One way to compile a kernel, with a disk cache in which a kernel is void when what it uses has changed, and only then.
 
-numba's own cache looks at the file of the compiled function only: a loop whose callee was edited in another file
-would silently keep the old code. The folder used here carries a digest of every source file that can take part in a
-kernel, so an edited or upgraded cutwise never meets a stale one.
+numba's own cache looks at the file of the compiled function: a loop whose callee was edited in another file would
+silently keep the old code, a comment voids a whole file, and two processes that write at the same time may exchange
+the code of two signatures. Here the name of a cached file says everything its code depends on, so a file is either
+right or not looked at; it is written whole or not at all.
 """
 
 import hashlib
+import itertools
 import os
+import pickle
 import sys
-from collections.abc import Callable
+import time
+import types
+from collections.abc import Callable, Iterator
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba
+import numpy as np
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, dumps
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
-_KERNEL_SOURCES = ("maths", "physics", "paths", "process", "records.py")
+_SUFFIX = ".nbc"
+_FORGOTTEN = 14 * 86400.0  # [s] after which an unused kernel of older sources is removed
 
 
 def _user_cache() -> Path:
@@ -32,15 +40,26 @@ def _user_cache() -> Path:
 
 @lru_cache(maxsize=1)
 def cache_folder() -> Path:
-    """Folder of the compiled kernels of exactly these sources."""
-    package = Path(__file__).parent.parent
-    digest = hashlib.sha256()
-    for name in _KERNEL_SOURCES:
-        place = package / name
-        for file in sorted(place.rglob("*.py")) if place.is_dir() else [place]:
-            digest.update(str(file.relative_to(package)).encode())
-            digest.update(file.read_bytes())
-    return _user_cache() / "kernels" / digest.hexdigest()[:16]
+    """Folder of the compiled kernels."""
+    return _user_cache() / "kernels"
+
+
+def cached_kernels() -> list[Path]:
+    """Files of the kernel cache, those of older versions included."""
+    folder = cache_folder()
+    return [file for file in folder.rglob("*") if file.is_file()] if folder.is_dir() else []
+
+
+def clear_kernels() -> int:
+    """Remove every cached kernel; returns the number of bytes given back."""
+    freed = 0
+    for file in cached_kernels():
+        size = file.stat().st_size
+        file.unlink(missing_ok=True)
+        freed += size
+    for folder in sorted((f for f in cache_folder().rglob("*") if f.is_dir()), reverse=True):
+        folder.rmdir()
+    return freed
 
 
 def compiled(function: Function) -> Function:
@@ -72,9 +91,155 @@ def compiled_sums(function: Function) -> Function:
 
 
 def _compiled(function: Function, **options: Any) -> Function:
-    before = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = str(cache_folder())
-    try:
-        return cast(Function, numba.njit(cache=True, error_model="numpy", **options)(function))
-    finally:
-        numba.config.CACHE_DIR = before
+    dispatcher = numba.njit(error_model="numpy", **options)(function)
+    dispatcher._cache = _KernelCache(function, options)
+    return cast(Function, dispatcher)
+
+
+class _KernelCache(FunctionCache):  # type: ignore[misc]
+    """Cache of one kernel: a file for each signature, named after the kernel, what it uses, and the signature."""
+
+    def __init__(self, function: Callable[..., Any], options: dict[str, Any]) -> None:
+        self._name = repr(function)
+        self._py_func = function
+        self._options = repr(sorted(options.items(), key=str))
+        self._impl = _Serialised()
+        self._cache_path = str(cache_folder())
+        self._label = f"{function.__module__.removeprefix('cutwise.')}.{function.__name__}"
+        self.enable()
+
+    def flush(self) -> None:
+        for file in cache_folder().glob(f"{self._label}-*{_SUFFIX}"):
+            file.unlink(missing_ok=True)
+
+    def _file(self, sig: Any, codegen: Any) -> Path:
+        used = digest_of_use(self._py_func, self._options)
+        said = [_spelled(kind) for kind in sig] if isinstance(sig, tuple) else [_spelled(a) for a in sig.args]
+        key = hashlib.sha256(repr((said, codegen.magic_tuple())).encode()).hexdigest()
+        return cache_folder() / f"{self._label}-{used[:16]}-{key[:24]}{_SUFFIX}"
+
+    def _load_overload(self, sig: Any, target_context: Any) -> Any:
+        if not self._enabled:
+            return None
+        file = self._file(sig, target_context.codegen())
+        try:
+            data = file.read_bytes()
+        except OSError:
+            return None
+        try:
+            payload = _unwrapped(data)
+            os.utime(file)  # seen: it is not forgotten
+        except (ValueError, OSError):
+            return None
+        return self._impl.rebuild(target_context, payload)
+
+    def _save_overload(self, sig: Any, data: Any) -> None:
+        if not self._enabled or not self._impl.check_cachable(data):
+            return
+        file = self._file(sig, data.codegen)
+        scratch = file.with_suffix(f".{os.getpid()}.tmp")
+        try:  # a cache that cannot be written costs time, never the result
+            file.parent.mkdir(parents=True, exist_ok=True)
+            scratch.write_bytes(_wrapped(self._impl.reduce(data)))
+            os.replace(scratch, file)
+            self._forget_older(file)
+        except OSError:
+            scratch.unlink(missing_ok=True)
+
+    def _forget_older(self, kept: Path) -> None:
+        oldest = time.time() - _FORGOTTEN
+        for file in kept.parent.glob(f"{self._label}-*"):
+            if file != kept and file.stat().st_mtime < oldest:
+                file.unlink(missing_ok=True)
+
+
+def _spelled(kind: Any) -> str:
+    """A type in full: its name, and where the record classes in it were defined (two may share a name)."""
+    inner = getattr(kind, "types", None)
+    record = getattr(kind, "instance_class", None)
+    place = f"{record.__module__}.{record.__qualname__}{record._fields}" if record is not None else ""
+    return f"{place}{kind!r}[{', '.join(_spelled(part) for part in inner)}]" if inner else f"{place}{kind!r}"
+
+
+class _Serialised(CompileResultCacheImpl):  # type: ignore[misc]
+    """numba's own way to write a compiled function down, without its way to choose a file."""
+
+    def __init__(self) -> None:
+        self._lineno = 0
+        self._locator = types.SimpleNamespace(_py_file="")
+
+
+def _wrapped(payload: Any) -> bytes:
+    """Payload with its checksum in front: a file cut short by a full disk or a crash is not believed."""
+    data = dumps(payload)
+    return hashlib.sha256(data).digest() + bytes(data)
+
+
+def _unwrapped(data: bytes) -> Any:
+    if hashlib.sha256(data[32:]).digest() != data[:32]:
+        raise ValueError("damaged kernel")
+    return pickle.loads(data[32:])
+
+
+@lru_cache(maxsize=None)
+def digest_of_use(function: Callable[..., Any], options: str = "") -> str:
+    """Digest of everything that the compiled code of a function depends on.
+
+    Its own byte code and constants, the value of each global that it names, and the same of every kernel among
+    these; not comments, not docstrings, not its place in the file. Called when a kernel is first used: its module
+    is complete by then.
+    """
+    digest = hashlib.sha256(f"{numba.__version__} {np.__version__} {sys.version} {options}".encode())
+    seen: set[int] = set()
+    todo: list[Callable[..., Any]] = [function]
+    while todo:
+        current = todo.pop()
+        if id(current) in seen:
+            continue
+        seen.add(id(current))
+        digest.update(f"{current.__module__}.{current.__qualname__} {current.__defaults__!r}".encode())
+        for part in _codes(current.__code__):
+            digest.update(part.co_code)
+            constants = part.co_consts[1:] if part is current.__code__ and current.__doc__ else part.co_consts
+            digest.update(repr([c for c in constants if not isinstance(c, types.CodeType)]).encode())
+            digest.update(repr((part.co_names, part.co_varnames, part.co_freevars)).encode())
+        cells = [cell.cell_contents for cell in current.__closure__ or ()]
+        for value in itertools.chain(_globals_used(current), cells):
+            text, used = _meaning(value)
+            digest.update(text.encode())
+            todo.extend(used)
+    return digest.hexdigest()
+
+
+def _codes(code: types.CodeType) -> Iterator[types.CodeType]:
+    yield code
+    for constant in code.co_consts:
+        if isinstance(constant, types.CodeType):
+            yield from _codes(constant)
+
+
+def _globals_used(function: Callable[..., Any]) -> Iterator[Any]:
+    """Values of the globals that a function names; of a module of this package also the attributes it may mean."""
+    names = sorted({name for code in _codes(function.__code__) for name in code.co_names})
+    space = function.__globals__
+    for name in names:
+        value = space.get(name)
+        yield value
+        if isinstance(value, types.ModuleType) and value.__name__.startswith("cutwise"):
+            yield from (getattr(value, other, None) for other in names)
+
+
+def _meaning(value: Any) -> tuple[str, list[Callable[..., Any]]]:
+    """What a global means to compiled code, as text, and the functions behind it."""
+    if isinstance(value, numba.core.dispatcher.Dispatcher):
+        options = getattr(value._cache, "_options", "")
+        return f"{value.py_func.__qualname__} {options}", [value.py_func]
+    if isinstance(value, types.FunctionType):
+        return value.__qualname__, [value] if value.__module__.startswith("cutwise") else []
+    if isinstance(value, type):
+        return f"{value.__qualname__} {getattr(value, '_fields', '')} {getattr(value, '_field_defaults', '')}", []
+    if isinstance(value, types.ModuleType):
+        return value.__name__, []
+    if isinstance(value, np.ndarray):
+        return f"{value.dtype} {value.shape} {value.tobytes().hex()}", []
+    return repr(value) if isinstance(value, (int, float, complex, str, bytes, tuple, bool, type(None))) else "", []
