@@ -14,7 +14,7 @@ import sys
 import time
 import types
 from collections.abc import Callable, Iterator
-from functools import lru_cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -181,7 +181,7 @@ def _unwrapped(data: bytes) -> Any:
     return pickle.loads(data[32:])
 
 
-@lru_cache(maxsize=None)
+@cache
 def digest_of_use(function: Callable[..., Any], options: str = "") -> str:
     """Digest of everything that the compiled code of a function depends on.
 
