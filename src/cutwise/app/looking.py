@@ -18,7 +18,7 @@ def part(
     """List solids, holes and sharp edges of a STEP file, with the numbers that a chamfer scenario selects them by."""
     from cutwise.app.parts import draw, listing, shown
     from cutwise.io.files import write_text
-    from cutwise.io.step import CadFault
+    from cutwise.io.occ import CadFault
 
     try:
         found = listing(file)

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cutwise.io.cad_splines import spline_surface
-from cutwise.io.step import MM, StepPart, explored, occ, shape_map
+from cutwise.io.occ import MM, explored, occ, shape_map
+from cutwise.io.step import StepPart
 from cutwise.maths.nurbs import Splines, SplineSurface, spline_normals, splines
 from cutwise.maths.surfaces import CONE, CYLINDER, FREE_FORM, PLANE, SPHERE, TORUS, Surfaces, outside_of, surfaces
 

@@ -17,7 +17,7 @@ from cutwise.io.cad import (
     face_normals,
     face_parameters,
 )
-from cutwise.io.step import occ
+from cutwise.io.occ import occ
 from cutwise.maths.edges import EdgeFrames, arc_lengths, edge_frames, lengths, swapped_sides
 from cutwise.maths.nurbs import CHEBYSHEV, Splines, section_heights, spline_normals
 from cutwise.maths.surfaces import CYLINDER, FREE_FORM, SECTION_TERMS

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cutwise.io.cad import CONCAVE, CONVEX, Face, Topology
-from cutwise.io.step import MM, occ
+from cutwise.io.occ import MM, occ
 from cutwise.maths.curves import FloatArray
 from cutwise.maths.nurbs import spline_normals
 from cutwise.maths.skins import Faces, Skin, no_limits

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cutwise.io import cad, cad_edges, cad_parts, cad_select, cad_skin, step
+from cutwise.io.occ import CadFault
 from cutwise.maths.curves import FloatArray
 from cutwise.maths.edges import EdgeFrames
 from cutwise.maths.skins import Boxes, Skin, boxes
@@ -161,7 +162,7 @@ def read_part(scenario: ChamferScenario) -> step.StepPart:
     if scenario.part.step is not None:
         try:
             return step.read_step(scenario.part.step)
-        except step.CadFault as fault:
+        except CadFault as fault:
             raise ScenarioFault([Fault(("part", "step"), str(fault))]) from None
     assert scenario.part.block is not None  # checked by the specification
     with tempfile.TemporaryDirectory() as folder:
@@ -191,7 +192,7 @@ def cad_work(scenario: ChamferScenario, part: step.StepPart, *, outline: bool = 
     chains = cad_edges.sharp_chains(model, reach=_section_reach(scenario), spacing=spacing)
     try:
         chosen = cad_select.select(chains, scenario.part.edges)
-    except step.CadFault as fault:
+    except CadFault as fault:
         raise ScenarioFault([Fault(("part", "edges"), str(fault))]) from None
     shape = shape_of(cad_skin.cad_skin(model), tuple(face.name for face in model.faces))
     works = tuple(_chain_work(scenario, model, chain, shape) for chain in chosen)
