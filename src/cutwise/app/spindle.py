@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 
 from cutwise import units
 from cutwise.io.cad_parts import SpindleSize, compliant_spindle, spindle_assembly
-from cutwise.io.spindle_body import Misfit, cylinders
 from cutwise.io.occ import CadFault
+from cutwise.io.spindle_body import Misfit, cylinders
 from cutwise.io.step import write_step
 from cutwise.physics.structure.statics import Characteristic, characteristic
 from cutwise.process.assemble import piston_ring

@@ -24,6 +24,9 @@ _WORDS = re.compile(r"[A-Z][A-Z0-9_]*(?=\()", re.IGNORECASE)
 _POINT = re.compile(r"CARTESIAN_POINT\s*\(\s*(?:'[^']*'|\$)\s*,\s*\(([^()]*)\)", re.IGNORECASE)
 _NO_NUMBER = re.compile(r"[(,]\s*([-+]?(?:nan|inf(?:inity)?))\s*[,)]", re.IGNORECASE)
 
+_UNCERTAINTY = re.compile(
+    r"UNCERTAINTY_MEASURE_WITH_UNIT\s*\(\s*LENGTH_MEASURE\s*\(\s*([-+]?\d+\.?\d*(?:E[-+]?\d+)?)\s*\)", re.IGNORECASE
+)
 _ROOT = re.compile(
     r"SHAPE_DEFINITION_REPRESENTATION|CONTEXT_DEPENDENT_SHAPE_REPRESENTATION|\w*SHAPE_REPRESENTATION\w*"
     r"|NEXT_ASSEMBLY_USAGE_OCCURRENCE|MAPPED_ITEM"
@@ -56,6 +59,10 @@ class Exchange(NamedTuple):
     def line(self, number: int) -> int:
         """Line of the file in which an instance begins, from 1."""
         return _line_of(self.text, self.start, self.instances[number].place)
+
+    def uncertainty(self) -> float:
+        """Largest distance, in the length unit of the file, within which the file says that points are one; or 0."""
+        return max((float(found[1]) for found in _UNCERTAINTY.finditer(self.text)), default=0.0)
 
     def faces(self) -> int:
         """How many faces the shapes have in the file."""

@@ -10,6 +10,11 @@ from cutwise.io.occ import MISSING, MM, CadFault, explored, occ
 from cutwise.io.part21 import Exchange, TextFault, exchange, listed
 from cutwise.io.step_process import READER, shape_of
 
+_METRES = {
+    "millimetre": 1e-3, "centimetre": 1e-2, "micrometre": 1e-6, "metre": 1.0, "inch": 0.0254, "foot": 0.3048,
+}  # fmt: skip
+_LOOSEST = 1e-4  # [m] that a file is believed when it says within which distance points are one
+
 
 class StepPart(NamedTuple):
     """A part as read; the shape is OpenCascade's, in millimetres."""
@@ -20,6 +25,7 @@ class StepPart(NamedTuple):
     solids: int
     open_shells: int
     faces: int
+    tolerance: float = 0.0  # [m] within which the file says that points are one; 0: it does not say
     lost: int = 0  # faces of the file that could not be translated
     loose: tuple[str, ...] = ()  # references of the file that lead nowhere, but are not needed for the shape
 
@@ -63,7 +69,9 @@ def read_step(path: str | Path) -> StepPart:
     if types:
         raise CadFault(f"{path.name}: {_types_told(found, types)}")
     part = part_from_shape(shape, path.name, unit=_unit(text))
-    return part._replace(lost=max(0, found.faces() - _written_faces(shape)), loose=found.loose)
+    tolerance = min(found.uncertainty() * _METRES.get(part.unit, MM), _LOOSEST)
+    lost = max(0, found.faces() - _written_faces(shape))
+    return part._replace(tolerance=tolerance, lost=lost, loose=found.loose)
 
 
 def _written_faces(shape: Any) -> int:

@@ -14,9 +14,7 @@ from cutwise.io.occ import CadFault, occ
 from cutwise.io.step_reader import allowed
 
 _COMMAND = "from cutwise.io.step_reader import serve; serve()"
-_ENDED = (
-    "reading it ended the reader of OpenCascade: the file is damaged; export it again (AP203, AP214 or AP242)"
-)
+_ENDED = "reading it ended the reader of OpenCascade: the file is damaged; export it again (AP203, AP214 or AP242)"
 
 
 class Reader:
@@ -60,7 +58,9 @@ class Reader:
         with self._lock:
             self.start()
             process = self._process
-            assert process is not None and process.stdin is not None and process.stdout is not None
+            assert process is not None
+            assert process.stdin is not None
+            assert process.stdout is not None
             try:
                 process.stdin.write(json.dumps(request) + "\n")
                 process.stdin.flush()

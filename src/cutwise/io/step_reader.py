@@ -144,12 +144,12 @@ def _try_faces_and_edges(shape: Any) -> None:
         if tool.Degenerated_s(edge):
             continue
         curve = adaptors.BRepAdaptor_Curve(edge)
-        ends = curve.FirstParameter(), curve.LastParameter()
-        if not all(math.isfinite(end) and abs(end) < 1e50 for end in ends):
+        first, last = curve.FirstParameter(), curve.LastParameter()
+        if not all(math.isfinite(end) and abs(end) < 1e50 for end in (first, last)):
             raise CadFault(f"edge {number} of its shape has no ends: the file is damaged")
         p, d = gp.gp_Pnt(), gp.gp_Vec()
         for s in (0.0, 0.37, 1.0):
-            curve.D1(ends[0] + s * (ends[1] - ends[0]), p, d)
+            curve.D1(first + s * (last - first), p, d)
 
 
 def _between(first: float, last: float, share: float) -> float:
