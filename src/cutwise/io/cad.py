@@ -49,6 +49,11 @@ class Topology(NamedTuple):
     splines: Splines  # one row for each free-form face
 
     @property
+    def whole_edges(self) -> int:
+        """How many edges the part has, pieces of one counted once."""
+        return len({edge.whole for edge in self.edges})
+
+    @property
     def split(self) -> tuple[tuple[Edge, ...], ...]:
         """The pieces of edges whose kind changes along them, in their order."""
         pieces: dict[int, list[Edge]] = {}
@@ -64,7 +69,7 @@ class Topology(NamedTuple):
     def _split_at(self, pieces: Sequence[Edge]) -> str:
         first = pieces[0]
         names = " and ".join(self.faces[i].name for i in first.faces)
-        ends = [a.span[1] for a in pieces[:-1] if a.kind != SMOOTH]
+        ends = [piece.span[1] for piece in pieces[:-1]]
         places = [
             "(" + ", ".join(f"{1e3 * x + 0.0:.4g}" for x in point) + ") mm"
             for point in curve_points(first.shape, np.array(ends))[0]
@@ -162,9 +167,8 @@ def _pieces(
 ) -> list[Edge]:  # fmt: skip
     """An edge by its kind, from its faces and the angle between their normals; split where the kind changes.
 
-    An edge that is convex in one place and concave in another passes through tangency: it is convex up to where the
-    normals are as near as those of a smooth edge, then smooth, then concave. An edge that only fades into tangency
-    stays whole.
+    An edge that is convex in one place and concave in another passes through tangency, where it is split. An edge that
+    only fades into tangency stays whole.
     """
     owners = tuple(dict.fromkeys(face for face, _ in found))
     forward = found[0][1] if found else True
@@ -183,28 +187,24 @@ def _pieces(
     cuts, kinds = [span[0]], [bool(bend[sharp[0]] > 0.0)]
     for a, b in itertools.pairwise(sharp):
         if (bend[a] > 0.0) != (bend[b] > 0.0):
-            ends = [_fades(looked, shape, owners, forward, float(at[i]), float(at[j])) for i, j in ((a, b), (b, a))]
-            cuts += ends
+            cuts.append(_turns(looked, shape, owners, forward, float(at[a]), float(at[b])))
             kinds.append(bool(bend[b] > 0.0))
-    cuts.append(span[1])
     pieces = []
-    for k, (low, high) in enumerate(itertools.pairwise(cuts)):
-        inside = np.abs(bend[(at >= low) & (at <= high)])
-        kind = SMOOTH if k % 2 else CONVEX if kinds[k // 2] else CONCAVE
-        angle = looked.smooth if k % 2 else float(inside.max())
-        pieces.append(Edge(first + k, shape, kind, owners, forward, angle, (low, high), whole))
+    for k, (low, high) in enumerate(itertools.pairwise([*cuts, span[1]])):
+        angle = float(np.abs(bend[(at >= low) & (at <= high)]).max())
+        pieces.append(
+            Edge(first + k, shape, CONVEX if kinds[k] else CONCAVE, owners, forward, angle, (low, high), whole)
+        )
     return pieces
 
 
-def _fades(
-    looked: _Looked, shape: Any, owners: Sequence[int], forward: bool, sharp: float, other: float
-) -> float:  # fmt: skip
-    """Where an edge, sharp at one parameter, is sharp no more on the way to another one, of the other kind."""
-    sign = math.copysign(1.0, float(looked.bend(shape, owners, forward, np.array([sharp]))[0]))
+def _turns(looked: _Looked, shape: Any, owners: Sequence[int], forward: bool, low: float, high: float) -> float:
+    """The parameter, between two at which an edge is of different kinds, at which its faces are tangent."""
+    convex = looked.bend(shape, owners, forward, np.array([low]))[0] > 0.0
     for _ in range(_HALVINGS):
-        middle = 0.5 * (sharp + other)
-        if sign * float(looked.bend(shape, owners, forward, np.array([middle]))[0]) >= looked.smooth:
-            sharp = middle
+        middle = 0.5 * (low + high)
+        if (looked.bend(shape, owners, forward, np.array([middle]))[0] > 0.0) == convex:
+            low = middle
         else:
-            other = middle
-    return sharp
+            high = middle
+    return low

@@ -167,7 +167,9 @@ def _cad(scenario: ChamferScenario, *, outline: bool) -> _Planned:
             else "the best of all tool axes (tool.axis: auto)",
             "leave these edges out (part.edges)",
         )  # fmt: skip
-    return _Planned(tuple(plans), tuple(members), infeasible, remedies, (*work.model.remarks, *work.remarks), work.outline)
+    return _Planned(
+        tuple(plans), tuple(members), infeasible, remedies, (*work.model.remarks, *work.remarks), work.outline
+    )
 
 
 def _refused(plan: EdgePlan) -> str:

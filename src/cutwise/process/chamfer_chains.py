@@ -20,6 +20,7 @@ from cutwise.maths.surfaces import IntArray
 from cutwise.paths import feed as feeds
 from cutwise.paths.chamfer import ChamferPath, NoPathError, chamfer_path, path_of, possible
 from cutwise.physics.surface.approach import cut_places
+from cutwise.process import chamfer_fading as fading
 from cutwise.process import chamfer_proof as proof
 from cutwise.process.chamfer_plan import Candidate, EdgePath, candidate, chamfer_of, plan_piece, sharpened
 from cutwise.process.chamfer_work import CadWork, EdgeWork
@@ -101,12 +102,14 @@ def draft(scenario: ChamferScenario, work: EdgeWork) -> Draft:
     if tolerance is None:
         share = _PER_POINT * (scenario.path.points or 0) / len(work.nodes.point)
         return _draft(scenario, work.finer(share)) if share > 1.0 else found
-    coarse = max(feeds.coarseness(path, tolerance) for _, path in found.pieces)
+    coarse = max(feeds.coarseness(path, fading.chord_tolerance(scenario, path)) for _, path in found.pieces)
     share = min(_FINEST, _PER_POINT * coarse)
     if share <= 1.0:
         return found
     fine = _draft(scenario, work.finer(share))
-    left = max((feeds.coarseness(path, tolerance) for _, path in fine.pieces), default=coarse)
+    left = max(
+        (feeds.coarseness(path, fading.chord_tolerance(scenario, path)) for _, path in fine.pieces), default=coarse
+    )
     return fine if left < 0.7 * coarse else found  # a path that jumps is no smoother on more samples
 
 
@@ -115,6 +118,12 @@ def _draft(scenario: ChamferScenario, work: EdgeWork) -> Draft:
     radius = scenario.tool.ball_radius
     good = possible(work.nodes, cut, radius)
     reason = ["" if fine else BENDS_AWAY for fine in good]
+    shallow = fading.too_shallow(scenario, work.nodes)
+    for run in runs(shallow, closed=work.nodes.closed):
+        why = fading.shallow_reason(work.nodes, run)
+        for i in run:
+            reason[i] = why
+    good = good & ~shallow
     pieces = []
     for samples in runs(good, closed=work.nodes.closed):
         why = TOO_SHORT
@@ -236,10 +245,10 @@ def _clean(
             except NoPathError as fault:
                 why |= dict.fromkeys(part.tolist(), str(fault))
                 continue
-            if found.gouge.value <= proof.GOUGE_LIMIT + work.shape.skin.error:
+            if found.gouge.value <= proof.GOUGE_LIMIT + work.shape.skin.error and not found.faded:
                 good.append((part, found))
                 continue
-            bad = _clear(scenario, work, piece, members, around, found)
+            bad = found.faded or _clear(scenario, work, piece, members, around, found)
             why |= {int(part[i]): text for i, text in bad.items()}
             fine = np.array([i not in bad for i in range(len(part))])
             again += [part[kept] for kept in runs(fine, closed=piece.frames.closed)]
