@@ -1,5 +1,6 @@
 """What the command line shows: tables, verdicts and progress; plain text when it is not a terminal that reads."""
 
+import logging
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -165,8 +166,22 @@ class Console:
     def progress(self, what: str) -> Iterator[Callable[[float], None]]:
         """A progress bar on standard error, if that is a terminal and it takes longer than two seconds.
 
-        What is given back also stops the work after a Ctrl-C.
+        What is given back also stops the work after a Ctrl-C. What the work has to say meanwhile goes to standard error.
         """
+        told = logging.getLogger("cutwise")
+        teller = _Teller(self.err)
+        level = told.level
+        told.addHandler(teller)
+        told.setLevel(logging.INFO)
+        try:
+            with self._bar(what) as show:
+                yield show
+        finally:
+            told.removeHandler(teller)
+            told.setLevel(level)
+
+    @contextmanager
+    def _bar(self, what: str) -> Iterator[Callable[[float], None]]:
         if not self.err.is_terminal:
             yield lambda share: interrupt.stop_if_asked()  # noqa: ARG005
             return
@@ -191,6 +206,17 @@ class Console:
             late.cancel()
             late.join()
             bar.stop()
+
+
+class _Teller(logging.Handler):
+    """Prints what a run says while it is going on."""
+
+    def __init__(self, console: rich.console.Console) -> None:
+        super().__init__(logging.INFO)
+        self.console = console
+
+    def emit(self, record: logging.LogRecord) -> None:
+        self.console.print(record.getMessage(), markup=False)
 
 
 def _assumed(scenario: "Scenario") -> str:

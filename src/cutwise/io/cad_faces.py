@@ -131,8 +131,19 @@ def face_parameters(face: Face, edge: Any, at: FloatArray) -> FloatArray:
 
 def curve_points(edge: Any, at: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Points [m] and derivatives of the curve of an edge; shapes (n, 3)."""
-    gp = occ("gp")
     curve = occ("BRepAdaptor").BRepAdaptor_Curve(edge)
+    types = occ("GeomAbs").GeomAbs_CurveType
+    if curve.GetType() == types.GeomAbs_Line:
+        line = curve.Line()
+        along = _vector(line.Direction())
+        return (_vector(line.Location()) + at[:, None] * along) * MM, np.tile(along, (len(at), 1)) * MM
+    if curve.GetType() == types.GeomAbs_Circle:
+        circle = curve.Circle()
+        frame, size = circle.Position(), circle.Radius()
+        cosine, sine = size * np.cos(at)[:, None], size * np.sin(at)[:, None]
+        x, y = _vector(frame.XDirection()), _vector(frame.YDirection())
+        return (_vector(circle.Location()) + cosine * x + sine * y) * MM, (cosine * y - sine * x) * MM
+    gp = occ("gp")
     point, slope = np.empty((len(at), 3)), np.empty((len(at), 3))
     p, d = gp.gp_Pnt(), gp.gp_Vec()
     for i, t in enumerate(at):
@@ -140,6 +151,10 @@ def curve_points(edge: Any, at: FloatArray) -> tuple[FloatArray, FloatArray]:
         point[i] = p.X(), p.Y(), p.Z()
         slope[i] = d.X(), d.Y(), d.Z()
     return point * MM, slope * MM
+
+
+def _vector(of: Any) -> FloatArray:
+    return np.array([of.X(), of.Y(), of.Z()])
 
 
 def curve_range(edge: Any) -> tuple[float, float]:

@@ -1,6 +1,6 @@
 """A chamfer run: paths planned and proved, then forces along them, a spindle that yields, and set-up errors."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from cutwise.paths import reach
@@ -72,17 +72,19 @@ def prepare(scenario: ChamferScenario) -> None:
         cad_work(scenario, read_part(scenario), outline=False)
 
 
-def run(scenario: ChamferScenario, *, wanted: frozenset[str] = EVERYTHING) -> ChamferRun:
+def run(
+    scenario: ChamferScenario, *, wanted: frozenset[str] = EVERYTHING, progress: Callable[[float], None] | None = None
+) -> ChamferRun:  # fmt: skip
     """Plan and prove the paths of a scenario, then the forces along them and what a spindle makes of those.
 
     ``wanted``: what is worked out besides: the band of set-up errors, the outline of the part for pictures, and what
-    helps where something is infeasible.
+    helps where something is infeasible. ``progress`` is called with the share of the planning done so far.
     """
     part = pipe_hole(scenario)
     found = (
         _pipe(scenario, part, helped="remedies" in wanted)
         if part is not None
-        else _cad(scenario, outline="outline" in wanted)
+        else _cad(scenario, outline="outline" in wanted, progress=progress)
     )
     paths = [path for plan in found.plans for path in plan.paths]
     forces: list[PassForces] = []
@@ -151,11 +153,13 @@ def _pipe_edge(scenario: ChamferScenario, part: PipeHole, *, inner: bool) -> _Pl
     return _Planned((EdgePlan(work, (path,), ()),), (member,), tuple(str(m) for m in path.failed))
 
 
-def _cad(scenario: ChamferScenario, *, outline: bool) -> _Planned:
+def _cad(
+    scenario: ChamferScenario, *, outline: bool, progress: Callable[[float], None] | None = None
+) -> _Planned:  # fmt: skip
     """The selected edges of a CAD part; edges that cannot be done are refused with the reason, and the rest is done."""
     part = read_part(scenario)
     work = cad_work(scenario, part, outline=outline)
-    plans, members = plan_chains(scenario, work)
+    plans, members = plan_chains(scenario, work, progress)
     infeasible = tuple(_refused(plan) for plan in plans if not plan.paths)
     remedies: tuple[str, ...] = ()
     if infeasible:

@@ -4,7 +4,7 @@ All selected edges are looked at together: what the ball takes off a neighbour t
 paths run up to the corners that they share. Where a path is trimmed, the reason is kept with the length.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -24,12 +24,14 @@ from cutwise.process import chamfer_fading as fading
 from cutwise.process import chamfer_proof as proof
 from cutwise.process.chamfer_plan import Candidate, EdgePath, candidate, chamfer_of, plan_piece, sharpened
 from cutwise.process.chamfer_work import CadWork, EdgeWork
+from cutwise.process.pace import Pace
 from cutwise.spec.chamfer import ChamferScenario
 
 _SHORTEST = 4  # samples of a path worth having
 _ROUNDS = 4  # of trimming
 _PER_POINT = 3.0  # samples of an edge for each point of its path
 _FINEST = 16.0  # more samples than at first, where a chord tolerance asks for them
+_DRAFTED = 0.1  # share of the time that the drafts of all paths take
 _SPACING = 0.1  # of gouges that are looked for, in ball radii
 
 BENDS_AWAY = "the faces meet tangentially or end before the chamfer does"
@@ -172,15 +174,30 @@ class Surroundings:
         return {int(self.number[i]) for i in self.tree.query_ball_point(point, reach)}
 
 
-def plan_chains(scenario: ChamferScenario, found: CadWork) -> tuple[list[EdgePlan], list[proof.EdgeZone]]:
+def plan_chains(
+    scenario: ChamferScenario, found: CadWork, progress: Callable[[float], None] | None = None
+) -> tuple[list[EdgePlan], list[proof.EdgeZone]]:
     """Plan all selected edges of a part together; with the zones in which the tool is meant to cut."""
     around = Surroundings(found.model, found.chains, [work.number for work in found.chosen])
-    drafts = [draft(scenario, work) for work in found.chosen]
+    length = {work.number: float(edge_lengths(work.nodes).sum()) for work in found.chosen}
+    total = sum(length.values())
+    drafts = []
+    for work in found.chosen:
+        drafts.append(draft(scenario, work))
+        if progress is not None:
+            progress(_DRAFTED * len(drafts) / len(found.chosen))
     width = scenario.chamfer.width
     members = [
         proof.edge_zone(d.work, max(float(path.leg.max()) for _, path in d.pieces), width) for d in drafts if d.pieces
     ]
-    plans = [_plan(scenario, d, members, around) for d in drafts]
+    pace = Pace(
+        total, "Fewer edges (part.edges) or a larger path.chord_tolerance make it shorter.",
+        progress and (lambda share: progress(_DRAFTED + (1.0 - _DRAFTED) * share)),
+    )  # fmt: skip
+    plans = []
+    for d in drafts:
+        plans.append(_plan(scenario, d, members, around))
+        pace.advance(length[d.work.number])
     lost = {plan.work.number for plan in plans if not plan.paths}
     if lost:  # what is not chamfered must not be cut by its neighbours
         around.selected -= lost
@@ -193,6 +210,11 @@ def plan_chains(scenario: ChamferScenario, found: CadWork) -> tuple[list[EdgePla
         members = kept
     exact = iter(sharpened([path for plan in plans for path in plan.paths]))
     return [plan._replace(paths=tuple(next(exact) for _ in plan.paths)) for plan in plans], members
+
+
+def edge_lengths(frames: EdgeFrames) -> FloatArray:
+    """Lengths between the samples of an edge [m]."""
+    return arc_lengths(frames.point, frames.tangent, closed=frames.closed)
 
 
 def _touches(one: Draft, other: proof.EdgeZone, reach: float) -> bool:

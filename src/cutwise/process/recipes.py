@@ -190,7 +190,7 @@ def drilling_measures(scenario: DrillingScenario, wanted: Collection[str] = ()) 
 
 def chamfer_path(scenario: ChamferScenario, progress: Progress | None = None) -> Result:
     """Chamfer of constant width: path, proof by sweep, forces along it, and a spindle that yields to them."""
-    done = chamfer.run(scenario)
+    done = chamfer.run(scenario, progress=_part(progress, 0.0, 0.6))
     if progress is not None:
         progress(0.6)
     found = chamfer_measures.measures(scenario, done)
