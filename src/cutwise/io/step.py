@@ -63,7 +63,7 @@ def read_step(path: str | Path) -> StepPart:
         found = exchange(text)
         READER.start()  # it loads OpenCascade while this process does so too
         occ("TopoDS")
-        shape, types = shape_of(path, sorted(found.instances[n].place for n in found.shape))
+        shape, types = shape_of(path, [k for k, n in enumerate(found.order) if n in found.shape])
     except (TextFault, CadFault) as fault:
         raise CadFault(str(fault) if str(fault) == MISSING else f"{path.name}: {fault}") from None
     if types:

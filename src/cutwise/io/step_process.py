@@ -97,7 +97,7 @@ def shape_of(file: Path, places: list[int]) -> tuple[Any, list[tuple[int, str]]]
     file : Path
         The file.
     places : list of int
-        Statements of the data section that the shapes are made of.
+        Instances of the data section, counted from 0, that the shapes are made of.
 
     Raises
     ------

@@ -68,12 +68,12 @@ def read(file: str, shape_file: str, places: frozenset[int]) -> dict[str, Any]:
     file, shape_file : str
         The STEP file, and where the shape is to be written.
     places : set of int
-        Statements of the data section, from 0, that the shapes are made of.
+        Instances of the data section, counted from 0, that the shapes are made of.
 
     Returns
     -------
     dict
-        ``types``: parameters that are not what the standard asks for, as pairs of statement and words; else nothing.
+        ``types``: parameters that are not what the standard asks for, as pairs of instance and words; else nothing.
 
     Raises
     ------
