@@ -28,7 +28,8 @@ from cutwise.process.pace import Pace
 from cutwise.spec.chamfer import ChamferScenario
 
 _SHORTEST = 4  # samples of a path worth having
-_ROUNDS = 4  # of trimming
+_ROUNDS = 4  # of trimming where the ball cuts too much
+_FADES = 8  # and where an edge fades
 _PER_POINT = 3.0  # samples of an edge for each point of its path
 _FINEST = 16.0  # more samples than at first, where a chord tolerance asks for them
 _DRAFTED = 0.1  # share of the time that the drafts of all paths take
@@ -252,31 +253,33 @@ def _clean(
 
     What is left after trimming is looked at again, since a shallow cut can hide behind a deep one.
     """
-    waiting = [np.arange(len(dense.centre))]
+    waiting = [(np.arange(len(dense.centre)), 0, 0)]
     good: list[tuple[IntArray, Candidate]] = []
     why: dict[int, str] = {}
-    for _ in range(_ROUNDS):
-        again = []
-        for part in waiting:
-            if len(part) < _SHORTEST:
-                why |= dict.fromkeys(part.tolist(), TOO_SHORT)
-                continue
-            piece = path_of(dense, piece_of(dense.frames, part), part)
-            try:
-                found = candidate(scenario, work, piece, members, enough=proof.GOUGE_LIMIT + work.shape.skin.error)
-            except NoPathError as fault:
-                why |= dict.fromkeys(part.tolist(), str(fault))
-                continue
-            if found.gouge.value <= proof.GOUGE_LIMIT + work.shape.skin.error and not found.faded:
-                good.append((part, found))
-                continue
-            bad = found.faded or _clear(scenario, work, piece, members, around, found)
-            why |= {int(part[i]): text for i, text in bad.items()}
-            fine = np.array([i not in bad for i in range(len(part))])
-            again += [part[kept] for kept in runs(fine, closed=piece.frames.closed)]
-        waiting = again
-    for part in waiting:
-        why |= dict.fromkeys(part.tolist(), "the ball would cut the part beyond the chamfer")
+    while waiting:
+        part, cuts, fades = waiting.pop(0)
+        if cuts == _ROUNDS:
+            why |= dict.fromkeys(part.tolist(), "the ball would cut the part beyond the chamfer")
+            continue
+        if len(part) < _SHORTEST:
+            why |= dict.fromkeys(part.tolist(), TOO_SHORT)
+            continue
+        piece = path_of(dense, piece_of(dense.frames, part), part)
+        try:
+            found = candidate(scenario, work, piece, members, enough=proof.GOUGE_LIMIT + work.shape.skin.error)
+        except NoPathError as fault:
+            why |= dict.fromkeys(part.tolist(), str(fault))
+            continue
+        if found.faded and fades < _FADES:
+            bad, fades = found.faded, fades + 1
+        elif found.gouge.value <= proof.GOUGE_LIMIT + work.shape.skin.error:
+            good.append((part, found))
+            continue
+        else:
+            bad, cuts = _clear(scenario, work, piece, members, around, found), cuts + 1
+        why |= {int(part[i]): text for i, text in bad.items()}
+        fine = np.array([i not in bad for i in range(len(part))])
+        waiting += [(part[kept], cuts, fades) for kept in runs(fine, closed=piece.frames.closed)]
     return good, why
 
 

@@ -24,7 +24,8 @@ BLUNT = math.radians(120.0)  # only wedges blunter than this are spoken of here
 _SHARE = 0.05  # of the width: what it may be off where no requirement says how much
 _KEPT = 0.7  # of that tolerance for the chords of the path
 _CLOSEST = 1e-7  # [m] chord error below which points are put no closer
-_RISES = 1e-9  # [rad] by which the wedge opens from one sample to the next where an edge fades
+_SHARPER = 0.8  # share of tan(half the wedge) to which a path is taken back where its width was off
+_RISES = 1e-9  # [rad] by which the wedge changes at least from one sample to the next where an edge fades
 
 
 def width_tolerance(scenario: ChamferScenario) -> float:
@@ -104,12 +105,7 @@ def faded(
         low, high = kept[max(after - 1, 0)], kept[after] if after < len(kept) else count
         gone |= set(range(int(low) + 1, int(high)))
         for step in (-1, 1):
-            j = int(i)
-            while closed or 0 <= j + step < count:
-                if wedge[(j + step) % count] <= wedge[j % count] + _RISES or abs(j - i) >= count:
-                    break
-                j += step
-                gone.add(j % count)
+            gone |= _beyond(wedge, int(i), step, closed=closed)
     numbers = np.array(sorted(gone))
     sharpest = int(numbers[np.argmin(wedge[numbers])])
     why = (
@@ -117,3 +113,20 @@ def faded(
         f"{math.degrees(wedge[sharpest]):.1f}° the width is not kept within {units.show(tolerance, 'length', 3)}"
     )
     return dict.fromkeys(numbers.tolist(), why)
+
+
+def _beyond(wedge: FloatArray, start: int, step: int, *, closed: bool) -> set[int]:
+    """Samples from one on, in one direction, over which the wedge opens; or closes, until it is clearly sharper."""
+    count = len(wedge)
+    opening = math.tan(0.5 * float(wedge[start]))
+    gone, j, way = {start}, start, 0.0
+    for _ in range(count - 1):
+        if not closed and not 0 <= j + step < count:
+            break
+        change = float(wedge[(j + step) % count] - wedge[j % count])
+        if abs(change) <= _RISES or change * way < 0.0 or math.tan(0.5 * float(wedge[j % count])) < _SHARPER * opening:
+            break
+        way = change
+        j += step
+        gone.add(j % count)
+    return gone
