@@ -12,6 +12,7 @@ from cutwise.io.programs.groups import (
     M_WORDS,
     MOTION,
     SHARES_AXES,
+    STRAIGHT,
     TAKES_AXES,
     name,
 )
@@ -23,7 +24,7 @@ AXIS_LETTERS = "xyzabcuvw@^"
 class Block:
     """The words of one line, each with its value and its place."""
 
-    __slots__ = ("g", "m", "motion", "places", "values")
+    __slots__ = ("g", "left_in_force", "m", "motion", "places", "values")
 
     def __init__(self) -> None:
         self.values: dict[str, float] = {}
@@ -31,6 +32,7 @@ class Block:
         self.m: dict[str, int] = {}  # group: the code
         self.places: dict[str, int] = {}  # of letters, and of groups as g.GROUP and m.GROUP
         self.motion: int | None = None  # the motion of this block
+        self.left_in_force: int | None = None  # a motion that the block names without running it
 
     def get(self, letter: str) -> float | None:
         """The value of a word, if it is there."""
@@ -150,11 +152,14 @@ def _own_motion(block: Block, own: int, taker: int | None, axes: Sequence[str]) 
     if own == 800:
         if axes and taker is None:
             raise block.fault("axis words while motion is cancelled (G80); write G0 or G1", axes[0])
-    elif taker is not None:
+    elif taker is not None and own not in STRAIGHT:
         raise block.fault(
             f"{name(taker)} and {MOTION[own]} both want the axis words; one of them per block", "g.motion"
         )
-    block.motion = own
+    if taker is not None and own in STRAIGHT:  # G0 G91 G28 Z0: the axes are those of G28, G0 holds from here on
+        block.left_in_force = own
+    else:
+        block.motion = own
 
 
 def _all_used(block: Block) -> None:
