@@ -105,9 +105,9 @@ class Apt:
             self.faults.append(Fault((), message, found[0].line, found[0].column, self.name))
         behind = [s for s in self.statements[self.blocks :] if s.word in ("GOTO", "GODLTA")]
         if self.ended and behind:
-            self.noticed[f"{len(behind)} motions stand behind the end of the program (line {self.line}) and are not run"] = (
-                behind[0].line
-            )
+            self.noticed[
+                f"{len(behind)} motions stand behind the end of the program (line {self.line}) and are not run"
+            ] = behind[0].line
 
     def _metres(self) -> float:
         return INCH if self.inch else MILLIMETRE

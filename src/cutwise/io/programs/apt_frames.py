@@ -69,7 +69,9 @@ class Frames:
         self.setup = _axes(s, n)
         if self.base is None:
             if self.world and self.setup.turned():
-                return "points of the part (TRNTYP/WORLD) are turned into the axes of the setup, about the part's origin"
+                return (
+                    "points of the part (TRNTYP/WORLD) are turned into the axes of the setup, about the part's origin"
+                )
             return ""
         now = self._base()
         if (now.x, now.y, now.z) == (self.base.x, self.base.y, self.base.z) and (self.world or now == self.base):
@@ -125,7 +127,9 @@ def _axes(s: Statement, n: Sequence[float]) -> Axes:
         raise StatementFault(f"{s.word} needs {wanted}; found {len(n)}", s.column)
     square = all(abs(_dot(a, b) - (i == j)) < _SQUARE for i, a in enumerate((x, y, z)) for j, b in enumerate((x, y, z)))
     if not square or _dot(_cross(x, y), z) < 0.0:
-        raise StatementFault(f"{s.word}: its axes are not of unit length and square to each other, right-handed", s.column)
+        raise StatementFault(
+            f"{s.word}: its axes are not of unit length and square to each other, right-handed", s.column
+        )
     z = _unit(z)
     x = _unit(_cross(y, z))
     return Axes(origin, x, _cross(z, x), z)

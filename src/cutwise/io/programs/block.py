@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from cutwise.io.programs.expressions import BlockFault, Variables, computed, whole
+from cutwise.io.programs.expressions import BlockFault, Variables, computed, in_scale, whole
 from cutwise.io.programs.groups import (
     BOUND_LETTERS,
     G_GROUP,
@@ -75,7 +75,7 @@ def computed_block(words: Sequence[Word], variables: Variables) -> Block:
     """
     block = Block()
     for letter, value, place in words:
-        number = computed(value, variables)
+        number = in_scale(computed(value, variables), place)
         if letter == "g":
             _add_g(block, number, place)
         elif letter == "m":

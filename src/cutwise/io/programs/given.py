@@ -6,10 +6,12 @@ from pathlib import Path
 
 from cutwise.io.files import read_bytes
 from cutwise.io.programs.expressions import BlockFault
+from cutwise.io.programs.recognise import foreign_bytes
 from cutwise.io.programs.rs274 import first_unit
 from cutwise.io.programs.setup import Setup, Tool, WorkSystem
 from cutwise.io.programs.tools import is_in_inches, read_tool_table
 from cutwise.io.programs.words import compact, read_line
+from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.spec.program import WORK_SYSTEMS, Program
 
 SUBROUTINE_SUFFIXES = (".ngc", ".nc")
@@ -32,9 +34,13 @@ def read_program(path: Path, shown: str) -> str:
     Raises
     ------
     ScenarioFault
-        There is no such file, or it cannot be read.
+        There is no such file, or it cannot be read, or it is text of an encoding that no control reads.
     """
-    return decoded(read_bytes(path, shown))
+    content = read_bytes(path, shown)
+    wrong = foreign_bytes(content)
+    if wrong is not None:
+        raise ScenarioFault([Fault((), wrong, file=shown)])
+    return decoded(content)
 
 
 def library_beside(folder: Path) -> Callable[[str], str | None]:

@@ -6,6 +6,7 @@ from typing import Literal, NamedTuple, Protocol
 from cutwise.io.programs.apt import Apt, is_apt
 from cutwise.io.programs.canon import Command, SelectTool
 from cutwise.io.programs.moves import Move, Point, moves
+from cutwise.io.programs.recognise import foreign_text
 from cutwise.io.programs.rs274 import Rs274
 from cutwise.io.programs.setup import Setup
 from cutwise.spec.faults import Fault, ScenarioFault
@@ -38,8 +39,18 @@ class Interpreted(NamedTuple):
 
 
 def reading(text: str, name: str = "program", setup: Setup = _NOTHING) -> Reading:
-    """A run through a program, by the suffix of its name (``.apt``, ``.cls``, ``.cl``) or by what it looks like."""
-    return Apt(text, name, setup) if is_apt(text, name) else Rs274(text, name, setup)
+    """A run through a program, by the suffix of its name (``.apt``, ``.cls``, ``.cl``) or by what it looks like.
+
+    Raises
+    ------
+    ScenarioFault
+        It is something else; one sentence says what.
+    """
+    apt = is_apt(text, name)
+    foreign = foreign_text(text, apt=apt)
+    if foreign is not None:
+        raise ScenarioFault([Fault((), foreign, file=name)])
+    return Apt(text, name, setup) if apt else Rs274(text, name, setup)
 
 
 def default_tool(setup: Setup) -> int:

@@ -12,6 +12,7 @@ from cutwise.io.programs.controller import INCH, MILLIMETRE, Controller, from_ma
 from cutwise.io.programs.expressions import BlockFault, CommentFault, FlowFault, computed
 from cutwise.io.programs.flow import Flow
 from cutwise.io.programs.remarks import say
+from cutwise.io.programs.scale import MOST
 from cutwise.io.programs.setup import Setup
 from cutwise.io.programs.source import Source
 from cutwise.io.programs.variables import Memory
@@ -34,10 +35,14 @@ _COMMENTS = re.compile(r"\([^)\n]*\)|;[^\n]*")
 
 def first_unit(text: str) -> bool | None:
     """Whether the first unit word of a program is G20 (inch); None if it has none."""
-    for match in _UNIT_WORD.finditer(text):
-        line = text[text.rfind("\n", 0, match.start()) + 1 : match.end()]
-        if _UNIT_WORD.search(_COMMENTS.sub("", line.partition(";")[0])):
-            return match[1] == "0"
+    at = 0
+    while (match := _UNIT_WORD.search(text, at)) is not None:  # line by line: long lines are taken apart only once
+        begin, end = text.rfind("\n", 0, match.start(1)) + 1, text.find("\n", match.end())
+        end = len(text) if end < 0 else end
+        found = _UNIT_WORD.search(_COMMENTS.sub("", text[begin:end]))
+        if found is not None:
+            return found[1] == "0"
+        at = end
     return None
 
 
@@ -127,7 +132,9 @@ class Rs274:
             except ValueError:
                 break
             to_rapid = code == "0" if code else rapid
-            if rate < 0.0 or (not to_rapid and rate == 0.0):
+            if not -MOST < to_x < MOST or not -MOST < to_y < MOST or not -MOST < to_z < MOST:
+                break
+            if not 0.0 <= rate < MOST or (not to_rapid and rate == 0.0):
                 break
             x, y, z, rapid = to_x, to_y, to_z, to_rapid
             index += 1
@@ -163,6 +170,9 @@ class Rs274:
         except BlockFault as fault:
             self._fault(source, c.line - 1, fault)
             self.ended = len(self.faults) >= MOST_FAULTS
+        except RecursionError:
+            self._fault(source, c.line - 1, FlowFault("the expression has too many parts to be computed", 0))
+            self.ended = True
 
     def _block(self, line: Line) -> None:
         c, memory = self.controller, self.memory

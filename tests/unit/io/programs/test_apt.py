@@ -129,7 +129,9 @@ def test_every_spelling_of_a_unit_counts(unit):
 
 
 def test_a_unit_that_changes_on_the_way_holds_from_there_on():
-    found = made("UNITS/MM\nFEDRAT/254,PERMIN\nGOTO/25.4,0,0\nUNITS/INCH\nGODLTA/1,0,0\nFEDRAT/20,IPM\nGOTO/3,0,0", head="")
+    found = made(
+        "UNITS/MM\nFEDRAT/254,PERMIN\nGOTO/25.4,0,0\nUNITS/INCH\nGODLTA/1,0,0\nFEDRAT/20,IPM\nGOTO/3,0,0", head=""
+    )
     assert [m.end[0] for m in found] == pytest.approx([25.4e-3, 50.8e-3, 76.2e-3])
     assert [m.feed for m in found] == pytest.approx([0.254 / 60, 0.254 / 60, 0.508 / 60])
 
