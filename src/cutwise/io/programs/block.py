@@ -119,6 +119,16 @@ def _add_m(block: Block, number: float, place: int) -> None:
     block.places["m." + group] = place
 
 
+def without_call(block: Block) -> Block | None:
+    """What stands in a block beside M98 P L or M99; None if nothing does."""
+    rest = Block()
+    rest.values = {letter: value for letter, value in block.values.items() if letter not in ("p", "l")}
+    rest.g = dict(block.g)
+    rest.m = {group: code for group, code in block.m.items() if group != "stop"}
+    rest.places = block.places
+    return rest if rest.values or rest.g or rest.m else None
+
+
 def settle(block: Block, modal: int) -> None:
     """Decide what the axis words of a block belong to, and that every word is of use.
 

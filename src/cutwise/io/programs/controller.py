@@ -157,6 +157,7 @@ class Controller:
     line: int = 0
     number: str = ""
     notices: dict[str, int] = field(default_factory=dict)  # words: first line they hold for
+    stores_cycles: bool = False  # a cycle repeated 0 times keeps its words for the blocks that follow (Fanuc)
     steps: int = 0  # that a line has taken beyond itself: runs again, repeats, pecks, turns
 
     @property

@@ -32,6 +32,8 @@ def cycle(c: Controller, block: Block, *, before: int) -> None:
     _keep_words(c, block, "xyz"[w], begins=before != c.motion)
     clearance, bottom = _heights(c, block)
     repeats = block.whole("l") if "l" in block.values else 1
+    if not repeats and c.stores_cycles:
+        return
     if not repeats:
         raise block.fault("a cycle cannot be repeated 0 times (L0)", "l")
     _count(c, block, repeats, (clearance - bottom))

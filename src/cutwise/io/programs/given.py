@@ -6,6 +6,7 @@ from pathlib import Path
 
 from cutwise.io.files import read_bytes
 from cutwise.io.programs.expressions import BlockFault
+from cutwise.io.programs.macro_flow import file_names
 from cutwise.io.programs.recognise import foreign_bytes
 from cutwise.io.programs.rs274 import first_unit
 from cutwise.io.programs.setup import Setup, Tool, WorkSystem
@@ -14,8 +15,9 @@ from cutwise.io.programs.words import compact, read_line
 from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.spec.program import WORK_SYSTEMS, Program
 
-SUBROUTINE_SUFFIXES = (".ngc", ".nc")
+SUBROUTINE_SUFFIXES = (".ngc", ".nc", ".NC")
 _CALLS = re.compile(r"^.*[oO].*[cC]\s*[aA]\s*[lL]\s*[lL].*$", re.MULTILINE)
+_NUMBERED = re.compile(r"(?:M98|G65)[^\n(;]*?P[ \t]*(\d{1,8})", re.IGNORECASE)
 _FILE_NAME = re.compile(r"[a-z0-9_-]+")
 
 
@@ -49,7 +51,8 @@ def library_beside(folder: Path) -> Callable[[str], str | None]:
     def text_of(name: str) -> str | None:
         if not _FILE_NAME.fullmatch(name):
             return None
-        path = next((p for s in SUBROUTINE_SUFFIXES if (p := folder / f"{name}{s}").is_file()), None)
+        files = (folder / f"{stem}{suffix}" for stem in (name, name.upper()) for suffix in SUBROUTINE_SUFFIXES)
+        path = next((file for file in files if file.is_file()), None)
         return None if path is None else decoded(path.read_bytes())
 
     return text_of
@@ -77,6 +80,9 @@ def _called(text: str) -> set[str]:
             continue
         if word is not None and word.keyword == "call" and isinstance(word.label, str):
             labels.add(word.label)
+    for match in _NUMBERED.finditer(text):  # Fanuc: M98 P9010, G65 P9010, M98 P39010 (three times)
+        for label in {str(int(match[1])), str(int(match[1]) % 10_000)}:
+            labels.update(file_names(label))
     return labels
 
 

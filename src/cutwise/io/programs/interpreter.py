@@ -5,6 +5,7 @@ from typing import Literal, NamedTuple, Protocol
 
 from cutwise.io.programs.apt import Apt, is_apt
 from cutwise.io.programs.canon import Command, SelectTool
+from cutwise.io.programs.fanuc import Fanuc, macro_sign
 from cutwise.io.programs.moves import Move, Point, moves
 from cutwise.io.programs.recognise import foreign_text
 from cutwise.io.programs.rs274 import Rs274
@@ -50,7 +51,23 @@ def reading(text: str, name: str = "program", setup: Setup = _NOTHING) -> Readin
     foreign = foreign_text(text, apt=apt)
     if foreign is not None:
         raise ScenarioFault([Fault((), foreign, file=name)])
-    return Apt(text, name, setup) if apt else Rs274(text, name, setup)
+    return Apt(text, name, setup) if apt else _in_its_dialect(text, name, setup)
+
+
+def _in_its_dialect(text: str, name: str, setup: Setup) -> Rs274:
+    """G-code of the dialect that is asked for; fanuc where the program shows macro B and none is asked for."""
+    if setup.dialect == "fanuc":
+        return Fanuc(text, name, setup)
+    sign = macro_sign(text)
+    if sign is None:
+        return Rs274(text, name, setup)
+    line, statement = sign
+    if setup.dialect == "rs274":
+        message = f"{statement} is Fanuc macro B, which the dialect rs274 does not know; choose the dialect fanuc"
+        raise ScenarioFault([Fault((), message, line, file=name)])
+    run = Fanuc(text, name, setup)
+    run.controller.notices[f"{statement} is Fanuc macro B: the program is run in the dialect fanuc"] = line
+    return run
 
 
 def default_tool(setup: Setup) -> int:

@@ -29,12 +29,22 @@ class _Kind(NamedTuple):
     weak: re.Pattern[str] | None = None
 
 
+_HEIDENHAIN = (
+    _LINE + r"(?:(?:BEGIN|END)[ \t]+PGM\b|(?:BLK[ \t]+FORM|CYCL[ \t]+DEF|TOOL[ \t]+CALL|CALL[ \t]+LBL)[ \t])",
+    _LINE + r"(?:L|C|CC|CR|CT|CP|LP|FL|FC|RND|CHF)[ \t]+(?:[XYZABCIR][ \t]*[-+]?[.\dQ]|PA|PR|IPA|DR)",
+)
+_SIEMENS = (
+    r"^%_N_\w+_(?:MPF|SPF)|^;\$PATH=|" + _LINE + r"(?:MCALL\b|DEF[ \t]+(?:REAL|INT|BOOL|STRING|CHAR|AXIS|FRAME)\b"
+    r"|(?:CYCLE|POCKET|HOLES|LONGHOLE|SLOT)\d*[ \t]*\(|MSG[ \t]*\(\"|WORKPIECE[ \t]*\(|TRAORI|TRAFOOF"
+    r"|A?TRANS[ \t]+[XYZ]|A?R(?:OT|PL)[ \t]+[XYZ]|GOTO[FB][ \t]+\w|EXTERN\b|PROC[ \t]+\w|R\d+[ \t]*=|T[ \t]*=[ \t]*\""
+    r"|ENDFOR\b|STOPRE\b)",
+    _LINE + r"[^;(#\n]*\b(?:[XYZABCIJK][ \t]*=[ \t]*(?:R\d|[AID]C[ \t]*\()|CR[ \t]*=|G64[123]\b|SUPA\b)",
+)
 _KINDS = (
     _Kind(
         f"a Heidenhain program in plain language (BEGIN PGM, TOOL CALL, L X+...); {_POSTED}",
-        re.compile(_LINE + r"(?:BEGIN|END)[ \t]+PGM\b|" + _LINE + r"(?:BLK[ \t]+FORM|CYCL[ \t]+DEF|TOOL[ \t]+CALL|CALL[ \t]+LBL)[ \t]",
-                   re.IGNORECASE | re.MULTILINE),
-        re.compile(_LINE + r"(?:L|C|CC|CR|CT|CP|LP|FL|FC|RND|CHF)[ \t]+(?:[XYZABCIR][ \t]*[-+]?[.\dQ]|PA|PR|IPA|DR)", re.MULTILINE),
+        re.compile(_HEIDENHAIN[0], re.IGNORECASE | re.MULTILINE),
+        re.compile(_HEIDENHAIN[1], re.MULTILINE),
     ),
     _Kind(
         f"a Heidenhain program in DIN/ISO (lines end with *); {_POSTED}",
@@ -43,21 +53,14 @@ _KINDS = (
     ),
     _Kind(
         f"a Siemens (SINUMERIK) program; {_POSTED}",
-        re.compile(
-            r"^%_N_\w+_(?:MPF|SPF)|^;\$PATH=|" + _LINE
-            + r"(?:MCALL\b|DEF[ \t]+(?:REAL|INT|BOOL|STRING|CHAR|AXIS|FRAME)\b|(?:CYCLE|POCKET|HOLES|LONGHOLE|SLOT)\d*[ \t]*\("
-            r"|MSG[ \t]*\(\"|WORKPIECE[ \t]*\(|TRAORI|TRAFOOF|A?TRANS[ \t]+[XYZ]|A?R(?:OT|PL)[ \t]+[XYZ]"
-            r"|GOTO[FB][ \t]+\w|EXTERN\b|PROC[ \t]+\w|R\d+[ \t]*=|T[ \t]*=[ \t]*\"|ENDFOR\b|STOPRE\b)",
-            re.IGNORECASE | re.MULTILINE,
-        ),
-        re.compile(_LINE + r"[^;(#\n]*\b(?:[XYZABCIJK][ \t]*=[ \t]*(?:R\d|AC[ \t]*\(|IC[ \t]*\(|DC[ \t]*\()|CR[ \t]*=|G64[123]\b|SUPA\b)",
-                   re.IGNORECASE | re.MULTILINE),
+        re.compile(_SIEMENS[0], re.IGNORECASE | re.MULTILINE),
+        re.compile(_SIEMENS[1], re.IGNORECASE | re.MULTILINE),
     ),
     _Kind(
         "a program of a 3D printer (temperatures, extruder E); nothing is cut with it",
         re.compile(_LINE + r"M(?:104|109|140|190)[ \t]+S\d", re.IGNORECASE | re.MULTILINE),
     ),
-)  # fmt: skip
+)
 _ENOUGH = 3  # lines with a weak sign
 
 

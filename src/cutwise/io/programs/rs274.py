@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Literal
 
 from cutwise.io.programs import execution, offsets
-from cutwise.io.programs.block import Block, computed_block, settle
+from cutwise.io.programs.block import Block, computed_block, settle, without_call
 from cutwise.io.programs.canon import Command, Feed, FeedRate, Traverse
 from cutwise.io.programs.controller import INCH, MILLIMETRE, Controller, from_machine, to_machine
 from cutwise.io.programs.expressions import BlockFault, CommentFault, FlowFault, computed
@@ -158,12 +158,7 @@ class Rs274:
         flow.index += 1
         c.line = at + 1
         try:
-            line = source.line(at)
-            c.number = line.number
-            if line.o_word is not None:
-                flow.follow(line.o_word)
-            elif line.words or line.assignments or line.remark is not None:
-                self._block(line)
+            self._run_line(source, at)
         except FlowFault as fault:
             self._fault(source, c.line - 1, fault)
             self.ended = True
@@ -173,6 +168,14 @@ class Rs274:
         except RecursionError:
             self._fault(source, c.line - 1, FlowFault("the expression has too many parts to be computed", 0))
             self.ended = True
+
+    def _run_line(self, source: Source, at: int) -> None:
+        line = source.line(at)
+        self.controller.number = line.number
+        if line.o_word is not None:
+            self.flow.follow(line.o_word)
+        elif line.words or line.assignments or line.remark is not None:
+            self._block(line)
 
     def _block(self, line: Line) -> None:
         c, memory = self.controller, self.memory
@@ -186,6 +189,9 @@ class Rs274:
         if block is None:
             return
         self.blocks += 1
+        rest = without_call(block) if stop in (98, 99) else None
+        if rest is not None:  # X10 M98 P5: first the motion
+            self._execute(rest)
         if stop == 98:
             self._call_program(block)
         elif stop == 99:

@@ -227,7 +227,9 @@ def test_motions_behind_the_end_are_told():
 
 
 @pytest.mark.parametrize(
-    "text", ["CYCLE/DEEP,FEDTO,10,STEP,1E-9,MMPM,100,RAPTO,1\nGOTO/1,0,0", "CYCLE/DEEP2,FEDTO,9,1STPECK,1E-30,SUBPECK,1E-30\nGOTO/1,0,0"]
+    "text",
+    ["CYCLE/DEEP,FEDTO,10,STEP,1E-9,MMPM,100,RAPTO,1\nGOTO/1,0,0",
+     "CYCLE/DEEP2,FEDTO,9,1STPECK,1E-30,SUBPECK,1E-30\nGOTO/1,0,0"],
 )  # fmt: skip
 def test_pecks_without_end_are_refused(text):
     with pytest.raises(ScenarioFault, match=r"p\.cls:6:1: this cycle draws back more often than the limit"):
