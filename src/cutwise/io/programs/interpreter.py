@@ -37,6 +37,7 @@ class Interpreted(NamedTuple):
     moves: tuple[Move, ...]
     tools: tuple[int, ...]  # as they are called; the default one if none is
     notices: tuple[str, ...]
+    text: str = ""  # as it was read
 
 
 def reading(text: str, name: str = "program", setup: Setup = _NOTHING) -> Reading:
@@ -109,4 +110,4 @@ def interpret(text: str, name: str = "program", setup: Setup = _NOTHING) -> Inte
     notices = run.notices()
     if not tools:
         notices.append(default_tool_notice(setup))
-    return Interpreted(made, tuple(tools) or (default_tool(setup),), tuple(notices))
+    return Interpreted(made, tuple(tools) or (default_tool(setup),), tuple(notices), text)
