@@ -299,7 +299,7 @@ def _power(x: float, y: float) -> float:
         raise ValueError(f"POW[{x:g},{y:g}]: a negative number has whole powers only")
     try:
         return float(x**y)
-    except ZeroDivisionError:
+    except (OverflowError, ZeroDivisionError):
         raise ValueError(f"POW[{x:g},{y:g}] is infinite") from None
 
 

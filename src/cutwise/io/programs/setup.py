@@ -39,4 +39,4 @@ class Setup(NamedTuple):
     )
     dialect: Literal["auto", "rs274", "fanuc"] = "auto"  # of G-code; auto: fanuc where a program shows macro B
     library: Callable[[str], str | None] | None = None  # text of a subroutine file by its name without suffix
-    step_limit: int = 1_000_000  # lines that may be run again before a program counts as endless
+    step_limit: int = 500_000  # steps that are not written out (lines run again, repeats, pecks) before a program is endless
