@@ -29,6 +29,8 @@ WITHOUT_PHYSICS = {
     "errors_act", "zero", "words", "top",
     # milling: how corners are rounded, and how the map of stability is drawn
     "shape", "lobes", "speeds", "depths",
+    # programs: how they are written
+    "dialect",
 }  # fmt: skip
 
 
