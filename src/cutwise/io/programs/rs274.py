@@ -60,6 +60,8 @@ class Rs274:
         self.name = name
         self.out: list[Command] = []
         self.controller = Controller(setup, bool(inch), self.out)
+        if inch is None:
+            self.controller.notices["no G20 or G21: lengths are taken as mm"] = 0
         self.memory = Memory(self.controller)
         self.flow = Flow(self.controller, self.memory, main, main, main.first)
         self.faults: dict[Fault, None] = {}

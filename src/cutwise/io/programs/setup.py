@@ -39,4 +39,6 @@ class Setup(NamedTuple):
     )
     dialect: Literal["auto", "rs274", "fanuc"] = "auto"  # of G-code; auto: fanuc where a program shows macro B
     library: Callable[[str], str | None] | None = None  # text of a subroutine file by its name without suffix
-    step_limit: int = 500_000  # steps that are not written out (lines run again, repeats, pecks) before a program is endless
+    step_limit: int = (
+        500_000  # steps that are not written out (lines run again, repeats, pecks) before a program is endless
+    )
