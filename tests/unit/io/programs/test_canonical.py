@@ -44,9 +44,9 @@ def test_a_program_without_an_end_says_so_and_one_in_percent_signs_does_not():
     run = Rs274("g0 x1", "p")
     assert [line[13:] for line in canonical_text.lines(run.commands())][-3:] == ["FINISH()", "ON_RESET()", "ON_RESET()"]
     assert "no end" in " ".join(run.notices())
-    framed = Rs274("%\ng21 g0 x1\n%\nrubbish", "p")
+    framed = Rs274("%\ng0 x1\n%\nrubbish", "p")
     assert len(list(framed.commands())) == 1
-    assert framed.notices() == []
+    assert framed.notices() == ["no G20 or G21: lengths are taken as mm"]
 
 
 def test_the_order_of_a_block_is_that_of_the_dialect():
