@@ -38,7 +38,7 @@ _NAMES = {
     "call": "G65",
 }
 _NO_POINT = re.compile(r"[XYZIJRUVWQ][ \t]*[-+]?0*[1-9]\d*(?![\d.])", re.IGNORECASE)
-_COMMENTS = re.compile(r"\([^)\n]*\)")
+_COMMENTS = re.compile(r"\([^()\n]*\)")
 _LONG_NUMBER = 10_000  # M98 P51234: O1234, five times
 
 

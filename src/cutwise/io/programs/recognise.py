@@ -38,7 +38,7 @@ _SIEMENS = (
     r"|(?:CYCLE|POCKET|HOLES|LONGHOLE|SLOT)\d*[ \t]*\(|MSG[ \t]*\(\"|WORKPIECE[ \t]*\(|TRAORI|TRAFOOF"
     r"|A?TRANS[ \t]+[XYZ]|A?R(?:OT|PL)[ \t]+[XYZ]|GOTO[FB][ \t]+\w|EXTERN\b|PROC[ \t]+\w|R\d+[ \t]*=|T[ \t]*=[ \t]*\""
     r"|ENDFOR\b|STOPRE\b)",
-    _LINE + r"[^;(#\n]*\b(?:[XYZABCIJK][ \t]*=[ \t]*(?:R\d|[AID]C[ \t]*\()|CR[ \t]*=|G64[123]\b|SUPA\b)",
+    r"^[^;(#\n]*\b(?:[XYZABCIJK][ \t]*=[ \t]*(?:R\d|[AID]C[ \t]*\()|CR[ \t]*=|G64[123]\b|SUPA\b)",
 )
 _KINDS = (
     _Kind(

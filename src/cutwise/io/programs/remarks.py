@@ -8,7 +8,7 @@ from cutwise.io.programs.expressions import FlowFault
 from cutwise.io.programs.variables import Memory
 from cutwise.io.programs.words import Remark
 
-_PLACE = re.compile(r"%(?:d|f|\.(?P<decimals>\d)f)|#(?P<number>\d+)|#<(?P<name>[^>]*)>")
+_PLACE = re.compile(r"%(?:d|f|\.(?P<decimals>\d)f)|#(?P<number>\d+)|#<(?P<name>[^<>]*)>")
 _UNKNOWN = "######"
 _DEFAULT, _PLAIN_F = 6, 4  # decimals of a value without a format, and after %f
 

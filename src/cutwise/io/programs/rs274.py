@@ -30,7 +30,7 @@ _PLAIN = re.compile(
 """A straight motion and nothing else: most lines of most programs, read without taking them apart."""
 
 _UNIT_WORD = re.compile(r"(?:^|[^A-Za-z0-9#<_])[gG]\s*2\s*([01])(?![\d.])")
-_COMMENTS = re.compile(r"\([^)\n]*\)|;[^\n]*")
+_COMMENTS = re.compile(r"\([^()\n]*\)|;[^\n]*")
 
 
 def first_unit(text: str) -> bool | None:

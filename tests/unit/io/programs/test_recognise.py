@@ -1,10 +1,14 @@
 """Files that are something else say so in one sentence, not in one fault a line."""
 
+import time
+
 import pytest
 
+from cutwise.io.programs.fanuc import macro_sign
 from cutwise.io.programs.given import read_program
 from cutwise.io.programs.interpreter import interpret
 from cutwise.io.programs.recognise import foreign_text
+from cutwise.io.programs.rs274 import first_unit
 from cutwise.spec.faults import ScenarioFault
 
 HEIDENHAIN = "0 BEGIN PGM PART MM\n1 BLK FORM 0.1 Z X+0 Y+0 Z-20\n2 TOOL CALL 1 Z S2000\n3 L X+10 R0 FMAX M3\n4 END PGM PART MM\n"
@@ -55,6 +59,18 @@ def test_wide_encodings_are_named(tmp_path, encoding):
 )
 def test_programs_stay_programs(text):
     assert foreign_text(text, apt=False) is None
+
+
+@pytest.mark.parametrize(
+    "text", [" " * 40_000, "(" * 40_000 + "G21 X10", "IF[" + "] " * 20_000, "X=1 " * 10_000, "\n" * 40_000]
+)
+def test_looking_at_a_file_takes_no_time(text):
+    """Patterns that go back and forth over blanks or brackets would take minutes here."""
+    begun = time.process_time()
+    foreign_text(text, apt=False)
+    macro_sign(text)
+    first_unit(text)
+    assert time.process_time() - begun < 1.0
 
 
 def test_numbers_out_of_scale_are_refused_where_they_stand():
