@@ -61,6 +61,8 @@ class Apt:
         self.frames = Frames()
         self.tool_axis: Point = Z
         self.rapid = False
+        # RAPID of SolidWorks CAM holds until a feed is written; elsewhere it is for the next motion
+        self.rapid_holds = any(s.word == "TRNTYP" or s.word.startswith(_SILENT_KIND) for s in self.statements)
         self.feed, self.per_revolution = 0.0, False
         self.circle: Circle | None = None
         self.hole: Hole | None = None
@@ -209,7 +211,7 @@ class Apt:
     def _reach(self, s: Statement, end: Point, axis: Point) -> None:
         circle, self.circle = self.circle, None
         self.tool_axis = axis
-        rapid, self.rapid = self.rapid, False
+        rapid, self.rapid = self.rapid, self.rapid and self.rapid_holds
         if self.hole is not None:
             self._drill(s, end)
         elif circle is not None:
@@ -307,8 +309,10 @@ class Apt:
     # feeds, spindle, tools
 
     def rapid_next(self, s: Statement) -> None:  # noqa: ARG002
-        """RAPID: the next motion."""
+        """RAPID: the next motion, or all up to the next feed."""
         self.rapid = True
+        if self.rapid_holds:
+            self.noticed.setdefault("RAPID holds until the next FEDRAT, as SolidWorks CAM writes it", self.line)
 
     def feed_rate(self, s: Statement) -> None:
         """FEDRAT."""
@@ -318,6 +322,7 @@ class Apt:
             return
         if len(numbers) != 1 or numbers[0] <= 0.0:
             raise StatementFault("FEDRAT needs one positive feed", s.column)
+        self.rapid = self.rapid and not self.rapid_holds
         self._set_feed(self._rate(s, numbers[0]), any(word in _PER_REVOLUTION for word in s.words()))
 
     def _rate(self, s: Statement, value: float) -> float:

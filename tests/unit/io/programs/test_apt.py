@@ -185,6 +185,14 @@ def test_cl_data_of_solidworks_cam():
     assert any("CUTCOM" in words for words in run.notices())
 
 
+def test_rapid_holds_until_a_feed_in_cl_data_of_solidworks_cam():
+    text = "RAPID/\nGOTO/0,0,10\nGOTO/5,0,10\nFEDRAT/300,MMPM\nGOTO/5,0,0\nGOTO/9,0,0"
+    found = made("UNIT/MM\nTRNTYP/WORLD\n" + text, head="")
+    assert [m.kind for m in found] == ["rapid", "rapid", "feed", "feed"]
+    with pytest.raises(ScenarioFault, match=r"p\.cls:4:1: feed motion without a feed"):
+        made("UNITS/MM\n" + text, head="")  # elsewhere RAPID is for one motion
+
+
 def test_holes_are_left_at_the_height_that_the_cycle_names():
     found = made("CYCLE/DRILL,FEDTO,4,MMPM,100,CLEAR,9,RTRCTO,6,RAPTO,2\nGOTO/0,0,0\nGOTO/5,0,0")
     assert [round(1e3 * m.end[2], 6) for m in found] == [6, 2, -4, 6, 6, 2, -4, 6]
