@@ -1,8 +1,8 @@
-"""What the stages hand to one another over a whole run: named tuples of SI arrays, unit and shape on every field.
+"""What the stages hand to one another: inside a time step, and over a whole run. SI, unit and shape on every field.
 
-Inside a time step the stages pass the small tuples that each of them defines (``ToolMotion``, ``LayerArcs``,
-``FluteForce`` ...); these are their histories. A history may be thinned: a row then stands for an interval of several
-steps, of which forces keep mean, mean square and peak, so that no statistic is lost.
+Process frame: x along the feed, y off the work, z along the spindle to the motor; forces are on the tool. A history
+may be thinned: a row then stands for an interval of several steps, of which forces keep mean, mean square and peak,
+so that no statistic is lost.
 """
 
 from typing import NamedTuple
@@ -10,6 +10,47 @@ from typing import NamedTuple
 import numpy as np
 
 from cutwise.maths.curves import FloatArray
+
+
+class Pose(NamedTuple):
+    """The undeflected tool at one instant."""
+
+    time: float  # [s]
+    along: float  # [m] of the path behind it
+    x: float  # [m] along the feed
+    y: float  # [m] lowest point of the tool above the nominal surface
+    z: float  # [m] along the spindle
+    vx: float  # [m/s]
+    vy: float
+    vz: float
+
+
+class Tip(NamedTuple):
+    """Displacement of the tool's axis at one height, and its rate."""
+
+    x: float  # [m]
+    y: float
+    z: float
+    vx: float  # [m/s]
+    vy: float
+    vz: float
+
+
+class Contact(NamedTuple):
+    """Where the edges are in the material, row by row, and what the engagement shows of itself."""
+
+    rows: FloatArray  # layer, foot and width [m] over the tip, entry and exit [rad], chip [m], feed direction [rad]
+    seen: FloatArray  # columns of the history that the engagement fills
+
+
+class Load(NamedTuple):
+    """Force of the cut on the tool."""
+
+    layer: FloatArray  # [N] x, y and z as the force law counts it, of each layer of the work, shape (layers, 3)
+    total: FloatArray  # [N] x, y, z to the motor; tangential [N]; force times arm about the pivot, x, y [N m]; (6,)
+
+
+CONTACT = 7  # columns of a row of contact
 
 
 class Motion(NamedTuple):

@@ -10,7 +10,8 @@ from cutwise.maths.curves import FloatArray
 from cutwise.maths.edges import lengths
 from cutwise.paths.chamfer import ChamferPath
 from cutwise.physics.cutting.ball import disc_force
-from cutwise.physics.cutting.flute import EdgeCoefficients, FluteForce, feed_direction, feed_per_tooth
+from cutwise.physics.cutting.flute import EdgeCoefficients, FluteForce
+from cutwise.physics.engagement.feed import feed_direction, feed_per_tooth
 from cutwise.physics.engagement.ball import (
     ARCS,
     SIDE,

@@ -11,8 +11,6 @@ from cutwise.maths.curves import FloatArray, Polyline, polyline_value
 from cutwise.physics.cutting.flute import (
     FluteForce,
     Mill,
-    feed_direction,
-    feed_per_tooth,
     mean_force,
     mirrored,
     tooth_force,
@@ -20,6 +18,7 @@ from cutwise.physics.cutting.flute import (
 from cutwise.physics.cutting.uneven import Edges, even_and_linear, turning_mean_force, uneven_tooth_force
 from cutwise.physics.engagement.arc import LayerArcs, layer_arcs
 from cutwise.physics.engagement.burr import entry_position
+from cutwise.physics.engagement.feed import feed_direction, feed_per_tooth
 from cutwise.physics.motion.edge import EdgePass, ToolMotion, programmed_motion
 from cutwise.physics.structure.pistons import PistonRing, RingState, at_rest
 from cutwise.physics.structure.pistons import step as piston_step

@@ -1,0 +1,199 @@
+"""The one time loop: motion, engagement, cutting, structure and surface in every step, and one recorder.
+
+A loop is compiled once for each combination of record classes; the laws of the rows become part of it.
+"""
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from cutwise.maths.compiled import inlined_stepping, stepping
+from cutwise.maths.curves import FloatArray
+from cutwise.records import CONTACT, Contact, Load
+from cutwise.stages import (
+    cut,
+    displaced,
+    held,
+    left,
+    met,
+    moved,
+    noted,
+    pivot,
+    probed,
+    settled,
+    stepped,
+    yielded,
+    yielding,
+)
+
+CHUNK = 100_000  # steps between two looks at progress and Ctrl-C
+ROWS = 40_000  # longest history
+CLOSE = 1e-14  # [m] of a displacement that is solved for with the force
+TRIALS = 60  # looks at the force in one step; a step that takes them all has not found its displacement
+
+FIXED = 3  # first columns of the history: time, place along the path, programmed height
+
+
+class Cell(NamedTuple):
+    """What takes part in a run: a record in each slot, and what stands in the way of the tool."""
+
+    motion: NamedTuple
+    engagement: NamedTuple
+    stock: NamedTuple
+    cutting: NamedTuple
+    structure: NamedTuple
+
+
+class History(NamedTuple):
+    """A run as one table; a row stands for some steps."""
+
+    table: FloatArray  # shape (rows, columns)
+    seen: int  # columns of the engagement, from FIXED on
+    state: int  # columns of the structure, behind them
+    layers: int  # forces follow: mean, mean square and peak of x, y, z of each layer; then tangential force, effort
+
+
+@inlined_stepping
+def look(cell, flexed, pose, contact, load):  # type: ignore[no-untyped-def]
+    """The force of the cut with the tool displaced as its structure stands."""
+    motion, engagement, stock, cutting, structure = cell
+    load.layer[:] = 0.0
+    load.total[:] = 0.0
+    count = met(engagement, stock, pose, structure, flexed, contact)
+    cut(cutting, contact, count, pose.time, pivot(structure), load)
+
+
+@inlined_stepping
+def balance(cell, flexed, pose, contact, load, guess):  # type: ignore[no-untyped-def]
+    r"""Solve for the displacement u of the terms without inertia that the force at that displacement gives.
+
+    :math:`g(u) = u - [C W(u)]_y = 0` at the height where the surface is read, by the secant rule inside a bracket; a
+    force that falls as the tool retreats makes g rise with a slope of at least one, so that the root lies between
+    u and :math:`u - g`. The plain fixed point diverges where the cut is stiffer than the structure.
+
+    ``guess``: slope of g in the last step, shape (1,), changed. Returns the number of looks at the force.
+    """
+    structure = cell.structure
+    foot, above = probed(cell.engagement, pose)
+    height, arm = foot + above, pivot(structure)
+    u = held(structure, flexed, height)
+    look(cell, flexed, pose, contact, load)
+    g = u - yielded(structure, flexed, pose, load, arm, height)
+    low, high = -math.inf, math.inf
+    trials = 1
+    while abs(g) > CLOSE and trials < TRIALS:
+        if g > 0.0:
+            high = u
+        else:
+            low = u
+        slope = guess[0] if guess[0] > 0.0 else 1.0
+        new = u - g / slope
+        if new <= low or new >= high:
+            new = 0.5 * (low + high)
+        settled(structure, flexed, new - (u - g))
+        look(cell, flexed, pose, contact, load)
+        fresh = new - yielded(structure, flexed, pose, load, arm, height)
+        if new != u and math.isfinite(fresh):
+            guess[0] = (fresh - g) / (new - u)
+        u, g = new, fresh
+        trials += 1
+    return trials
+
+
+@inlined_stepping
+def record(table, row, part, share, pose, contact, load, structure, flexed, effort):  # type: ignore[no-untyped-def]
+    """Put a step into its row: the state of its first step; mean, mean square and peak of the forces of all."""
+    seen, layer, total = contact.seen, load.layer, load.total
+    if part == 0:
+        table[row, 0] = pose.time
+        table[row, 1] = pose.along
+        table[row, 2] = pose.y
+        for i in range(seen.size):
+            table[row, FIXED + i] = seen[i]
+        noted(structure, flexed, table, row, FIXED + seen.size)
+    count = layer.size
+    at = table.shape[1] - 3 * count - 2
+    for k in range(layer.shape[0]):
+        for axis in range(3):
+            value = layer[k, axis]
+            i = at + 3 * k + axis
+            table[row, i] += value * share
+            table[row, i + count] += value * value * share
+            table[row, i + 2 * count] = max(table[row, i + 2 * count], abs(value))
+    table[row, at + 3 * count] += total[3] * share
+    table[row, at + 3 * count + 1] = max(table[row, at + 3 * count + 1], float(effort))
+
+
+@stepping
+def advance(cell, flexed, contact, load, guess, table, first, steps, dt, stride):  # type: ignore[no-untyped-def]
+    """Advance a run by a number of steps; states, stock and table change in place.
+
+    Parameters
+    ----------
+    cell : Cell
+        The records.
+    flexed : tuple
+        State of the structure.
+    contact, load : Contact, Load
+        Scratch.
+    guess : array
+        Slope of the balance in the last step, shape (1,).
+    table : array
+        The history; a row takes ``stride`` steps.
+    first, steps : int
+        Steps already made, and to be made.
+    dt : float
+        Time step [s].
+    """
+    structure = cell.structure
+    row = first // stride
+    part = 0
+    for k in range(first, first + steps):
+        time = k * dt
+        pose = moved(cell.motion, time)
+        if yielding(structure):
+            trials = balance(cell, flexed, pose, contact, load, guess)
+        else:
+            look(cell, flexed, pose, contact, load)
+            trials = 0
+        effort = stepped(structure, flexed, pose, load, dt)
+        record(table, row, part, 1.0 / stride, pose, contact, load, structure, flexed, max(effort, trials))
+        part += 1
+        if part == stride:
+            part = 0
+            row += 1
+
+
+def march(
+    cell: Cell, flexed: NamedTuple, *, duration: float, time_step: float, seen: int, state: int, layers: int,
+    contacts: int, progress: Callable[[float], None] | None = None,
+) -> History:  # fmt: skip
+    """A whole run, in portions between which progress is told and Ctrl-C is heard.
+
+    Parameters
+    ----------
+    cell, flexed : Cell, tuple
+        The records, and the state of the structure, which changes.
+    duration, time_step : float
+        [s]
+    seen, state, layers : int
+        Columns that the engagement shows, that the structure notes, and layers of the work.
+    contacts : int
+        Largest number of rows of contact.
+    """
+    steps = max(1, round(duration / time_step))
+    stride = max(1, math.ceil(steps / ROWS))
+    steps = math.ceil(steps / stride) * stride
+    table = np.zeros((steps // stride, FIXED + seen + state + 9 * layers + 2))
+    contact = Contact(np.zeros((contacts, CONTACT)), np.zeros(seen))
+    load = Load(np.zeros((layers, 3)), np.zeros(6))
+    guess = np.ones(1)
+    portion = stride * max(1, CHUNK // stride)
+    for first in range(0, steps, portion):
+        count = min(portion, steps - first)
+        advance(cell, flexed, contact, load, guess, table, first, count, time_step, stride)
+        if progress is not None:
+            progress((first + count) / steps)
+    return History(table, seen, state, layers)
