@@ -10,11 +10,9 @@ from typing import NamedTuple
 import numpy as np
 
 from cutwise.maths.compiled import inlined_stepping, stepping
-from cutwise.maths.curves import FloatArray
-from cutwise.records import CONTACT, Contact, Load
+from cutwise.records import CONTACT, FIXED, Contact, History, Load
 from cutwise.stages import (
     cut,
-    displaced,
     held,
     left,
     met,
@@ -33,8 +31,6 @@ ROWS = 40_000  # longest history
 CLOSE = 1e-14  # [m] of a displacement that is solved for with the force
 TRIALS = 60  # looks at the force in one step; a step that takes them all has not found its displacement
 
-FIXED = 3  # first columns of the history: time, place along the path, programmed height
-
 
 class Cell(NamedTuple):
     """What takes part in a run: a record in each slot, and what stands in the way of the tool."""
@@ -46,23 +42,15 @@ class Cell(NamedTuple):
     structure: NamedTuple
 
 
-class History(NamedTuple):
-    """A run as one table; a row stands for some steps."""
-
-    table: FloatArray  # shape (rows, columns)
-    seen: int  # columns of the engagement, from FIXED on
-    state: int  # columns of the structure, behind them
-    layers: int  # forces follow: mean, mean square and peak of x, y, z of each layer; then tangential force, effort
-
-
 @inlined_stepping
 def look(cell, flexed, pose, contact, load):  # type: ignore[no-untyped-def]
-    """The force of the cut with the tool displaced as its structure stands."""
-    motion, engagement, stock, cutting, structure = cell
+    """The force of the cut with the tool displaced as its structure stands; returns the number of rows of contact."""
+    _, engagement, stock, cutting, structure = cell
     load.layer[:] = 0.0
     load.total[:] = 0.0
     count = met(engagement, stock, pose, structure, flexed, contact)
     cut(cutting, contact, count, pose.time, pivot(structure), load)
+    return count
 
 
 @inlined_stepping
@@ -73,13 +61,13 @@ def balance(cell, flexed, pose, contact, load, guess):  # type: ignore[no-untype
     force that falls as the tool retreats makes g rise with a slope of at least one, so that the root lies between
     u and :math:`u - g`. The plain fixed point diverges where the cut is stiffer than the structure.
 
-    ``guess``: slope of g in the last step, shape (1,), changed. Returns the number of looks at the force.
+    ``guess``: slope of g in the last step, shape (1,), changed. Returns the number of rows of contact, and of looks at the force.
     """
     structure = cell.structure
     foot, above = probed(cell.engagement, pose)
     height, arm = foot + above, pivot(structure)
     u = held(structure, flexed, height)
-    look(cell, flexed, pose, contact, load)
+    count = look(cell, flexed, pose, contact, load)
     g = u - yielded(structure, flexed, pose, load, arm, height)
     low, high = -math.inf, math.inf
     trials = 1
@@ -93,13 +81,13 @@ def balance(cell, flexed, pose, contact, load, guess):  # type: ignore[no-untype
         if new <= low or new >= high:
             new = 0.5 * (low + high)
         settled(structure, flexed, new - (u - g))
-        look(cell, flexed, pose, contact, load)
+        count = look(cell, flexed, pose, contact, load)
         fresh = new - yielded(structure, flexed, pose, load, arm, height)
         if new != u and math.isfinite(fresh):
             guess[0] = (fresh - g) / (new - u)
         u, g = new, fresh
         trials += 1
-    return trials
+    return count, trials
 
 
 @inlined_stepping
@@ -154,10 +142,10 @@ def advance(cell, flexed, contact, load, guess, table, first, steps, dt, stride)
         time = k * dt
         pose = moved(cell.motion, time)
         if yielding(structure):
-            trials = balance(cell, flexed, pose, contact, load, guess)
+            count, trials = balance(cell, flexed, pose, contact, load, guess)
         else:
-            look(cell, flexed, pose, contact, load)
-            trials = 0
+            count, trials = look(cell, flexed, pose, contact, load), 0
+        left(cell.engagement, cell.stock, contact, count)
         effort = stepped(structure, flexed, pose, load, dt)
         record(table, row, part, 1.0 / stride, pose, contact, load, structure, flexed, max(effort, trials))
         part += 1

@@ -133,8 +133,8 @@ def settled(structure, flexed, extra):
 
 
 @stage
-def left(engagement, stock, pose, structure, flexed, time, dt):
-    """What a step leaves of the stock; the only stage that changes it."""
+def left(engagement, stock, contact, count):
+    """Take away what some rows of contact took; the only stage that changes the stock, once a step."""
 
 
 @stage

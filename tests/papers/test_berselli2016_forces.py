@@ -7,8 +7,8 @@ import pytest
 import sympy as sp
 
 from cutwise.physics.cutting.flute import EdgeCoefficients, Mill, mean_force, tooth_force
-from cutwise.physics.engagement.feed import feed_direction
 from cutwise.physics.engagement.arc import immersion_half_angle, layer_arcs
+from cutwise.physics.engagement.feed import feed_direction
 from peers.flute import sliced_force, trochoid_forces
 
 PAPER = EdgeCoefficients(2.0e9, 1.2e9, 0.8e9, 0.0, 0.0, 0.0)

@@ -126,7 +126,9 @@ class _KernelCache(FunctionCache):  # type: ignore[misc]
     def _file(self, sig: Any, codegen: Any) -> Path:
         kinds = sig if isinstance(sig, tuple) else sig.args
         said = [_spelled(kind) for kind in kinds]
-        used = digest_of_use(self._py_func, self._options, frozenset(record for kind in kinds for record in _records(kind)))
+        used = digest_of_use(
+            self._py_func, self._options, frozenset(record for kind in kinds for record in _records(kind))
+        )
         key = hashlib.sha256(repr((said, codegen.magic_tuple())).encode()).hexdigest()
         return cache_folder() / f"{self._label}-{used[:16]}-{key[:24]}{_SUFFIX}"
 
@@ -202,9 +204,7 @@ def _unwrapped(data: bytes) -> Any:
 
 
 @cache
-def digest_of_use(
-    function: Callable[..., Any], options: str = "", records: frozenset[type] = frozenset()
-) -> str:
+def digest_of_use(function: Callable[..., Any], options: str = "", records: frozenset[type] = frozenset()) -> str:
     """Digest of everything that the compiled code of a function depends on.
 
     Its own byte code and constants, the value of each global that it names, the same of every kernel among these, and

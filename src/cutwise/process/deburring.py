@@ -14,9 +14,15 @@ from cutwise.physics.motion.edge import path_memory_index
 from cutwise.physics.structure.statics import Characteristic, characteristic
 from cutwise.physics.surface.edge import machined_profile
 from cutwise.process.labels import labelled
-from cutwise.process.loops import TOOTH_RESOLVED, EdgeCell, run_compliant_edge, tooth_resolved_forces
+from cutwise.process.loops import (
+    TOOTH_RESOLVED,
+    EdgeCell,
+    columns_carry,
+    run_compliant_edge,
+    run_swept_edge,
+    tooth_resolved_forces,
+)
 from cutwise.process.plateaus import Band, band
-from cutwise.process.swept import columns_carry, run_swept_edge
 from cutwise.records import EdgeHistory, Surface
 from cutwise.spec.deburring import DeburringScenario
 

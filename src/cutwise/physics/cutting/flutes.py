@@ -3,9 +3,15 @@
 import math
 from typing import NamedTuple
 
-from cutwise.maths.compiled import inlined
+from cutwise.maths.compiled import inlined, inlined_stepping
 from cutwise.physics.cutting.flute import FluteForce, Mill, mean_force, mirrored, tooth_force
-from cutwise.physics.cutting.uneven import Edges, even_and_linear, turning_mean_force, uneven_tooth_force
+from cutwise.physics.cutting.uneven import (
+    Edges,
+    even_and_linear,
+    force_per_length,
+    turning_mean_force,
+    uneven_tooth_force,
+)
 from cutwise.stages import cut
 
 
@@ -27,8 +33,18 @@ class ToothFlutes(NamedTuple):
     up_milling: bool
 
 
+class ChipFlutes(NamedTuple):
+    """A turning mill in a material, its force averaged over a tooth period, from the chip that each column loses."""
+
+    mill: Mill
+    edges: Edges
+    up_milling: bool
+
+
 @inlined
-def averaged(flutes: MeanFlutes, chip: float, theta: float, lo: float, hi: float, length: float, time: float) -> FluteForce:
+def averaged(
+    flutes: MeanFlutes, chip: float, theta: float, lo: float, hi: float, length: float, time: float
+) -> FluteForce:
     """Mean force of one arc over a strip: in closed form where flutes are even and linear, quadrature elsewhere."""
     mill, edges = flutes.mill, flutes.edges
     if even_and_linear(edges):
@@ -49,7 +65,7 @@ def resolved(
     return uneven_tooth_force(rotation, lo, hi, chip, theta, z_lo, z_hi, mill, edges)
 
 
-@inlined
+@inlined_stepping
 def put(load, layer: int, force: FluteForce, arm: float) -> None:  # type: ignore[no-untyped-def]
     """Add a force that acts at an arm below the pivot to a load.
 
@@ -96,3 +112,21 @@ def _(cutting, contact, count, time, pivot, load):
         if cutting.up_milling:
             force = mirrored(force)
         put(load, int(rows[i, 0]), force, pivot - foot - 0.5 * width)
+
+
+@cut.of(ChipFlutes)
+def _(cutting, contact, count, time, pivot, load):
+    r"""Over an angle :math:`\Delta\phi` the tooth-averaged force is :math:`N b \Delta\phi / 2\pi` times the force per
+    length at the thickness of the chip there."""
+    rows = contact.rows
+    turn = -1.0 if cutting.up_milling else 1.0
+    teeth = cutting.mill.flutes / (2.0 * math.pi)
+    for i in range(count):
+        sin_phi, cos_phi, width = rows[i, 3], rows[i, 4], rows[i, 2]
+        ft, fr, fa = force_per_length(cutting.edges, rows[i, 6])
+        share = teeth * width * rows[i, 5]
+        force = FluteForce(
+            share * (-turn * ft * cos_phi - fr * sin_phi), share * (turn * ft * sin_phi - fr * cos_phi), share * fa,
+            share * ft,
+        )  # fmt: skip
+        put(load, int(rows[i, 0]), force, pivot - rows[i, 1] - 0.5 * width)

@@ -2,15 +2,15 @@
 
 from typing import NamedTuple
 
-from cutwise.maths.compiled import inlined
-from cutwise.maths.curves import Polyline, polyline_value
+from cutwise.maths.compiled import inlined, inlined_stepping
+from cutwise.maths.curves import FloatArray, Polyline, polyline_value
 from cutwise.physics.engagement.arc import LayerArcs, layer_arcs
 from cutwise.physics.engagement.burr import entry_position
 from cutwise.physics.engagement.feed import feed_direction, feed_per_tooth
-from cutwise.records import Contact, Pose
-from cutwise.stages import displaced, met, probed
+from cutwise.stages import displaced, left, met, probed
 
-SEEN = 6  # columns that the edge shows: depth in burr and work, feed direction, chip, first entry, last exit
+SEEN = 6  # columns that the edge shows of itself
+PIECES = 3  # rows of contact of a slice: burr before and behind the lowest point, work
 
 
 class Strips(NamedTuple):
@@ -72,6 +72,17 @@ def immersion_at(
     return Immersion(depth, work_depth, theta, feed_per_tooth(speed_x, speed_y, mill.spindle_speed, mill.flutes), arcs)
 
 
+@inlined_stepping
+def show(here: Immersion, seen: FloatArray) -> None:
+    """Depth in burr and work [m], feed direction [rad], chip [m], first entry and last exit [rad]: for the history."""
+    seen[0] = max(0.0, here.depth - here.work_depth)
+    seen[1] = here.work_depth
+    seen[2] = here.theta
+    seen[3] = here.chip
+    seen[4] = here.arcs.front_lo
+    seen[5] = max(here.arcs.front_hi, max(here.arcs.work_hi, here.arcs.back_hi))
+
+
 @probed.of(BurredEdge)
 def _(engagement, pose):
     """The middle of the burr, point A of the paper."""
@@ -88,9 +99,7 @@ def _(engagement, stock, pose, structure, flexed, contact):
     rows = contact.rows
     width = polyline_value(burr_width, pose.along)
     tip = displaced(structure, flexed, strips.burr_start, 0.5 * width)
-    at_a = immersion_at(
-        mill, burr_height, pose.x + tip.x, pose.y + tip.y, pose.vx + tip.vx, pose.vy + tip.vy
-    )
+    at_a = immersion_at(mill, burr_height, pose.x + tip.x, pose.y + tip.y, pose.vx + tip.vx, pose.vy + tip.vy)
     n = strips.slices
     count = 0
     for layer in range(2):
@@ -119,11 +128,11 @@ def _(engagement, stock, pose, structure, flexed, contact):
                     rows[count, 5] = here.chip
                     rows[count, 6] = here.theta
                     count += 1
-    seen = contact.seen
-    seen[0] = max(0.0, at_a.depth - at_a.work_depth)
-    seen[1] = at_a.work_depth
-    seen[2] = at_a.theta
-    seen[3] = at_a.chip
-    seen[4] = at_a.arcs.front_lo
-    seen[5] = max(at_a.arcs.front_hi, max(at_a.arcs.work_hi, at_a.arcs.back_hi))
+    show(at_a, contact.seen)
     return count
+
+
+@left.of(BurredEdge)
+def _(engagement, stock, contact, count):
+    """Arcs know no stock."""
+    return 0

@@ -12,7 +12,7 @@ import numpy as np
 
 from cutwise.maths.compiled import inlined
 from cutwise.maths.curves import FloatArray
-from cutwise.physics.structure.pistons import PistonRing, RingState
+from cutwise.physics.structure.pistons import PistonRing, RingState, at_rest
 from cutwise.physics.structure.pistons import step as piston_step
 from cutwise.records import Tip
 from cutwise.stages import displaced, held, noted, pivot, settled, stepped, yielded, yielding
@@ -304,9 +304,7 @@ def _(structure):
 def _(structure, flexed, foot, above):
     near = displaced(structure.near, flexed.near, foot, above)
     far = displaced(structure.far, flexed.far, foot, above)
-    return Tip(
-        near.x + far.x, near.y + far.y, near.z + far.z, near.vx + far.vx, near.vy + far.vy, near.vz + far.vz
-    )
+    return Tip(near.x + far.x, near.y + far.y, near.z + far.z, near.vx + far.vx, near.vy + far.vy, near.vz + far.vz)
 
 
 @stepped.of(Series)
@@ -368,8 +366,6 @@ def in_series(terms: list[NamedTuple]) -> NamedTuple:
 
 def relaxed(structure: NamedTuple) -> NamedTuple:
     """The state of a structure before anything touches it; states mirror structures."""
-    from cutwise.physics.structure.pistons import at_rest
-
     match structure:
         case Series(near, far):
             return SeriesState(relaxed(near), relaxed(far))
@@ -385,3 +381,17 @@ def relaxed(structure: NamedTuple) -> NamedTuple:
 def natural_frequencies(term: Swinging) -> FloatArray:
     r"""Natural frequencies of a swinging arm at its stations, :math:`\sqrt{\lambda_k/m}/2\pi` [Hz], shape (n, 3)."""
     return np.sqrt(np.linalg.eigvalsh(term.stiffness) / term.mass) / (2.0 * math.pi)
+
+
+def width(structure: NamedTuple) -> int:
+    """Columns of the history that a structure notes."""
+    match structure:
+        case Series(near, far):
+            return width(near) + width(far)
+        case Pistons(ring, _):
+            return 4 + len(ring.direction)
+        case Compliance():
+            return 6
+        case Swinging():
+            return 3
+    return 0
