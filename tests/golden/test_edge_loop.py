@@ -13,7 +13,9 @@ from peers.cells import r0
 
 # Another processor may round a sine differently; bits are asked for where these are the same.
 _AT = np.linspace(0.01, 3.1, 40)
-_PROBE = [mean_force(0.5 * x, x, 1e-5, 0.1 * x, 1e-3, 20, EdgeCoefficients(2e9, 1e9, 1e9, 1e3, 1e3, 0.0)).y for x in _AT]
+_PROBE = [
+    mean_force(0.5 * x, x, 1e-5, 0.1 * x, 1e-3, 20, EdgeCoefficients(2e9, 1e9, 1e9, 1e3, 1e3, 0.0)).y for x in _AT
+]
 WRITTEN = json.loads((Path(__file__).parent / "edge_loop_of_0_1.json").read_text())
 PROBED = WRITTEN.pop("probe")
 NOTHING = Compliance(np.zeros(1), np.zeros((1, 6, 6)))

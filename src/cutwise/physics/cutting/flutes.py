@@ -121,12 +121,15 @@ def _(cutting, contact, count, time, pivot, load):
     rows = contact.rows
     turn = -1.0 if cutting.up_milling else 1.0
     teeth = cutting.mill.flutes / (2.0 * math.pi)
+    x = y = z = tangential = 0.0
     for i in range(count):
         sin_phi, cos_phi, width = rows[i, 3], rows[i, 4], rows[i, 2]
         ft, fr, fa = force_per_length(cutting.edges, rows[i, 6])
         share = teeth * width * rows[i, 5]
-        force = FluteForce(
-            share * (-turn * ft * cos_phi - fr * sin_phi), share * (turn * ft * sin_phi - fr * cos_phi), share * fa,
-            share * ft,
-        )  # fmt: skip
-        put(load, int(rows[i, 0]), force, pivot - rows[i, 1] - 0.5 * width)
+        x += share * (-turn * ft * cos_phi - fr * sin_phi)
+        y += share * (turn * ft * sin_phi - fr * cos_phi)
+        z += share * fa
+        tangential += share * ft
+        if i + 1 == count or rows[i + 1, 1] != rows[i, 1] or rows[i + 1, 0] != rows[i, 0]:  # the strip ends
+            put(load, int(rows[i, 0]), FluteForce(x, y, z, tangential), pivot - rows[i, 1] - 0.5 * width)
+            x = y = z = tangential = 0.0

@@ -86,7 +86,7 @@ def meet_strip(
     top : float
         Height above which nothing stands [m].
     rows : array
-        Layer, foot, width, sine and cosine of the angle, angle of the column [rad], chip [m], column, new height [m].
+        Layer, foot, width, sine and cosine of the angle, angle of the column [rad], chip [m], strip, column, new height [m].
     count : int
         Rows that are filled already; returned is their new number.
     """
@@ -108,8 +108,9 @@ def meet_strip(
         rows[count, 4] = -drop / radius
         rows[count, 5] = angle
         rows[count, 6] = rate * area / angle
-        rows[count, 7] = i * height.shape[0] + strip
-        rows[count, 8] = lowest
+        rows[count, 7] = strip
+        rows[count, 8] = i
+        rows[count, 9] = lowest
         count += 1
     return count
 
@@ -151,8 +152,6 @@ def _(engagement, stock, pose, structure, flexed, contact):
 def _(engagement, stock, contact, count):
     """Each column that was met comes down to the mill circle."""
     rows, height = contact.rows, stock.height
-    strips = height.shape[0]
     for k in range(count):
-        place = int(rows[k, 7])
-        height[place % strips, place // strips] = rows[k, 8]
+        height[int(rows[k, 7]), int(rows[k, 8])] = rows[k, 9]
     return 0
