@@ -21,7 +21,7 @@ PROBED = WRITTEN.pop("probe")
 NOTHING = Compliance(np.zeros(1), np.zeros((1, 6, 6)))
 
 
-@pytest.mark.parametrize("behind", [(), (NOTHING,)], ids=["alone", "with a term of no compliance"])
+@pytest.mark.parametrize("behind", [(), (("arm", NOTHING),)], ids=["alone", "with a term of no compliance"])
 @pytest.mark.parametrize("name", WRITTEN)
 def test_forces_are_those_of_0_1_to_the_last_bit(name, behind):
     case = WRITTEN[name]

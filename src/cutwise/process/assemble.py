@@ -19,7 +19,9 @@ from cutwise.physics.structure.pistons import (
     friction_at,
     piston_directions,
 )
-from cutwise.process.loops import AVERAGED, TOOTH_RESOLVED, Cutter, EdgeCell, Layers, Strips
+from cutwise.process.carried import ArmAlong, arm_along, path_in_base, terms_of
+from cutwise.process.loops import AVERAGED, TOOTH_RESOLVED, Cutter, EdgeCell, Layers, Strips, cell_of, loads_at
+from cutwise.spec.carrier import Standing
 from cutwise.spec.deburring import DeburringScenario
 from cutwise.spec.material import KIENZLE as KIENZLE_KEYS
 from cutwise.spec.material import LINEAR as LINEAR_KEYS
@@ -54,9 +56,39 @@ def deburring_cell(scenario: DeburringScenario) -> EdgeCell:
         _FORCE[scenario.numerics.force],
     )
     top = float(layers.burr_height.value.max())
-    return EdgeCell(
+    alone = EdgeCell(
         edge_pass(operation, top), layers, cutter, piston_ring(scenario.spindle), scenario.spindle.tool_reach
     )
+    if scenario.robot is None:
+        return alone
+    return alone._replace(behind=terms_of(scenario.robot, robot_along(scenario, alone), surface_height(alone)))
+
+
+def surface_height(cell: EdgeCell) -> float:
+    """Height over the tip at which the edge is read: the middle of the burr [m]."""
+    return cell.layers.strips.burr_start + 0.5 * float(cell.layers.burr_width.value.mean())
+
+
+def rigid_wrench(cell: EdgeCell) -> FloatArray:
+    """Force and moment about the tip [N, N m] of a mill that stands at the nominal edge and does not yield, (6,)."""
+    still = cell._replace(
+        path=cell.path._replace(preset=0.0, lead_in=0.0, lead_out=0.0, error_amplitude=0.0, error_curve=no_cubic()),
+        cutter=cell.cutter._replace(force_law=AVERAGED), behind=(),
+    )  # fmt: skip
+    load = loads_at(cell_of(still), np.zeros(1), np.zeros((1, 4)), cell.layers.strips.slices)[0]
+    x, y, z = load[:3] + load[3:6]
+    return np.array([x, y, -z, load[7] - cell.reach * y, cell.reach * x - load[6], 0.0])
+
+
+def robot_along(scenario: DeburringScenario, cell: EdgeCell) -> ArmAlong:
+    """The robot of a pass, along the path of the scenario."""
+    assert scenario.path is not None
+    assert scenario.robot is not None
+    path = path_in_base(
+        scenario.path, scenario.placement or Standing(), scenario.numerics.station,
+        work_on_left=scenario.operation.milling == "up",
+    )  # fmt: skip
+    return arm_along(scenario.robot, path, rigid_wrench(cell), surface_height(cell), scenario.operation.feed)
 
 
 def edge_profile(size: float | Table | RandomField, length: float) -> Polyline:

@@ -10,7 +10,8 @@ from cutwise.maths.frames import FloatArray, rotation_from_rpy
 from cutwise.paths.carried import CarriedPath, line, placed
 from cutwise.physics.motion.along import Blocked, Postures, cheapest_way, followed, joint_rates
 from cutwise.physics.structure.joint_compliance import cartesian_compliance
-from cutwise.physics.structure.series_compliance import carried_to, in_axes
+from cutwise.physics.structure.series_compliance import carried_to, in_axes, translation_at
+from cutwise.physics.structure.terms import Compliance, swinging
 from cutwise.process.drilling import robot_arm
 from cutwise.process.postures import Arm, candidates, posture_jacobian, tool_axes
 from cutwise.results import Infeasible
@@ -35,9 +36,7 @@ class ArmAlong(NamedTuple):
 
 def path_in_base(spec: PathSpec, standing: Standing, pitch: float, *, work_on_left: bool) -> CarriedPath:
     """Stations of the path in the base frame, no farther apart than a pitch [m]."""
-    nominal = line(
-        getattr(spec.line, "from"), spec.line.to, np.array(spec.tool_axis), pitch, work_on_left=work_on_left
-    )
+    nominal = line(getattr(spec.line, "from"), spec.line.to, np.array(spec.tool_axis), pitch, work_on_left=work_on_left)
     return placed(nominal, rotation_from_rpy(*standing.rotation), np.array(standing.origin))
 
 
@@ -74,8 +73,21 @@ def arm_along(robot: CarryingRobot, path: CarriedPath, wrench: FloatArray, heigh
     base = in_axes(base_compliance(robot, path.point), path.axes)
     sine = candidates_of(arm, path, postures.angle).wrist_sine
     q = candidates_of(arm, path, postures.angle).q
-    branch = np.array([int(np.nanargmin(np.abs(rows - own).max(axis=1))) for rows, own in zip(q, postures.q, strict=True)])
+    branch = np.array(
+        [int(np.nanargmin(np.abs(rows - own).max(axis=1))) for rows, own in zip(q, postures.q, strict=True)]
+    )
     return ArmAlong(path, arm, postures, joints, base, sine[np.arange(len(sine)), branch], constant, turned)
+
+
+def terms_of(robot: CarryingRobot, along: ArmAlong, height: float) -> tuple[tuple[str, NamedTuple], ...]:
+    """Terms of the structure that a robot adds, by name; a swinging arm takes its base along."""
+    if robot.dynamics == "modal":
+        matrix = translation_at(along.joints + along.base, height)
+        return (("arm", swinging(along.path.at, matrix, robot.modal_mass, robot.damping)),)
+    terms = (("arm", Compliance(along.path.at, along.joints)),)
+    if robot.base_compliance is None:
+        return terms
+    return (*terms, ("base", Compliance(along.path.at, along.base)))
 
 
 def base_compliance(robot: CarryingRobot, point: FloatArray) -> FloatArray:
@@ -153,7 +165,9 @@ def _all(robot, arm, path, angles, wrench, height):  # type: ignore[no-untyped-d
     side = np.linalg.det(axes)
     towards = np.concatenate([axes @ normal[:3], side[:, None] * (axes @ normal[3:])], axis=1)
     push = np.concatenate([axes @ load[:3], side[:, None] * (axes @ load[3:])], axis=1)
-    moved = (np.einsum("mij,mi->mj", jacobian, towards) * np.einsum("mij,mi->mj", jacobian, push)) @ (1.0 / arm.stiffness)
+    moved = (np.einsum("mij,mi->mj", jacobian, towards) * np.einsum("mij,mi->mj", jacobian, push)) @ (
+        1.0 / arm.stiffness
+    )
     cost[station, branch] = np.abs(moved)
     return found.q.reshape(count, turns, 8, 6), cost.reshape(count, turns, 8)
 

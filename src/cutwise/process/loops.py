@@ -45,7 +45,7 @@ class EdgeCell(NamedTuple):
     cutter: Cutter
     ring: PistonRing
     reach: float  # [m] from the joint to the tool tip
-    behind: tuple[NamedTuple, ...] = ()  # terms of the structure behind the spindle
+    behind: tuple[tuple[str, NamedTuple], ...] = ()  # terms of the structure behind the spindle, by name
 
 
 def round_tool(cutter: Cutter) -> Round:
@@ -62,7 +62,7 @@ def cell_of(cell: EdgeCell) -> loop.Cell:
         BurredEdge(cell.layers, round_tool(cutter)),
         (),
         law(cutter.mill, cutter.edges, cutter.spindle_speed, cutter.up_milling),
-        in_series([Pistons(cell.ring, cell.reach), *cell.behind]),
+        in_series([Pistons(cell.ring, cell.reach), *(term for _, term in cell.behind)]),
     )
 
 

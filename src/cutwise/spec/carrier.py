@@ -23,13 +23,23 @@ class _Line(Spec):
             yield Remark(("to",), "is the same point as from: the path has no length")
 
     @property
+    def start(self) -> tuple[float, float, float]:
+        """First point [m]; Python keeps the word of the scenario for itself."""
+        return self.__dict__["from"]  # type: ignore[no-any-return]
+
+    @property
+    def end(self) -> tuple[float, float, float]:
+        """Last point [m]."""
+        return self.__dict__["to"]  # type: ignore[no-any-return]
+
+    @property
     def length(self) -> float:
         """Length [m]."""
-        return math.dist(getattr(self, "from"), getattr(self, "to"))
+        return math.dist(self.start, self.end)
 
 
 # "from" is a word of Python, and the word for it all the same.
-Line: Any = create_model(
+Line: Any = create_model(  # type: ignore[call-overload]
     "Line",
     __base__=_Line,
     __doc__="A straight line between two points of the part.",
@@ -64,8 +74,8 @@ class CarriedPath(Spec):
         if np.linalg.norm(axis) < 1e-9:
             yield Remark(("tool_axis",), "has no length; write for example [0, 0, -1]")
             return
-        way = np.subtract(getattr(self.line, "to"), getattr(self.line, "from"))
-        lean = abs(float(way @ axis) / (np.linalg.norm(way) * np.linalg.norm(axis)))
+        way = np.subtract(self.line.end, self.line.start)
+        lean = abs(float(way @ axis)) / float(np.linalg.norm(way) * np.linalg.norm(axis))
         if lean > 1e-6:
             yield Remark(
                 ("tool_axis",),
@@ -76,7 +86,7 @@ class CarriedPath(Spec):
     @property
     def length(self) -> float:
         """Length of the path [m]."""
-        return float(self.line.length)
+        return float(self.line.length) if self.line is not None else 0.0
 
 
 class Standing(Spec):

@@ -10,6 +10,33 @@ def _per_axis(name: str, dimension: str, description: str, axes: str = "xyz") ->
     return {f"{name}_{axis}": MeasureSpec(dimension, f"{description}, {axis} direction") for axis in axes}
 
 
+def _deflections(term: str, what: str) -> dict[str, MeasureSpec]:
+    return {
+        **_per_axis(f"deflection_{term}_mean", "small_length", f"{what}, mean after the lead-in"),
+        **_per_axis(f"deflection_{term}_max", "small_length", f"{what}, where it is largest, with its sign"),
+    }
+
+
+CARRIED: Mapping[str, MeasureSpec] = {
+    **_deflections("pistons", "displacement by the tilting spindle where the surface is read"),
+    **_deflections("arm", "displacement by the joints of the robot where the surface is read"),
+    **_deflections("base", "displacement by the base of the robot where the surface is read"),
+    "share_pistons": MeasureSpec(
+        "small_length", "part of the spindle in the displacement off the surface, worst place"
+    ),
+    "share_arm": MeasureSpec("small_length", "part of the robot's joints in it"),
+    "share_base": MeasureSpec("small_length", "part of the robot's base in it"),
+    "stiffness_normal_min": MeasureSpec("stiffness", "stiffness of the carrier off the surface, least along the path"),
+    "stiffness_normal_max": MeasureSpec("stiffness", "stiffness of the carrier off the surface, greatest"),
+    "natural_frequency_min": MeasureSpec("frequency", "lowest natural frequency of the arm along the path"),
+    "joint_speed_margin": MeasureSpec("dimensionless", "1 minus the largest speed of a joint over its limit"),
+    "feed_possible_min": MeasureSpec("speed", "feed that the joints can follow everywhere on the path"),
+    "joint_limit_margin": MeasureSpec("angle", "least room of a joint to its limit"),
+    "wrist_margin": MeasureSpec("dimensionless", "least |sin| of the wrist angle; 0 is singular"),
+    "redundancy_angle_min": MeasureSpec("angle", "least angle of the tool about its axis"),
+    "redundancy_angle_max": MeasureSpec("angle", "greatest angle of the tool about its axis"),
+}
+
 DEBURRING: Mapping[str, MeasureSpec] = {
     "surface_error_mean": MeasureSpec("length", "mean edge error over the steady part; positive: burr left"),
     "surface_error_min": MeasureSpec("length", "smallest edge error over the steady part; negative: cut into the part"),
@@ -36,6 +63,7 @@ DEBURRING: Mapping[str, MeasureSpec] = {
     "breakaway_force": MeasureSpec("force", "lateral force at the tip at which the spindle starts to yield"),
     "loading_force": MeasureSpec("force", "lateral force at the tip while the spindle is pushed out"),
     "unloading_force": MeasureSpec("force", "lateral force at the tip while the spindle returns"),
+    **CARRIED,
 }
 
 MILLING: Mapping[str, MeasureSpec] = {

@@ -57,3 +57,24 @@ def in_axes(compliance: FloatArray, axes: FloatArray) -> FloatArray:
     turn[..., :3, :3] = axes
     turn[..., 3:, 3:] = axes * np.linalg.det(axes)[..., None, None]
     return np.asarray(np.swapaxes(turn, -1, -2) @ compliance @ turn)
+
+
+def translation_at(compliance: FloatArray, height: float) -> FloatArray:
+    r"""Translational compliance of the axis at a height over the reference point, for a force there.
+
+    .. math:: C_z = T C T^T, \qquad T = [I,\; -S(z e_z)]
+
+    Parameters
+    ----------
+    compliance : array (..., 6, 6)
+        At the reference point.
+    height : float
+        z [m].
+
+    Returns
+    -------
+    array (..., 3, 3)
+        [m/N]
+    """
+    across = np.concatenate([np.eye(3), -skew(np.array([0.0, 0.0, height]))], axis=1)
+    return np.asarray(across @ compliance @ across.T)

@@ -383,6 +383,17 @@ def natural_frequencies(term: Swinging) -> FloatArray:
     return np.sqrt(np.linalg.eigvalsh(term.stiffness) / term.mass) / (2.0 * math.pi)
 
 
+def displacement(term: NamedTuple, columns: FloatArray, height: float) -> FloatArray:
+    """Displacement of the tool's axis at a height over its tip [m], from the columns that a term noted; shape (n, 3)."""
+    match term:
+        case Compliance():
+            turned = np.column_stack([columns[:, 4] * height, -columns[:, 3] * height, np.zeros(len(columns))])
+            return np.asarray(columns[:, :3] + turned)
+        case Pistons(_, reach):
+            return np.column_stack([(reach - height) * columns[:, :2], np.zeros(len(columns))])
+    return columns[:, :3]
+
+
 def width(structure: NamedTuple) -> int:
     """Columns of the history that a structure notes."""
     match structure:
