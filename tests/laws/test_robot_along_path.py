@@ -186,3 +186,16 @@ def test_angle_along_the_path_against_one_angle(scenario):
     assert np.degrees(found.postures.angle[[0, -1]]) == pytest.approx([-110, -140])
     best = arm_along(robot.model_copy(update={"redundancy_angle": "best_constant"}), path, wrench, z, 0.04)
     assert math.degrees(best.postures.angle[0]) == pytest.approx(35.0)
+
+
+def test_sag_under_the_tool_and_the_links(scenario):
+    """30 kg on the flange: 137.307 um off the work at mid-path, 136.021 at the ends; relative to the start, 1.286."""
+    tool = {"tool_mass": 30.0, "tool_centre": (0.1, 0.0, -0.15)}
+    _, arm = along(scenario, sag="absolute", **tool)
+    assert arm.sag[[0, 30, 60], 1] / UM == pytest.approx([136.021, 137.307, 136.021], abs=1e-3)
+    assert arm.sag[[0, 30], 2] / UM == pytest.approx([-304.597, -304.994], abs=1e-3)
+    cell, relative = along(scenario, sag="relative", **tool)
+    assert relative.sag[30, 1] / UM == pytest.approx(137.307 - 136.021, abs=2e-3)
+    height = run_compliant_edge(cell, 1e-4).motion.height
+    row = round(0.150 / 0.080 / 1e-4)
+    assert (height[row] + 2 * MM) / UM == pytest.approx(1.286, abs=2e-3), "the undeflected mill stands that much higher"

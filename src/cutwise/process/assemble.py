@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from cutwise.maths.curves import Cubic, FloatArray, Polyline, constant, no_cubic, smooth
+from cutwise.maths.curves import Cubic, FloatArray, Polyline, constant, cubic_value_slope, no_cubic, smooth
 from cutwise.maths.fields import random_field, sum_of_sines
 from cutwise.physics.cutting.flute import EdgeCoefficients, Mill
 from cutwise.physics.cutting.uneven import KIENZLE, LINEAR, Edges, Kienzle
@@ -19,7 +19,7 @@ from cutwise.physics.structure.pistons import (
     friction_at,
     piston_directions,
 )
-from cutwise.process.carried import ArmAlong, arm_along, path_in_base, terms_of
+from cutwise.process.carried import GRAVITY, ArmAlong, arm_along, path_in_base, terms_of
 from cutwise.process.loops import AVERAGED, TOOTH_RESOLVED, Cutter, EdgeCell, Layers, Strips, cell_of, loads_at
 from cutwise.spec.carrier import Standing
 from cutwise.spec.deburring import DeburringScenario
@@ -32,7 +32,6 @@ from cutwise.spec.spindle import CompliantSpindle
 from cutwise.spec.tables import Table
 from cutwise.spec.tool import HelicalMill
 
-GRAVITY = 9.80665  # [m/s^2] standard acceleration of free fall
 _FRICTION = {"none": NO_FRICTION, "set_valued": SET_VALUED, "presliding": PRESLIDING, "regularised": REGULARISED}
 _FORCE_LAW = {"linear": LINEAR, "kienzle": KIENZLE}
 _FORCE = {"averaged": AVERAGED, "tooth_resolved": TOOTH_RESOLVED}
@@ -61,7 +60,21 @@ def deburring_cell(scenario: DeburringScenario) -> EdgeCell:
     )
     if scenario.robot is None:
         return alone
-    return alone._replace(behind=terms_of(scenario.robot, robot_along(scenario, alone), surface_height(alone)))
+    along, height = robot_along(scenario, alone), surface_height(alone)
+    sag = along.sag[:, 1] - along.sag[:, 3] * height
+    path = alone.path._replace(error_curve=added(alone.path.error_curve, along.path.at, sag))
+    return alone._replace(path=path, behind=terms_of(scenario.robot, along, height))
+
+
+def added(curve: Cubic, at: FloatArray, value: FloatArray) -> Cubic:
+    """A curve with the smooth one through some places [m] added, exact at the places of both."""
+    if not np.any(value):
+        return curve
+    extra = smooth(at, value)
+    inside = curve.at[(curve.at > at[0]) & (curve.at < at[-1])]
+    places = np.unique(np.concatenate([at, inside]))
+    total = [cubic_value_slope(curve, s)[0] + cubic_value_slope(extra, s)[0] for s in places]
+    return smooth(places, np.array(total))
 
 
 def surface_height(cell: EdgeCell) -> float:

@@ -18,6 +18,7 @@ from cutwise.results import Infeasible
 from cutwise.spec.carrier import CarriedPath as PathSpec
 from cutwise.spec.carrier import CarryingRobot, Standing
 
+GRAVITY = 9.80665  # [m/s^2] standard acceleration of free fall
 GRID = math.radians(5.0)  # between two angles of the tool that are tried
 
 
@@ -29,6 +30,7 @@ class ArmAlong(NamedTuple):
     postures: Postures
     joints: FloatArray  # compliance of the joints at the tip, process axes, shape (n, 6, 6)
     base: FloatArray  # the same of the base
+    sag: FloatArray  # twist of the tip under the weights, process axes, shape (n, 6); zero where it is ignored
     wrist_sine: FloatArray  # |sin| of the wrist angle, shape (n,)
     constant: float  # what the surface yields by with the best single angle [m], or NaN where it was not asked for
     turned: float  # the same with an angle that turns along the path
@@ -76,7 +78,8 @@ def arm_along(robot: CarryingRobot, path: CarriedPath, wrench: FloatArray, heigh
     branch = np.array(
         [int(np.nanargmin(np.abs(rows - own).max(axis=1))) for rows, own in zip(q, postures.q, strict=True)]
     )
-    return ArmAlong(path, arm, postures, joints, base, sine[np.arange(len(sine)), branch], constant, turned)
+    sag = _sag(robot, arm, path, postures.q, jacobians)
+    return ArmAlong(path, arm, postures, joints, base, sag, sine[np.arange(len(sine)), branch], constant, turned)
 
 
 def terms_of(robot: CarryingRobot, along: ArmAlong, height: float) -> tuple[tuple[str, NamedTuple], ...]:
@@ -88,6 +91,40 @@ def terms_of(robot: CarryingRobot, along: ArmAlong, height: float) -> tuple[tupl
     if robot.base_compliance is None:
         return terms
     return (*terms, ("base", Compliance(along.path.at, along.base)))
+
+
+def _sag(robot: CarryingRobot, arm: Arm, path: CarriedPath, q: FloatArray, jacobians: FloatArray) -> FloatArray:
+    r"""Twist of the tip under the weights of links and tool, in process axes, shape (n, 6).
+
+    .. math:: u_g = J K_\theta^{-1} \tau_g, \qquad \tau_g = \sum_m J_m^T m g
+
+    ``relative`` takes off that of the first station, at which the path was taught.
+    """
+    torque = np.zeros_like(q)
+    for joint, mass, centre in weights(robot):
+        at = frames(arm.chain, q)
+        axis = np.einsum("mkij,kj->mki", at.rotations[:, 1:], arm.chain.axes)
+        point = at.origins[:, joint + 1] + at.rotations[:, joint + 1] @ centre
+        lifted = np.cross(axis, point[:, None] - at.origins[:, 1:])[:, : joint + 1, 2]
+        torque[:, : joint + 1] -= GRAVITY * mass * lifted
+    twist = np.einsum("nij,nj->ni", jacobians, torque / arm.stiffness)
+    if robot.sag == "ignored":
+        return np.zeros_like(twist)
+    side = np.linalg.det(path.axes)[:, None]
+    turned = np.concatenate([
+        np.einsum("nji,nj->ni", path.axes, twist[:, :3]), side * np.einsum("nji,nj->ni", path.axes, twist[:, 3:])
+    ], axis=1)  # fmt: skip
+    return turned - turned[0] if robot.sag == "relative" else turned
+
+
+def weights(robot: CarryingRobot) -> list[tuple[int, float, FloatArray]]:
+    """Number of the joint that carries it, mass [kg] and centre in the frame of that joint [m], of all that weighs."""
+    found = [(k, link.mass, np.array(link.centre)) for k, link in enumerate(robot.links or ())]
+    if robot.tool_mass is not None:
+        flange = rotation_from_rpy(*robot.flange_rotation)
+        centre = np.array(robot.flange_origin) + flange @ np.array(robot.tool_centre)
+        found.append((len(robot.joints) - 1, robot.tool_mass, centre))
+    return found
 
 
 def base_compliance(robot: CarryingRobot, point: FloatArray) -> FloatArray:
@@ -203,6 +240,8 @@ def measures(along: ArmAlong, robot: CarryingRobot, feed: float) -> dict[str, fl
         "stiffness_normal_min": float(1.0 / normal.max()),
         "stiffness_normal_max": float(1.0 / normal.min()),
     }
+    if robot.sag != "ignored" and weights(robot):
+        found["sag_change_max"] = float(np.linalg.norm(along.sag[:, :3] - along.sag[0, :3], axis=1).max())
     if robot.joint_speed is not None:
         with np.errstate(divide="ignore"):
             possible = np.min(np.array(robot.joint_speed) / rates)

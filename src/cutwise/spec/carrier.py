@@ -56,9 +56,7 @@ class CarriedPath(Spec):
     line: Line | None = Field(
         default=None, description="a straight path", examples=[f"{{from: {_EXAMPLES['from']}, to: {_EXAMPLES['to']}}}"]
     )
-    tool_axis: Direction = Field(
-        default=(0.0, 0.0, -1.0), description="direction from the motor to the tool tip", examples=["[0, 0, -1]"]
-    )
+    tool_axis: Direction = Field(description="direction from the motor to the tool tip", examples=["[0, 0, -1]"])
     work: Literal["right", "left"] | None = Field(
         default=None,
         description="side of the feed on which the work stands; follows from down (right) or up milling (left)",
@@ -116,6 +114,15 @@ RedundancyAngle = Annotated[
 _OF_DRILLING = ("best", "stiffest", "least_skating")
 
 
+class Link(Spec):
+    """Mass of a link, which hangs on the joint before it."""
+
+    mass: Mass = Field(description="mass of the link", examples=["315 kg"], gt=0)
+    centre: Position = Field(
+        description="its centre of mass in the frame of its joint", examples=["[575 mm, 0 mm, 0 mm]"]
+    )
+
+
 class CarryingRobot(Robot):
     """A robot that carries its tool along a path."""
 
@@ -158,6 +165,10 @@ class CarryingRobot(Robot):
         "start), or all of it",
         examples=["relative"],
     )
+    links: tuple[Link, ...] | None = Field(
+        default=None, description="masses of the links, one for each joint",
+        examples=["[{mass: 315 kg, centre: [175 mm, 0 mm, 0 mm]}]"],
+    )  # fmt: skip
     tool_mass: Annotated[Mass, Usual("1 kg", "200 kg")] | None = Field(
         default=None, description="mass of spindle and tool on the flange", examples=["30 kg"], gt=0
     )
@@ -170,6 +181,8 @@ class CarryingRobot(Robot):
         yield from super().contradictions()
         if any(value < 0.0 for value in self.base_compliance or ()):
             yield Remark(("base_compliance",), "a compliance is not below zero")
+        if self.links is not None and len(self.links) != len(self.joints):
+            yield Remark(("links",), f"has {len(self.links)} links for {len(self.joints)} joints")
         if (self.tool_mass is None) != (self.tool_centre is None):
             missing = "tool_centre" if self.tool_centre is None else "tool_mass"
             yield Remark((missing,), "missing; mass and centre of the tool go together")

@@ -29,6 +29,7 @@ CARRIED: Mapping[str, MeasureSpec] = {
     "stiffness_normal_min": MeasureSpec("stiffness", "stiffness of the carrier off the surface, least along the path"),
     "stiffness_normal_max": MeasureSpec("stiffness", "stiffness of the carrier off the surface, greatest"),
     "natural_frequency_min": MeasureSpec("frequency", "lowest natural frequency of the arm along the path"),
+    "sag_change_max": MeasureSpec("small_length", "largest change along the path of the sag under links and tool"),
     "joint_speed_margin": MeasureSpec("dimensionless", "1 minus the largest speed of a joint over its limit"),
     "feed_possible_min": MeasureSpec("speed", "feed that the joints can follow everywhere on the path"),
     "joint_limit_margin": MeasureSpec("angle", "least room of a joint to its limit"),
