@@ -9,27 +9,19 @@ from typing import NamedTuple
 
 import numpy as np
 
+from cutwise.balance import balance, look
 from cutwise.maths.compiled import inlined_stepping, stepping
 from cutwise.records import CONTACT, FIXED, Contact, History, Load
 from cutwise.stages import (
-    cut,
-    held,
     left,
-    met,
     moved,
     noted,
-    pivot,
-    probed,
-    settled,
     stepped,
-    yielded,
     yielding,
 )
 
 CHUNK = 100_000  # steps between two looks at progress and Ctrl-C
 ROWS = 40_000  # longest history
-CLOSE = 1e-14  # [m] of a displacement that is solved for with the force
-TRIALS = 60  # looks at the force in one step; a step that takes them all has not found its displacement
 
 
 class Cell(NamedTuple):
@@ -40,54 +32,6 @@ class Cell(NamedTuple):
     stock: NamedTuple
     cutting: NamedTuple
     structure: NamedTuple
-
-
-@inlined_stepping
-def look(cell, flexed, pose, contact, load):  # type: ignore[no-untyped-def]
-    """The force of the cut with the tool displaced as its structure stands; returns the number of rows of contact."""
-    _, engagement, stock, cutting, structure = cell
-    load.layer[:] = 0.0
-    load.total[:] = 0.0
-    count = met(engagement, stock, pose, structure, flexed, contact)
-    cut(cutting, contact, count, pose.time, pivot(structure), load)
-    return count
-
-
-@inlined_stepping
-def balance(cell, flexed, pose, contact, load, guess):  # type: ignore[no-untyped-def]
-    r"""Solve for the displacement u of the terms without inertia that the force at that displacement gives.
-
-    :math:`g(u) = u - [C W(u)]_y = 0` at the height where the surface is read, by the secant rule inside a bracket; a
-    force that falls as the tool retreats makes g rise with a slope of at least one, so that the root lies between
-    u and :math:`u - g`. The plain fixed point diverges where the cut is stiffer than the structure.
-
-    ``guess``: slope of g in the last step, shape (1,), changed. Returns the number of rows of contact, and of looks at the force.
-    """
-    structure = cell.structure
-    foot, above = probed(cell.engagement, pose)
-    height, arm = foot + above, pivot(structure)
-    u = held(structure, flexed, height)
-    count = look(cell, flexed, pose, contact, load)
-    g = u - yielded(structure, flexed, pose, load, arm, height)
-    low, high = -math.inf, math.inf
-    trials = 1
-    while abs(g) > CLOSE and trials < TRIALS:
-        if g > 0.0:
-            high = u
-        else:
-            low = u
-        slope = guess[0] if guess[0] > 0.0 else 1.0
-        new = u - g / slope
-        if new <= low or new >= high:
-            new = 0.5 * (low + high)
-        settled(structure, flexed, new - (u - g))
-        count = look(cell, flexed, pose, contact, load)
-        fresh = new - yielded(structure, flexed, pose, load, arm, height)
-        if new != u and math.isfinite(fresh):
-            guess[0] = (fresh - g) / (new - u)
-        u, g = new, fresh
-        trials += 1
-    return count, trials
 
 
 @inlined_stepping
@@ -127,7 +71,7 @@ def advance(cell, flexed, contact, load, guess, table, first, steps, dt, stride)
     contact, load : Contact, Load
         Scratch.
     guess : array
-        Slope of the balance in the last step, shape (1,).
+        Slopes of the balance in the last step, shape (4,).
     table : array
         The history; a row takes ``stride`` steps.
     first, steps : int
@@ -177,7 +121,7 @@ def march(
     table = np.zeros((steps // stride, FIXED + seen + state + 9 * layers + 2))
     contact = Contact(np.zeros((contacts, CONTACT)), np.zeros(seen))
     load = Load(np.zeros((layers, 3)), np.zeros(6))
-    guess = np.ones(1)
+    guess = np.array([1.0, 0.0, 0.0, 1.0])
     portion = stride * max(1, CHUNK // stride)
     for first in range(0, steps, portion):
         count = min(portion, steps - first)

@@ -85,6 +85,11 @@ def probed(engagement, pose):
 
 
 @stage
+def axial(engagement):
+    """Whether the contact changes when the tool moves along its axis."""
+
+
+@stage
 def met(engagement, stock, pose, structure, flexed, contact):
     """Fill the rows of contact at a pose, the tool displaced as its structure stands; returns their number.
 
@@ -119,17 +124,17 @@ def yielding(structure):
 
 @stage
 def held(structure, flexed, height):
-    """Displacement along y [m] at a height over the tip of the terms without inertia, as they stand."""
+    """Displacement along y and z [m] at a height over the tip of the terms without inertia, as they stand."""
 
 
 @stage
 def yielded(structure, flexed, pose, load, pivot, height):
-    """What the terms without inertia want under a load; returns its displacement along y at a height [m]."""
+    """What the terms without inertia want under a load; returns its displacement along y and z at a height [m]."""
 
 
 @stage
-def settled(structure, flexed, extra):
-    """Let the terms without inertia take what they want, and a displacement along y [m] besides."""
+def settled(structure, flexed, extra_y, extra_z):
+    """Let the terms without inertia take what they want, and a displacement along y and z [m] besides."""
 
 
 @stage

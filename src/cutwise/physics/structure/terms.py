@@ -194,7 +194,7 @@ def _(structure, flexed, pose, load, dt):
 
 @held.of(Compliance)
 def _(structure, flexed, height):
-    return flexed.twist[1] - flexed.twist[3] * height
+    return flexed.twist[1] - flexed.twist[3] * height, flexed.twist[2]
 
 
 @yielded.of(Compliance)
@@ -211,15 +211,16 @@ def _(structure, flexed, pose, load, pivot, height):
         low = here[0] * fx + here[1] * fy + here[2] * fz + here[3] * mx + here[4] * my
         high = there[0] * fx + there[1] * fy + there[2] * fz + there[3] * mx + there[4] * my
         wanted[i] = low + share * (high - low)
-    return wanted[1] - wanted[3] * height
+    return wanted[1] - wanted[3] * height, wanted[2]
 
 
 @settled.of(Compliance)
-def _(structure, flexed, extra):
+def _(structure, flexed, extra_y, extra_z):
     twist, wanted = flexed.twist, flexed.wanted
     for i in range(6):
         twist[i] = wanted[i]
-    twist[1] += extra
+    twist[1] += extra_y
+    twist[2] += extra_z
     return 0
 
 
@@ -279,16 +280,16 @@ def _(structure):
 
 @held.of(Rigid, Pistons, Swinging)
 def _(structure, flexed, height):
-    return 0.0
+    return 0.0, 0.0
 
 
 @yielded.of(Rigid, Pistons, Swinging)
 def _(structure, flexed, pose, load, pivot, height):
-    return 0.0
+    return 0.0, 0.0
 
 
 @settled.of(Rigid, Pistons, Swinging)
-def _(structure, flexed, extra):
+def _(structure, flexed, extra_y, extra_z):
     return 0
 
 
@@ -321,24 +322,25 @@ def _(structure):
 
 @held.of(Series)
 def _(structure, flexed, height):
-    return held(structure.near, flexed.near, height) + held(structure.far, flexed.far, height)
+    near, far = held(structure.near, flexed.near, height), held(structure.far, flexed.far, height)
+    return near[0] + far[0], near[1] + far[1]
 
 
 @yielded.of(Series)
 def _(structure, flexed, pose, load, pivot, height):
-    return yielded(structure.near, flexed.near, pose, load, pivot, height) + yielded(
-        structure.far, flexed.far, pose, load, pivot, height
-    )
+    near = yielded(structure.near, flexed.near, pose, load, pivot, height)
+    far = yielded(structure.far, flexed.far, pose, load, pivot, height)
+    return near[0] + far[0], near[1] + far[1]
 
 
 @settled.of(Series)
-def _(structure, flexed, extra):
+def _(structure, flexed, extra_y, extra_z):
     """The displacement besides goes to one term: only the sum counts."""
     if yielding(structure.near):
-        settled(structure.near, flexed.near, extra)
-        settled(structure.far, flexed.far, 0.0)
+        settled(structure.near, flexed.near, extra_y, extra_z)
+        settled(structure.far, flexed.far, 0.0, 0.0)
     else:
-        settled(structure.far, flexed.far, extra)
+        settled(structure.far, flexed.far, extra_y, extra_z)
     return 0
 
 
