@@ -67,6 +67,18 @@ DEBURRING: Mapping[str, MeasureSpec] = {
     **CARRIED,
 }
 
+ROBOT_MILLING: Mapping[str, MeasureSpec] = {
+    **{name: spec for name, spec in CARRIED.items() if "pistons" not in name},
+    **_deflections("tip", "displacement by the tip modes of the tool at rest where the surface is read"),
+    "share_tip": MeasureSpec("small_length", "part of the tip modes of the tool in it"),
+    "floor_error_min": MeasureSpec("small_length", "least error of the floor left by a robot, positive into the part"),
+    "floor_error_max": MeasureSpec("small_length", "greatest error of the floor left by a robot"),
+    "wall_tilt_max": MeasureSpec("small_angle", "largest tilt of the wall left by a robot"),
+    "stable_depth_min": MeasureSpec("length", "least axial depth along the path at which the arm chatters"),
+    "depth_margin": MeasureSpec("dimensionless", "1 minus axial depth over that limit; not above 0: it chatters"),
+    "energy_balance": MeasureSpec("dimensionless", "work of the force less elastic energy, relative: a check"),
+}
+
 MILLING: Mapping[str, MeasureSpec] = {
     "contour_error_max": MeasureSpec("small_length", "largest distance of the actual position from the path"),
     "drive_error_max": MeasureSpec(
@@ -113,6 +125,7 @@ MILLING: Mapping[str, MeasureSpec] = {
     ),
     "wall_error_max": MeasureSpec("small_length", "greatest error of the wall left, drives and tip, into the wall"),
     "path_length": MeasureSpec("length", "length of the commanded path"),
+    **ROBOT_MILLING,
     "stops": MeasureSpec("dimensionless", "full stops between the first and the last point"),
 }
 
