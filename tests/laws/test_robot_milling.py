@@ -126,7 +126,7 @@ def test_newton_where_the_fixed_point_diverges():
 @pytest.mark.parametrize(("speed", "name"), LIMITS)
 def test_depth_at_which_the_arm_chatters(robot, law, speed, name):
     _, _, _, up = CASES[name]
-    mill, edge = law
+    _, edge = law
     arm = along(robot, up=up)
     swing = swinging(arm.path.at, translation_at(arm.joints, 2.5 * MM), 150.0, 0.05)
     angle = math.acos(1.0 - 0.4)

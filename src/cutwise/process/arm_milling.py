@@ -12,12 +12,27 @@ from cutwise.loop import Cell
 from cutwise.maths.curves import FloatArray
 from cutwise.physics.cutting.flute import Mill
 from cutwise.physics.cutting.flutes import MeanFlutes
-from cutwise.physics.cutting.regeneration import DepthLimit, Receptance, depth_limit, mean_directions
+from cutwise.physics.cutting.regeneration import (
+    DepthLimit,
+    Receptance,
+    depth_limit,
+    mean_directions,
+    swinging_receptance,
+)
 from cutwise.physics.cutting.uneven import tangent_coefficients
 from cutwise.physics.engagement.burred_edge import Round
 from cutwise.physics.engagement.shoulder import SEEN, Shoulder, Slot
 from cutwise.physics.structure.series_compliance import translation_at
-from cutwise.physics.structure.terms import Compliance, Rigid, displacement, in_series, relaxed, swinging, width
+from cutwise.physics.structure.terms import (
+    Compliance,
+    Rigid,
+    Swinging,
+    displacement,
+    in_series,
+    relaxed,
+    swinging,
+    width,
+)
 from cutwise.process import carried
 from cutwise.process.assemble import edges
 from cutwise.process.labels import labelled
@@ -157,14 +172,12 @@ def _limit(scenario: MillingScenario, along: carried.ArmAlong, k: int, height: f
     return depth_limit(_receptance(scenario, swing), directions, period, highest)
 
 
-def _receptance(scenario: MillingScenario, swing) -> Receptance:  # type: ignore[no-untyped-def]
+def _receptance(scenario: MillingScenario, swing: Swinging) -> Receptance:
     """Displacement at the tip for a force there, arm and tip modes together."""
+    arm = swinging_receptance(swing.stiffness[0], swing.damping[0], swing.mass)
 
     def receptance(omega: FloatArray) -> np.ndarray:
-        total = np.linalg.inv(
-            swing.stiffness[0] + 1j * omega[:, None, None] * swing.damping[0]
-            - (omega * omega * swing.mass)[:, None, None] * np.eye(3)
-        )  # fmt: skip
+        total = arm(omega)
         for mode in scenario.tool.modes:
             ratio = omega / (2.0 * math.pi * mode.frequency)
             axis = "xy".index(mode.direction)

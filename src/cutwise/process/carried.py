@@ -4,6 +4,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from scipy.interpolate import PchipInterpolator
 
 from cutwise.maths.chains import frames
 from cutwise.maths.frames import FloatArray, rotation_from_rpy
@@ -20,6 +21,7 @@ from cutwise.spec.carrier import CarryingRobot, Standing
 
 GRAVITY = 9.80665  # [m/s^2] standard acceleration of free fall
 GRID = math.radians(5.0)  # between two angles of the tool that are tried
+STATIONS = 201  # of a path at which angles are tried; between them the angle is a smooth curve
 
 
 class ArmAlong(NamedTuple):
@@ -152,19 +154,28 @@ def _chosen(
         if start is None:
             q = _stiffest_branch(arm, path, found.q, allowed, wrench, height, q)
         return Postures(q, angles), math.nan, math.nan
+    tried = np.unique(np.linspace(0, len(path.at) - 1, min(len(path.at), STATIONS)).round().astype(int))
+    few = CarriedPath(path.at[tried], path.point[tried], path.axes[tried])
     angles = np.arange(-math.pi, math.pi - 0.5 * GRID, GRID)
-    q, cost = _all(robot, arm, path, angles, wrench, height)
-    reach = speed * np.diff(path.at).min() / feed
+    q, cost = _all(robot, arm, few, angles, wrench, height)
+    reach = speed * np.diff(few.at).min() / feed
     one = _best_constant(q, cost, reach)
     way = cheapest_way(cost, q, reach)
-    picked = np.arange(len(path.at))
+    picked = np.arange(len(few.at))
     turned = float(cost[picked, way[:, 0], way[:, 1]].mean())
     if robot.redundancy_angle == "best_constant":
         if one is None:
             raise Blocked(0, "no single angle of the tool leads all along; write redundancy_angle: along_path")
         angle, branch, value = one
-        return Postures(q[:, angle, branch], np.full(len(path.at), angles[angle])), value, turned
-    return Postures(q[picked, way[:, 0], way[:, 1]], angles[way[:, 0]]), one[2] if one else math.nan, turned
+        turning = np.full(len(path.at), angles[angle])
+        first = q[0, angle, branch]
+    else:
+        value = one[2] if one else math.nan
+        turning = PchipInterpolator(few.at, np.unwrap(angles[way[:, 0]]))(path.at)
+        first = q[0, way[0, 0], way[0, 1]]
+    found = candidates_of(arm, path, turning)
+    allowed = found.within & (found.wrist_sine >= robot.singularity_margin)
+    return Postures(followed(found.q, allowed, first), turning), value, turned
 
 
 def _stiffest_branch(arm, path, q, allowed, wrench, height, fallback):  # type: ignore[no-untyped-def]
