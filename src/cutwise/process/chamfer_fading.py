@@ -15,7 +15,6 @@ from cutwise import units
 from cutwise.maths.curves import FloatArray
 from cutwise.maths.edges import EdgeFrames
 from cutwise.paths.chamfer import ChamferPath, width_slope
-from cutwise.paths.feed import Tolerance
 from cutwise.physics.surface.sweep import SweptChamfer
 from cutwise.process.chamfer_proof import GOUGE_LIMIT
 from cutwise.spec.chamfer import ChamferScenario
@@ -39,7 +38,7 @@ def width_tolerance(scenario: ChamferScenario) -> float:
     return min((r for r in [*room, _SHARE * width] if r > 0.0), default=_SHARE * width)
 
 
-def chord_tolerance(scenario: ChamferScenario, path: ChamferPath) -> Tolerance:
+def chord_tolerance(scenario: ChamferScenario, path: ChamferPath) -> FloatArray:
     """The chord tolerance of a scenario, at each sample of a path: tighter in blunt wedges [m], shape (n,)."""
     given = scenario.path.chord_tolerance
     assert given is not None
@@ -47,7 +46,7 @@ def chord_tolerance(scenario: ChamferScenario, path: ChamferPath) -> Tolerance:
     width = min(scenario.chamfer.width, 1.9 * scenario.tool.ball_radius)
     slope = np.abs(width_slope(width, scenario.tool.ball_radius, np.minimum(wedge, math.pi - 1e-4)))
     local = np.maximum(_KEPT * width_tolerance(scenario) / slope, _CLOSEST)
-    return np.where(wedge > BLUNT, np.minimum(given, local), given)
+    return np.asarray(np.where(wedge > BLUNT, np.minimum(given, local), given))
 
 
 def too_shallow(scenario: ChamferScenario, frames: EdgeFrames) -> NDArray[np.bool_]:

@@ -360,16 +360,10 @@ def _kept(scenario: ChamferScenario, work: EdgeWork, dense: ChamferPath) -> NDAr
         first = feeds.samples_for(dense, tolerance)
         finer = (feeds.samples_for(dense, tolerance * 0.7**k) for k in range(1, _TRIES))
         tries = chain([first], finer)
-        return next(
-            (k for k in tries if len(k) < 4 or feeds.chord_share(_some(dense, k), _of(tolerance, k)) <= 1.0), first
-        )
+        return next((k for k in tries if len(k) < 4 or feeds.chord_share(_some(dense, k), tolerance[k]) <= 1.0), first)
     points = round((scenario.path.points or 2) * total / len(work.nodes.point))
     wanted = np.linspace(0, total if closed else total - 1, max(2, points) + closed)
     return feeds.thinned(total, wanted[:-1] if closed else wanted, closed=closed)
-
-
-def _of(tolerance: feeds.Tolerance, keep: NDArray[np.int64]) -> feeds.Tolerance:
-    return tolerance[keep] if isinstance(tolerance, np.ndarray) else tolerance
 
 
 def swept(scenario: ChamferScenario, path: ChamferPath, at: EdgeFrames) -> SweptChamfer:
