@@ -15,6 +15,7 @@ IntArray = npt.NDArray[np.int64]
 _CHORD = 0.1e-6  # [m] by which lines may miss a curve that is neither line nor arc of the plane
 _SAME = 2e-13  # [m] by which a block may miss the way of the block before it to be one piece with it
 _UPRIGHT = 1e-12  # [m] in the plane: a block with less goes along z; also 1 less the part of an arc's axis along z
+_HELIX = math.pi  # [rad] of a helix in one piece at most, so that it passes over no place twice
 _SWEEP = math.pi / 4  # [rad] of an arc in one box at most
 _SPARE_BOXES = 50_000  # boxes for long pieces beyond four a piece; with fewer they would only be longer
 
@@ -63,6 +64,9 @@ def _pieces(curve: LineArc) -> FloatArray:
     arcs = ~straight & (curve.sharpness == 0.0) & (np.abs(axis_z) > 1.0 - _UPRIGHT)
     bend = np.where(straight | arcs, 0.0, np.abs(curve.curvature))
     count = np.maximum(1, np.ceil(length * np.sqrt(bend / (8.0 * _CHORD)))).astype(np.int64)
+    rises = arcs & (np.abs(curve.climb[:, 2]) > 0.0)
+    turned = np.where(rises, length * curve.share / np.where(rises, curve.radius, 1.0), 0.0)
+    count = np.maximum(count, np.ceil(turned / (_HELIX * (1.0 + 1e-9))).astype(np.int64))
     block = np.repeat(blocks, count)
     share = (np.arange(block.size) - np.repeat(np.cumsum(count) - count, count)) / count[block]
     begin, end = share * length[block], (share + 1.0 / count[block]) * length[block]
@@ -96,7 +100,7 @@ def _reached(row: FloatArray, s: float) -> tuple[float, float, float, float]:
 
 @compiled
 def _joined(table: FloatArray) -> FloatArray:
-    """Pieces that go on along the same line, arc or helix as one."""
+    """Pieces that go on along the same line, arc or helix (of half a turn at most) as one."""
     out = np.empty_like(table)
     n = 0
     for j in range(table.shape[0]):
@@ -107,7 +111,8 @@ def _joined(table: FloatArray) -> FloatArray:
             slope = run[7] / run[5]
             apart = max(abs(x - row[0]), abs(y - row[1]), abs(run[6] + run[7] - row[6]))
             turned = max(abs(tx - row[2]), abs(ty - row[3])) * row[5]
-            joins = apart < _SAME and turned < _SAME and abs(row[7] - slope * row[5]) < _SAME
+            short = row[4] == 0.0 or row[7] == 0.0 or (run[5] + row[5]) * abs(row[4]) <= _HELIX * (1.0 + 1e-9)
+            joins = short and apart < _SAME and turned < _SAME and abs(row[7] - slope * row[5]) < _SAME
         if joins:
             out[n - 1, 5] += row[5]
             out[n - 1, 7] += row[7]

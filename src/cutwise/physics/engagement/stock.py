@@ -70,7 +70,7 @@ def _outside(
 def _score(tree: FloatArray, node: int, x: float, y: float, floor: float) -> float:
     """Which of two boxes to look into first: the one near a point, and low [m]."""
     dx, dy = max(tree[node, 0] - x, x - tree[node, 2], 0.0), max(tree[node, 1] - y, y - tree[node, 3], 0.0)
-    return math.sqrt(dx * dx + dy * dy) + 2.0 * max(tree[node, 4] - floor, 0.0)
+    return math.sqrt(dx * dx + dy * dy) + 1e3 * max(tree[node, 4] - floor, 0.0)
 
 
 @compiled
@@ -190,7 +190,7 @@ def contact_patches(point: FloatArray, heading: FloatArray, way: FloatArray, swe
     Notes
     -----
     Arcs swept by lines, arcs and helices are exact. Behind a ramp the height of what is left changes along the rim; it
-    stands in steps of 5 % of the mill radius at their middle heights, and more than 16 arcs of one place are made fewer
+    stands in steps of 2 % of the mill radius at their mean heights, and more than 16 arcs of one place are made fewer
     by :func:`~cutwise.physics.engagement.rim.plainer`.
     """
     return _table(*_contacts(*_plain(point, heading, way), swept, stock, False))

@@ -18,8 +18,12 @@ FloatArray = npt.NDArray[np.float64]
 _TURN = 2.0 * math.pi
 _HERE = 1e-11  # [m] off the mill's own centre: a disc that is the mill's own
 _NOTHING = 1e-13  # [rad] shorter arcs are rounding
-_SLOPE = 0.05  # of the mill radius: height steps of what a ramp leaves
-_FINEST = 64  # steps of one arc behind a ramp; with as many, its height is right to a thousandth of its drop
+_TOUCH = 1e-9  # of a turn by which a disc must reach beyond a point to have swept it
+_ASIDE = 0.4837  # of an arc: where it is asked about; not its middle, where the rim often touches a border
+_SLOPE = 0.02  # of the mill radius: height steps of what a ramp leaves
+_EVEN = 1e-3  # of the mill radius: a drop that is no step
+_WIDEST = math.pi / 8  # [rad] of an arc behind a ramp
+_FINEST = 64  # steps of one arc behind a ramp, which takes a drop of more than the mill's radius
 
 
 class Piece(NamedTuple):
@@ -137,7 +141,8 @@ def _beside_arc(piece: Piece, ex: float, ey: float, cuts: FloatArray) -> int:
             ox, oy = (piece.x - cx, piece.y - cy) if k == 0 else (ex - cx, ey - cy)
             n = _cross_line(at, n, -oy / rho, ox / rho, (-oy * cx + ox * cy) / rho, radius)
     if n == 0:
-        if not _is_swept(piece, radius, 0.0):
+        asked = math.atan2(cy, cx) + _ASIDE * math.pi
+        if not _is_swept(piece, radius * math.cos(asked), radius * math.sin(asked)):
             return 0
         cuts[0], cuts[1] = 0.0, _TURN
         return 2
@@ -150,8 +155,8 @@ def _beside_arc(piece: Piece, ex: float, ey: float, cuts: FloatArray) -> int:
     found, first, last = 0, at[0], at[n - 1]
     for a in range(n):  # what is found stands before what is still to be looked at, or in its place
         begin, end = last if a == 0 else at[a - 1], first + _TURN if a == 0 else at[a]
-        middle = 0.5 * (begin + end)
-        if end - begin > _NOTHING and _is_swept(piece, radius * math.cos(middle), radius * math.sin(middle)):
+        asked = begin + _ASIDE * (end - begin)
+        if end - begin > _NOTHING and _is_swept(piece, radius * math.cos(asked), radius * math.sin(asked)):
             cuts[found], cuts[found + 1] = begin, end
             found += 2
     return found
@@ -213,17 +218,23 @@ def _taken(
         a, b = max(low - k * _TURN, 0.0), min(high - k * _TURN, math.pi)
         if b - a <= _NOTHING:
             continue
-        steps = 1
-        if abs(piece.slope) * piece.length > _SLOPE * piece.radius:
-            here, there = _left_at(piece, view.wall + a), _left_at(piece, view.wall + b)
-            middle = _left_at(piece, view.wall + 0.5 * (a + b))
-            drop = max(abs(here - middle), abs(there - middle), abs(there - here))
-            steps = min(max(1, math.ceil(drop / (_SLOPE * piece.radius))), _FINEST)
+        if piece.slope == 0.0:
+            rim, count, new = lowered(rim, count, a, b, piece.height, view.floor)
+            changed = changed or new
+            continue
+        steps, last = 1, _left_at(piece, view.wall + a)
+        if abs(piece.slope) * piece.length > _EVEN * piece.radius:
+            middle, there = _left_at(piece, view.wall + 0.5 * (a + b)), _left_at(piece, view.wall + b)
+            drop = max(abs(last - middle), abs(there - middle), abs(there - last))
+            if drop > _EVEN * piece.radius:
+                steps = max(math.ceil((b - a) / _WIDEST), min(math.ceil(drop / (_SLOPE * piece.radius)), _FINEST))
         for i in range(steps):
             p, q = a + (b - a) * i / steps, a + (b - a) * (i + 1) / steps
-            height = piece.height if piece.slope == 0.0 else _left_at(piece, view.wall + 0.5 * (p + q))
-            rim, count, new = lowered(rim, count, p, q, height, view.floor)
-            changed = changed or new
+            amid, there = _left_at(piece, view.wall + 0.5 * (p + q)), _left_at(piece, view.wall + q)
+            u, v, w = math.sin(p), 4.0 * math.sin(0.5 * (p + q)), math.sin(q)  # what a feed takes, by Simpson's rule
+            mean = (u * last + v * amid + w * there) / (u + v + w)
+            rim, count, new = lowered(rim, count, p, q, mean, view.floor)
+            last, changed = there, changed or new
     return rim, count, changed
 
 
@@ -246,8 +257,9 @@ def _left_at(piece: Piece, direction: float) -> float:
         half, spoke = math.acos(max(min(cosine, 1.0), -1.0)), _spoke(cx, cy, qx, qy, side)
         if half >= math.pi:
             s = piece.length if falls else 0.0
-        elif falls:  # the last of its turns that comes by
-            s = rho * (spoke + half + _TURN * math.floor((piece.length / rho - spoke + half) / _TURN))
-        else:  # the first
-            s = rho * (spoke - half + _TURN * math.ceil((-spoke - half) / _TURN))
+        elif falls:  # when it was last within reach; the disc at its end, where the mill may stand, only touches
+            turns = math.floor((piece.length / rho - spoke + half) / _TURN - _TOUCH)
+            s = rho * (spoke + half + _TURN * turns)
+        else:  # when first
+            s = rho * (spoke - half + _TURN * math.ceil((-spoke - half) / _TURN + _TOUCH))
     return piece.height + piece.slope * min(max(s, 0.0), piece.length)
