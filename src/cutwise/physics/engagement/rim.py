@@ -82,7 +82,9 @@ def _joined(rim: FloatArray, count: int) -> int:
 class Ahead(NamedTuple):
     """Where along a rim something is left, by sectors; changes in place."""
 
-    hull: FloatArray  # angles from, to of what is left in each sector [rad], and the same as it was before, shape (s, 4)
+    hull: (
+        FloatArray  # angles from, to of what is left in each sector [rad], and the same as it was before, shape (s, 4)
+    )
     circle: FloatArray  # x, y of a circle about it, the radius of it and of the mill [m], height of what is left, shape (s, 4)
     left: FloatArray  # rows of ``circle`` of the sectors that have something, shape (s, 4)
 

@@ -25,6 +25,7 @@ IntArray = npt.NDArray[np.int64]
 _TURN = 2.0 * math.pi
 _SMALL = 0.3  # of the mill radius: boxes that are looked at more sharply
 
+
 class Stock(NamedTuple):
     """A convex block of material."""
 

@@ -49,9 +49,7 @@ class View(NamedTuple):
 
 
 @compiled
-def swept_off(
-    piece: Piece, view: View, cuts: FloatArray, rim: FloatArray, count: int
-) -> tuple[FloatArray, int, bool]:
+def swept_off(piece: Piece, view: View, cuts: FloatArray, rim: FloatArray, count: int) -> tuple[FloatArray, int, bool]:
     """Lower what is left of a rim by what a piece has swept; ``cuts`` is room for 16 angles, returns as :func:`lowered`."""
     ex, ey = _end(piece)
     changed = False

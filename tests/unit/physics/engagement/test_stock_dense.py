@@ -22,7 +22,9 @@ def polyline(points):
     kept, none = length > 0.0, np.zeros((int((length > 0.0).sum()), 3))
     start, length = np.asarray(points)[:-1][kept], length[kept]
     flat = np.ones(len(length))
-    return LineArc(start, step[kept] / length[:, None], none, none, flat, np.full_like(flat, np.inf), length, 0.0 * flat)
+    return LineArc(
+        start, step[kept] / length[:, None], none, none, flat, np.full_like(flat, np.inf), length, 0.0 * flat
+    )
 
 
 def chopped(points, step):
@@ -61,7 +63,9 @@ def test_facing_in_short_moves_is_the_straight_cut(radius, degrees, angle):
 
 def test_a_slot_of_many_moves_and_half_of_it_back():
     """10,000 collinear moves, the way back half a diameter beside: 90 degrees. Version 0.1 found 104.3."""
-    curve = polyline(np.vstack([chopped([(0.0, 0.0, 0.0), (0.5, 0.0, 0.0)], 5e-5), [(0.5, 5e-3, 0.0), (0.0, 5e-3, 0.0)]]))
+    curve = polyline(
+        np.vstack([chopped([(0.0, 0.0, 0.0), (0.5, 0.0, 0.0)], 5e-5), [(0.5, 5e-3, 0.0), (0.0, 5e-3, 0.0)]])
+    )
     assert curve.count == 10_002
     at = curve.knots[-1] - np.linspace(0.1, 0.4, 50)
     assert immersion(met(curve, at, 5e-3)) == pytest.approx(math.pi / 2, abs=1e-9)
@@ -141,12 +145,12 @@ def ways(draw):
                 continue
             blocks.append(line(at, to))
         else:
-            centre = at + [3e-4 * draw(number) + 1e-4, 3e-4 * draw(number), 0.0]
+            centre = at + np.array([3e-4 * draw(number) + 1e-4, 3e-4 * draw(number), 0.0])
             sweep = draw(st.sampled_from([-7.0, -math.pi, -1.0, 0.7, 2.0, 2.0 * math.pi]))
             blocks.append(arc(at, centre, sweep, rise=rise))
             c, s = math.cos(sweep), math.sin(sweep)
             arm = at - centre
-            to = centre + [c * arm[0] - s * arm[1], s * arm[0] + c * arm[1], 0.0]
+            to = centre + np.array([c * arm[0] - s * arm[1], s * arm[0] + c * arm[1], 0.0])
             to[2] = at[2] + rise
         at = np.array(to)
     return blocks or [line((0, 0, 0), (1e-3, 0, 0))]
@@ -175,7 +179,9 @@ def test_any_path_against_sampled_discs(blocks, share):
     rows = met(curve, np.array([s]), R, stock)[0]
     floor = max(point[2], stock.bottom)
     angle = (np.arange(90) + 0.5) / 90 * math.pi
-    rim = point[:2] + R * np.column_stack([np.cos(heading - 0.5 * math.pi + angle), np.sin(heading - 0.5 * math.pi + angle)])
+    rim = point[:2] + R * np.column_stack(
+        [np.cos(heading - 0.5 * math.pi + angle), np.sin(heading - 0.5 * math.pi + angle)]
+    )
     found = np.full(angle.size, floor)
     clear = np.ones(angle.size, bool)  # of the ends of arcs, where one sample says nothing
     for low, high, _, top in rows[rows[:, 1] > rows[:, 0]]:
