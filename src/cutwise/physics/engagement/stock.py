@@ -114,7 +114,7 @@ def _left(
             flat = swept.length[j]
             piece = Piece(
                 swept.start[j, 0] - px, swept.start[j, 1] - py, swept.along[j, 0], swept.along[j, 1], swept.turn[j],
-                share * flat, swept.height[j], swept.rise[j] / flat if flat > 0.0 else 0.0, radius,
+                share * flat, swept.height[j], swept.rise[j] / flat if flat > 0.0 else 0.0, radius, share < 1.0,
             )  # fmt: skip
             rim, count, changed = swept_off(piece, view, cuts, rim, count)
             if changed:

@@ -38,6 +38,7 @@ class Piece(NamedTuple):
     height: float  # of the tip at the start [m]
     slope: float  # rise per length in the plane [-]
     radius: float  # of the mill [m]
+    running: bool  # whether the mill is on it: the disc at its end is the mill's own
 
 
 class View(NamedTuple):
@@ -58,7 +59,7 @@ def swept_off(piece: Piece, view: View, cuts: FloatArray, rim: FloatArray, count
         for a in range(0, n, 2):
             rim, count, new = _taken(piece, view, cuts[a], cuts[a + 1], rim, count)
             changed = changed or new
-    for k in range(2 if piece.length > 0.0 else 1):  # the discs at both ends
+    for k in range(2 if piece.length > 0.0 and not piece.running else 1):  # the discs at its ends
         dx, dy = (piece.x, piece.y) if k == 0 else (ex, ey)
         d = math.hypot(dx, dy)
         begin, end = 0.0, 0.0

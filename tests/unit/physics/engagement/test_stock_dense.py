@@ -9,6 +9,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from cutwise.maths.linearc import LineArc, arc, join, line, sample
+from cutwise.paths.pocket import blended
 from cutwise.physics.engagement.path_sweep import swept_path
 from cutwise.physics.engagement.stock import Stock, block_stock, contact_patches, immersion, removal_area
 
@@ -233,3 +234,21 @@ def test_dense_programs_cost_little(points):
     contact_patches(point, np.arctan2(tangent[:, 1], tangent[:, 0]), s, swept, ENDLESS)
     assert ready < 0.5
     assert 2000 / (time.process_time() - start) > 10_000
+
+
+@pytest.mark.parametrize("shape", ["arc", "clothoid"])
+def test_a_blended_corner_is_met_as_the_sharp_one_but_for_its_blend(shape):
+    """On a clothoid the mill stands up to 0.1 µm beside the lines that it is cut into; its own disc there clears nothing."""
+    first, second = [line((-0.03, 4e-3), (0, 4e-3)), line((0, 4e-3), (0, 0.03))], [line((-0.03, 0), (4e-3, 0))]
+    second.append(line((4e-3, 0), (4e-3, 0.03)))
+    own = blended(second, [0.2e-3, 0.0], shape)[0]
+    prior = [*first, line((0, 0.03, 0), (0, 0.03, 0.02)), line((0, 0.03, 0.02), (-0.03, 0, 0.02)),
+             line((-0.03, 0, 0.02), (-0.03, 0, 0))]  # fmt: skip
+    curve = join([*prior, *own])
+    begin = curve.knots[len(prior)]
+    s = begin + np.linspace(0.025, 0.045, 4001)
+    turning = np.isin(sample(curve, curve.knots, s)[2], np.arange(len(prior) + 1, curve.count - 1))
+    angle = immersion(met(curve, s, 6e-3))
+    assert turning.sum() > 100
+    assert np.abs(np.diff(angle)).max() < 0.05  # no place falls out of line
+    assert angle[turning].min() > math.acos(1.0 - 4.0 / 6.0)
