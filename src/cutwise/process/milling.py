@@ -28,7 +28,7 @@ from cutwise.process.assemble_mill import (
 )
 from cutwise.process.labels import labelled
 from cutwise.process.loops_drives import Commands, Cut, DriveHistory, DrivePair, run_drives
-from cutwise.process.milling_contact import Contact, SteadyPatch, contact, steady_cuts
+from cutwise.process.milling_contact import Contact, SteadyCuts, contact, steady_cuts
 from cutwise.process.milling_stability import TipStability, tip_stability
 from cutwise.spec.faults import Fault, ScenarioFault, all_faults
 from cutwise.spec.milling import MillingScenario
@@ -52,9 +52,7 @@ class MillRun(NamedTuple):
     contour_error: FloatArray  # from the programmed path [m], shape (n,), NaN on rapid moves
     drive_error: FloatArray  # from the path that is driven, its blends included [m], shape (n,), NaN on rapid moves
     feed: FloatArray  # programmed, or the highest that the machine may run [m/s], shape (blocks,)
-    steady: dict[
-        str, SteadyPatch
-    ]  # contacts looked at by themselves: "straight", where there is one, and "corner", the heaviest
+    steady: SteadyCuts
     tip_swings: bool  # whether the tool tip moves on modes in the loop
 
     @property
@@ -237,6 +235,6 @@ def _phase(response: np.ndarray) -> FloatArray:
 def stability(scenario: MillingScenario, done: MillRun) -> TipStability | None:
     """Whether the tip chatters in steady cuts; None for a rigid tool."""
     tip = tip_modes(scenario)
-    if tip is None or not done.steady:
+    if tip is None or not done.steady.width:
         return None
-    return tip_stability(done.cut, tip, done.steady)
+    return tip_stability(done.cut, tip, done.steady.width)

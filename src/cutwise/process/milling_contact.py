@@ -92,34 +92,49 @@ def stock_contact(path: ProgramPath, reference: Reference, radius: float, stock:
     )
 
 
+class SteadyCuts(NamedTuple):
+    """Contacts that are looked at by themselves: "straight", if there is one on the path, and "corner", the heaviest."""
+
+    force: dict[str, SteadyPatch]  # the heaviest by its mean force in the plane, with the feed of its own place
+    width: dict[str, SteadyPatch]  # the heaviest by its cross-section, in which a tool chatters first
+
+
 def steady_cuts(
     scenario: MillingScenario, path: ProgramPath, reference: Reference, met: Contact, feed: FloatArray, cut: Cut
-) -> dict[str, SteadyPatch]:
-    """The contacts that are looked at by themselves, each at its own feed: the straight one, if there is one, and the heaviest.
+) -> SteadyCuts:
+    """Contacts to look at by themselves, each at its own feed.
 
-    The heaviest is where feed and contact of one place together make the largest mean force in the plane. ``feed`` is the
-    speed of each block [m/s], shape (blocks,).
+    Forces are compared place by place: where feed and contact together make the largest mean force. ``feed`` is the speed
+    of each block [m/s], shape (blocks,).
     """
     if not path.cuts.any() or not met.immersion.any():
-        return {}
+        return SteadyCuts({}, {})
     per_tooth = 2.0 * math.pi / (cut.spindle * cut.mill.flutes)
-    steady, depth = {}, met.depth
+    radius, depth = 0.5 * scenario.tool.diameter, met.depth
+    straight = {}
     if met.removal is None:
         lines = path.cuts & path.curve.straight
-        fastest = float(feed[lines if lines.any() else path.cuts].max())
-        angle = float(straight_immersion(scenario.operation.radial_depth or 0.0, 0.5 * scenario.tool.diameter))
-        steady["straight"] = _one_patch(angle, depth, fastest * per_tooth)
+        chip = float(feed[lines if lines.any() else path.cuts].max()) * per_tooth
+        straight["straight"] = _one_patch(
+            straight_immersion(scenario.operation.radial_depth or 0.0, radius), depth, chip
+        )
         if scenario.path is not None:  # of a corner: one feed, and the geometric maximum
-            return steady | {"corner": _one_patch(met.greatest, depth, fastest * per_tooth)}
+            both = straight | {"corner": _one_patch(met.greatest, depth, chip)}
+            return SteadyCuts(both, both)
     flat = np.hypot(reference.direction[:, 0], reference.direction[:, 1])  # what goes along the axis makes no chip
-    chip = np.where(met.immersion > 0.0, feed[reference.block], 0.0) * flat * per_tooth
-    loads = place_loads(met.patches, chip, cut.mill, cut.discs, cut.edges)
-    heaviest = int(np.argmax(loads))
-    if not loads[heaviest] > 0.0:
-        return steady
-    whole = met.patches[heaviest]
-    low, high, top = _largest(whole[whole[:, 1] > whole[:, 0]])
-    return steady | {"corner": SteadyPatch(low, high, top, float(chip[heaviest]), whole)}
+    chips = np.where(met.immersion > 0.0, feed[reference.block], 0.0) * flat * per_tooth
+    loads = place_loads(met.patches, chips, cut.mill, cut.discs, cut.edges)
+    widths = np.where(chips > 0.0, removal_area(met.patches, radius), 0.0)
+    return SteadyCuts(*(straight | _heaviest(met, chips, weight) for weight in (loads, widths)))
+
+
+def _heaviest(met: Contact, chips: FloatArray, weight: FloatArray) -> dict[str, SteadyPatch]:
+    """The contact with the largest weight."""
+    place = int(np.argmax(weight))
+    if not weight[place] > 0.0:
+        return {}
+    whole = met.patches[place]
+    return {"corner": SteadyPatch(*_largest(whole[whole[:, 1] > whole[:, 0]]), float(chips[place]), whole)}
 
 
 def _one_patch(angle: float, depth: float, chip: float) -> SteadyPatch:

@@ -73,10 +73,10 @@ def _drive_measures(scenario: MillingScenario, done: MillRun) -> dict[str, float
 def _contact_measures(scenario: MillingScenario, done: MillRun) -> dict[str, float]:
     """Immersion angles, and what is taken of a stock."""
     met, found = done.contact, {}
-    if done.steady:
+    if done.steady.width:
         found["engagement_angle_max"] = met.greatest
-    if "straight" in done.steady:
-        found["engagement_angle_straight"] = done.steady["straight"].high
+    if "straight" in done.steady.width:
+        found["engagement_angle_straight"] = done.steady.width["straight"].high
     if met.removal is not None:
         found["removed_volume"] = _removed(scenario, done, met.removal)
         found["removal_rate_max"] = float((met.removal * done.reference.speed).max())
@@ -152,7 +152,7 @@ def _lowest_feed(scenario: MillingScenario, done: MillRun) -> float | None:
 
 def _peak_forces(scenario: MillingScenario, done: MillRun) -> dict[str, float]:
     """Peaks over the run; a force averaged over a revolution has none."""
-    if done.cut.law in (NO_FORCE, AVERAGED) or not done.steady:
+    if done.cut.law in (NO_FORCE, AVERAGED) or not done.steady.width:
         return {}
     peak = done.history.force_peak
     axial = scenario.material.K_ac is not None or scenario.material.k_a11 is not None
@@ -168,7 +168,7 @@ def _steady_forces(done: MillRun) -> dict[str, float]:
         return {}
     c, found = done.cut, {}
     law = c.law if c.law != AVERAGED else FLUTES if even_and_linear(c.edges) else DELAYED
-    for name, place in done.steady.items():
+    for name, place in done.steady.force.items():
         mean = static_force(done, place)
         found[f"force_xy_mean_{name}"] = math.hypot(mean[0], mean[1])
         tooth = sum(

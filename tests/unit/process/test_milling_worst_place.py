@@ -48,7 +48,11 @@ def test_the_lighter_contact_counts_where_its_feed_makes_it_the_heavier(tmp_path
 def test_without_a_stock_too(tmp_path):
     """An inner corner at half the feed of the lines: corner and straight each at the feed of their own place."""
     text = "G21 G90 S8000 M3\nG0 X-60 Y0 Z5\nZ-3\nG1 X-10 F2400\nX0 F{corner}\nY10\nG1 Y60 F2400\n"
-    wall = ("stock=null", "operation={spindle_speed: 8000 rpm, radial_depth: 2 mm, axial_depth: 3 mm}", "path_mode=exact_stop")
+    wall = (
+        "stock=null",
+        "operation={spindle_speed: 8000 rpm, radial_depth: 2 mm, axial_depth: 3 mm}",
+        "path_mode=exact_stop",
+    )
     slow = measured(tmp_path, text.format(corner=240), *wall)
     even = measured(tmp_path, text.format(corner=2400), *wall)
     assert slow["force_xy_mean_straight"] == pytest.approx(even["force_xy_mean_straight"], rel=1e-9)
@@ -65,6 +69,10 @@ def test_a_raster_removes_the_block_once(tmp_path, step):
         lines += [f"G1 X{ends[0] + (ends[1] - ends[0]) * i / count:.4f} F6000" for i in range(1, count + 1)]
         y, k = y + 1.5, k + 1
         lines.append(f"Y{y:.3f}")
-    changes = ("stock={x: [0 mm, 30 mm], y: [0 mm, 30 mm], z: [-5 mm, 0 mm]}", "tool.diameter=6 mm", "numerics.force=none")
+    changes = (
+        "stock={x: [0 mm, 30 mm], y: [0 mm, 30 mm], z: [-5 mm, 0 mm]}",
+        "tool.diameter=6 mm",
+        "numerics.force=none",
+    )
     found = measured(tmp_path, "\n".join(lines) + "\n", *changes)
     assert found["removed_volume"] == pytest.approx(0.9e-6, rel=3e-3)
