@@ -1,11 +1,15 @@
 """The worst force of a program stands where feed and contact meet, and a block is removed once."""
 
 import math
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from cutwise.io.scenario import load
+from cutwise.process import milling_measures
 from cutwise.process.recipes import quick_measures
+from cutwise.results import SolverFailure
 
 HEAD = """
 process: mill
@@ -76,3 +80,13 @@ def test_a_raster_removes_the_block_once(tmp_path, step):
     )
     found = measured(tmp_path, "\n".join(lines) + "\n", *changes)
     assert found["removed_volume"] == pytest.approx(0.9e-6, rel=3e-3)
+
+
+def test_more_than_the_block_is_no_result():
+    """Contact that would take a block one and a half times over stops the run."""
+    block = SimpleNamespace(stock=SimpleNamespace(x=(0.0, 0.03), y=(0.0, 0.03), z=(0.0, 1e-3)))
+    way = SimpleNamespace(reference=SimpleNamespace(travelled=np.linspace(0.0, 10.0, 10_001)))
+    taken = np.full(10_001, 0.89e-7)
+    assert milling_measures._removed(block, way, taken) == pytest.approx(0.89e-6)
+    with pytest.raises(SolverFailure, match="takes 1350 mm³ of a block of 900 mm³"):
+        milling_measures._removed(block, way, 1.35e-7 * np.ones(10_001))
