@@ -75,9 +75,7 @@ MILLING: Mapping[str, MeasureSpec] = {
     "phase_margin_x": MeasureSpec("angle", "phase margin of the sampled x position loop"),
     "phase_margin_y": MeasureSpec("angle", "phase margin of the sampled y position loop"),
     "chatter_growth_straight": MeasureSpec("dimensionless", "growth of tip vibration per tooth on the straight"),
-    "chatter_growth_corner": MeasureSpec(
-        "dimensionless", "growth of tip vibration per tooth in the widest contact"
-    ),
+    "chatter_growth_corner": MeasureSpec("dimensionless", "growth of tip vibration per tooth in the widest contact"),
     "stable_depth_straight": MeasureSpec(
         "length", "least axial depth that chatters on the straight at the spindle speed"
     ),
