@@ -12,9 +12,9 @@ from cutwise.paths.chamfer import ChamferPath
 from cutwise.physics.cutting.ball import disc_force
 from cutwise.physics.cutting.flute import EdgeCoefficients, FluteForce
 from cutwise.physics.engagement.ball import (
-    ARCS,
     SIDE,
     PassFrames,
+    arc_room,
     burr_sides,
     disc_arcs,
     height_limits,
@@ -145,7 +145,7 @@ def ball_cut(
     sides[m, 0], sides[m, 1], sides[m, 2], sides[m, 3] = nx, ny, nz, 0.0
     low, high = height_limits(sides, radius)
     dz = (high - low) / slices
-    arcs, lean = np.empty((ARCS, 2)), leans(sides)
+    arcs, lean = np.empty((arc_room(m + 1), 2)), leans(sides)
     fx = fy = fz = tangential = power = area = 0.0
     for k in range(slices if dz > 0.0 else 0):
         z = low + (k + 0.5) * dz

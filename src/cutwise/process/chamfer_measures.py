@@ -175,7 +175,10 @@ def warnings(
     if found.get("width_min") == 0.0:
         said.append("somewhere along the edge the sweep left no complete chamfer: the edge still stands there")
     if unproven and not done.infeasible:
-        said.append(f"the lead to or from {', '.join(unproven[:_SHOWN])} may touch the part: check it in the program")
+        more = f" and {len(unproven) - _SHOWN} more" if len(unproven) > _SHOWN else ""
+        said.append(
+            f"the lead to or from {', '.join(unproven[:_SHOWN])}{more} may touch the part: check it in the program"
+        )
     far = max(done.paths, key=lambda path: np.nan_to_num(path.stick_out), default=None)
     if far is not None and far.stick_out > _SLENDER * scenario.tool.rod_radius:
         said.append(

@@ -206,11 +206,17 @@ def _plausibility(scenario: DrillingScenario, run: DrillRun) -> str:
     return "Thrust and torque in full contact, for plausibility and not as validation: " + "; ".join(lines) + "."
 
 
+def _heaviest(run: DrillRun) -> tuple[float, float]:
+    """The largest thrust [N], and the torque that goes with it [N m]."""
+    place = int(np.argmax(run.cell.profile.thrust))
+    return float(run.cell.profile.thrust[place]), float(run.cell.profile.torque[place])
+
+
 def _skating(scenario: DrillingScenario, run: DrillRun, hole: DrilledHole) -> str:
     assert hole.posture is not None
     mu = scenario.contact.friction
     holds = "holds" if hole.posture.skating <= mu else "skates"
-    thrust, torque = float(run.cell.profile.thrust.max()), float(run.cell.profile.torque.max())
+    thrust, torque = _heaviest(run)
     force = float(np.linalg.norm(holding_force(hole.posture.compliance, thrust, torque))) / thrust
     return (
         f"Skating ratio {hole.posture.skating:.4g} against friction {mu:g}: the tip {holds} at a flat entry. With the "
@@ -240,10 +246,11 @@ def _cross_check(run: DrillRun, hole: DrilledHole) -> str:
 
 def _stiffening(run: DrillRun, posture: Posture) -> float:
     """Relative change of the compliance when the joints also carry the geometric stiffness of thrust and torque."""
-    arm, profile = run.cell.arm, run.cell.profile
+    arm = run.cell.arm
     jac = posture_jacobian(arm, posture.q)
     feed = frames(arm.chain, posture.q).rotations[-1] @ arm.tool_rotation[:, 2]
-    load = -np.concatenate([feed * profile.thrust.max(), feed * profile.torque.max()])
+    thrust, torque = _heaviest(run)
+    load = -np.concatenate([feed * thrust, feed * torque])
     plain = cartesian_compliance(jac, arm.stiffness)
     loaded = jac @ np.linalg.inv(np.diag(arm.stiffness) - geometric_stiffness(jac, load)) @ jac.T
     return float(np.linalg.norm(loaded - plain) / np.linalg.norm(plain))

@@ -36,7 +36,6 @@ class TipStability(NamedTuple):
 
     cut: Cut
     tip: Modes
-    chip: float  # programmed feed per tooth [m]
     cases: dict[str, SteadyStability]  # "straight", where there is one, and "corner", the heaviest
 
 
@@ -55,24 +54,24 @@ def measures(found: TipStability) -> dict[str, float]:
     return values
 
 
-def tip_stability(cut: Cut, tip: Modes, chip: float, steady: Mapping[str, SteadyPatch]) -> TipStability:
-    """Steady cuts of given contacts, at the programmed feed per tooth [m]."""
-    return TipStability(cut, tip, chip, {name: _steady(cut, tip, chip, patch) for name, patch in steady.items()})
+def tip_stability(cut: Cut, tip: Modes, steady: Mapping[str, SteadyPatch]) -> TipStability:
+    """Steady cuts of given contacts, each at its own feed per tooth."""
+    return TipStability(cut, tip, {name: _steady(cut, tip, patch) for name, patch in steady.items()})
 
 
-def _steady(cut: Cut, tip: Modes, chip: float, patch: SteadyPatch) -> SteadyStability:
-    k, lag = _coefficients(cut, chip, patch), math.tan(cut.mill.helix) / cut.mill.radius
+def _steady(cut: Cut, tip: Modes, patch: SteadyPatch) -> SteadyStability:
+    k, lag = _coefficients(cut, patch), math.tan(cut.mill.helix) / cut.mill.radius
     entry, out = math.pi - patch.high, math.pi - patch.low
-    case = SteadyCut(cut.mill.flutes, cut.spindle, entry, out, chip, patch.depth, lag, cut.discs.count, k)
+    case = SteadyCut(cut.mill.flutes, cut.spindle, entry, out, patch.chip, patch.depth, lag, cut.discs.count, k)
     limit = limit_depth(
         cut.spindle, _milling(cut, patch, k), stability.Tip(*tip), lambda t: free_motion(tip, t), _DEEPEST * patch.depth
     )
     return SteadyStability(patch, run_regenerative(case, tip, _PERIODS), limit if math.isfinite(limit) else None)
 
 
-def _coefficients(cut: Cut, chip: float, patch: SteadyPatch) -> EdgeCoefficients:
+def _coefficients(cut: Cut, patch: SteadyPatch) -> EdgeCoefficients:
     """Slopes of the force law at the mean chip thickness of the arc."""
-    mean = chip * (math.cos(patch.low) - math.cos(patch.high)) / (patch.high - patch.low)
+    mean = patch.chip * (math.cos(patch.low) - math.cos(patch.high)) / (patch.high - patch.low)
     return tangent_coefficients(cut.edges, mean)
 
 
@@ -90,7 +89,7 @@ def lobe_diagram(scenario: MillingScenario, found: TipStability) -> xr.Dataset:
     depths = deepest * np.arange(1, given.depths + 1) / given.depths
 
     def growth(patch: SteadyPatch) -> FloatArray:
-        case = _milling(cut, patch, _coefficients(cut, found.chip, patch))
+        case = _milling(cut, patch, _coefficients(cut, patch))
         return stability.lobes(speeds, depths, case, stability.Tip(*tip), lambda t: free_motion(tip, t))
 
     return xr.Dataset(

@@ -22,8 +22,8 @@ _MOVED = 0.05e-6  # [m] change of the contour error with twice the substeps that
 LIMITS = (
     "The immersion is that of the commanded position; the chip load follows the actual velocity.",
     "Without a stock the previous pass has the same shape, offset by the radial depth, and a cut is taken wherever a feed "
-    "move runs below z = 0. With a stock contact is what earlier moves have left; ramps clear by steps of height, and the "
-    "end of the mill does not cut.",
+    "move runs below z = 0. With a stock contact is what earlier moves have left; what a ramp leaves stands in steps of "
+    "height, and the end of the mill does not cut.",
     "The part is rigid, and so is the tool unless tool.modes are given; then the tip swings in the loop, tooth by tooth.",
     "The lobe diagram leaves the helix out; Kienzle's law is taken by its slope at the mean chip thickness there.",
     "No in-position wait at stops: the next block starts at once, so that a machine that waits takes longer.",

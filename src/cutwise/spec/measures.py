@@ -100,9 +100,11 @@ MILLING: Mapping[str, MeasureSpec] = {
     "force_y_peak": MeasureSpec("force", "largest magnitude of the force on the tool, y direction"),
     "force_z_peak": MeasureSpec("force", "largest magnitude of the force on the tool, z direction"),
     "force_xy_mean_straight": MeasureSpec("force", "mean force vector in the xy plane on the straight, at the feed"),
-    "force_xy_mean_corner": MeasureSpec("force", "mean force vector in the xy plane in the heaviest contact"),
+    "force_xy_mean_corner": MeasureSpec(
+        "force", "largest mean force vector in the xy plane, each place at its own feed"
+    ),
     "force_xy_peak_straight": MeasureSpec("force", "peak over a tooth in the xy plane on the straight, at the feed"),
-    "force_xy_peak_corner": MeasureSpec("force", "peak over a tooth in the xy plane in the same contact"),
+    "force_xy_peak_corner": MeasureSpec("force", "peak over a tooth in the xy plane at the same place"),
     "engagement_angle_max": MeasureSpec("angle", "largest immersion angle on the path"),
     "engagement_angle_straight": MeasureSpec("angle", "immersion angle on the straight"),
     "removed_volume": MeasureSpec("volume", "volume of the stock that the mill takes"),
@@ -114,11 +116,11 @@ MILLING: Mapping[str, MeasureSpec] = {
     "phase_margin_x": MeasureSpec("angle", "phase margin of the sampled x position loop"),
     "phase_margin_y": MeasureSpec("angle", "phase margin of the sampled y position loop"),
     "chatter_growth_straight": MeasureSpec("dimensionless", "growth of tip vibration per tooth on the straight"),
-    "chatter_growth_corner": MeasureSpec("dimensionless", "growth of tip vibration per tooth in the heaviest contact"),
+    "chatter_growth_corner": MeasureSpec("dimensionless", "growth of tip vibration per tooth in the widest contact"),
     "stable_depth_straight": MeasureSpec(
         "length", "least axial depth that chatters on the straight at the spindle speed"
     ),
-    "stable_depth_corner": MeasureSpec("length", "the same in the heaviest contact"),
+    "stable_depth_corner": MeasureSpec("length", "the same in the widest contact"),
     "tip_deflection_max": MeasureSpec("small_length", "largest displacement of the tool tip by its modes"),
     "wall_error_min": MeasureSpec(
         "small_length", "least error of the wall left, drives and tip, positive into the wall"
