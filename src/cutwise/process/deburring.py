@@ -21,7 +21,9 @@ from cutwise.process.labels import labelled
 from cutwise.process.loops import (
     TOOTH_RESOLVED,
     EdgeCell,
+    axis_over_edge,
     columns_carry,
+    programmed_heights,
     run_compliant_edge,
     run_swept_edge,
     tooth_resolved_forces,
@@ -63,7 +65,8 @@ def run_for(scenario: DeburringScenario, cell: EdgeCell) -> Callable[..., EdgeHi
         return run_compliant_edge
     if wanted == "swept":
         return run_swept_edge
-    return run_swept_edge if memory_needed(cell) and columns_carry(cell) else run_compliant_edge
+    kept = memory_needed(cell) and cell.arc is None and columns_carry(cell)
+    return run_swept_edge if kept else run_compliant_edge
 
 
 def evaluate(cell: EdgeCell, history: EdgeHistory) -> EdgeRun:
@@ -74,8 +77,8 @@ def evaluate(cell: EdgeCell, history: EdgeHistory) -> EdgeRun:
     moved = arm[:, None] * history.response.tilt + sum(
         (of_term[:, :2] for of_term in displacements(cell, history).values()), np.zeros(2)
     )
-    lowest = history.motion.height + moved[:, 1]
-    centre = np.column_stack([history.motion.position + moved[:, 0], lowest + radius])
+    along, lowest = axis_over_edge(cell, history.motion.time, moved[:, 0], moved[:, 1])
+    centre = np.column_stack([along, lowest + radius])
     burr = cell.layers.burr_height
     time = history.motion.time
     end = cell.path.duration - cell.path.lead_out
@@ -254,7 +257,9 @@ def stages(run: EdgeRun) -> xr.DataTree:
     groups = {
         "motion": labelled(time, {
             "feed_position": (h.motion.position, "m", "programmed position along the edge"),
-            "programmed_height": (h.motion.height, "m", "lowest point of the undeflected mill above the edge"),
+            "programmed_height": (
+                programmed_heights(run.cell, h.motion.time), "m", "lowest point of the undeflected mill above the edge",
+            ),
         }),
         "engagement": labelled(time, {
             "burr_depth": (h.engagement.burr_depth, "m", "radial depth in the burr"),

@@ -46,7 +46,7 @@ class Candidates(NamedTuple):
     wrist_sine: FloatArray  # |sin| of the wrist angle, shape (m, 8)
 
 
-def tool_axes(axis: FloatArray, angles: FloatArray | float) -> FloatArray:
+def tool_axes(axis: FloatArray, angles: FloatArray | float, zero: FloatArray | None = None) -> FloatArray:
     r"""Tool axes, as columns, of a drill axis and redundancy angles.
 
     .. math::
@@ -59,6 +59,8 @@ def tool_axes(axis: FloatArray, angles: FloatArray | float) -> FloatArray:
         Feed direction in the base frame, any length. If it lies along x of the base, y of the base takes its place.
     angles : array (...)
         Redundancy angle :math:`\alpha` [rad].
+    zero : array (3,), optional
+        Direction from which the angle counts, instead of x of the base.
 
     Returns
     -------
@@ -66,6 +68,7 @@ def tool_axes(axis: FloatArray, angles: FloatArray | float) -> FloatArray:
     """
     z = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
     world = np.array([1.0, 0.0, 0.0]) if abs(z[0]) < 0.999 else np.array([0.0, 1.0, 0.0])
+    world = world if zero is None else zero
     x0 = world - (world @ z) * z
     x0 /= np.linalg.norm(x0)
     y0 = np.cross(z, x0)
