@@ -132,7 +132,9 @@ def run(
     if as_json:
         import json
 
-        print(json.dumps(result.summary(files), allow_nan=False))
+        from cutwise.app.findings import reasons
+
+        print(json.dumps(result.summary(files, reasons(result)), allow_nan=False))
     else:
         console.result(result, files)
     raise typer.Exit(REQUIREMENT_FAILED if result.verdict == "fail" else OK)

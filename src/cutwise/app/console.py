@@ -16,6 +16,7 @@ from rich.text import Text
 
 from cutwise import units
 from cutwise.app import interrupt
+from cutwise.app.findings import reasons, remarks
 from cutwise.app.inputs import inputs
 from cutwise.app.wording import against, compared, requirement, sensitivity_line, verdict_line
 
@@ -97,6 +98,10 @@ class Console:
             self.line()
         for reason in result.infeasible:
             self.line(f"infeasible: {reason}", "red")
+        for reason in reasons(result):
+            self.line(f"not sound: {reason}", "red")
+        for remark in remarks(result):
+            self.line(f"warning: {remark}", "yellow")
         for warning in result.warnings:
             self.line(f"warning: {warning}", "yellow")
         for name, note in result.notes.items():
@@ -117,8 +122,8 @@ class Console:
             here = table.sel(dict(zip(keys, point, strict=True)))
             found = {name: float(here[name]) for name in names if name in here}
             shown = ("-" if isnan(found.get(n, nan)) else units.show(found[n], known[n].dimension) for n in names)
-            rows.append((*map(str, point), *shown))
-        self.table(f"{scenario.name} ({scenario.process})", (*map(str, keys), *names), rows)
+            rows.append((*map(str, point), *shown, str(here["unsound"].values)))
+        self.table(f"{scenario.name} ({scenario.process})", (*map(str, keys), *names, "not sound"), rows)
         for reason in str(table.attrs.get("failed", "")).splitlines():
             self.line(f"not run: {reason}")
 

@@ -9,7 +9,7 @@ from cutwise.paths.pipe import NoEdgeError, PipeHole, edge_margin
 from cutwise.process import chamfer_proof as proof
 from cutwise.process.chamfer_chains import EdgePlan, plan_chains
 from cutwise.process.chamfer_corners import Link, links
-from cutwise.process.chamfer_cut import Deflected, ball_end, deflected, rigid
+from cutwise.process.chamfer_cut import Deflected, ball_end, deflected, mounted, rigid
 from cutwise.process.chamfer_loop import PassForces
 from cutwise.process.chamfer_plan import EdgePath, plan_pipe
 from cutwise.process.chamfer_remedies import remedies
@@ -93,7 +93,7 @@ def run(
         ball = ball_end(scenario)
         forces = [rigid(scenario, path, ball) for path in paths]
         if scenario.spindle is not None:
-            aside = [deflected(scenario, path, ball) for path in paths]
+            aside = [deflected(scenario, path, ball, mounted(path, paths)) for path in paths]
     band = None
     if "band" in wanted and scenario.setup is not None and paths and not found.infeasible:
         band = setup_band(scenario, part, paths)

@@ -1,7 +1,7 @@
 """What a drilling run has to say beyond its numbers: why a hole cannot be drilled, what to mistrust."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from cutwise.physics.structure.joint_compliance import (
     holding_force,
 )
 from cutwise.process.drilling import DrilledHole, DrillRun, dynamics, nominal_shares, slope_angle
-from cutwise.process.loops_drilling import HoleOutcome, quasi_static_hole, step_limit
+from cutwise.process.loops_drilling import HoleOutcome, quasi_static_hole
 from cutwise.process.postures import Posture, posture_jacobian
 from cutwise.spec.drilling import DrillingScenario
 from cutwise.spec.notices import notices
@@ -23,7 +23,6 @@ from cutwise.spec.notices import notices
 _GRAVITY = 9.80665  # [m/s^2] standard acceleration of free fall
 _ABSURD_SAG = 5e-3  # [m] under the rated payload; arms that drill have one to three
 _NEAR_LIMIT = math.radians(0.1)
-_MOVED = 0.01  # relative change with the halved step that is worth a warning
 _RESONANCE = (0.7, 1.4)  # spindle frequency over arm frequency
 
 LIMITS = (
@@ -67,9 +66,7 @@ def _why(scenario: DrillingScenario, index: int, hole: DrilledHole) -> str:
 
 def warnings(scenario: DrillingScenario, run: DrillRun) -> tuple[str, ...]:
     """Everything that the engineer should know before he trusts the numbers."""
-    return tuple(
-        dict.fromkeys([*notices(scenario), *_robot(scenario, run), *_process(scenario, run), *_numerics(scenario, run)])
-    )
+    return tuple(dict.fromkeys([*notices(scenario), *_robot(scenario, run), *_process(scenario, run)]))
 
 
 def _robot(scenario: DrillingScenario, run: DrillRun) -> Iterator[str]:
@@ -144,8 +141,6 @@ def _hole(scenario: DrillingScenario, hole: DrilledHole, outcome: HoleOutcome) -
             f"the spindle turns at {speed:.3g} Hz, next to a mode of the arm: unequal lips shake the tool; change the "
             "speed by a third"
         )
-    if outcome.feed_min <= 0.0:
-        yield "the tip is pushed back faster than it is fed: the drill stops cutting for a while at entry"
     if outcome.feed_max > 2.0 * scenario.operation.feed_per_rev:
         yield (
             "the drill is pulled in at breakthrough, at more than twice the feed: reduce the feed before the exit, or "
@@ -153,24 +148,6 @@ def _hole(scenario: DrillingScenario, hole: DrilledHole, outcome: HoleOutcome) -
         )
     if outcome.thrust_mean == 0.0:
         yield "the plate is thinner than the drill point is high: there is no full cut"
-
-
-def _numerics(scenario: DrillingScenario, run: DrillRun) -> Iterator[str]:
-    for hole in run.holes:
-        if hole.posture is None:
-            continue
-        largest = step_limit(run.cell.cycle, dynamics(run.cell, hole.posture), float(run.cell.profile.thrust.max()))
-        if scenario.numerics.time_step > largest:
-            yield (f"the time step is too long for this speed and wall stiffness; use at most {1e6 * largest:.2g} us")
-            return
-
-
-def halved_step(found: Mapping[str, float], change: Mapping[str, float]) -> Iterator[str]:
-    """A result that still moves when the step is halved."""
-    for name in ("hole_position_error_entry", "hole_position_error_exit", "feed_per_rev_max", "thrust_max"):
-        if name in change and abs(change[name]) > max(_MOVED * abs(found[name]), 1e-8):
-            share = abs(change[name] / found[name]) if found[name] else math.inf
-            yield f"{name} moves by {share:.2%} when the time step is halved; use a smaller one"
 
 
 def notes(scenario: DrillingScenario, run: DrillRun) -> dict[str, str]:

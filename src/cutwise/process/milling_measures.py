@@ -12,6 +12,7 @@ from cutwise.physics.motion.lookahead import time_without_limits
 from cutwise.process.loops_drives import NO_FORCE
 from cutwise.process.milling import MillRun, wall_left
 from cutwise.process.milling_contact import SteadyPatch
+from cutwise.process.milling_peaks import largest_forces
 from cutwise.results import SolverFailure
 from cutwise.spec.milling import MillingScenario
 
@@ -154,11 +155,11 @@ def _peak_forces(scenario: MillingScenario, done: MillRun) -> dict[str, float]:
     """Peaks over the run; a force averaged over a revolution has none."""
     if done.cut.law in (NO_FORCE, AVERAGED) or not done.steady.width:
         return {}
-    peak = done.history.force_peak
+    peak = largest_forces(done, scenario.machine.control.sample_time)
     axial = scenario.material.K_ac is not None or scenario.material.k_a11 is not None
-    found = {"force_xy_peak": float(peak[:, 3].max())}
+    found = {"force_xy_peak": float(peak[3])}
     for i, axis in enumerate("xyz" if axial else "xy"):
-        found[f"force_{axis}_peak"] = float(peak[:, i].max())
+        found[f"force_{axis}_peak"] = float(peak[i])
     return found
 
 

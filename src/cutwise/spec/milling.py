@@ -223,6 +223,7 @@ class MillingScenario(Scenario):
         "path_mode.blend": ("2 um", "500 um"),
     }
     focus: ClassVar[str] = "contour_error_max"
+    implied: ClassVar[Mapping[str, float]] = {"chatter_growth_corner": 1.0, "chatter_growth_straight": 1.0}
 
     process: Literal["mill"] = Field(description="which operation is simulated", examples=["mill"])
     path: (
@@ -252,6 +253,16 @@ class MillingScenario(Scenario):
         default_factory=LobeDiagram, description="map of stability, drawn where the tool has modes"
     )
     numerics: DriveStepping = Field(default_factory=DriveStepping, description="how the computation is done")
+    stability: Literal["required", "ignore"] = Field(
+        default="required",
+        description="whether a tool that chatters fails (required); ignore: it does not, and the run never passes",
+        examples=["ignore"],
+    )
+
+    @property
+    def set_aside(self) -> frozenset[str]:
+        """Chatter, where the scenario ignores it."""
+        return frozenset({"unstable"} if self.stability == "ignore" else ())
 
     def contradictions(self) -> Iterator[Remark]:
         """What carries the tool; path and program, feed and speed missing, depths that engagement or tool do not cover."""

@@ -37,6 +37,11 @@ class Limit(Spec):
 
     min: Any = Field(default=None, description="smallest value that passes", examples=["-0.05 mm"])
     max: Any = Field(default=None, description="largest value that passes", examples=["0.05 mm"])
+    whole_band: bool = Field(
+        default=False,
+        description="whether every history of friction and set-up has to pass, not only the one of the run",
+        examples=[True],
+    )
 
 
 class Scenario(Spec):
@@ -52,6 +57,13 @@ class Scenario(Spec):
     """Measures that must stay above a value [SI] for a run to count as sound: advice leads to no other."""
     focus: ClassVar[str] = ""
     """The measure that sensitivities are told for."""
+    implied: ClassVar[Mapping[str, float]] = {}
+    """Measures that have to stay below a value [SI] in every run that has them, whether or not it is written."""
+
+    @property
+    def set_aside(self) -> frozenset[str]:
+        """Codes of the findings that shall not decide; the run has no verdict then, or fails."""
+        return frozenset()
 
     def checks(self) -> Iterator[Iterator[Remark]]:
         """The contradictions between sections, in groups that need no other sections than they look at."""
@@ -99,13 +111,14 @@ class Scenario(Spec):
         return limits
 
     @field_serializer("requirements", when_used="json")
-    def _limits_as_text(self, requirements: dict[str, Limit]) -> dict[str, dict[str, str]]:
+    def _limits_as_text(self, requirements: dict[str, Limit]) -> dict[str, dict[str, Any]]:
         return {
             name: {
                 end: units.text(value, self.measures[name].dimension)
                 for end, value in (("min", limit.min), ("max", limit.max))
                 if value is not None
             }
+            | ({"whole_band": True} if limit.whole_band else {})
             for name, limit in requirements.items()
         }
 
@@ -176,16 +189,21 @@ def _limit(scenario: type[Scenario], name: str, limit: Any, found: list[Remark])
         found.append(Remark(path, f"unknown measure; {hint}"))
         return limit
     if isinstance(limit, Limit):
-        limit = {"min": limit.min, "max": limit.max}
+        limit = {"min": limit.min, "max": limit.max, **({"whole_band": True} if limit.whole_band else {})}
     example = limit if isinstance(limit, str) else units.DIMENSIONS[scenario.measures[name].dimension].example
     ends = {end: text for end, text in limit.items() if text is not None} if isinstance(limit, Mapping) else {}
-    if not ends:
+    if not ends.keys() - {"whole_band"}:
         found.append(Remark(path, f"has no limit; write min, max or both, for example {{max: {example}}}"))
         return limit
     read: dict[str, Any] = {}
     for end, text in ends.items():
+        if end == "whole_band":
+            read[end] = text
+            if not isinstance(text, bool):
+                found.append(Remark((*path, end), f"{text} is neither true nor false"))
+            continue
         if end not in ("min", "max"):
-            found.append(Remark((*path, end), "unknown key; a requirement has min and max"))
+            found.append(Remark((*path, end), "unknown key; a requirement has min, max and whole_band"))
             continue
         try:
             read[end] = measure_value(scenario, name, text)
