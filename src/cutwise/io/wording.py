@@ -21,6 +21,7 @@ _BOUNDS = {
     "less_than": ("lt", "below"),
     "less_than_equal": ("le", "at most"),
 }
+_LONG_TEXT = 80  # letters of a value that a message repeats
 
 
 def faults_of(error: ValidationError, model: type[Spec], root: Node) -> Iterator[Fault]:
@@ -202,7 +203,7 @@ def _numbers(keys: Iterable[str]) -> bool:
 
 def _as_written(node: Node | None, value: Any) -> str:
     if node is not None and not isinstance(node.value, dict | list):
-        return node.text
+        return node.text if len(node.text) <= _LONG_TEXT else f"{node.text[:_LONG_TEXT]}..."
     return str(value) if not isinstance(value, dict | list) else "a section" if isinstance(value, dict) else "a list"
 
 

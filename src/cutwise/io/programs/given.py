@@ -41,12 +41,17 @@ def library_beside(folder: Path) -> Callable[[str], str | None]:
     """The subroutine files of a folder, by their names without suffix."""
 
     def text_of(name: str) -> str | None:
-        if not _FILE_NAME.fullmatch(name):
-            return None
-        path = next((p for s in SUBROUTINE_SUFFIXES if (p := folder / f"{name}{s}").is_file()), None)
+        path = subroutine_file(folder, name)
         return None if path is None else decoded(path.read_bytes())
 
     return text_of
+
+
+def subroutine_file(folder: Path, name: str) -> Path | None:
+    """The file of a subroutine in a folder; None if there is none."""
+    if not _FILE_NAME.fullmatch(name):
+        return None
+    return next((p for s in SUBROUTINE_SUFFIXES if (p := folder / f"{name}{s}").is_file()), None)
 
 
 def subroutine_files(text: str, library: Callable[[str], str | None]) -> dict[str, str]:

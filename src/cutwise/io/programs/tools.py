@@ -79,6 +79,8 @@ def _tool(line: str, remark: str, unit: float) -> Tool:
         if letter in values:
             raise _LineFault(f"{letter} twice in one line", column)
         values[letter] = float(match[2])
+        if not abs(values[letter]) < 1e9:
+            raise _LineFault(f"{letter}{match[2][:20]} is out of scale", column)
         at = match.end()
     if "T" not in values or values["T"] < 0 or values["T"] != round(values["T"]):
         raise _LineFault("a tool needs its number T, a whole number", 1)
