@@ -57,19 +57,28 @@ def new(
         Path | None,
         typer.Option("-o", "--output", metavar="FILE", help="where to write it; default KIND.yaml, - prints it"),
     ] = None,
+    schema: Annotated[
+        bool, typer.Option("--schema/--no-schema", help="put the schema beside it, for editors that complete and check")
+    ] = True,
 ) -> None:
     """Write a commented scenario to begin with."""
-    from cutwise.io.template import template
+    import json
+
+    from cutwise.io.template import SCHEMAS, schema_line, template
+    from cutwise.spec.schema import schema as json_schema
 
     text = template(kind)
     if str(output) == "-":
         print(text, end="")
         return
     path = output or Path(f"{kind}.yaml")
+    outputs.checked([path], [])
     try:
-        create_text(path, text)
+        create_text(path, f"{schema_line(kind)}\n{text}" if schema else text)
     except FileExistsError:
         refuse(f"{path}: is there already; name another file with -o")
+    if schema and path.is_file():
+        write_text(path.parent / SCHEMAS / f"{kind}.json", json.dumps(json_schema(kind), indent=1) + "\n")
     print(f"{path}\nnext: cutwise check {path}; cutwise run {path}")
 
 

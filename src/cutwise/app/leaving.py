@@ -7,13 +7,14 @@ from typing import NoReturn, TextIO
 import typer
 
 from cutwise.disk import in_words
+from cutwise.spec.texts import visible
 
 OK, REQUIREMENT_FAILED, BAD_INPUT, SOLVER_FAILED = 0, 1, 2, 3
 INTERRUPTED, NOBODY_READS, TERMINATED = 130, 141, 143
 
 
 def refuse(message: str) -> NoReturn:
-    print(message, file=sys.stderr)
+    print(visible(message), file=sys.stderr)
     raise typer.Exit(BAD_INPUT)
 
 
@@ -37,7 +38,7 @@ def explain(error: Exception) -> int:
         return SOLVER_FAILED
     if isinstance(error, OSError):
         place = f"{error.filename}: " if error.filename else ""
-        print(f"{place}{in_words(error)}", file=sys.stderr)
+        print(visible(f"{place}{in_words(error)}"), file=sys.stderr)
         return BAD_INPUT
     print(
         f"cutwise stopped on an error of its own, {type(error).__name__}: {error}\n"

@@ -1,6 +1,5 @@
 """Arrays of a finished run in forms that other programs read: CSV tables, and VTK grids for ParaView."""
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -8,6 +7,7 @@ import xarray as xr
 
 from cutwise import units
 from cutwise.disk import file_name
+from cutwise.io.cells import cell
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -55,9 +55,9 @@ def csv(data: xr.Dataset, dimensions: tuple[str, ...]) -> str:
         name = str(key)
         for suffix, part in _components(array, dimensions):
             columns.append((_title(f"{name}{suffix}", array), part.transpose(*dimensions).values.ravel()))
-    lines = [", ".join(title for title, _ in columns)]
+    lines = [", ".join(cell(title) for title, _ in columns)]
     for row in zip(*(values for _, values in columns), strict=True):
-        lines.append(", ".join(repr(float(v)) if isinstance(v, float | np.floating) else str(v) for v in row))
+        lines.append(", ".join(map(cell, row)))
     return "\n".join(lines) + "\n"
 
 

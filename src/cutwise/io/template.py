@@ -21,6 +21,14 @@ _WIDTH = 110
 _LEFT_OUT = ("library", "name", "process")
 
 
+SCHEMAS = ".cutwise/schema"  # folder beside a scenario
+
+
+def schema_line(kind: str) -> str:
+    """The comment by which editors find the schema of a scenario."""
+    return f"# yaml-language-server: $schema={SCHEMAS}/{kind}.json"
+
+
 def template(kind: str) -> str:
     """A commented scenario of a kind that loads without a fault.
 
