@@ -1,18 +1,24 @@
 """Arrays of a finished run in forms that other programs read: CSV tables, and VTK grids for ParaView."""
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
 
 from cutwise import units
-from cutwise.disk import file_name
+from cutwise.disk import file_name, write_together
 from cutwise.io.cells import cell
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
 _VECTOR = "axis"  # dimension of the components x, y, z
+
+
+def export(stages: xr.DataTree, folder: Path) -> list[Path]:
+    """Write :func:`tables` into a folder, all of them or none."""
+    return write_together(folder, {name: text.encode() for name, text in tables(stages).items()})
 
 
 def tables(stages: xr.DataTree) -> dict[str, str]:

@@ -49,4 +49,3 @@ def as_text(content: bytes, shown: str) -> str:
         line, column = before.count(b"\n") + 1, error.start - (before.rfind(b"\n") + 1) + 1
         message = f"byte 0x{content[error.start]:02x} is not UTF-8 text; save the file as UTF-8"
         raise ScenarioFault([Fault((), message, line, column, shown)]) from None
-

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
+from pydantic.fields import FieldInfo
 
 from cutwise.io import library
 from cutwise.io.documents import document_of_report, document_of_run
@@ -192,6 +193,18 @@ def _fitting(sections: Sequence[type[Spec]], node: Node) -> type[Spec]:
     return max(sections, key=lambda section: len(written & set(section.model_fields)))
 
 
+def _may_be_empty(info: FieldInfo) -> bool:
+    """Whether a section must be there though it asks for no key by itself: what it lacks, it says when it is empty."""
+    kinds = [kind for kind, _ in fields.of_field(info)]
+    return info.is_required() and all(
+        isinstance(kind, type)
+        and issubclass(kind, Spec)
+        and not issubclass(kind, LibrarySpec)
+        and not any(key.is_required() for key in kind.model_fields.values())
+        for kind in kinds
+    )
+
+
 class _Assembly:
     """Completes a tree from outside of it: library entries and CSV tables."""
 
@@ -217,6 +230,8 @@ class _Assembly:
             return node
         value = dict(node.value)
         for name, info in section.model_fields.items():
+            if name not in value and _may_be_empty(info):
+                value[name] = Node({}, file=node.file, line=node.line, column=node.column, layer=node.layer)
             if name not in value:
                 continue
             here = (*path, name)

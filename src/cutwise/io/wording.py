@@ -28,11 +28,14 @@ def faults_of(error: ValidationError, model: type[Spec], root: Node) -> Iterator
     """Every fault of a scenario that did not validate, at its place in the tree as written."""
     suggested: set[Path] = set()
     found: list[tuple[Path, str, bool]] = []
+    between: set[tuple[Path, str]] = set()  # faults of values that do not go together
     for item in error.errors():
         path = fields.without_tags(item["loc"])
         kind, context = item["type"], item.get("ctx") or {}
         if kind == "contradiction":
-            found += [_contradiction(remark, path, model) for remark in context["found"]]
+            said = [_contradiction(remark, path, model) for remark in context["found"]]
+            between |= {(where, message) for where, message, _ in said}
+            found += said
         elif kind == "extra_forbidden":
             message, meant = unknown_key(model, path)
             suggested.add(meant)
@@ -45,7 +48,24 @@ def faults_of(error: ValidationError, model: type[Spec], root: Node) -> Iterator
             found.append((path, _wrong_value(item, model, path, root), False))
     for path, message, at_key in dict.fromkeys(found):
         if not (path in suggested and message.startswith("missing")):  # the misspelled key says it already
-            yield root.nearest(path).fault(path, message, at_key=at_key)
+            if (path, message) in between:
+                yield _between(root, path, message, at_key)
+            else:
+                yield root.nearest(path).fault(path, message, at_key=at_key)
+
+
+def _between(root: Node, path: Path, message: str, at_key: bool) -> Fault:
+    """A fault of values that do not go together, where the engineer wrote: an entry of the library is sound by itself."""
+    node = root.nearest(path)
+    section = root.nearest(path[:-1]) if path else node
+    own = isinstance(section.value, dict) and any(
+        below.layer > 0 for key, one in section.value.items() if key != "library" for _, below in one.walk()
+    )
+    if node.layer > 0 or not own:
+        return node.fault(path, message, at_key=at_key)
+    entry = f" {node.origin.library}" if node.origin is not None and node.origin.library else ""
+    written = next((one for key, one in section.value.items() if key != "library" and one.layer > 0), section)
+    return written.fault(path, f"{message} ({path[-1]} is that of the library entry{entry})", at_key=True)
 
 
 def faults_among_sound_sections(
@@ -63,7 +83,7 @@ def faults_among_sound_sections(
             sections[name] = TypeAdapter(kind).validate_python(given)
     for remark in model.contradictions_among(sections):
         path, message, at_key = _contradiction(remark, (), model)
-        yield root.nearest(path).fault(path, message, at_key=at_key)
+        yield _between(root, path, message, at_key)
 
 
 def _contradiction(remark: Remark, before: Path, model: type[Spec]) -> tuple[Path, str, bool]:

@@ -38,14 +38,14 @@ def test_unstable_gains_with_their_margin():
     assert "phase margin -34.3°" in said
 
 
-def test_depth_larger_than_the_radius():
-    assert "not below the radius of the mill (10 mm)" in refused("operation.radial_depth=11 mm")
+def test_depth_larger_than_the_mill():
+    assert "is more than the diameter of the mill (20 mm)" in refused("operation.radial_depth=20.1 mm")
     assert "flute length" in refused("tool.flute_length=4 mm")
 
 
 def test_a_fault_of_one_section_hides_none_of_the_others():
-    said = refused("machine.limits.jerk=3 N", "operation.radial_depth=11 mm")
-    assert "not below the radius of the mill (10 mm)" in said
+    said = refused("machine.limits.jerk=3 N", "operation.radial_depth=21 mm")
+    assert "is more than the diameter of the mill (20 mm)" in said
     assert '"N" is not a unit of jerk' in said
 
 
