@@ -104,7 +104,28 @@ _MUTATIONS: tuple[Callable[[str, random.Random], str], ...] = (
 
 def quantities(rng: random.Random) -> Iterator[str]:
     """Texts that may or may not be quantities."""
-    units = ("mm", "m", "N", "deg", "rpm", "rev", "s", "bar", "1/min", "/", "*", "^", "**", "(", ")", "2", "-1", "µ", "k", "%")
+    units = (
+        "mm",
+        "m",
+        "N",
+        "deg",
+        "rpm",
+        "rev",
+        "s",
+        "bar",
+        "1/min",
+        "/",
+        "*",
+        "^",
+        "**",
+        "(",
+        ")",
+        "2",
+        "-1",
+        "µ",
+        "k",
+        "%",
+    )
     while True:
         number = rng.choice(("1", "2.5", "-3", "1e3", ".5", "5.", "1e", "", "1e308", "1e-308", "9" * 30, "١", "1,5"))
         yield number + rng.choice(("", " ")) + "".join(rng.choice((*units, " ")) for _ in range(rng.randint(0, 9)))

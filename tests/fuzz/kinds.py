@@ -198,7 +198,9 @@ def _attribute_gone(file, rng: random.Random) -> None:
 
 def _attribute_hurt(file, rng: random.Random) -> None:
     name = rng.choice(("scenario", "summary", "measures", "limits", "references", "notes"))
-    file.attrs[name] = rng.choice(("", "[]", "{}", "null", "1e999", "[" * 900, "NaN", '"a"', "9" * 400, '{"a": [1]}', "{"))
+    file.attrs[name] = rng.choice(
+        ("", "[]", "{}", "null", "1e999", "[" * 900, "NaN", '"a"', "9" * 400, '{"a": [1]}', "{")
+    )
 
 
 def _json_hurt(file, rng: random.Random) -> None:

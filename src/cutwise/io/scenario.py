@@ -29,7 +29,7 @@ from cutwise.spec.kinds import KINDS
 from cutwise.spec.program import Program
 from cutwise.spec.scenario import Origin, Scenario
 from cutwise.spec.tables import Table
-from cutwise.spec.texts import visible
+from cutwise.spec.texts import HALF, visible
 
 _OVERRIDE = 2  # layer of values that are given beside the file; null takes away what the others say
 _UNNAMED = ("name", "process")  # not values with an origin
@@ -101,6 +101,8 @@ def _scenario(tree: Node, faults: list[Fault], overrides: Sequence[str], folder:
     tree = unwrapped(tree, (), faults)
     for text in overrides:
         tree = _overridden(tree, text, faults)
+    if any(HALF in fault.message for fault in faults):  # no library takes such a text any further
+        raise ScenarioFault(_sorted(faults))
     model = model_of(tree, faults)
     if model is None:
         raise ScenarioFault(_sorted(faults))

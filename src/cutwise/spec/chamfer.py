@@ -308,7 +308,7 @@ class ChamferScenario(Scenario):
         "part.edges": "inner",
         "chamfer.width": "0.3 mm",
         "tool.library": "sato2016",
-        "operation.spindle_speed": "10000 rpm",
+        "operation.spindle_speed": "20000 rpm",
         "material.library": "deburr_aluminium",
         "operation.contact_feed": "200 mm/min",
         "path.points": "720",

@@ -25,6 +25,13 @@ class Origin:
     library: str = ""  # the library entry that gave it
 
 
+@dataclass(frozen=True, slots=True)
+class _Read:
+    """Files that a scenario was made from; scenarios that say the same are equal, wherever it stood."""
+
+    files: tuple[str, ...] = field(default=(), compare=False)
+
+
 class MeasureSpec(NamedTuple):
     """A measure that a process reports."""
 
@@ -85,7 +92,7 @@ class Scenario(Spec):
     )
 
     _origins: dict[str, Origin] = PrivateAttr(default_factory=dict)
-    _files: tuple[str, ...] = PrivateAttr(default=())
+    _read: _Read = PrivateAttr(default_factory=_Read)
 
     @field_validator("requirements", mode="before")
     @classmethod
@@ -118,12 +125,12 @@ class Scenario(Spec):
     @property
     def files(self) -> tuple[str, ...]:
         """Files that were read to make it, besides its own."""
-        return self._files
+        return self._read.files
 
     def with_files(self, files: Iterable[str]) -> Self:
         """The same scenario, knowing which files it was made from."""
         copy = self.model_copy()
-        copy._files = tuple(dict.fromkeys(files))
+        copy._read = _Read(tuple(dict.fromkeys(files)))
         return copy
 
     def with_origins(self, origins: Mapping[str, Origin]) -> Self:

@@ -4,6 +4,7 @@ import unicodedata
 
 _TURNING = frozenset("\u200e\u200f\u061c\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")  # writing direction
 _KINDS = frozenset(("Cc", "Cs", "Zl", "Zp"))  # control characters, halves of characters, line and paragraph ends
+HALF = "half of a character"
 
 
 def hidden(letter: str) -> bool:
@@ -21,7 +22,7 @@ def hidden_fault(text: str, *, lines: bool = False) -> str | None:
         return None
     for place, letter in enumerate(text):
         if hidden(letter) and not (lines and letter in "\n\r\t"):
-            kind = "half of a character" if unicodedata.category(letter) == "Cs" else "a control character"
+            kind = HALF if unicodedata.category(letter) == "Cs" else "a control character"
             after = f' after "{text[max(0, place - 20) : place]}"' if place else " at its beginning"
             return f"holds {kind} (U+{ord(letter):04X}){after}; leave it out"
     return None
