@@ -19,6 +19,7 @@ STATUSES = get_args(Status)
 _TAG = "tag:yaml.org,2002:"
 _WRAPPER = ("value", "status", "source", "library")
 _MOST_NODES = 500_000
+_LONGEST_TEXT, _MOST_MARKS = 5_000_000, 200_000  # letters, and signs between values: about 8 CPU s of reading
 _LONGEST = 18  # digits of an integer; longer ones are read as floating point numbers
 
 
@@ -173,6 +174,13 @@ def _scalar(tag: str, text: str) -> Any:
 
 def compose(text: str, file: str, layer: int = 1) -> tuple[Node | None, list[Fault]]:
     """The tree of a YAML 1.2 (or JSON) text and what is wrong with it; None for an empty or unreadable text."""
+    marks = sum(map(text.count, ",:[{\n"))
+    if len(text) > _LONGEST_TEXT or marks > _MOST_MARKS:
+        message = (
+            f"is too large for a scenario ({len(text) / 1e6:.1f} MB, about {marks:,} values): write tables (CSV) and "
+            "programs into files of their own and name them"
+        )
+        return None, [Fault((), message, file=file)]
     yaml = YAML(typ="safe", pure=True)
     try:
         composed = yaml.compose(text)

@@ -1,6 +1,6 @@
 """Faults in plain words: from what pydantic found to what the engineer has to change."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from difflib import get_close_matches
 from typing import Annotated, Any, Literal, get_args, get_origin
 
@@ -216,9 +216,9 @@ def _wrong_value(item: Any, model: type[Spec], path: Path, root: Node) -> str:
     return f"{text}: {item['msg']}" if text else str(item["msg"])
 
 
-def _numbers(keys: Iterable[str]) -> bool:
+def _numbers(keys: Collection[str]) -> bool:
     """Whether keys are those of entries that a list does not have."""
-    return all(key.isdigit() for key in keys)
+    return bool(keys) and all(key.isdigit() for key in keys)
 
 
 def _as_written(node: Node | None, value: Any) -> str:
