@@ -162,7 +162,9 @@ def run_file() -> bytes:
     from cutwise.io.scenario import load
     from cutwise.process.recipes import simulate
 
-    result = simulate(load(EXAMPLES / "deburr_compliant_spindle.yaml", ["operation.duration=0.3 s", "numerics.time_step=100 us"]))
+    result = simulate(
+        load(EXAMPLES / "deburr_compliant_spindle.yaml", ["operation.duration=0.3 s", "numerics.time_step=100 us"])
+    )
     return result.to_bytes()
 
 

@@ -373,8 +373,10 @@ def main(arguments: "Sequence[str] | None" = None) -> NoReturn:
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="replace")  # a terminal that lacks a letter gets a question mark, not a traceback
     out, err = sys.stdout, sys.stderr
-    with interrupt.watched():
+    with interrupt.watched(), leaving.reader_of(out) as gone:
         code = leaving.flushed(_code([argument for argument in given if argument != "--debug"], debug), out, err)
+        if code == REQUIREMENT_FAILED and gone():  # typer and rich leave with 1 when nobody reads on
+            code = NOBODY_READS
     words = {INTERRUPTED: "interrupted", TERMINATED: "terminated"}
     if code in words:
         print(words[code], file=sys.stderr)
@@ -383,7 +385,6 @@ def main(arguments: "Sequence[str] | None" = None) -> NoReturn:
 
 def _code(arguments: "Sequence[str]", debug: bool) -> int:
     """Run a command; the exit code that it comes to."""
-    out = sys.stdout
     try:
         app(arguments, prog_name="cutwise")
     except interrupt.Terminated:
@@ -391,8 +392,6 @@ def _code(arguments: "Sequence[str]", debug: bool) -> int:
     except KeyboardInterrupt:
         return INTERRUPTED
     except SystemExit as left:
-        if sys.stdout is not out:  # typer puts another one in its place when nobody reads on
-            return NOBODY_READS
         if interrupt.asked():
             return interrupt.asked()
         return left.code if isinstance(left.code, int) else OK

@@ -1,7 +1,10 @@
 """How a command ends: exit codes, refusals before any time is spent, and plain words for what went wrong."""
 
 import os
+import select
 import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import NoReturn, TextIO
 
 import typer
@@ -46,6 +49,28 @@ def explain(error: Exception) -> int:
         file=sys.stderr,
     )
     return SOLVER_FAILED
+
+
+@contextmanager
+def reader_of(stream: TextIO) -> Iterator[Callable[[], bool]]:
+    """Tells, within the block, whether the reader of a pipe has gone away."""
+    try:
+        handle = os.dup(stream.fileno())
+    except (OSError, ValueError, AttributeError):  # no stream of the system
+        yield lambda: False
+        return
+
+    def gone() -> bool:
+        if not hasattr(select, "poll"):
+            return False
+        poll = select.poll()
+        poll.register(handle, 0)
+        return any(event & select.POLLERR for _, event in poll.poll(0))
+
+    try:
+        yield gone
+    finally:
+        os.close(handle)
 
 
 def flushed(code: int, *streams: TextIO) -> int:

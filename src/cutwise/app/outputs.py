@@ -64,11 +64,11 @@ def same(one: Path, other: Path) -> bool:
 
 def _unwritable(folder: Path) -> str | None:
     """Why a folder cannot be made or written to."""
-    place = folder.absolute()
     try:
+        place = folder.resolve()
         while not place.exists() and place != place.parent:
             place = place.parent
-    except (OSError, ValueError) as error:
+    except (OSError, RuntimeError, ValueError) as error:
         return f"{folder}: cannot be used: {getattr(error, 'strerror', None) or error}"
     if not place.is_dir():
         return f"{folder}: {place} is a file, not a folder; name another folder with -o"
