@@ -2,7 +2,7 @@
 
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -47,6 +47,9 @@ def program(
     tool_table: Annotated[
         Path | None, typer.Option("--tool-table", metavar="FILE", help="tools, in the format of LinuxCNC")
     ] = None,
+    dialect: Annotated[
+        Literal["auto", "rs274", "fanuc"], typer.Option(help="of G-code; auto: fanuc where the program shows macro B")
+    ] = "auto",
 ) -> None:
     """Run through an NC program without a machine: tools, feeds, extents, lengths, time, and all its faults."""
     from cutwise.app.programs import Sketch, opened
@@ -55,7 +58,7 @@ def program(
 
     called = outputs.beside(file, SUBROUTINE_SUFFIXES) if picture is not None else []
     outputs.checked([picture], [file, *([tool_table] if tool_table is not None else []), *called])
-    run, setup, remarks = opened(file, tool_table)
+    run, setup, remarks = opened(file, tool_table, dialect)
     if canonical:
         lines = list(canonical_text.lines(run.commands()))  # first all of them: a faulty program prints none
         print("\n".join(lines))

@@ -10,7 +10,7 @@ from cutwise.maths.curves import FloatArray
 from cutwise.maths.edges import lengths
 from cutwise.paths.chamfer import ChamferPath
 from cutwise.physics.cutting.ball import disc_force
-from cutwise.physics.cutting.flute import FluteForce, feed_direction, feed_per_tooth
+from cutwise.physics.cutting.flute import FluteForce
 from cutwise.physics.cutting.uneven import Edges
 from cutwise.physics.engagement.ball import (
     ARCS,
@@ -23,6 +23,7 @@ from cutwise.physics.engagement.ball import (
     leans,
     wedge_sides,
 )
+from cutwise.physics.engagement.feed import feed_direction, feed_per_tooth
 from cutwise.physics.structure.pistons import PistonRing, RingState, at_rest
 from cutwise.physics.structure.pistons import step as piston_step
 
