@@ -255,7 +255,16 @@ class MillingScenario(Scenario):
 
     def contradictions(self) -> Iterator[Remark]:
         """What carries the tool; path and program, feed and speed missing, depths that engagement or tool do not cover."""
-        yield from self._carrier_faults()
+        for check in self.checks():
+            yield from check
+
+    def checks(self) -> Iterator[Iterator[Remark]]:
+        """A fault within the machine hides none of those of the cut."""
+        yield self._carrier_faults()
+        yield self._cut_faults()
+
+    def _cut_faults(self) -> Iterator[Remark]:
+        """Path and program, feed and speed, depths."""
         if self.robot is not None:
             yield from self._robot_faults()
             return
