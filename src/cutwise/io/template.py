@@ -61,7 +61,7 @@ def _body(section: type[Spec], path: Path, starts: Mapping[str, str]) -> Iterato
             continue
         here = (*path, name)
         inner = fields.sections(info)
-        if len(inner) == 1 and len(list(fields.of_field(info))) == 1:
+        if inner and len(inner) == len(list(fields.of_field(info))):  # of several kinds of section the first
             if _left_out(info, here, starts) and path and info.examples:
                 yield from _value(info, here, starts)
                 continue
