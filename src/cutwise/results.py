@@ -1,5 +1,6 @@
 """What a run gives back: labelled histories per stage, measures, verdict, and where every input came from."""
 
+import io
 import json
 import math
 from collections.abc import Iterable, Iterator, Mapping
@@ -10,6 +11,8 @@ from typing import Any, Literal, NamedTuple
 import xarray as xr
 
 from cutwise import units
+from cutwise.disk import write_bytes
+from cutwise.run_file import DamagedRun, sealed, tree_of
 from cutwise.spec.scenario import Scenario
 
 Certainty = Literal["sure", "not_every_history", "unknown"]
@@ -263,10 +266,8 @@ class Result:
             "files": dict(files or {}),
         }
 
-    def save(self, path: str | Path) -> Path:
-        """Write one netCDF-4 file with the whole result and the scenario; nothing is left behind if that fails."""
-        path = Path(path)
-        partial = path.with_name(path.name + ".part")
+    def to_bytes(self) -> bytes:
+        """A netCDF-4 file with the whole result and the scenario, made in memory: HDF5 does not survive a full disk."""
         tree = self.stages.copy()
         tree.attrs = {
             "title": self.scenario.name,
@@ -278,43 +279,90 @@ class Result:
             "references": json.dumps(list(self.references)),
             "notes": json.dumps(dict(self.notes)),
         }
-        try:
-            tree.to_netcdf(partial, engine="h5netcdf")
-            partial.replace(path)
-        finally:
-            partial.unlink(missing_ok=True)
-        return path
+        stream = io.BytesIO()
+        tree.to_netcdf(stream, engine="h5netcdf")
+        return sealed(stream.getvalue())
+
+    def save(self, path: str | Path) -> Path:
+        """Write one netCDF-4 file with the whole result and the scenario, whole or not at all."""
+        return write_bytes(Path(path), self.to_bytes())
 
     @classmethod
     def from_file(cls, path: str | Path, scenario: Scenario) -> "Result":
-        """Read back a file written by :meth:`save`; the scenario comes from ``cutwise.io.scenario``."""
-        tree = xr.open_datatree(Path(path), engine="h5netcdf").load()
-        tree.close()
+        """Read back a file written by :meth:`save`; the scenario comes from ``cutwise.io.scenario``.
+
+        Raises
+        ------
+        DamagedRun
+            It is no run file, or damaged.
+        """
+        return cls.from_bytes(Path(path).read_bytes(), scenario)
+
+    @classmethod
+    def from_bytes(cls, content: bytes, scenario: Scenario) -> "Result":
+        """As :meth:`from_file`, of what the file holds."""
+        tree = tree_of(content)
+        try:
+            return cls._from_tree(tree, scenario)
+        except Exception as error:  # a file that another program has changed may say anything
+            raise DamagedRun(
+                f"is not a run file of cutwise, or was changed since ({type(error).__name__}: {error})"
+            ) from None
+
+    @classmethod
+    def _from_tree(cls, tree: xr.DataTree, scenario: Scenario) -> "Result":
         summary = json.loads(tree.attrs["summary"])
-        measures = {n: Measure(v, d, t) for n, (v, d, t) in json.loads(tree.attrs["measures"]).items()}
+        measures = {str(n): _measure_from_json(*entry) for n, entry in json.loads(tree.attrs["measures"]).items()}
         return cls(
             scenario=scenario,
             stages=tree,
             measures=measures,
             checks=tuple(_check_from_json(c, measures) for c in summary["requirements"]),
             findings=tuple(Finding.from_json(told) for told in summary.get("findings", ())),
-            warnings=tuple(summary["warnings"]),
-            infeasible=tuple(summary["infeasible"]),
-            limits=tuple(json.loads(tree.attrs["limits"])),
-            convergence=summary["convergence"],
-            advice=tuple(summary["advice"]),
-            sensitivity=summary["sensitivity"]["change"],
-            references=tuple(json.loads(tree.attrs["references"])),
+            warnings=_texts(summary["warnings"]),
+            infeasible=_texts(summary["infeasible"]),
+            limits=_texts(json.loads(tree.attrs["limits"])),
+            convergence=_numbers(summary["convergence"]),
+            advice=_texts(summary["advice"]),
+            sensitivity=_numbers(summary["sensitivity"]["change"]),
+            references=_texts(json.loads(tree.attrs["references"])),
             notes=json.loads(tree.attrs["notes"]),
         )
+
+
+def _measure_from_json(value: Any, dimension: str, description: str) -> Measure:
+    if dimension not in units.DIMENSIONS:
+        raise ValueError(f"{dimension} is no dimension")
+    return Measure(_number(value), dimension, str(description))
+
+
+def _number(value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise TypeError(f"{value!r:.40} is no number")
+    if not math.isfinite(value):
+        raise ValueError(f"{value} is not finite")
+    return value
+
+
+def _numbers(entries: Mapping[str, Any]) -> dict[str, float]:
+    return {str(name): _number(value) for name, value in entries.items()}
+
+
+def _texts(entries: Any) -> tuple[str, ...]:
+    if not isinstance(entries, list) or not all(isinstance(entry, str) for entry in entries):
+        raise TypeError("a list of texts is something else")
+    return tuple(entries)
 
 
 def _check_from_json(entry: Mapping[str, Any], measures: Mapping[str, Measure]) -> Check:
     name = entry["measure"]
     dimension = measures[name].dimension if name in measures else "dimensionless"
+    value, low, high = (None if entry[key] is None else _number(entry[key]) for key in ("value", "min", "max"))
+    if not isinstance(entry["pass"], bool):
+        raise TypeError(f"pass is {entry['pass']!r:.40}")
     histories, off = entry.get("histories"), entry.get("off")
     return Check(
-        name, entry["value"], dimension, entry["min"], entry["max"], entry["pass"], entry.get("implied", False),
+        str(name), value, dimension, low, high, entry["pass"], entry.get("implied", False),  # type: ignore[arg-type]
         entry.get("whole_band", False), Histories(**histories) if histories else None,
         (off["key"], off["value"]) if off else None,
     )  # fmt: skip

@@ -1,6 +1,8 @@
 """What the command line shows: tables, verdicts and progress; plain text when it is not a terminal that reads."""
 
+import errno
 import logging
+import os
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -19,6 +21,7 @@ from cutwise.app import interrupt
 from cutwise.app.findings import reasons, remarks
 from cutwise.app.inputs import inputs
 from cutwise.app.wording import against, compared, requirement, sensitivity_line, verdict_line
+from cutwise.spec.texts import visible
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -34,12 +37,19 @@ _SAID_ALREADY = ("remedies", "left_out")  # notes for the report: advice and war
 _COLOURS = {"pass": "bold green", "fail": "bold red", "none": "bold"}
 
 
+class _Stream(rich.console.Console):
+    """A stream whose reader may go away: rich would end the program as if a requirement had failed."""
+
+    def on_broken_pipe(self) -> None:
+        raise BrokenPipeError(errno.EPIPE, os.strerror(errno.EPIPE))
+
+
 class Console:
     """Standard output for results, standard error for everything that is not a result."""
 
     def __init__(self) -> None:
-        self.out = rich.console.Console(highlight=False, soft_wrap=True)
-        self.err = rich.console.Console(highlight=False, soft_wrap=True, stderr=True)
+        self.out = _Stream(highlight=False, soft_wrap=True)
+        self.err = _Stream(highlight=False, soft_wrap=True, stderr=True)
 
     def table(
         self, title: str, columns: Sequence[str], rows: Iterable[Sequence[str]], right: Sequence[str] = ()
@@ -57,7 +67,7 @@ class Console:
         for name in names:
             table.add_column(name, justify="right" if name in right else "left")
         for row in rows:
-            table.add_row(*row)
+            table.add_row(*map(visible, row))
         self.out.print(table, soft_wrap=False)
 
     def _plain(self, names: Sequence[str], rows: Sequence[Sequence[str]], right: Sequence[str]) -> None:
@@ -69,7 +79,7 @@ class Console:
 
     def line(self, text: str = "", style: str | None = None) -> None:
         """One line of plain text."""
-        self.out.print(text, style=style, markup=False)
+        self.out.print(visible(text), style=style, markup=False)
 
     def checked(self, file: str, scenario: "Scenario", unusual: Sequence[str]) -> None:
         """What ``check`` says about a scenario without fault."""

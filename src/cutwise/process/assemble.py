@@ -160,9 +160,13 @@ def linear_coefficients(material: Material) -> EdgeCoefficients:
 
 def edges(material: Material, tool: HelicalMill) -> Edges:
     """How the edges cut; an unknown axial pair counts as zero, and no axial force is reported then."""
-    linear = linear_coefficients(material)
+    return edges_alike(material)._replace(runout=tool.runout, runout_angle=tool.runout_angle)
+
+
+def edges_alike(material: Material) -> Edges:
+    """The edges of a tool without run-out."""
     kienzle = Kienzle(*(getattr(material, key) or 0.0 for key in KIENZLE_KEYS))
-    return Edges(_FORCE_LAW[material.law], linear, kienzle, tool.runout, tool.runout_angle)
+    return Edges(_FORCE_LAW[material.law], linear_coefficients(material), kienzle, 0.0, 0.0)
 
 
 def piston_ring(spindle: CompliantSpindle) -> PistonRing:

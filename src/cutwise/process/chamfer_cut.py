@@ -7,12 +7,11 @@ import numpy as np
 
 from cutwise.maths.curves import FloatArray
 from cutwise.maths.edges import arc_lengths, lengths
-from cutwise.physics.cutting.flute import EdgeCoefficients
 from cutwise.physics.engagement.ball import PassFrames
 from cutwise.physics.structure.pistons import PistonRing
 from cutwise.physics.surface.sweep import swept_chamfer
 from cutwise.process import chamfer_proof as proof
-from cutwise.process.assemble import edge_profile, piston_ring, weight
+from cutwise.process.assemble import edge_profile, edges_alike, piston_ring, weight
 from cutwise.process.chamfer_loop import (
     SLICES,
     BallEnd,
@@ -29,7 +28,6 @@ from cutwise.process.chamfer_loop import (
 from cutwise.process.chamfer_plan import EdgePath
 from cutwise.spec.chamfer import ChamferScenario
 from cutwise.spec.faults import Fault, ScenarioFault
-from cutwise.spec.material import LINEAR
 from cutwise.spec.tables import Table
 
 TIME_STEP = 20e-6  # [s] of the compliant pass
@@ -59,8 +57,7 @@ def ball_end(scenario: ChamferScenario) -> BallEnd:
     assert material is not None
     assert tool.flutes is not None
     assert scenario.operation.spindle_speed is not None
-    coefficients = EdgeCoefficients(*(getattr(material, key) or 0.0 for key in LINEAR))
-    return BallEnd(tool.ball_radius, tool.flutes, scenario.operation.spindle_speed, coefficients)
+    return BallEnd(tool.ball_radius, tool.flutes, scenario.operation.spindle_speed, edges_alike(material))
 
 
 def mounted(path: EdgePath, paths: Sequence[EdgePath]) -> FloatArray:

@@ -10,7 +10,8 @@ from cutwise.maths.curves import FloatArray
 from cutwise.maths.edges import lengths
 from cutwise.paths.chamfer import ChamferPath
 from cutwise.physics.cutting.ball import disc_force
-from cutwise.physics.cutting.flute import EdgeCoefficients, FluteForce
+from cutwise.physics.cutting.flute import FluteForce
+from cutwise.physics.cutting.uneven import Edges
 from cutwise.physics.engagement.ball import (
     SIDE,
     PassFrames,
@@ -37,7 +38,7 @@ class BallEnd(NamedTuple):
     ball_radius: float  # [m]
     flutes: int
     spindle_speed: float  # [rad/s]
-    coefficients: EdgeCoefficients
+    edges: Edges
 
 
 class Section(NamedTuple):
@@ -152,7 +153,7 @@ def ball_cut(
         rho = math.sqrt(max(0.0, radius * radius - z * z))
         for i in range(disc_arcs(sides, lean, rho, z, arcs)):
             lo, hi = arcs[i, 0], arcs[i, 1]
-            f = disc_force(lo, hi, z, dz, radius, chip, theta, rise, ball.flutes, ball.coefficients)
+            f = disc_force(lo, hi, z, dz, radius, chip, theta, rise, ball.flutes, ball.edges)
             fx, fy, fz, tangential = fx + f.x, fy + f.y, fz + f.z, tangential + f.tangential
             power += f.tangential * rho * ball.spindle_speed
             ahead = nx * (math.cos(hi) - math.cos(lo)) - ny * (math.sin(hi) - math.sin(lo))

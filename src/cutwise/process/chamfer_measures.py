@@ -20,6 +20,7 @@ from cutwise.process.chamfer_plan import EdgePath, chamfer_of, swept
 from cutwise.process.convergence import change_on_halved_step
 from cutwise.results import Histories
 from cutwise.spec.chamfer import ChamferScenario
+from cutwise.spec.notices import notices
 
 _LED = frozenset({"width_deflected_min", "width_deflected_max"})
 _SLENDER = 10.0  # rod radii that may stick out without a warning
@@ -177,7 +178,7 @@ def warnings(
     scenario: ChamferScenario, done: ChamferRun, found: Mapping[str, float], unproven: Sequence[str]
 ) -> tuple[str, ...]:
     """What the user should know about the result."""
-    said = [*done.remarks, *_trimmed(done)]
+    said = [*notices(scenario), *done.remarks, *_trimmed(done)]
     if found.get("leg_ratio_max", 0.0) > reach.LOPSIDED:
         said.append(
             f"the legs differ by a factor of {found['leg_ratio_max']:.2g}: the width is constant, but the chamfer is "
@@ -208,10 +209,10 @@ def warnings(
     slope = found.get("setup_sensitivity_z")
     if slope is not None and not done.infeasible:
         change = units.show(abs(slope) * 50e-6, "length", 3)
-        said.append(
-            f"50 µm of set-up error along the tool axis change the width by {change}: probe the part, or use a "
-            "compliant spindle"
-        )
+        instead = "probe the part, or use a compliant spindle"
+        if scenario.spindle is not None:
+            instead = "probe the part; how far the spindle makes up for it, a run with operation.part_error shows"
+        said.append(f"50 µm of set-up error along the tool axis change the width by {change}: {instead}")
     return (*said, *_yielding(found))
 
 

@@ -12,6 +12,7 @@ from cutwise.process.milling import MillRun
 from cutwise.process.milling_measures import SETTLED
 from cutwise.spec.drives import READINGS
 from cutwise.spec.milling import MillingScenario
+from cutwise.spec.notices import notices
 
 _LISTED = 8  # joints named in the report
 _THIN_MARGIN = math.radians(30.0)
@@ -34,6 +35,7 @@ LIMITS = (
 def warnings(scenario: MillingScenario, done: MillRun, found: Mapping[str, float]) -> Iterator[str]:
     """What should make the engineer doubt or change something."""
     machine = scenario.machine
+    yield from notices(scenario)
     if found.get("saturation_time", 0.0) > 0.0:
         yield (
             f"a controller is at its limit of {units.show(machine.control.saturation, 'voltage')} for "

@@ -1,7 +1,7 @@
 """What every scenario has: a name, a process, requirements, and a record of where each value came from."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from difflib import get_close_matches
@@ -23,6 +23,13 @@ class Origin:
     source: str = ""
     text: str = field(default="", compare=False)  # as written
     library: str = ""  # the library entry that gave it
+
+
+@dataclass(frozen=True, slots=True)
+class _Read:
+    """Files that a scenario was made from; scenarios that say the same are equal, wherever it stood."""
+
+    files: tuple[str, ...] = field(default=(), compare=False)
 
 
 class MeasureSpec(NamedTuple):
@@ -97,6 +104,7 @@ class Scenario(Spec):
     )
 
     _origins: dict[str, Origin] = PrivateAttr(default_factory=dict)
+    _read: _Read = PrivateAttr(default_factory=_Read)
 
     @field_validator("requirements", mode="before")
     @classmethod
@@ -126,6 +134,17 @@ class Scenario(Spec):
     def origins(self) -> Mapping[str, Origin]:
         """Dotted key of every given value: where it came from (library entry, or the user)."""
         return self._origins
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """Files that were read to make it, besides its own."""
+        return self._read.files
+
+    def with_files(self, files: Iterable[str]) -> Self:
+        """The same scenario, knowing which files it was made from."""
+        copy = self.model_copy()
+        copy._read = _Read(tuple(dict.fromkeys(files)))
+        return copy
 
     def with_origins(self, origins: Mapping[str, Origin]) -> Self:
         """The same scenario, knowing where its values came from."""

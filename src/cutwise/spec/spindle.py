@@ -111,8 +111,8 @@ class CompliantSpindle(LibrarySpec):
     )
     stribeck_velocity: Annotated[Speed, Usual("0.1 mm/s", "10 mm/s")] | None = Field(
         default=None,
-        description="velocity scale v_s: of the fall from static to dynamic friction (presliding; left out: at once), "
-        "or of the tanh (regularised)",
+        description="velocity scale v_s: of the fall from static to dynamic friction (set_valued and presliding; left out: "
+        "at once), or of the tanh (regularised)",
         examples=["1 mm/s"], gt=0,
     )  # fmt: skip
     seal_damping: Annotated[Damping, Usual("0 N s/m", "500 N s/m")] | None = Field(
@@ -181,8 +181,8 @@ class CompliantSpindle(LibrarySpec):
             if self.inertia < least * (1 - 1e-9):
                 yield Remark(
                     ("inertia",),
-                    f"{self.inertia:.3g} kg m^2 is less than mass times centre_of_mass squared ({least:.3g} kg m^2), "
-                    "the least that this mass can have about O",
+                    f"{self.inertia:.3g} kg m^2 is less than mass times centre_of_mass squared ({least:.3g} kg m^2), the "
+                    f"least that {self.mass:.4g} kg with its centre {1e3 * self.centre_of_mass:.4g} mm from O can have",
                 )
 
     def remarks(self) -> Iterator[Remark]:

@@ -1,5 +1,6 @@
 """Sweeps: the measures of a scenario over values of one or more of its keys."""
 
+import io
 import re
 from collections.abc import Callable, Mapping, Sequence
 from difflib import get_close_matches
@@ -10,6 +11,8 @@ import numpy as np
 import xarray as xr
 
 from cutwise import units
+from cutwise.disk import write_bytes, write_text
+from cutwise.io.cells import harmless
 from cutwise.process.recipes import quick_outcome
 from cutwise.results import SOUNDNESS, SolverFailure
 from cutwise.spec.faults import Fault, ScenarioFault
@@ -149,18 +152,15 @@ def _unknown(name: str, known: list[str]) -> Fault:
 
 def save(table: xr.Dataset, path: Path) -> Path:
     """Write a sweep as CSV (one row a run, units in the header) or netCDF; whole or not at all."""
-    partial = path.with_name(path.name + ".part")
-    try:
-        if path.suffix == ".csv":
-            frame = table.to_dataframe().reset_index()
-            frame.columns = [_headed(table, str(name)) for name in frame.columns]
-            frame.to_csv(partial, index=False)
-        else:
-            table.to_netcdf(partial, engine="h5netcdf")
-        partial.replace(path)
-    finally:
-        partial.unlink(missing_ok=True)
-    return path
+    if path.suffix == ".csv":
+        frame = table.to_dataframe().reset_index()
+        frame.columns = [harmless(_headed(table, str(name))) for name in frame.columns]
+        texts = frame.select_dtypes(exclude="number")
+        frame[texts.columns] = texts.map(lambda value: harmless(str(value)))
+        return write_text(path, frame.to_csv(index=False, lineterminator="\n"))
+    stream = io.BytesIO()
+    table.to_netcdf(stream, engine="h5netcdf")
+    return write_bytes(path, stream.getvalue())
 
 
 def _headed(table: xr.Dataset, name: str) -> str:

@@ -390,3 +390,24 @@ def test_a_dragged_ball_meets_an_edge_that_rises_where_it_is():
         errors.append(np.abs(moves.force[i] - [force.x, force.y, force.z]).max())
     assert np.median(errors) < 0.15  # of up to 8 N
     assert max(errors) < 0.5
+
+
+def test_cast_aluminium_by_kienzles_law():
+    """Power is what the law says of the chips: between those of the thinnest and the thickest disc."""
+    scenario = cutwise.load(COMPLIANT, ("path.points=90", "material.library=kienzle_cast_al", "spindle=null",
+                                        "requirements={}"))  # fmt: skip
+    result = cutwise.simulate(scenario)
+    found = {name: measure.value for name, measure in result.measures.items()}
+    energy = found["cutting_power_mean"] / (found["chip_area"] * scenario.operation.contact_feed)
+    thickest = 2.0 * np.pi * scenario.operation.contact_feed / (scenario.operation.spindle_speed * scenario.tool.flutes)
+    least, most = (700e6 * (1e3 * h) ** -0.25 for h in (thickest, 1e-7))
+    assert least < energy < most
+    assert any("the coefficients hold for chips of 20 µm" in said for said in result.warnings)
+
+
+def test_a_set_up_warning_offers_no_spindle_to_one_who_has_it():
+    said = [
+        text for text in cutwise.simulate(cutwise.load(COMPLIANT, ("path.points=90",))).warnings if "set-up" in text
+    ]
+    assert said
+    assert not any("use a compliant spindle" in text for text in said)
