@@ -6,11 +6,10 @@ import numpy as np
 
 from cutwise.maths.chains import chain, frames, jacobian
 from cutwise.physics.cutting.drill import DrillPoint, ZoneLaw, cone_height, stress_at_feed
-from cutwise.physics.motion.wrist import spherical_wrist
 from cutwise.physics.structure.joint_compliance import cartesian_compliance
 from cutwise.process.drill_profile import depth_profile, no_elements
 from cutwise.process.loops_drilling import DrillCycle, arm_dynamics
-from cutwise.process.postures import Arm
+from cutwise.process.postures import Arm, arm_with
 
 MPA, MICRO = 1e6, 1e-6
 STIFFNESS = np.array([3.8e6, 6.6e6, 3.9e6, 5.6e5, 6.6e5, 4.7e5])
@@ -36,7 +35,7 @@ def arm() -> Arm:
     """The reference arm with its drill."""
     serial = kuka()
     tip = np.array([0.2, 0.0, -0.3])
-    return Arm(serial, spherical_wrist(serial), KUKA_LIMITS, STIFFNESS, np.diag([1.0, -1.0, -1.0]), tip)
+    return arm_with(serial, KUKA_LIMITS, STIFFNESS, np.diag([1.0, -1.0, -1.0]), tip)
 
 
 HOLE, DOWN = np.array([1.9, 0.3, 0.8]), np.array([0.0, 0.0, -1.0])

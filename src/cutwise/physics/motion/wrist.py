@@ -105,13 +105,15 @@ def spherical_wrist(chain: Chain) -> WristArm:
 
 @compiled
 def wrapped(angle: float, low: float, high: float) -> float:
-    """The angle [rad] within half a turn of zero, or a turn further if only that is within the limits."""
+    """The angle [rad] within half a turn of zero, or as many turns further as bring it within the limits."""
     turn = 2.0 * math.pi
     value = angle - turn * math.floor((angle + math.pi) / turn)
-    if value > high and value - turn >= low:
-        return value - turn
-    if value < low and value + turn <= high:
-        return value + turn
+    if value > high:
+        further = value - turn * math.ceil((value - high) / turn)
+        return further if further >= low else value
+    if value < low:
+        further = value + turn * math.ceil((low - value) / turn)
+        return further if further <= high else value
     return value
 
 
