@@ -265,6 +265,8 @@ def choose(scenario: DrillingScenario, cell: DrillCell, target: PoseTarget) -> t
         step = scenario.numerics.angle_step
         score = score_of_choice(cell, choice, scenario.numerics.time_step)
         posture = search(cell.arm, target, score, margin=robot.singularity_margin, grid=step)
+        if posture is None and choice == "best":  # reached, but drilled through in none: show that
+            posture = search(cell.arm, target, axial_compliance, margin=robot.singularity_margin, grid=step)
         angles = np.linspace(-math.pi, math.pi, max(round(2.0 * math.pi / step), 8) + 1)
     else:
         posture = fixed(scenario, cell, target, choice)
