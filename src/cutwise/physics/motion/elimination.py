@@ -187,6 +187,9 @@ def _starts(
     others = [k for k in range(3) if k != f.hidden]
     for m in range(len(values)):
         near = np.flatnonzero(imaginary[m] < _START)
+        if not len(near):
+            yield m, np.empty((0, 6)), np.empty(0)
+            continue
         v = np.swapaxes(vectors[m][:, near], 0, 1).reshape(len(near), 4, 3)
         angles = np.zeros((len(near), 3))
         angles[:, f.hidden] = 2.0 * np.arctan(values[m, near].real)
