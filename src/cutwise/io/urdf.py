@@ -279,9 +279,7 @@ def _mass(link: ElementTree.Element) -> float | None:
         return None
 
 
-def _arm(
-    chain: list[_Joint], held: Mapping[str, float | None], to_tip: bool, remarks: tuple[str, ...]
-) -> UrdfArm:
+def _arm(chain: list[_Joint], held: Mapping[str, float | None], to_tip: bool, remarks: tuple[str, ...]) -> UrdfArm:
     """Fold fixed joints and held slides into the next turning one, and those behind the last one into the flange."""
     joints = []
     position: Vector = (0.0, 0.0, 0.0)

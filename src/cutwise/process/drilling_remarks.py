@@ -122,13 +122,17 @@ def _own_error(scenario: DrillingScenario) -> Iterator[str]:
             "0.05 to 0.15 mm; state it as robot.accuracy, which gives hole_position_error_total"
         )
         return
-    for name, limit in scenario.requirements.items():
-        if name in ("hole_position_error_entry", "hole_position_error_exit") and (limit.max or math.inf) < own:
-            yield (
-                f"{name} is what the arm yields by under the cut, alone; its own error, robot.accuracy "
-                f"{units.show(own, 'small_length', 3)}, is larger than this limit and comes on top: require "
-                "hole_position_error_total for the place of the hole"
-            )
+    tighter = [
+        name
+        for name, limit in scenario.requirements.items()
+        if name in ("hole_position_error_entry", "hole_position_error_exit") and (limit.max or math.inf) < own
+    ]
+    if tighter:
+        yield (
+            f"{' and '.join(tighter)}: this limit holds what the arm yields by under the cut, alone; its own error, "
+            f"robot.accuracy {units.show(own, 'small_length', 3)}, is larger and comes on top: require "
+            "hole_position_error_total for the place of the hole"
+        )
 
 
 def sag(run: DrillRun, hole: DrilledHole, payload: float) -> float:
@@ -160,7 +164,8 @@ def _posture(scenario: DrillingScenario, run: DrillRun, posture: Posture) -> Ite
     room = np.minimum(posture.q - arm.limits[:, 0], arm.limits[:, 1] - posture.q)
     if room.min() < _NEAR_LIMIT:
         yield (
-            f"joint {scenario.robot.motors[int(room.argmin())] + 1} stands within {units.show(_NEAR_LIMIT, 'angle', 2)} of its limit: the "
+            f"joint {scenario.robot.motors[int(room.argmin())] + 1} stands "
+            f"within {units.show(_NEAR_LIMIT, 'angle', 2)} of its limit: the "
             "program will need some room to approach and retract"
         )
     heights = posture_frames(arm, posture.q).origins[1:, 2]

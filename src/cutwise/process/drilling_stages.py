@@ -10,9 +10,9 @@ from cutwise.maths.frames import FloatArray
 from cutwise.physics.cutting.drill import lip_force, margin_torque
 from cutwise.physics.cutting.drill_elements import elements_force
 from cutwise.physics.engagement.lip import lip_contact
+from cutwise.physics.structure.joint_compliance import worst_skating
 from cutwise.process.drilling import DrillCell, DrilledHole, DrillRun
 from cutwise.process.loops_drilling import HISTORY
-from cutwise.physics.structure.joint_compliance import worst_skating
 from cutwise.process.posture_search import scan
 from cutwise.process.postures import posture_frames
 from cutwise.results import judge_values
@@ -198,7 +198,10 @@ def _map(run: DrillRun) -> xr.Dataset:
             "wrist_sine": _variable(both, found.wrist_sine, "1", "|sin| of the wrist angle"),
             "within_limits": _variable(both, found.within, "1", "within the joint limits"),
         },
-        {"redundancy_angle": _variable("redundancy_angle", angles, "rad", "redundancy angle"), "branch": np.arange(found.q.shape[1])},
+        {
+            "redundancy_angle": _variable("redundancy_angle", angles, "rad", "redundancy angle"),
+            "branch": np.arange(found.q.shape[1]),
+        },
     )
 
 

@@ -201,7 +201,8 @@ def _run(
             u[i] += step * rate[i]
     count = max(rows, 1.0)
     return HoleOutcome(
-        marks[0], marks[1], marks[2], reached[0], reached[2], bottom - usual, thrust_sum / count, axial_sum / count, lateral_sum / count,
+        marks[0], marks[1], marks[2], reached[0], reached[2], bottom - usual,
+        thrust_sum / count, axial_sum / count, lateral_sum / count,
         thrust_max, torque_max, wall_max, axial_max, lateral_max, feed_min, feed_max, u[2], steps_in_all * step,
     )  # fmt: skip
 

@@ -180,7 +180,9 @@ DRILLING: Mapping[str, MeasureSpec] = {
     "feed_per_rev_max": MeasureSpec("feed_per_revolution", "largest actual feed at breakthrough"),
     "feed_per_rev_min": MeasureSpec("feed_per_revolution", "smallest actual feed while the point enters"),
     "depth_error": MeasureSpec("small_length", "axial deflection left at the end of the dwell (blind holes)"),
-    "skating_ratio": MeasureSpec("dimensionless", "lateral over axial force that keeps the tip in place, worst over the entry"),
+    "skating_ratio": MeasureSpec(
+        "dimensionless", "lateral over axial force that keeps the tip in place, worst over the entry"
+    ),
     "skating_margin": MeasureSpec("dimensionless", "friction minus skating ratio; negative: the tip skates"),
     "compliance_axial": MeasureSpec("compliance", "compliance along the drill axis in the chosen posture"),
     "redundancy_angle": MeasureSpec("angle", "angle of the tool about the drill axis"),

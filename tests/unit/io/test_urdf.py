@@ -211,7 +211,7 @@ def test_an_entity_in_a_comment_is_none(tmp_path):
 
 
 def test_a_gripper_on_the_arm_names_the_remedy_and_the_remedy_works():
-    with pytest.raises(ScenarioFault, match="robot.tip_link: l6") as caught:
+    with pytest.raises(ScenarioFault, match=r"robot\.tip_link: l6") as caught:
         read_urdf(DATA / "arm_with_gripper.urdf", "arm_with_gripper.urdf")
     assert len(caught.value.faults) == 1
     arm = read_urdf(DATA / "arm_with_gripper.urdf", "arm_with_gripper.urdf", "l6")

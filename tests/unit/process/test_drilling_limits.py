@@ -167,7 +167,9 @@ def test_a_branch_keeps_its_place_from_angle_to_angle():
         robots.OTHER_ARMS["UR10"], np.tile([-2 * math.pi, 2 * math.pi], (6, 1)), STIFFNESS, np.eye(3),
         np.array([0.05, 0.1, 0.1]),
     )  # fmt: skip
-    found = scan(given, PoseTarget(np.array([0.5, 0.2, 0.3]), np.array([0.0, 0.3, -1.0])), np.radians(np.arange(0, 40.0)))
+    found = scan(
+        given, PoseTarget(np.array([0.5, 0.2, 0.3]), np.array([0.0, 0.3, -1.0])), np.radians(np.arange(0, 40.0))
+    )
     step = np.abs(np.diff(np.exp(1j * found.q), axis=0)).max(axis=2)
     assert np.nanmedian(np.nanmax(step, axis=1)) < 0.2
 

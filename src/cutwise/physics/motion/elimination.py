@@ -205,12 +205,10 @@ def _starts(
         q[:, list(f.triple)] = sign * (angles + np.array(_SHIFTS))
         q[:, f.pair[0]] = sign * np.arctan2(products[:, 5], products[:, 2])
         q[:, f.pair[1]] = sign * np.arctan2(products[:, 1], products[:, 0])
-        yield m, _with_the_last(arm, f, q, turned[m], moved[m]), imaginary[m, near]
+        yield m, _with_the_last(arm, f, q, turned[m]), imaginary[m, near]
 
 
-def _with_the_last(
-    arm: Elimination, f: Formulation, q: FloatArray, turned: FloatArray, moved: FloatArray
-) -> FloatArray:
+def _with_the_last(arm: Elimination, f: Formulation, q: FloatArray, turned: FloatArray) -> FloatArray:
     """The joint that dropped out, from the turn that is left for it."""
     last = ({0, 1, 2, 3, 4, 5} - {*f.triple, *f.pair}).pop()
     for row in q:

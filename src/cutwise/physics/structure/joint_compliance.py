@@ -3,8 +3,6 @@ r"""Elastic joints of a serial arm: what the tool yields by, and when the tip of
 Tool axes: z along the feed, into the work; twists are displacement first, rotation second.
 """
 
-import math
-
 import numpy as np
 
 from cutwise.maths.compiled import compiled

@@ -34,7 +34,9 @@ def test_six_joints_with_six_motors_stay_as_they_are():
 
 
 def test_a_held_joint_becomes_part_of_the_links():
-    arm = chain([2] * 7, [*KUKA_AXES[:3], (0, 0, 1), *KUKA_AXES[3:]], [*KUKA_ORIGINS[:3], (0.1, 0, 0.1), *KUKA_ORIGINS[3:]])
+    arm = chain(
+        [2] * 7, [*KUKA_AXES[:3], (0, 0, 1), *KUKA_AXES[3:]], [*KUKA_ORIGINS[:3], (0.1, 0, 0.1), *KUKA_ORIGINS[3:]]
+    )
     rows = np.insert(np.eye(6), 3, 0.0, axis=0)
     moves_alike(arm, drives(rows, [0, 0, 0, 0.7, 0, 0, 0]))
 
