@@ -6,8 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cutwise.maths.chains import REVOLUTE, chain
-from cutwise.maths.frames import FloatArray, rotation_from_rpy
+from cutwise.maths.frames import FloatArray
 from cutwise.physics.cutting.drill import (
     DrillPoint,
     ZoneLaw,
@@ -18,7 +17,6 @@ from cutwise.physics.cutting.drill import (
     stress_at_feed,
 )
 from cutwise.physics.cutting.drill_elements import LipElements, oblique_elements
-from cutwise.physics.motion.coupled import Drives, NotSixAxesError
 from cutwise.physics.structure.joint_compliance import axis_tilt, worst_skating
 from cutwise.physics.surface.hole import perpendicularity, whirl_amplitudes
 from cutwise.process.drill_profile import DepthProfile, depth_profile, no_elements
@@ -46,16 +44,14 @@ from cutwise.process.postures import (
     Arm,
     Posture,
     Reach,
-    arm_with,
     candidates,
     posture_at,
     reach,
     tool_axes,
     turned_towards,
 )
+from cutwise.process.robot_arms import robot_arm
 from cutwise.spec.drilling import Drill, DrillingScenario, Hole, Placement
-from cutwise.spec.faults import Fault, ScenarioFault
-from cutwise.spec.robot import Robot
 
 _ROWS = 2000  # of the history that is kept
 _COARSE = math.radians(4.0)  # step of the redundancy angle while places of the part are compared
@@ -148,58 +144,6 @@ def side_over_thrust(profile: DepthProfile, cone: float) -> FloatArray:
     if not np.any(profile.lateral[entering]):
         return np.zeros((0, 2))
     return np.asarray(profile.lateral[entering] / profile.thrust[entering, None])
-
-
-def robot_arm(robot: Robot) -> tuple[Arm, str]:
-    """The arm with its tool, and why it has no closed-form inverse kinematics (empty if it has).
-
-    Raises
-    ------
-    ScenarioFault
-        Coupled joints that do not reduce to six axes.
-    """
-    joints = robot.joints
-    serial = chain(
-        [REVOLUTE] * len(joints),
-        [joint.axis for joint in joints],
-        [joint.origin for joint in joints],
-        rotations=[rotation_from_rpy(*joint.rotation) for joint in joints],
-    )
-    flange = rotation_from_rpy(*robot.flange_rotation)
-    try:
-        arm = arm_with(
-            serial, np.array([joints[k].limits for k in robot.motors]), np.array(robot.joint_stiffness),
-            np.ascontiguousarray(flange @ rotation_from_rpy(*robot.tool_rotation)),
-            np.array(robot.flange_origin) + flange @ np.array(robot.tool_position), drives=drives(robot),
-        )  # fmt: skip
-    except NotSixAxesError as fault:
-        message = f"{fault}; followers must stand on the line of another joint, or make a parallelogram with one"
-        raise ScenarioFault([Fault(("robot", "joints"), message)]) from None
-    return arm, arm.not_spherical
-
-
-def drives(robot: Robot) -> Drives:
-    """How motors and held joints turn the joints of the scenario."""
-    names, count = robot.names, len(robot.joints)
-    turn, held = np.eye(count), np.zeros(count)  # columns: joints with a motor or a brake
-    for entry in robot.held_joints:
-        if entry.angle is not None:
-            held[names.index(entry.joint)] = entry.angle
-    for linkage in robot.linkages:
-        turn[names.index(linkage.joint), names.index(linkage.driver)] = linkage.ratio
-    offsets = held.copy()
-    for k, joint in enumerate(robot.joints):
-        if joint.mimic is not None:
-            leader = names.index(joint.mimic.joint)
-            turn[k] = joint.mimic.multiplier * turn[leader]
-            offsets[k] = joint.mimic.multiplier * held[leader] + joint.mimic.offset
-    bounded = [linkage for linkage in robot.linkages if linkage.limits is not None]
-    rows = np.ascontiguousarray(turn[:, list(robot.motors)])
-    return Drives(
-        rows, offsets, np.ascontiguousarray(turn[:, list(robot.yielding)]),
-        rows[[names.index(linkage.joint) for linkage in bounded]].reshape(-1, rows.shape[1]),
-        np.array([linkage.limits for linkage in bounded], dtype=float).reshape(-1, 2),
-    )  # fmt: skip
 
 
 def targets(hole: Hole) -> list[PoseTarget]:
