@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from cutwise.maths.chains import REVOLUTE, chain
+from cutwise.maths.chains import REVOLUTE, Chain, chain, frames
 from cutwise.maths.frames import rotation_from_rpy
 from cutwise.physics.motion.coupled import Drives, NotSixAxesError
 from cutwise.process.postures import Arm, arm_with
 from cutwise.spec.faults import Fault, ScenarioFault
-from cutwise.spec.robot import Robot
+from cutwise.spec.robot import Linkage, Robot
 
 
 def robot_arm(robot: Robot) -> tuple[Arm, str]:
@@ -30,7 +30,7 @@ def robot_arm(robot: Robot) -> tuple[Arm, str]:
         arm = arm_with(
             serial, np.array([joints[k].limits for k in robot.motors]), np.array(robot.joint_stiffness),
             np.ascontiguousarray(flange @ rotation_from_rpy(*robot.tool_rotation)),
-            np.array(robot.flange_origin) + flange @ np.array(robot.tool_position), drives=drives(robot),
+            np.array(robot.flange_origin) + flange @ np.array(robot.tool_position), drives=drives(robot, serial),
         )  # fmt: skip
     except NotSixAxesError as fault:
         message = f"{fault}; followers must stand on the line of another joint, or make a parallelogram with one"
@@ -38,15 +38,22 @@ def robot_arm(robot: Robot) -> tuple[Arm, str]:
     return arm, arm.not_spherical
 
 
-def drives(robot: Robot) -> Drives:
-    """How motors and held joints turn the joints of the scenario."""
+def drives(robot: Robot, serial: Chain) -> Drives:
+    """How motors and held joints turn the joints of the scenario.
+
+    Raises
+    ------
+    ScenarioFault
+        A linkage without a ratio between joints that are not parallel.
+    """
     names, count = robot.names, len(robot.joints)
     turn, held = np.eye(count), np.zeros(count)  # columns: joints with a motor or a brake
     for entry in robot.held_joints:
         if entry.angle is not None:
             held[names.index(entry.joint)] = entry.angle
     for linkage in robot.linkages:
-        turn[names.index(linkage.joint), names.index(linkage.driver)] = linkage.ratio
+        ratio = _parallelogram(robot, serial, linkage) if linkage.ratio is None else linkage.ratio
+        turn[names.index(linkage.joint), names.index(linkage.driver)] = ratio
     offsets = held.copy()
     for k, joint in enumerate(robot.joints):
         if joint.mimic is not None:
@@ -60,3 +67,14 @@ def drives(robot: Robot) -> Drives:
         rows[[names.index(linkage.joint) for linkage in bounded]].reshape(-1, rows.shape[1]),
         np.array([linkage.limits for linkage in bounded], dtype=float).reshape(-1, 2),
     )  # fmt: skip
+
+
+def _parallelogram(robot: Robot, serial: Chain, linkage: Linkage) -> float:
+    """The ratio at which the link behind a joint keeps its direction: -1, or 1 where the axes point against each other."""
+    joint, driver = robot.names.index(linkage.joint), robot.names.index(linkage.driver)
+    between = frames(serial, np.zeros(len(serial.kinds))).rotations
+    cosine = float((between[joint + 1] @ serial.axes[joint]) @ (between[driver + 1] @ serial.axes[driver]))
+    if abs(cosine) < 1.0 - 1e-9:
+        message = f"joints {linkage.driver} and {linkage.joint} are not parallel: write the ratio of the linkage"
+        raise ScenarioFault([Fault(("robot", "linkages", robot.linkages.index(linkage), "ratio"), message)])
+    return -1.0 if cosine > 0.0 else 1.0

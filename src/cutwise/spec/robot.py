@@ -57,10 +57,10 @@ class Linkage(Spec):
 
     joint: str = Field(description="name of the joint that the linkage turns", examples=["joint_a3"])
     driver: str = Field(description="name of the joint before whose motion the motor stands", examples=["joint_a2"])
-    ratio: Number = Field(
-        default=-1.0,
-        description="turn of the joint per turn of the driver while the motor of the joint stands still; -1: the forearm "
-        "keeps its direction",
+    ratio: Number | None = Field(
+        default=None,
+        description="turn of the joint per turn of the driver while the motor of the joint stands still; left out: a "
+        "parallelogram, the link behind the joint keeps its direction",
         examples=[-1],
     )
     limits: tuple[Angle, Angle] | None = Field(

@@ -207,6 +207,17 @@ def test_a_parallel_linkage_makes_the_arm_stiffer_along_the_drill(examples):
     assert got.measures["compliance_axial"].value < 0.6e-6
 
 
+def test_a_parallelogram_finds_its_sense_and_asks_where_there_is_none(examples):
+    scenario = cutwise.load(
+        examples / "drill_robot.yaml",
+        ["robot.joints[2].axis=[0, -1, 0]", "robot.linkages=[{joint: joint_a3, driver: joint_a2}]"],
+    )
+    assert robot_arm(scenario.robot)[0].drives.rows[2, 1] == 1.0
+    askew = cutwise.load(examples / "drill_robot.yaml", ["robot.linkages=[{joint: joint_a4, driver: joint_a2}]"])
+    with pytest.raises(cutwise.ScenarioFault, match="not parallel"):
+        robot_arm(askew.robot)
+
+
 def test_the_angle_between_linked_links_has_limits_of_its_own(examples):
     narrow = "robot.linkages=[{joint: joint_a3, driver: joint_a2, limits: [-20 deg, -10 deg]}]"
     got = run(examples, narrow)
