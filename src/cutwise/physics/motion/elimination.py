@@ -39,8 +39,12 @@ _START = 0.25  # rad: imaginary part of an angle up to which a root is tried as 
 _SURE = 1e-6  # rad: imaginary part below which a root is a real posture for certain
 _REACHED = 1e-10  # of the arm's size: residual of a posture that is on its pose
 _SAME = 1e-6  # rad: postures that differ by less are one
-_SINGULAR = 1e-10  # smallest over largest singular value of a pencil that is of no use
+_MIXED = 1e-4  # roots that differ by less have vectors that are not to be trusted
+_SINGULAR = 1e-9  # smallest over largest singular value of a pencil that is of no use
 _SHIFTS = (0.7, -1.9, 2.4)  # rad: where the half angles begin, so that none of the usual postures lies at infinity
+
+_SHAKES = (5e-4, -7e-4, 2e-3)  # rad, or parts of the size of the arm
+_ASKEW = np.array([0.36, 0.48, 0.8])
 
 _SAMPLES = (0.0, 2.0 * math.pi / 3.0, -2.0 * math.pi / 3.0)
 _TO_AFFINE = np.linalg.inv([[1.0, math.cos(angle), math.sin(angle)] for angle in _SAMPLES])
@@ -128,25 +132,31 @@ def _formulation(axes: FloatArray, points: FloatArray, backwards: bool, first: i
     return Formulation(backwards, triple, (order[pair[0]], order[pair[1]]), hidden, side, left, right)
 
 
+_SOME_ROOT = np.array([1.0, 0.4, 0.16])
 _ONE = np.einsum("i,j,k->ijk", *[[1.0, 0.0, 1.0]] * 3).reshape(27)  # C^2 + S^2 of all three
 
 
-def _pencils(f: Formulation, turned: FloatArray, moved: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Matrices (m, 3, 12, 12) of 1, x, x^2, and what the pair is to be solved from, (m, 15, 9)."""
+def _pencils(f: Formulation, turned: FloatArray, moved: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Matrices (m, 3, 12, 12) of 1, x, x^2; what the pair is to be solved from, (m, 15, 9); how regular both are, (m,).
+
+    Regular: smallest over largest singular value at some x that is no root.
+    """
     if f.backwards:
         turned = np.swapaxes(turned, -1, -2)
         moved = -np.einsum("...ij,...j->...i", turned, moved)
     pose = _carried(turned, moved)
     carried = np.einsum("aij,mjk,bk->mabi", f.left, pose, f.right, optimize=True)
     pair = np.swapaxes(carried.reshape(len(pose), 9, 15), 1, 2)
-    free = np.swapaxes(np.linalg.svd(pair[:, :14, 1:])[0][:, :, 8:], 1, 2)
+    vectors, values, _ = np.linalg.svd(pair[:, :14, 1:])
+    free = np.swapaxes(vectors[:, :, 8:], 1, 2)
     rows = free @ (f.side - pair[:, :14, :1] * _ONE)
     rows = rows.reshape(len(pose), 6, 3, 9)
     pencil = np.zeros((len(pose), 3, 12, 12))
     for power in range(3):
         pencil[:, power, :6, :9] = rows[:, :, power]
         pencil[:, power, 6:, 3:] = rows[:, :, power]
-    return pencil, pair
+    size = np.linalg.svd(np.einsum("k,mkab->mab", _SOME_ROOT, pencil), compute_uv=False)
+    return pencil, pair, np.minimum(size[:, -1] / size[:, 0], values[:, -1] / values[:, 0])
 
 
 def _eigen(pencil: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -165,6 +175,12 @@ def _eigen(pencil: FloatArray) -> tuple[FloatArray, FloatArray]:
     return values, vectors[:, :12]
 
 
+def _apart(roots: FloatArray) -> bool:
+    """Whether no two roots [rad] are one: postures that share a hidden angle share their vectors, which then mix."""
+    gaps = np.abs(np.exp(1j * roots)[:, None] - np.exp(1j * roots)) + np.eye(len(roots))
+    return bool(gaps.min() > _MIXED)
+
+
 def _ratio(vectors: FloatArray, axis: int) -> FloatArray:
     """Half angle [rad] of a joint from vectors (n, 4, 3): neighbouring powers, where they are largest."""
     count = vectors.shape[axis] - 1
@@ -177,9 +193,9 @@ def _ratio(vectors: FloatArray, axis: int) -> FloatArray:
 
 def _starts(
     arm: Elimination, f: Formulation, turned: FloatArray, moved: FloatArray
-) -> Iterator[tuple[int, FloatArray, FloatArray]]:
-    """Per pose: its number, postures near real roots (k, 6) [rad], and how far each root is from a real one [rad]."""
-    pencil, pair = _pencils(f, turned, moved / arm.scale)
+) -> Iterator[tuple[FloatArray, FloatArray, bool]]:
+    """Per pose: postures near real roots (k, 6) [rad], how far each root is from a real one [rad], and regular or not."""
+    pencil, pair, regularity = _pencils(f, turned, moved / arm.scale)
     values, vectors = _eigen(pencil)
     with np.errstate(all="ignore"):
         imaginary = np.abs(2.0 * np.arctan(values).imag)
@@ -188,7 +204,7 @@ def _starts(
     for m in range(len(values)):
         near = np.flatnonzero(imaginary[m] < _START)
         if not len(near):
-            yield m, np.empty((0, 6)), np.empty(0)
+            yield np.empty((0, 6)), np.empty(0), bool(regularity[m] > _SINGULAR)
             continue
         v = np.swapaxes(vectors[m][:, near], 0, 1).reshape(len(near), 4, 3)
         angles = np.zeros((len(near), 3))
@@ -205,7 +221,8 @@ def _starts(
         q[:, list(f.triple)] = sign * (angles + np.array(_SHIFTS))
         q[:, f.pair[0]] = sign * np.arctan2(products[:, 5], products[:, 2])
         q[:, f.pair[1]] = sign * np.arctan2(products[:, 1], products[:, 0])
-        yield m, _with_the_last(arm, f, q, turned[m]), imaginary[m, near]
+        clear = bool(regularity[m] > _SINGULAR) and _apart(2.0 * np.arctan(values[m, near]))
+        yield _with_the_last(arm, f, q, turned[m]), imaginary[m, near], clear
 
 
 def _with_the_last(arm: Elimination, f: Formulation, q: FloatArray, turned: FloatArray) -> FloatArray:
@@ -234,15 +251,22 @@ class Postures(NamedTuple):
 
 
 def _found_by(
-    arm: Elimination, f: Formulation, rotations: FloatArray, positions: FloatArray
+    arm: Elimination, f: Formulation, rotations: FloatArray, positions: FloatArray, shaken: float = 0.0
 ) -> Iterator[tuple[FloatArray, bool]]:
-    """Per pose: postures (k, 6) from one formulation, each on the pose, and whether every real root became one."""
+    """Per pose: postures (k, 6) from one formulation, each on the pose, and whether nothing hints at another one.
+
+    ``shaken``: the roots are those of poses next to these, by so many radians and parts of the arm's size.
+    """
     turned = rotations @ arm.rotation.T
     moved = positions - np.einsum("mij,j->mi", turned, arm.origin)
-    for m, starts, away in _starts(arm, f, turned, moved):
+    if shaken:
+        turned = turned @ rotation_about(_ASKEW, shaken)
+        moved = moved + shaken * arm.scale * _ASKEW[::-1]
+    for m, (starts, away, regular) in enumerate(_starts(arm, f, turned, moved)):
         q, error = polished(arm.chain, rotations[m], positions[m], starts, length=arm.scale)
         reached = error < _REACHED * arm.scale
-        yield q[reached], bool(np.all(reached[away < _SURE]))
+        found = _distinct(q[reached])
+        yield found, regular and len(found) % 2 == 0 and bool(np.all(reached[away < _SURE]))
 
 
 def _distinct(*found: FloatArray) -> FloatArray:
@@ -258,29 +282,32 @@ def all_postures(arm: Elimination, rotations: FloatArray, positions: FloatArray)
     r"""Every posture that brings the last frame to poses (m, 3, 3), (m, 3); limits are not looked at.
 
     The roots of the best formulation are polished on the chain itself, to 1e-10 of its size. Postures of a pose come in
-    pairs, and every real root is one: where that does not hold (two that meet, a singular pose), or where nothing was
-    found, the other formulations are asked too. A pose with infinitely many postures, such as one that puts two axes
-    in line, gives some of them.
+    pairs, and every real root is one, apart from the others: where that does not hold, or nothing was found, the other
+    formulations are asked too. Poses at which none of them is sound, as many with right angles, take the roots of
+    poses next to them.
+    A pose with infinitely many postures, such as one that puts two axes in line, gives some of them.
     """
     count = len(positions)
-    found = [np.empty((0, 6)) for _ in range(count)]
+    found, sound = [np.empty((0, 6)) for _ in range(count)], np.zeros(count, dtype=np.bool_)
+
+    def ask(f: Formulation, which: FloatArray, shaken: float) -> None:
+        asked = _found_by(arm, f, rotations[which], positions[which], shaken)
+        for k, (q, whole) in zip(which, asked, strict=True):
+            found[k], before = _distinct(found[k], q), len(found[k])
+            sound[k] |= whole if not shaken else len(found[k]) == before and before % 2 == 0
+
     open_ones = np.arange(count)
     for f in arm.formulations:
-        again = []
-        asked = _found_by(arm, f, rotations[open_ones], positions[open_ones])
-        for k, (q, resolved) in zip(open_ones, asked, strict=True):
-            found[k] = _distinct(found[k], q)
-            if not resolved or len(found[k]) % 2 or not len(found[k]):
-                again.append(k)
-        open_ones = np.array(again, dtype=int)
-        if not len(open_ones):
-            break
+        ask(f, open_ones, 0.0)
+        open_ones = np.flatnonzero([not sound[k] or not len(found[k]) for k in range(count)])
+    for shaken in _SHAKES:
+        open_ones = np.flatnonzero(~sound)
+        for f in arm.formulations[:1]:
+            ask(f, open_ones, shaken)
     result = np.full((count, MOST, 6), math.nan)
-    whole = np.full(count, arm.proven)
     for k, q in enumerate(found):
         result[k, : min(len(q), MOST)] = q[:MOST]
-        whole[k] &= len(q) % 2 == 0
-    return Postures(result, whole)
+    return Postures(result, sound & arm.proven)
 
 
 def elimination(serial: Chain) -> Elimination:
@@ -337,8 +364,4 @@ def _turned_off(angles: FloatArray) -> FloatArray:
 
 def _regularity(f: Formulation, turned: FloatArray, moved: FloatArray) -> float:
     """Smallest over largest singular value of the pencil and of the pair's equations, over some poses; 0: useless."""
-    pencil, pair = _pencils(f, turned, moved)
-    x = np.array([1.0, 0.4, 0.16])
-    values = np.linalg.svd(np.einsum("k,mkab->mab", x, pencil), compute_uv=False)
-    pairs = np.linalg.svd(pair[:, :14, 1:], compute_uv=False)
-    return float(min((values[:, -1] / values[:, 0]).min(), (pairs[:, -1] / pairs[:, 0]).min()))
+    return float(_pencils(f, turned, moved)[2].min())
