@@ -45,6 +45,7 @@ from cutwise.process.postures import (
     Posture,
     Reach,
     candidates,
+    least_missing,
     posture_at,
     reach,
     tool_axes,
@@ -54,6 +55,7 @@ from cutwise.process.robot_arms import robot_arm
 from cutwise.spec.drilling import Drill, DrillingScenario, Hole, Placement
 
 _ROWS = 2000  # of the history that is kept
+_CHECKED = 8  # redundancy angles at which a hole is looked at once more before it is called out of reach
 _COARSE = math.radians(4.0)  # step of the redundancy angle while places of the part are compared
 
 # How the worst hole of a pattern is told: the smallest of these, the largest magnitude of all others.
@@ -215,12 +217,18 @@ def choose(scenario: DrillingScenario, cell: DrillCell, target: PoseTarget) -> t
     else:
         posture = fixed(scenario, cell, target, choice)
         angles = np.array([choice])
+    few = angles[:: max(1, len(angles) // _CHECKED)]
+    if posture is None and cell.arm.general is not None:
+        offered = [fixed(scenario, cell, target, angle) for angle in few]
+        posture = next((one for one in offered if one is not None), None)
     if posture is not None:
-        at = reach(cell.arm, target.position, tool_axes(target.axis, posture.angle))
-        return posture, at, False
+        return posture, reach(cell.arm, target.position, tool_axes(target.axis, posture.angle)), False
     found = scan(cell.arm, target, angles)
-    tried = [reach(cell.arm, target.position, pose) for pose in tool_axes(target.axis, angles)]
-    best = max(tried, key=lambda r: (r.motor >= 0, r.margin))
+    best = least_missing(cell.arm, found)
+    if best is None:
+        few = few if cell.arm.general is not None else angles
+        tried = [reach(cell.arm, target.position, pose) for pose in tool_axes(target.axis, few)]
+        best = max(tried, key=lambda r: (r.motor >= 0, r.margin))
     return None, best, bool(np.any(found.within))
 
 

@@ -382,15 +382,23 @@ def reach(arm: Arm, position: FloatArray, pose: FloatArray) -> Reach:
     rotation = pose @ (arm.axes.rotation @ arm.tool_rotation).T
     place = position - rotation @ (arm.axes.origin + arm.axes.rotation @ arm.tool_tip)
     found = candidates(arm, position[None, :], pose[None, :], thorough=True)
-    exists = ~np.isnan(found.q[0, :, 0])
+    best = least_missing(arm, found)
+    if best is not None:
+        return best
+    if arm.wrist is not None:
+        return Reach(False, -1, min(reach_margin(arm.wrist, rotation, place)))
+    return Reach(False, -1, -_by_numbers(arm, rotation, place)[1])
+
+
+def least_missing(arm: Arm, found: Candidates) -> Reach | None:
+    """Margin of the branch with the most room, of all poses; None where no branch exists."""
+    exists = ~np.isnan(found.q[..., 0])
     if not np.any(exists):
-        if arm.wrist is not None:
-            return Reach(False, -1, min(reach_margin(arm.wrist, rotation, place)))
-        return Reach(False, -1, -_by_numbers(arm, rotation, place)[1])
-    q = found.q[0, exists]
+        return None
+    q = found.q[exists]
     room = np.minimum(q - arm.limits[:, 0], arm.limits[:, 1] - q)
     branch = int(np.argmax(room.min(axis=1)))
     motor = int(np.argmin(room[branch]))
+    within = bool(found.within[exists].any())
     free = bool(room[branch, motor] >= 0.0)
-    within = bool(found.within[0, exists].any())
     return Reach(within, motor, float(room[branch, motor]), between=free and not within)
