@@ -176,9 +176,9 @@ def _eigen(pencil: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _apart(roots: FloatArray) -> bool:
-    """Whether no two roots [rad] are one: postures that share a hidden angle share their vectors, which then mix."""
+    """Whether real roots [rad] are single: postures that share a hidden angle share their vectors, which then mix."""
     gaps = np.abs(np.exp(1j * roots)[:, None] - np.exp(1j * roots)) + np.eye(len(roots))
-    return bool(gaps.min() > _MIXED)
+    return bool(gaps[np.abs(roots.imag) < 10.0 * _MIXED].min(initial=1.0) > _MIXED)
 
 
 def _ratio(vectors: FloatArray, axis: int) -> FloatArray:
@@ -345,11 +345,11 @@ def _elimination(axes: bytes, rotations: bytes, origins: bytes) -> Elimination:
     for regularity, f in rated[: 2 * _KEPT]:
         if regularity < _SINGULAR:
             break
-        found = _found_by(arm, f, known.rotations[:, -1], known.origins[:, -1])
+        found = list(_found_by(arm, f, known.rotations[:, -1], known.origins[:, -1]))
         lost = sum(not _among(one, postures) for one, (postures, _) in zip(q, found, strict=True))
-        best.append((lost, -regularity, f))
-    best.sort(key=lambda entry: entry[:2])
-    kept = tuple(f for _, _, f in best[:_KEPT])
+        best.append((lost, sum(not sound for _, sound in found), -regularity, f))
+    best.sort(key=lambda entry: entry[:3])
+    kept = tuple(entry[3] for entry in best[:_KEPT])
     return arm._replace(formulations=kept, proven=bool(best) and best[0][0] == 0)
 
 
