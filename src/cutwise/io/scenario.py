@@ -9,6 +9,7 @@ from typing import Any
 from pydantic import ValidationError
 from pydantic.fields import FieldInfo
 
+from cutwise import units
 from cutwise.io import library
 from cutwise.io.documents import document_of_report, document_of_run
 from cutwise.io.files import as_text, read_bytes
@@ -290,7 +291,7 @@ class _Assembly:
         place = self._file(file.text, file)
         tip = node.value.get("tip_link")
         try:
-            arm = read_urdf(place, str(place), tip.text if tip is not None and tip.text else None)
+            arm = read_urdf(place, str(place), tip.text if tip is not None and tip.text else None, _held(node))
         except ScenarioFault as fault:
             self.incomplete.add(path)
             here = (*path, "urdf")
@@ -304,7 +305,8 @@ class _Assembly:
             "flange_rotation": arm.flange["rotation"],
             "urdf_remarks": list(arm.remarks),
         }
-        inlined = {key: from_data(value, file.file, file.layer) for key, value in read.items()}
+        layer = max(node.value[key].layer for key in ("urdf", "tip_link", "held_joints") if key in node.value)
+        inlined = {key: from_data(value, file.file, layer) for key, value in read.items()}
         origin = Origin("user", source=f"URDF {file.text}")
         inlined = {key: replace(item, origin=origin) for key, item in inlined.items()}
         return replace(node, value={**node.value, **inlined})
@@ -379,6 +381,21 @@ class _Assembly:
             return node
         inlined = from_data({"columns": columns, "file": file.text}, node.file, node.layer)
         return replace(node, value=inlined.value)
+
+
+def _held(robot: Node) -> dict[str, float | None]:
+    """Joints that stand still: where a sliding one does [m], None for a turning one; what is wrong is told later."""
+    entries = robot.value["held_joints"].value if "held_joints" in robot.value else None
+    held: dict[str, float | None] = {}
+    for entry in entries if isinstance(entries, list) else []:
+        if not isinstance(entry.value, dict) or "joint" not in entry.value:
+            continue
+        position = entry.value.get("position")
+        try:
+            held[entry.value["joint"].text] = None if position is None else units.parse(position.value, "length")
+        except units.UnitFault:
+            continue
+    return held
 
 
 def _table_file(node: Node) -> Node | None:

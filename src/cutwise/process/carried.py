@@ -6,15 +6,14 @@ from typing import NamedTuple
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from cutwise.maths.chains import frames
 from cutwise.maths.frames import FloatArray, rotation_from_rpy
 from cutwise.paths.carried import CarriedPath, arc, line, placed
 from cutwise.physics.motion.along import Blocked, Postures, cheapest_way, followed, joint_rates
 from cutwise.physics.structure.joint_compliance import cartesian_compliance
 from cutwise.physics.structure.series_compliance import carried_to, in_axes, translation_at
 from cutwise.physics.structure.terms import Compliance, swinging
-from cutwise.process.drilling import robot_arm
-from cutwise.process.postures import Arm, candidates, posture_jacobian, tool_axes
+from cutwise.process.postures import Arm, candidates, posture_frames, posture_jacobian, tool_axes
+from cutwise.process.robot_arms import robot_arm
 from cutwise.results import Infeasible
 from cutwise.spec.carrier import CarriedPath as PathSpec
 from cutwise.spec.carrier import CarryingRobot, Standing
@@ -109,14 +108,14 @@ def _sag(robot: CarryingRobot, arm: Arm, path: CarriedPath, q: FloatArray, jacob
 
     ``relative`` takes off that of the first station, at which the path was taught.
     """
-    torque = np.zeros_like(q)
+    torque = np.zeros((len(q), len(arm.chain.kinds)))
     for joint, mass, centre in weights(robot):
-        at = frames(arm.chain, q)
+        at = posture_frames(arm, q)
         axis = np.einsum("mkij,kj->mki", at.rotations[:, 1:], arm.chain.axes)
         point = at.origins[:, joint + 1] + at.rotations[:, joint + 1] @ centre
         lifted = np.cross(axis, point[:, None] - at.origins[:, 1:])[:, : joint + 1, 2]
         torque[:, : joint + 1] -= GRAVITY * mass * lifted
-    twist = np.einsum("nij,nj->ni", jacobians, torque / arm.stiffness)
+    twist = np.einsum("nij,nj->ni", jacobians, torque @ arm.drives.elastic / arm.stiffness)
     if robot.sag == "ignored":
         return np.zeros_like(twist)
     side = np.linalg.det(path.axes)[:, None]
@@ -211,7 +210,7 @@ def _yielding(arm: Arm, path: CarriedPath, q: FloatArray, wrench: FloatArray, he
 
 
 def _all(robot, arm, path, angles, wrench, height):  # type: ignore[no-untyped-def]
-    """Joint angles (n, a, 8, 6) and cost (n, a, 8) of every station, angle and branch."""
+    """Motor angles (n, a, b, 6) and cost (n, a, b) of every station, angle and branch."""
     count, turns = len(path.at), len(angles)
     each = zip(path.tool_axis, _zeros(path), strict=True)
     poses = np.concatenate([tool_axes(axis, angles, zero) for axis, zero in each])
@@ -231,15 +230,16 @@ def _all(robot, arm, path, angles, wrench, height):  # type: ignore[no-untyped-d
         1.0 / arm.stiffness
     )
     cost[station, branch] = np.abs(moved)
-    return found.q.reshape(count, turns, 8, 6), cost.reshape(count, turns, 8)
+    return found.q.reshape(count, turns, -1, 6), cost.reshape(count, turns, -1)
 
 
 def jacobians_of(arm: Arm, q: FloatArray) -> FloatArray:
-    """Jacobians at the tip of many postures, in base axes, shape (m, 6, 6)."""
-    at = frames(arm.chain, q)
+    """Jacobians at the tip of many postures over everything that yields, in base axes, shape (m, 6, k)."""
+    at = posture_frames(arm, q)
     axis = np.einsum("mkij,kj->mki", at.rotations[:, 1:], arm.chain.axes)
     tip = at.origins[:, -1] + at.rotations[:, -1] @ arm.tool_tip
-    return np.concatenate([np.cross(axis, tip[:, None] - at.origins[:, 1:]), axis], axis=2).swapaxes(1, 2)
+    each = np.concatenate([np.cross(axis, tip[:, None] - at.origins[:, 1:]), axis], axis=2).swapaxes(1, 2)
+    return np.asarray(each @ arm.drives.elastic)
 
 
 def _best_constant(q: FloatArray, cost: FloatArray, reach: FloatArray) -> tuple[int, int, float] | None:

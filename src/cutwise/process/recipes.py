@@ -196,6 +196,7 @@ def _machine_found(one_pass: machine.MachinePass | None, volume: machine.VolumeM
 
 
 _MOOT = frozenset({"unstable", "tip_lost"})  # whose numbers no finer step settles
+_ELIMINATION = ("raghavan_roth1993", "manocha_canny1994")  # postures of arms without a spherical wrist
 _STUDY_STEP = 100e-6  # [s] moves the edge error of the reference case by 0.07 µm
 
 
@@ -215,7 +216,7 @@ def drill(scenario: DrillingScenario, progress: Progress | None = None) -> Resul
         limits=drilling_remarks.LIMITS,
         convergence=change,
         notes=drilling_remarks.notes(scenario, run),
-        references=("garnier2017", "dumas2011", "chen_kao2000"),
+        references=("garnier2017", "dumas2011", "chen_kao2000", *_ELIMINATION[: 2 * bool(run.cell.not_spherical)]),
     )
 
 

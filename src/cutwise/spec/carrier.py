@@ -7,6 +7,7 @@ from typing import Annotated, Any, ClassVar, Literal
 import numpy as np
 from pydantic import Discriminator, Field, create_model
 
+from cutwise import units
 from cutwise.spec.base import Angle, AngularCompliance, AngularSpeed, Compliance, Length, Mass, Remark, Spec, Usual
 from cutwise.spec.fields import tag
 from cutwise.spec.robot import AXES, Angles, Direction, Position, Robot
@@ -227,6 +228,16 @@ class CarryingRobot(Robot):
         if (self.tool_mass is None) != (self.tool_centre is None):
             missing = "tool_centre" if self.tool_centre is None else "tool_mass"
             yield Remark((missing,), "missing; mass and centre of the tool go together")
+
+    def remarks(self) -> Iterator[Remark]:
+        """What the errors of the surface do not hold."""
+        yield from super().remarks()
+        if self.accuracy is not None:
+            own = units.show(self.accuracy, "length", 3)
+            yield Remark(
+                ("accuracy",),
+                f"{own} is the error of the arm itself; errors of the surface hold what it yields by, and this adds to them",
+            )
 
 
 def not_carrying(value: Any) -> str | None:

@@ -207,8 +207,16 @@ DRILLING: Mapping[str, MeasureSpec] = {
     "axial_deflection_mean": MeasureSpec("small_length", "mean axial deflection in full cut; negative: pushed back"),
     "lateral_deflection_max": MeasureSpec("small_length", "largest deflection of the tool tip across the drill axis"),
     "lateral_deflection_mean": MeasureSpec("small_length", "mean lateral deflection in full cut"),
-    "hole_position_error_entry": MeasureSpec("small_length", "position error of the hole at the entry surface"),
-    "hole_position_error_exit": MeasureSpec("small_length", "position error of the hole at the exit surface"),
+    "hole_position_error_entry": MeasureSpec(
+        "small_length", "position error of the hole at the entry surface by what the arm yields; its own error is apart"
+    ),
+    "hole_position_error_exit": MeasureSpec(
+        "small_length", "position error of the hole at the exit surface by what the arm yields; its own error is apart"
+    ),
+    "hole_position_error_arm": MeasureSpec("small_length", "position error of the arm itself (robot.accuracy)"),
+    "hole_position_error_total": MeasureSpec(
+        "small_length", "the larger of entry and exit, and the arm's own error added to it"
+    ),
     "perpendicularity_error": MeasureSpec("small_angle", "tilt of the hole between entry and exit"),
     "drill_tilt": MeasureSpec("small_angle", "tilt of the drill itself under thrust"),
     "circularity_estimate": MeasureSpec("small_length", "upper bound of the circularity error from unequal lips"),
@@ -216,7 +224,9 @@ DRILLING: Mapping[str, MeasureSpec] = {
     "feed_per_rev_max": MeasureSpec("feed_per_revolution", "largest actual feed at breakthrough"),
     "feed_per_rev_min": MeasureSpec("feed_per_revolution", "smallest actual feed while the point enters"),
     "depth_error": MeasureSpec("small_length", "axial deflection left at the end of the dwell (blind holes)"),
-    "skating_ratio": MeasureSpec("dimensionless", "lateral over axial force that keeps the tip in place"),
+    "skating_ratio": MeasureSpec(
+        "dimensionless", "lateral over axial force that keeps the tip in place, worst over the entry"
+    ),
     "skating_margin": MeasureSpec("dimensionless", "friction minus skating ratio; negative: the tip skates"),
     "compliance_axial": MeasureSpec("compliance", "compliance along the drill axis in the chosen posture"),
     "redundancy_angle": MeasureSpec("angle", "angle of the tool about the drill axis"),
