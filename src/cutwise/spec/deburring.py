@@ -40,6 +40,7 @@ class DeburringScenario(Scenario):
         "tool.library": "berselli2016",
         "material.library": "deburr_aluminium",
         "spindle.library": "default",
+        "spindle.gravity": "-z",
         "requirements": "{surface_error_max: {max: 0.1 mm}, surface_error_min: {min: -0.1 mm}}",
     }
     levers: ClassVar[Mapping[str, tuple[str, str]]] = {

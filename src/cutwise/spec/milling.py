@@ -184,7 +184,7 @@ class DriveStepping(Spec):
     mode: Literal["step", "still"] = Field(
         default="step",
         description="time steps of drives and forces, or each place of the path at rest (a robot)",
-        examples=["still"],
+        examples=["step"],
     )
     station: Annotated[Length, Usual("0.5 mm", "50 mm")] = Field(
         default=5e-3, description="distance of the places along a path that are looked at at rest", examples=["5 mm"],
