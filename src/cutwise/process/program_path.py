@@ -1,7 +1,7 @@
 """From the moves of a program, or the blocks of a path, to the commanded path with its feeds, stops and blends."""
 
 import math
-from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -9,9 +9,8 @@ import numpy.typing as npt
 
 from cutwise.io.programs.interpreter import Interpreted
 from cutwise.io.programs.moves import Move
-from cutwise.maths.curves import FloatArray
-from cutwise.maths.linearc import Block, LineArc, arc, join, line
-from cutwise.paths.pocket import blended
+from cutwise.maths.linearc import FloatArray, LineArc, arcs, lines
+from cutwise.paths.blends import blended, feed_tolerances
 from cutwise.spec.faults import Fault, ScenarioFault, dotted
 from cutwise.spec.program import Blend
 
@@ -30,23 +29,33 @@ class ProgramPath(NamedTuple):
     rotary: FloatArray  # A, B, C at its start and end [rad], shape (n, 2, 3)
     still: tuple[int, ...]  # lines of moves that would cut if the spindle turned
     cut_short: int  # blends that are smaller than their tolerance allows, because the blocks are short
+    kept_feed: tuple[float, int]  # largest tolerance that G64 without P was given [m], and the line; 0 where it is not
 
     @property
     def blended(self) -> bool:
         """Whether a corner was blended, so that the path driven is not the programmed one."""
-        return self.curve.count != self.programmed.count
+        return self.curve is not self.programmed
 
 
 class PathModes(NamedTuple):
-    """How each block ends."""
+    """How each block ends, ``n`` of them."""
 
-    mode: Sequence[str]  # exact_path, exact_stop or blend
-    tolerance: Sequence[float]  # of a blend [m]
+    stops: npt.NDArray[np.bool_]  # in any case (G61.1)
+    tolerance: FloatArray  # of a blend [m]; 0: none, infinite: as the feed asks for
     shape: str = "arc"  # of the blends
 
 
+class Pace(NamedTuple):
+    """What bounds the speed through a corner whose tolerance is not given."""
+
+    speed: float  # [m/s]
+    acceleration: float  # [m/s^2]
+    jerk: float  # [m/s^3]
+
+
 def moves_path(
-    program: Interpreted, *, feed: float | None, turning: bool, mode: str | Blend | None, top: float, rotary: bool = False
+    program: Interpreted, *, feed: float | None, turning: bool, mode: str | Blend | None, top: float,
+    rotary: bool = False, pace: Pace | None = None,
 ) -> ProgramPath:  # fmt: skip
     """The path of a program; moves of rotary axes alone are left out.
 
@@ -64,6 +73,8 @@ def moves_path(
         Top of the material [m]: feed moves below it cut, if they are no plunges.
     rotary : bool
         Whether rotary axes may move; then plunges are not told from other moves.
+    pace : Pace, optional
+        What the machine may do, for corners whose tolerance is not given (G64 without P); left out: such corners stay.
 
     Raises
     ------
@@ -78,20 +89,33 @@ def moves_path(
         elif move.kind == "arc" or (move.kind != "dwell" and move.start != move.end):
             moves.append(move)
             dwell.append(0.0)
-    within = np.array([_within(move, top, rotary) for move in moves], dtype=bool)
+    curve = _curve(moves)
+    within = _within(moves, curve, top, rotary)
     turns = np.array([turning or move.spindle > 0.0 for move in moves], dtype=bool)
-    given = PathModes([move.mode for move in moves], [move.tolerance for move in moves])
+    given = PathModes(
+        np.array([move.mode == "exact_stop" for move in moves]),
+        np.array([move.tolerance if move.mode == "blend" else 0.0 for move in moves]),
+    )
+    if mode is not None:
+        given = _all_alike(mode, len(moves))
+    changes = np.array([a.tool != b.tool for a, b in pairwise(moves)], dtype=bool)
+    given.stops[:-1] |= changes  # the tool is changed at rest
+    probes = np.array([move.kind == "probe" for move in moves], dtype=bool)
+    given.tolerance[probes] = 0.0
     path = blocks_path(
-        [_block(move) for move in moves],
+        curve,
         np.array([move.feed if math.isinf(move.feed) or feed is None else feed for move in moves]),
         within & turns,
-        given if mode is None else _all_alike(mode, len(moves)),
+        given,
         dwell=np.array(dwell),
         source=np.array([move.line for move in moves]),
+        pace=pace,
     )
-    ends = np.array([(move.rotary_start, move.rotary_end) for move in moves])
-    still = tuple(sorted({move.line for move, idle in zip(moves, within & ~turns, strict=True) if idle}))
-    return path._replace(rotary=ends[path.origin], still=still)
+    still = tuple(sorted({int(line) for line in np.array([move.line for move in moves])[within & ~turns]}))
+    if rotary:
+        ends = np.array([(move.rotary_start, move.rotary_end) for move in moves])
+        path = path._replace(rotary=ends[path.origin])
+    return path._replace(still=still)
 
 
 def _check_covered(program: Interpreted, rotary: bool) -> None:
@@ -108,28 +132,35 @@ def _check_covered(program: Interpreted, rotary: bool) -> None:
 
 
 def blocks_path(
-    blocks: list[Block], feed: FloatArray, cuts: npt.NDArray[np.bool_], modes: PathModes | str | Blend, *,
-    dwell: FloatArray | None = None, source: npt.NDArray[np.int64] | None = None,
+    curve: LineArc, feed: FloatArray, cuts: npt.NDArray[np.bool_], modes: PathModes | str | Blend, *,
+    dwell: FloatArray | None = None, source: npt.NDArray[np.int64] | None = None, pace: Pace | None = None,
 ) -> ProgramPath:  # fmt: skip
     """The path of blocks, its corners blended where the path mode asks for it."""
-    count = len(blocks)
-    mode, tolerances, shape = modes if isinstance(modes, PathModes) else _all_alike(modes, count)
+    count = curve.count
+    given = modes if isinstance(modes, PathModes) else _all_alike(modes, count)
     pause = np.zeros(count) if dwell is None else dwell
     lines = np.zeros(count, np.int64) if source is None else source
-    free = np.isfinite(feed[:-1]) & np.isfinite(feed[1:]) & (pause[:-1] == 0.0)
-    allowed = [
-        tolerance if name == "blend" and ok else 0.0
-        for name, tolerance, ok in zip(mode[:-1], tolerances[:-1], free, strict=True)
-    ]
-    path, origin, cut_short = blended(blocks, allowed, shape)
-    index = np.array(origin)
+    allowed = np.where(given.stops[:-1] | (pause[:-1] > 0.0), 0.0, given.tolerance[:-1])
+    asked = np.isinf(allowed)
+    kept = (0.0, 0)
+    if pace is None:
+        allowed[asked] = 0.0
+    elif asked.any():
+        allowed = feed_tolerances(curve, allowed, np.minimum(feed, pace.speed), pace.acceleration, pace.jerk)
+    parted = (feed[:-1] != feed[1:]) | (cuts[:-1] != cuts[1:])
+    path, index, cut_short, rounded = blended(curve, allowed, given.shape, parted)
+    if (asked & rounded).any():
+        worst = int(np.argmax(np.where(asked & rounded, allowed, 0.0)))
+        kept = float(allowed[worst]), int(lines[worst])
+        cut_short = 0 if asked[rounded].all() else cut_short
     last_of_origin = np.append(index[1:] != index[:-1], True)
-    stop = np.array([mode[i] == "exact_stop" for i in origin[:-1]], dtype=bool) & last_of_origin[:-1]
+    last_of_origin[:-1][np.append(rounded, False)[index[:-1]]] = False
+    stop = given.stops[index[:-1]] & last_of_origin[:-1]
     rest = np.where(last_of_origin, pause[index], 0.0)
     stop |= rest[:-1] > 0.0
     return ProgramPath(
-        join(path), feed[index], cuts[index], stop, rest, lines[index], join(blocks), index,
-        np.zeros((len(index), 2, 3)), (), cut_short,
+        path, feed[index], cuts[index], stop, rest, lines[index], curve, index, np.zeros((len(index), 2, 3)), (),
+        cut_short, kept,
     )  # fmt: skip
 
 
@@ -149,19 +180,33 @@ def program_speed(program: Interpreted, key: tuple[str, ...]) -> float:
 
 
 def _all_alike(mode: str | Blend, count: int) -> PathModes:
-    if isinstance(mode, Blend):
-        return PathModes(["blend"] * count, [mode.blend] * count, mode.shape)
-    return PathModes([mode] * count, [0.0] * count)
+    shape = mode.shape if isinstance(mode, Blend) else "arc"
+    tolerance = mode.blend if isinstance(mode, Blend) else 0.0
+    return PathModes(np.full(count, mode == "exact_stop"), np.full(count, tolerance), shape)
 
 
-def _block(move: Move) -> Block:
-    if move.kind == "arc":
-        rise = sum((b - a) * c for a, b, c in zip(move.start, move.end, move.axis, strict=True))
-        return arc(move.start, move.centre, move.sweep, move.axis, rise)
-    return line(move.start, move.end)
+def _curve(moves: list[Move]) -> LineArc:
+    """Lines, arcs and helices of the moves."""
+    start, end = (np.array([getattr(move, key) for move in moves]).reshape(-1, 3) for key in ("start", "end"))
+    bent = np.array([move.kind == "arc" for move in moves], dtype=bool)
+    which = np.flatnonzero(bent)
+    if which.size == 0:
+        return lines(start, end)
+    round_ = [moves[i] for i in which]
+    centre, axis = (np.array([getattr(move, key) for move in round_]) for key in ("centre", "axis"))
+    rise = np.einsum("ij,ij->i", end[which] - start[which], axis)
+    found = arcs(start[which], centre, np.array([move.sweep for move in round_]), axis, rise)
+    end[which] = start[which] + 1.0  # any line will do: it is written over
+    curve = lines(start, end)
+    for column, values in zip(curve, found, strict=True):
+        column[which] = values
+    return curve
 
 
-def _within(move: Move, top: float, rotary: bool) -> bool:
-    """A feed move below the top of the material, and not a plunge unless the tool may be tilted."""
-    flat = move.kind == "arc" or math.hypot(move.end[0] - move.start[0], move.end[1] - move.start[1]) > 1e-9
-    return move.kind in ("feed", "arc") and (flat or rotary) and min(move.start[2], move.end[2]) < top
+def _within(moves: list[Move], curve: LineArc, top: float, rotary: bool) -> npt.NDArray[np.bool_]:
+    """Feed moves below the top of the material, and no plunges unless the tool may be tilted."""
+    feeds = np.array([move.kind in ("feed", "arc") for move in moves], dtype=bool)
+    height = np.array([min(move.start[2], move.end[2]) for move in moves])
+    across = np.hypot(curve.along[:, 0], curve.along[:, 1]) * curve.length
+    flat = ~curve.straight | (across > 1e-9)
+    return np.asarray(feeds & (flat | rotary) & (height < top))
