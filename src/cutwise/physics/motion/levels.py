@@ -33,7 +33,7 @@ from cutwise.physics.motion.ramps import (
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 
-_TRIES = 64  # of levels on an arc, twice: the second time around the best
+_TRIES = 64  # of levels where more than one is possible, three times over, each around the best of the last
 
 
 class Interval(NamedTuple):
@@ -233,7 +233,7 @@ def _arc_level(st: Stretches, it: Interval, q: int, ceiling: float, way: int) ->
                 under = middle
         high = under
     best = low
-    for _ in range(2):
+    for _ in range(3):
         shortest, width = math.inf, (high - low) / _TRIES
         for i in range(_TRIES + 1):
             level = low + width * i if i < _TRIES else high
@@ -376,7 +376,7 @@ def _best_bound(
     """Level at which a ramp should end that may leave a stretch with its speed at most: between its end and the bound."""
     low, high = max(level_within(st, anchor, limit, distance), it.v0, it.v1), cap
     best = high
-    for _ in range(2):
+    for _ in range(3):
         least, width = math.inf, (high - low) / _TRIES
         for i in range(_TRIES + 1):
             level = low + width * i if i < _TRIES else high
