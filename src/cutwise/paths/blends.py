@@ -108,8 +108,7 @@ def _put_arc(out: LineArc, n: int, start: FloatArray, tangent: FloatArray, end: 
     ahead = _dot(chord, tangent)
     side = chord - ahead * tangent
     off = _size(side)
-    out.start[n], out.along[n], out.climb[n] = start, tangent, 0.0
-    out.share[n], out.sharpness[n] = 1.0, 0.0
+    out.start[n], out.along[n], out.share[n] = start, tangent, 1.0  # climb and sharpness are zero as they are
     if off <= 1e-12 * abs(ahead):
         out.inward[n], out.radius[n], out.length[n] = 0.0, math.inf, _size(chord)
         return
@@ -244,7 +243,7 @@ def _put_clothoids(out: LineArc, n: int, corner: FloatArray, d0: FloatArray, d1:
     out.radius[n], out.radius[n + 1] = math.inf, 1.0 / peak
     out.sharpness[n], out.sharpness[n + 1] = peak / length, -peak / length
     for k in (n, n + 1):
-        out.climb[k], out.share[k], out.length[k] = 0.0, 1.0, length
+        out.share[k], out.length[k] = 1.0, length
 
 
 @compiled
@@ -290,8 +289,11 @@ def _reaches(curve: LineArc, tolerance: FloatArray, shape: int, work: LineArc) -
 def _put_part(out: LineArc, n: int, curve: LineArc, i: int, low: float, high: float) -> None:
     """Block ``n`` becomes block ``i`` of a curve without its ends."""
     out.start[n], out.along[n], out.inward[n] = curve.start[i], curve.along[i], curve.inward[i]
-    out.climb[n], out.share[n], out.radius[n] = curve.climb[i], curve.share[i], curve.radius[i]
-    out.sharpness[n], out.length[n] = curve.sharpness[i], high - low
+    out.share[n], out.radius[n], out.length[n] = curve.share[i], curve.radius[i], high - low
+    if curve.share[i] != 1.0:  # zeros are there already, and memory that is not written is not taken
+        out.climb[n] = curve.climb[i]
+    if curve.sharpness[i] != 0.0:
+        out.sharpness[n] = curve.sharpness[i]
     if low > 0.0:
         out.start[n] = _point(curve, i, low)
         phi = block_turn(curve, i, low)

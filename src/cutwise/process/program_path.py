@@ -1,14 +1,12 @@
 """From the moves of a program, or the blocks of a path, to the commanded path with its feeds, stops and blends."""
 
-import math
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from cutwise.io.programs.interpreter import Interpreted
-from cutwise.io.programs.moves import Move
+from cutwise.io.programs.move_table import CUTTING, KINDS, MODES, Moves
 from cutwise.maths.linearc import FloatArray, LineArc, arcs, lines
 from cutwise.paths.blends import blended, feed_tolerances
 from cutwise.spec.faults import Fault, ScenarioFault, dotted
@@ -82,50 +80,49 @@ def moves_path(
         The spindle turns to the left, or a rotary axis moves that may not.
     """
     _check_covered(program, rotary)
-    moves, dwell = [], []
-    for move in program.moves:
-        if move.kind == "dwell" and moves:
-            dwell[-1] += move.dwell
-        elif move.kind == "arc" or (move.kind != "dwell" and move.start != move.end):
-            moves.append(move)
-            dwell.append(0.0)
-    curve = _curve(moves)
-    within = _within(moves, curve, top, rotary)
-    turns = np.array([turning or move.spindle > 0.0 for move in moves], dtype=bool)
+    table = program.moves
+    keep, dwell = _kept(table)
+    curve = _curve(table, keep)
+    cutting = np.isin(table.kinds[keep], CUTTING)
+    within = cutting & _within(curve, table.ends[keep, 2], top, rotary)
+    turns = turning | (table.spindles[keep] > 0.0)
+    modes = table.modes[keep]
     given = PathModes(
-        np.array([move.mode == "exact_stop" for move in moves]),
-        np.array([move.tolerance if move.mode == "blend" else 0.0 for move in moves]),
+        modes == MODES.index("exact_stop"), np.where(modes == MODES.index("blend"), table.tolerances[keep], 0.0)
     )
     if mode is not None:
-        given = _all_alike(mode, len(moves))
-    changes = np.array([a.tool != b.tool for a, b in pairwise(moves)], dtype=bool)
-    given.stops[:-1] |= changes  # the tool is changed at rest
-    probes = np.array([move.kind == "probe" for move in moves], dtype=bool)
-    given.tolerance[probes] = 0.0
+        given = _all_alike(mode, len(keep))
+    given.stops[:-1] |= np.diff(table.tools[keep]) != 0  # the tool is changed at rest
+    given.tolerance[table.kinds[keep] == KINDS.index("probe")] = 0.0
+    feeds = table.feeds[keep]
     path = blocks_path(
         curve,
-        np.array([move.feed if math.isinf(move.feed) or feed is None else feed for move in moves]),
+        feeds if feed is None else np.where(np.isinf(feeds), feeds, feed),
         within & turns,
         given,
-        dwell=np.array(dwell),
-        source=np.array([move.line for move in moves]),
+        dwell=dwell,
+        source=table.lines[keep].astype(np.int64),
         pace=pace,
     )
-    still = tuple(sorted({int(line) for line in np.array([move.line for move in moves])[within & ~turns]}))
+    still = tuple(int(line) for line in np.unique(table.lines[keep[within & ~turns]]))
     if rotary:
-        ends = np.array([(move.rotary_start, move.rotary_end) for move in moves])
-        path = path._replace(rotary=ends[path.origin])
+        path = path._replace(rotary=table.rotary(keep)[path.origin])
     return path._replace(still=still)
 
 
 def _check_covered(program: Interpreted, rotary: bool) -> None:
     """Cuts are those of a spindle that turns to the right, and of x, y and z unless rotary axes may move."""
     faults = []
-    left = next((move for move in program.moves if move.spindle < 0.0), None)
-    if left is not None:
-        faults.append(f"line {left.line}: the spindle turns to the left (M4); milling is covered for M3 only")
-    turned = next((move for move in program.moves if move.rotary_start != move.rotary_end), None)
-    if turned is not None and not rotary:
+    left = np.flatnonzero(program.moves.spindles < 0.0)
+    if left.size:
+        line = program.moves.lines[left[0]]
+        faults.append(f"line {line}: the spindle turns to the left (M4); milling is covered for M3 only")
+    turned = (
+        None
+        if rotary
+        else next((move for move in program.moves.turning() if move.rotary_start != move.rotary_end), None)
+    )
+    if turned is not None:
         faults.append(f"line {turned.line}: a rotary axis moves; milling is covered for x, y and z only")
     if faults:
         raise ScenarioFault([Fault(("program",), message) for message in faults])
@@ -172,7 +169,8 @@ def program_speed(program: Interpreted, key: tuple[str, ...]) -> float:
     ScenarioFault
         There is none, or more than one; the fault names the ``key`` to write instead.
     """
-    speeds = {abs(move.spindle) for move in program.moves if move.kind in ("feed", "arc") and move.spindle}
+    table = program.moves
+    speeds = set(np.unique(np.abs(table.spindles[np.isin(table.kinds, CUTTING)])).tolist()) - {0.0}
     if len(speeds) != 1:
         found = "no spindle speed (S with M3)" if not speeds else f"{len(speeds)} spindle speeds"
         raise ScenarioFault([Fault(key, f"the program has {found}; write {dotted(key)}")])
@@ -185,17 +183,27 @@ def _all_alike(mode: str | Blend, count: int) -> PathModes:
     return PathModes(np.full(count, mode == "exact_stop"), np.full(count, tolerance), shape)
 
 
-def _curve(moves: list[Move]) -> LineArc:
+def _kept(table: Moves) -> tuple[npt.NDArray[np.intp], FloatArray]:
+    """Which moves lead somewhere, and the time at rest behind each of them [s]."""
+    pauses = table.kinds == KINDS.index("dwell")
+    somewhere = (table.kinds == KINDS.index("arc")) | (table.starts != table.ends).any(axis=1)
+    keep = np.flatnonzero(somewhere & ~pauses)
+    dwell = np.zeros(len(keep))
+    rests = np.flatnonzero(pauses)
+    behind = np.searchsorted(keep, rests) - 1
+    np.add.at(dwell, behind[behind >= 0], table.dwells[rests[behind >= 0]])
+    return keep, dwell
+
+
+def _curve(table: Moves, keep: npt.NDArray[np.intp]) -> LineArc:
     """Lines, arcs and helices of the moves."""
-    start, end = (np.array([getattr(move, key) for move in moves]).reshape(-1, 3) for key in ("start", "end"))
-    bent = np.array([move.kind == "arc" for move in moves], dtype=bool)
-    which = np.flatnonzero(bent)
+    start, end = table.starts[keep], table.ends[keep]
+    number, centre, axis, sweep = table.arcs
+    which = np.searchsorted(keep, number)
     if which.size == 0:
         return lines(start, end)
-    round_ = [moves[i] for i in which]
-    centre, axis = (np.array([getattr(move, key) for move in round_]) for key in ("centre", "axis"))
     rise = np.einsum("ij,ij->i", end[which] - start[which], axis)
-    found = arcs(start[which], centre, np.array([move.sweep for move in round_]), axis, rise)
+    found = arcs(start[which], centre, sweep, axis, rise)
     end[which] = start[which] + 1.0  # any line will do: it is written over
     curve = lines(start, end)
     for column, values in zip(curve, found, strict=True):
@@ -203,10 +211,8 @@ def _curve(moves: list[Move]) -> LineArc:
     return curve
 
 
-def _within(moves: list[Move], curve: LineArc, top: float, rotary: bool) -> npt.NDArray[np.bool_]:
-    """Feed moves below the top of the material, and no plunges unless the tool may be tilted."""
-    feeds = np.array([move.kind in ("feed", "arc") for move in moves], dtype=bool)
-    height = np.array([min(move.start[2], move.end[2]) for move in moves])
+def _within(curve: LineArc, ends: FloatArray, top: float, rotary: bool) -> npt.NDArray[np.bool_]:
+    """Blocks below the top of the material, and no plunges unless the tool may be tilted."""
     across = np.hypot(curve.along[:, 0], curve.along[:, 1]) * curve.length
     flat = ~curve.straight | (across > 1e-9)
-    return np.asarray(feeds & (flat | rotary) & (height < top))
+    return np.asarray((flat | rotary) & (np.minimum(curve.start[:, 2], ends) < top))

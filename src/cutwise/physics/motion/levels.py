@@ -73,7 +73,7 @@ class Search(NamedTuple):
 class Rows(NamedTuple):
     """Phases written so far."""
 
-    table: FloatArray  # time [s], position [m], speed [m/s], acceleration, jerk at the start of each; shape (room, 5)
+    table: FloatArray  # time [s], position [m], speed [m/s], acceleration, jerk at the start of each; shape (5, room)
     count: int
     time: float  # [s] at the end
 
@@ -133,11 +133,11 @@ def _phase(rows: Rows, duration: float, s: float, v: float, a: float, j: float) 
     if duration <= 0.0:
         return rows
     table = rows.table
-    if rows.count + 1 >= table.shape[0]:
-        table = np.empty((3 * table.shape[0] // 2, 5))
-        table[: rows.count] = rows.table[: rows.count]
-    table[rows.count, 0], table[rows.count, 1], table[rows.count, 2] = rows.time, s, v
-    table[rows.count, 3], table[rows.count, 4] = a, j
+    n = rows.count
+    if n >= table.shape[1]:
+        table = np.empty((5, 4 * n // 3))
+        table[:, :n] = rows.table
+    table[0, n], table[1, n], table[2, n], table[3, n], table[4, n] = rows.time, s, v, a, j
     return Rows(table, rows.count + 1, rows.time + duration)
 
 
@@ -433,9 +433,9 @@ def _take_apart(stack: list, rows: Rows, search: Search, st: Stretches, it: Inte
 
 @compiled
 def _phases(st: Stretches, rest: FloatArray) -> FloatArray:
-    """Time, position, speed, acceleration and jerk at the start of each phase; the last row is the end."""
+    """Time, position, speed, acceleration and jerk at the start of each phase; the last column is the end."""
     search, most, count = _search(st.speed), st.speed.max(), st.speed.shape[0]
-    rows = Rows(np.empty((256, 5)), 0, 0.0)
+    rows = Rows(np.empty((5, 256)), 0, 0.0)
     first = 0
     for last in range(count):
         if rest[last] < 0.0:
@@ -452,7 +452,7 @@ def _phases(st: Stretches, rest: FloatArray) -> FloatArray:
         rows = _phase(rows, rest[last], st.at[last + 1], 0.0, 0.0, 0.0)
         first = last + 1
     rows = _phase(rows, 1.0, st.at[count], 0.0, 0.0, 0.0)
-    return rows.table[: rows.count].copy()
+    return rows.table[:, : rows.count]
 
 
 def profile_over(st: Stretches, rest: FloatArray) -> Profile:
@@ -473,5 +473,5 @@ def profile_over(st: Stretches, rest: FloatArray) -> Profile:
     table = _phases(st, rest)
     if not np.isfinite(table).all():
         raise ArithmeticError("the look-ahead found no motion along the path")
-    time, position, speed, acceleration, jerk = np.ascontiguousarray(table.T)
+    time, position, speed, acceleration, jerk = table
     return Profile(time, position, speed, acceleration, jerk[:-1])

@@ -149,13 +149,7 @@ def _stretches(
         at[k + 1] = place
         pause[k] = -1.0 if i < n - 1 and through[i] else rest[i]
     k += 1
-    return (
-        Stretches(
-            at[: k + 1].copy(), speed[:k].copy(), acceleration[:k].copy(), jerk[:k].copy(), bend[:k].copy(),
-            even[:k].copy(),
-        ),
-        pause[:k].copy(),
-    )  # fmt: skip
+    return Stretches(at[: k + 1], speed[:k], acceleration[:k], jerk[:k], bend[:k], even[:k]), pause[:k]
 
 
 def highest_feeds(curve: LineArc, feed: FloatArray, limits: Limits, axes: AxisLimits | None = None) -> FloatArray:
@@ -222,7 +216,10 @@ def plan(
         through &= ~stop_at
     rest = np.zeros(curve.count) if pause is None else pause
     through &= rest[:-1] <= 0.0
-    profile = profile_over(*_stretches(curve, allowed, through, rest, count_normal))
+    stretches, rests = _stretches(curve, allowed, through, rest, count_normal)
+    del allowed
+    profile = profile_over(stretches, rests)
+    del stretches, rests
     times = time_at(profile, curve.knots)
     speeds = _speed_at(profile, times)
     speeds[0] = speeds[-1] = 0.0
