@@ -18,6 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cutwise.maths.compiled import compiled
+from cutwise.physics.motion.phases import Rows, put_phase, put_ramp
 from cutwise.physics.motion.profile import Profile, ramp_time
 from cutwise.physics.motion.ramps import (
     SCARCE,
@@ -29,6 +30,7 @@ from cutwise.physics.motion.ramps import (
     ramp,
     worth,
 )
+from cutwise.physics.motion.slowest import Search, lowest, rekey, search_of
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -62,114 +64,16 @@ def _to(it: Interval) -> Anchor:
     return Anchor(it.last, it.first, it.end, it.v1, -1)
 
 
-class Search(NamedTuple):
-    """Finds the slowest of neighbouring stretches: a tree of winners."""
-
-    tree: IntArray  # the slowest below each node; the leaves are the stretches
-    key: FloatArray  # speed, infinite once a stretch is put aside [m/s]
-    done: npt.NDArray[np.bool_]  # whether its level is run, so that it is put aside for good
-
-
-class Rows(NamedTuple):
-    """Phases written so far."""
-
-    table: FloatArray  # time [s], position [m], speed [m/s], acceleration, jerk at the start of each; shape (5, room)
-    count: int
-    time: float  # [s] at the end
-
-
-@compiled
-def _lowest(search: Search, low: int, high: int) -> int:
-    """Which of the stretches from ``low`` to ``high`` is slowest."""
-    tree, key = search.tree, search.key
-    size = tree.shape[0] // 2
-    best = low
-    a, b = low + size, high + size + 1
-    while a < b:
-        if a & 1:
-            if key[tree[a]] < key[best]:
-                best = tree[a]
-            a += 1
-        if b & 1:
-            b -= 1
-            if key[tree[b]] < key[best]:
-                best = tree[b]
-        a //= 2
-        b //= 2
-    return best
-
-
-@compiled
-def _rekey(search: Search, i: int, value: float) -> None:
-    """Give a stretch another speed in the search for the slowest."""
-    tree, key = search.tree, search.key
-    key[i] = value
-    node = (i + tree.shape[0] // 2) // 2
-    while node >= 1:
-        a, b = tree[2 * node], tree[2 * node + 1]
-        tree[node] = a if key[a] <= key[b] else b
-        node //= 2
-
-
-@compiled
-def _search(speed: FloatArray) -> Search:
-    """The search for the slowest stretch, with all of them in it."""
-    size = 1
-    while size < speed.shape[0]:
-        size *= 2
-    key = np.full(size, math.inf)
-    key[: speed.shape[0]] = speed
-    tree = np.zeros(2 * size, np.int64)
-    tree[size:] = np.arange(size)
-    for node in range(size - 1, 0, -1):
-        a, b = tree[2 * node], tree[2 * node + 1]
-        tree[node] = a if key[a] <= key[b] else b
-    return Search(tree, key, np.zeros(size, np.bool_))
-
-
-@compiled
-def _phase(rows: Rows, duration: float, s: float, v: float, a: float, j: float) -> Rows:
-    """One more phase, if it takes time."""
-    if duration <= 0.0:
-        return rows
-    table = rows.table
-    n = rows.count
-    if n >= table.shape[1]:
-        table = np.empty((5, 4 * n // 3))
-        table[:, :n] = rows.table
-    table[0, n], table[1, n], table[2, n], table[3, n], table[4, n] = rows.time, s, v, a, j
-    return Rows(table, rows.count + 1, rows.time + duration)
-
-
-@compiled
-def _ramp_rows(rows: Rows, s: float, v0: float, v1: float, acceleration: float, jerk: float) -> Rows:
-    """Phases of a ramp up or down that begins at ``s``."""
-    total = ramp_time(v1 - v0, acceleration, jerk)
-    if total <= 0.0:
-        return rows
-    j = math.copysign(jerk, v1 - v0)
-    rise = min(0.5 * total, acceleration / jerk)
-    hold = total - 2.0 * rise
-    if hold < 1e-14 * total:
-        rise, hold = 0.5 * total, 0.0
-    a = j * rise
-    rows = _phase(rows, rise, s, v0, 0.0, j)
-    s, v = s + rise * (v0 + rise * rise * j / 6.0), v0 + 0.5 * a * rise
-    rows = _phase(rows, hold, s, v, a, 0.0)
-    s, v = s + hold * (v + 0.5 * a * hold), v + a * hold
-    return _phase(rows, rise, s, v, a, -j)
-
-
 @compiled
 def _simple(rows: Rows, st: Stretches, it: Interval, peak: float) -> Rows:
     """Up to a level, on at it, and down."""
     au, ju, up, _ = ramp(st, _from(it), peak)
     ad, jd, down, _ = ramp(st, _to(it), peak)
-    rows = _ramp_rows(rows, it.start, it.v0, peak, au, ju)
+    rows = put_ramp(rows, it.start, it.v0, peak, au, ju)
     run = it.end - it.start - up - down
     if run > 1e-15:
-        rows = _phase(rows, run / peak, it.start + up, peak, 0.0, 0.0)
-    return _ramp_rows(rows, it.end - down, peak, it.v1, ad, jd)
+        rows = put_phase(rows, run / peak, it.start + up, peak, 0.0, 0.0)
+    return put_ramp(rows, it.end - down, peak, it.v1, ad, jd)
 
 
 @compiled
@@ -342,10 +246,10 @@ def _restore(search: Search, st: Stretches, it: Interval) -> None:
     """Stretches that were put aside count again: a level lower than theirs has turned up."""
     for i in range(it.first, min(it.passed, it.last) + 1):
         if not search.done[i]:
-            _rekey(search, i, st.speed[i])
+            rekey(search, i, st.speed[i])
     for i in range(max(it.left, it.first), it.last + 1):
         if not search.done[i]:
-            _rekey(search, i, st.speed[i])
+            rekey(search, i, st.speed[i])
 
 
 @compiled
@@ -365,7 +269,7 @@ def _curved(stack: list, search: Search, st: Stretches, it: Interval, ceiling: f
         return
     _restore(search, st, it)
     search.done[q] = True
-    _rekey(search, q, math.inf)
+    rekey(search, q, math.inf)
     _split(stack, st, _bounded(it, math.inf, it.first - 1, math.inf, it.last + 1), q, level)
 
 
@@ -391,13 +295,14 @@ def _best_bound(
 @compiled
 def _passed(stack: list, search: Search, st: Stretches, it: Interval, m: int, up: bool, most: float) -> None:  # type: ignore[type-arg]
     """Put a stretch aside that a ramp passes below its speed, and bound the ramp where it would be quicker there."""
-    _rekey(search, m, math.inf)
+    rekey(search, m, math.inf)
     anchor = _from(it) if up else _to(it)
     way = st.at[m + 1] - it.start if up else it.end - st.at[m]
     now = min(it.low_cap if up else it.high_cap, most)
     cap = highest_level(st, anchor, now, way, st.speed[m])
     if cap < now:
-        aim = min(search.key[_lowest(search, it.first, it.last)], most)
+        beyond = min(m + 1, it.last) if up else max(m - 1, it.first)
+        aim = min(st.speed[beyond], most)
         if aim > cap:
             cap = _best_bound(st, it, anchor, way, st.speed[m], cap, aim)
     elif now == most:
@@ -411,7 +316,7 @@ def _passed(stack: list, search: Search, st: Stretches, it: Interval, m: int, up
 @compiled
 def _take_apart(stack: list, rows: Rows, search: Search, st: Stretches, it: Interval, most: float) -> Rows:  # type: ignore[type-arg]
     """One step of an interval: write it, or put its parts on the stack."""
-    m = _lowest(search, it.first, it.last)
+    m = lowest(search, it.first, it.last)
     slowest, cap = search.key[m], min(it.low_cap, it.high_cap)
     ceiling = min(slowest, cap, most)
     _, _, up, bent_up = ramp(st, _from(it), ceiling, SCARCE)
@@ -424,7 +329,7 @@ def _take_apart(stack: list, rows: Rows, search: Search, st: Stretches, it: Inte
         _capped(stack, st, it)
     elif it.start + up <= st.at[m + 1] and it.end - down >= st.at[m]:
         search.done[m] = True
-        _rekey(search, m, math.inf)
+        rekey(search, m, math.inf)
         _split(stack, st, it, m, ceiling)
     else:
         _passed(stack, search, st, it, m, it.start + up > st.at[m + 1], most)
@@ -434,7 +339,7 @@ def _take_apart(stack: list, rows: Rows, search: Search, st: Stretches, it: Inte
 @compiled
 def _phases(st: Stretches, rest: FloatArray) -> FloatArray:
     """Time, position, speed, acceleration and jerk at the start of each phase; the last column is the end."""
-    search, most, count = _search(st.speed), st.speed.max(), st.speed.shape[0]
+    search, most, count = search_of(st.speed), st.speed.max(), st.speed.shape[0]
     rows = Rows(np.empty((5, 256)), 0, 0.0)
     first = 0
     for last in range(count):
@@ -449,9 +354,9 @@ def _phases(st: Stretches, rest: FloatArray) -> FloatArray:
                 rows = _simple(rows, st, it, it.level)
             else:
                 rows = _take_apart(stack, rows, search, st, it, most)
-        rows = _phase(rows, rest[last], st.at[last + 1], 0.0, 0.0, 0.0)
+        rows = put_phase(rows, rest[last], st.at[last + 1], 0.0, 0.0, 0.0)
         first = last + 1
-    rows = _phase(rows, 1.0, st.at[count], 0.0, 0.0, 0.0)
+    rows = put_phase(rows, 1.0, st.at[count], 0.0, 0.0, 0.0)
     return rows.table[:, : rows.count]
 
 
