@@ -5,10 +5,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import brentq
 
-from cutwise.maths.curves import FloatArray, Polyline, constant
-from cutwise.physics.motion.edge import ToolMotion
+from cutwise.maths.curves import FloatArray, Polyline, constant, no_cubic
 from cutwise.physics.structure.statics import gauge
-from cutwise.process.loops import AVERAGED, EdgeCell, cutting_forces
+from cutwise.process.loops import AVERAGED, EdgeCell, cell_of, loads_at
 
 
 class Equilibrium(NamedTuple):
@@ -69,10 +68,9 @@ def equilibrium(cell: EdgeCell, piston_force: float, burr_height: float, burr_wi
 
 def _moment(cell: EdgeCell, profile: Polyline, burr_width: float, height: float, arm: float) -> FloatArray:
     """Moment of cutting and weight on the motor when the tool stands at a height and moves along at the feed."""
-    out = np.zeros(9)
-    tilt = np.array([0.0, (height + cell.path.preset) / arm, 0.0, 0.0])
-    still = ToolMotion(0.0, -cell.path.preset, 0.0)
-    averaged = cell.cutter._replace(force_law=AVERAGED)
-    strips = cell.layers.strips
-    cutting_forces(averaged, profile, burr_width, strips, cell.reach, cell.path.feed, still, tilt, 0.0, out)
-    return out[7:9] + np.array([cell.ring.moment_x, cell.ring.moment_y])
+    still = cell.path._replace(lead_in=0.0, lead_out=0.0, error_amplitude=0.0, error_curve=no_cubic())
+    layers = cell.layers._replace(burr_height=profile, burr_width=constant(burr_width))
+    alone = cell._replace(path=still, layers=layers, cutter=cell.cutter._replace(force_law=AVERAGED), behind=())
+    tilt = np.array([[0.0, (height + cell.path.preset) / arm, 0.0, 0.0]])
+    load = loads_at(cell_of(alone), np.zeros(1), tilt, layers.strips.slices)[0]
+    return load[6:] + np.array([cell.ring.moment_x, cell.ring.moment_y])

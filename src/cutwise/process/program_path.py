@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from cutwise.io.programs.block_text import block_named
 from cutwise.io.programs.interpreter import Interpreted
 from cutwise.io.programs.move_table import CUTTING, KINDS, MODES, Moves
 from cutwise.maths.linearc import FloatArray, LineArc, arcs, lines
@@ -115,15 +116,13 @@ def _check_covered(program: Interpreted, rotary: bool) -> None:
     faults = []
     left = np.flatnonzero(program.moves.spindles < 0.0)
     if left.size:
-        line = program.moves.lines[left[0]]
-        faults.append(f"line {line}: the spindle turns to the left (M4); milling is covered for M3 only")
-    turned = (
-        None
-        if rotary
-        else next((move for move in program.moves.turning() if move.rotary_start != move.rotary_end), None)
-    )
+        where = block_named(program.text, int(program.moves.lines[left[0]]))
+        faults.append(f"{where}: the spindle turns to the left (M4); milling is covered for M3 only")
+    turned = None if rotary else next((m for m in program.moves.turning() if m.rotary_start != m.rotary_end), None)
     if turned is not None:
-        faults.append(f"line {turned.line}: a rotary axis moves; milling is covered for x, y and z only")
+        faults.append(
+            f"{block_named(program.text, turned.line)}: a rotary axis moves; milling is covered for x, y and z only"
+        )
     if faults:
         raise ScenarioFault([Fault(("program",), message) for message in faults])
 

@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable, Collection, Mapping
 
 from cutwise.process import (
+    arm_milling,
     assemble,
     assemble_mill,
     chamfer,
@@ -98,6 +99,8 @@ def machine_errors(scenario: MachineScenario, progress: Progress | None = None) 
 
 def mill(scenario: MillingScenario, progress: Progress | None = None) -> Result:
     """Milling with CNC drives: look-ahead, drives and forces in one loop (Ozcan et al. 2017, sec. 2-3)."""
+    if scenario.robot is not None:
+        return mill_by_robot(scenario, progress)
     program = assemble_mill.read_program(scenario)
     substeps = scenario.numerics.substeps
     done = milling.run(scenario, substeps, _part(progress, 0.0, 0.3))
@@ -124,8 +127,34 @@ def mill(scenario: MillingScenario, progress: Progress | None = None) -> Result:
     )
 
 
+def mill_by_robot(scenario: MillingScenario, progress: Progress | None = None) -> Result:
+    """A robot mills: each place of its path at rest, and the depth at which the arm chatters."""
+    done = arm_milling.run(scenario)
+    found = arm_milling.measures(scenario, done)
+    finer = scenario.numerics.model_copy(update={"station": 0.5 * scenario.numerics.station})
+    again = arm_milling.measures(
+        scenario, arm_milling.run(scenario.model_copy(update={"numerics": finer}), limits=False)
+    )
+    if progress is not None:
+        progress(1.0)
+    return collect(
+        scenario,
+        found,
+        stages=arm_milling.stages(scenario, done),
+        warnings=arm_milling.warnings(scenario, found),
+        infeasible=arm_milling.infeasible(scenario, found),
+        limits=arm_milling.LIMITS,
+        convergence=change_on_halved_step({name: found[name] for name in again}, again),
+        notes=arm_milling.notes(done),
+        references=("altintas2012", "altintas1995"),
+    )
+
+
 def mill_quick(scenario: MillingScenario, wanted: Collection[str] = ()) -> Mapping[str, float]:
     """The measures alone, for studies; stability only if a requirement or ``wanted`` names one of its measures."""
+    if scenario.robot is not None:
+        wants = {"stable_depth_min", "depth_margin"}.intersection((*scenario.requirements, *wanted))
+        return arm_milling.measures(scenario, arm_milling.run(scenario, limits=bool(wants)))
     done = milling.run(scenario, scenario.numerics.substeps)
     found = milling_measures.measures(scenario, done)
     if not milling_stability.MEASURES.intersection((*scenario.requirements, *wanted)):
@@ -227,7 +256,7 @@ PREPARATIONS: Mapping[str, Callable[..., object]] = {
     "deburr": assemble.deburring_cell,
     "drill": drilling.drill_cell,
     "machine": machine.prepare,
-    "mill": milling.prepare,
+    "mill": lambda scenario: (arm_milling if scenario.robot is not None else milling).prepare(scenario),
 }
 RECIPES: Mapping[str, Callable[..., Result]] = {
     "chamfer": chamfer_path,
