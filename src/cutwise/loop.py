@@ -8,8 +8,9 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from cutwise.balance import balance, look
+from cutwise.balance import TRIALS, balance, look
 from cutwise.maths.compiled import inlined_stepping, stepping
 from cutwise.records import CONTACT, FIXED, Contact, History, Load
 from cutwise.stages import (
@@ -20,8 +21,11 @@ from cutwise.stages import (
     yielding,
 )
 
+IntArray = NDArray[np.int64]
+
 CHUNK = 100_000  # steps between two looks at progress and Ctrl-C
 ROWS = 40_000  # longest history
+LOST = 1_000_000  # effort of a step whose displacement was not found: more than any solver of a term takes
 
 
 class Cell(NamedTuple):
@@ -59,7 +63,7 @@ def record(table, row, part, share, pose, contact, load, structure, flexed, effo
 
 
 @stepping
-def advance(cell, flexed, contact, load, guess, table, first, steps, dt, stride):  # type: ignore[no-untyped-def]
+def advance(cell, flexed, contact, load, guess, table, starts, row, first, steps, dt):  # type: ignore[no-untyped-def]
     """Advance a run by a number of steps; states, stock and table change in place.
 
     Parameters
@@ -71,17 +75,20 @@ def advance(cell, flexed, contact, load, guess, table, first, steps, dt, stride)
     contact, load : Contact, Load
         Scratch.
     guess : array
-        Slopes of the balance in the last step, shape (4,).
+        Slopes of the balance in the last step, shape (9,).
     table : array
-        The history; a row takes ``stride`` steps.
+        The history.
+    starts : array
+        First step of each row, and the end of the last, shape (rows + 1,).
+    row : int
+        In which the first step belongs.
     first, steps : int
         Steps already made, and to be made.
     dt : float
         Time step [s].
     """
     structure = cell.structure
-    row = first // stride
-    part = 0
+    begun, end = starts[row], starts[row + 1]
     for k in range(first, first + steps):
         time = k * dt
         pose = moved(cell.motion, time)
@@ -91,16 +98,16 @@ def advance(cell, flexed, contact, load, guess, table, first, steps, dt, stride)
             count, trials = look(cell, flexed, pose, contact, load), 0
         left(cell.engagement, cell.stock, contact, count)
         effort = stepped(structure, flexed, pose, load, dt)
-        record(table, row, part, 1.0 / stride, pose, contact, load, structure, flexed, max(effort, trials))
-        part += 1
-        if part == stride:
-            part = 0
+        effort = max(effort, LOST if trials == TRIALS else trials)
+        record(table, row, k - begun, 1.0 / (end - begun), pose, contact, load, structure, flexed, effort)
+        if k + 1 == end and row + 2 < starts.size:
             row += 1
+            begun, end = end, starts[row + 1]
 
 
 def march(
     cell: Cell, flexed: NamedTuple, *, duration: float, time_step: float, seen: int, state: int, layers: int,
-    contacts: int, progress: Callable[[float], None] | None = None,
+    contacts: int, starts: IntArray | None = None, progress: Callable[[float], None] | None = None,
 ) -> History:  # fmt: skip
     """A whole run, in portions between which progress is told and Ctrl-C is heard.
 
@@ -114,18 +121,23 @@ def march(
         Columns that the engagement shows, that the structure notes, and layers of the work.
     contacts : int
         Largest number of rows of contact.
+    starts : array, optional
+        First step of each row of the history, and the end of the run, shape (rows + 1,), rising from zero; without it
+        all rows are of one length, as short as :data:`ROWS` allows, and the duration counts.
     """
-    steps = max(1, round(duration / time_step))
-    stride = max(1, math.ceil(steps / ROWS))
-    steps = math.ceil(steps / stride) * stride
-    table = np.zeros((steps // stride, FIXED + seen + state + 9 * layers + 2))
+    if starts is None:
+        steps = max(1, round(duration / time_step))
+        stride = max(1, math.ceil(steps / ROWS))
+        starts = np.arange(0, math.ceil(steps / stride) * stride + 1, stride)
+    steps = int(starts[-1])
+    table = np.zeros((len(starts) - 1, FIXED + seen + state + 9 * layers + 2))
     contact = Contact(np.zeros((contacts, CONTACT)), np.zeros(seen))
     load = Load(np.zeros((layers, 3)), np.zeros(6))
-    guess = np.array([1.0, 0.0, 0.0, 1.0])
-    portion = stride * max(1, CHUNK // stride)
-    for first in range(0, steps, portion):
-        count = min(portion, steps - first)
-        advance(cell, flexed, contact, load, guess, table, first, count, time_step, stride)
+    guess = np.eye(3).ravel()
+    for first in range(0, steps, CHUNK):
+        count = min(CHUNK, steps - first)
+        row = int(np.searchsorted(starts, first, side="right")) - 1
+        advance(cell, flexed, contact, load, guess, table, starts, row, first, count, time_step)
         if progress is not None:
             progress((first + count) / steps)
     return History(table, seen, state, layers)

@@ -49,7 +49,7 @@ class Load(NamedTuple):
     total: FloatArray  # [N] x, y, z to the motor; tangential [N]; force times arm about the pivot, x, y [N m]; (6,)
 
 
-CONTACT = 10  # columns of a row of contact
+CONTACT = 12  # columns of a row of contact
 
 
 class Motion(NamedTuple):

@@ -85,8 +85,8 @@ def probed(engagement, pose):
 
 
 @stage
-def axial(engagement):
-    """Whether the contact changes when the tool moves along its axis."""
+def spatial(engagement):
+    """Whether the contact changes with every displacement of the tool, or with the one off the work alone."""
 
 
 @stage
@@ -124,22 +124,22 @@ def yielding(structure):
 
 @stage
 def held(structure, flexed, height):
-    """Displacement along y and z [m] at a height over the tip of the terms without inertia, as they stand."""
+    """Displacement along x, y and z [m] at a height over the tip of the terms without inertia, as they stand."""
 
 
 @stage
 def yielded(structure, flexed, pose, load, pivot, height):
-    """What the terms without inertia want under a load; returns its displacement along y and z at a height [m]."""
+    """What the terms without inertia want under a load; returns its displacement along x, y and z at a height [m]."""
 
 
 @stage
-def settled(structure, flexed, extra_y, extra_z):
-    """Let the terms without inertia take what they want, and a displacement along y and z [m] besides."""
+def settled(structure, flexed, extra_x, extra_y, extra_z):
+    """Let the terms without inertia take what they want, and a displacement along x, y and z [m] besides."""
 
 
 @stage
 def left(engagement, stock, contact, count):
-    """Take away what some rows of contact took; the only stage that changes the stock, once a step."""
+    """Take away what some rows of contact took, and note where that was; alone in changing the stock, once a step."""
 
 
 @stage

@@ -9,7 +9,7 @@ from cutwise.loop import Cell
 from cutwise.maths.compiled import stepping
 from cutwise.maths.curves import FloatArray
 from cutwise.records import CONTACT, Contact, Load, Pose
-from cutwise.stages import noted, yielding
+from cutwise.stages import left, noted, yielding
 
 
 class Rest(NamedTuple):
@@ -35,9 +35,10 @@ def at_poses(cell, flexed, poses, contact, load, guess, seen, state, layer, tota
         row = poses[k]
         pose = Pose(row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7], 0.0)
         if yielding(structure):
-            _, looks[k] = balance(cell, flexed, pose, contact, load, guess)
+            count, looks[k] = balance(cell, flexed, pose, contact, load, guess)
         else:
-            look(cell, flexed, pose, contact, load)
+            count = look(cell, flexed, pose, contact, load)
+        left(cell.engagement, cell.stock, contact, count)
         for i in range(contact.seen.size):
             seen[k, i] = contact.seen[i]
         noted(structure, flexed, state, k, 0)
@@ -67,5 +68,5 @@ def rest(
     )  # fmt: skip
     contact = Contact(np.zeros((contacts, CONTACT)), np.zeros(seen))
     load = Load(np.zeros((layers, 3)), np.zeros(6))
-    at_poses(cell, flexed, poses, contact, load, np.array([1.0, 0.0, 0.0, 1.0]), *out)
+    at_poses(cell, flexed, poses, contact, load, np.eye(3).ravel(), *out)
     return out

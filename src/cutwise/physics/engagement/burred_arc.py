@@ -17,7 +17,7 @@ from cutwise.maths.curves import polyline_value
 from cutwise.physics.engagement.arc import LayerArcs
 from cutwise.physics.engagement.burred_edge import Immersion, Layers, Round, show
 from cutwise.physics.engagement.feed import feed_direction, feed_per_tooth
-from cutwise.stages import axial, displaced, left, met, probed
+from cutwise.stages import displaced, left, met, probed, spatial
 
 
 class BurredArc(NamedTuple):
@@ -88,7 +88,7 @@ def immersion_on(engagement: BurredArc, burr: float, x: float, y: float, speed_x
     return OnArc(Immersion(depth, work_depth, theta, chip, arcs), turn)
 
 
-@axial.of(BurredArc)
+@spatial.of(BurredArc)
 def _(engagement):
     return False
 

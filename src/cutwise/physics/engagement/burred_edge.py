@@ -7,7 +7,7 @@ from cutwise.maths.curves import FloatArray, Polyline, polyline_value
 from cutwise.physics.engagement.arc import LayerArcs, layer_arcs
 from cutwise.physics.engagement.burr import entry_position
 from cutwise.physics.engagement.feed import feed_direction, feed_per_tooth
-from cutwise.stages import axial, displaced, left, met, probed
+from cutwise.stages import displaced, left, met, probed, spatial
 
 SEEN = 6  # columns that the edge shows of itself
 PIECES = 3  # rows of contact of a slice: burr before and behind the lowest point, work
@@ -83,7 +83,7 @@ def show(here: Immersion, seen: FloatArray) -> None:
     seen[5] = max(here.arcs.front_hi, max(here.arcs.work_hi, here.arcs.back_hi))
 
 
-@axial.of(BurredEdge)
+@spatial.of(BurredEdge)
 def _(engagement):
     return False
 

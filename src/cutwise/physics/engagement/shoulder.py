@@ -10,7 +10,7 @@ from typing import NamedTuple
 from cutwise.physics.engagement.arc import immersion_half_angle
 from cutwise.physics.engagement.burred_edge import Round
 from cutwise.physics.engagement.feed import feed_per_tooth
-from cutwise.stages import axial, displaced, left, met, probed
+from cutwise.stages import displaced, left, met, probed, spatial
 
 SEEN = 3  # columns shown: radial depth, axial depth, immersion angle
 
@@ -29,7 +29,7 @@ class Slot(NamedTuple):
     axial_depth: float  # a_p [m]
 
 
-@axial.of(Shoulder, Slot)
+@spatial.of(Shoulder, Slot)
 def _(engagement):
     return True
 

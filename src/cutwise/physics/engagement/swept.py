@@ -13,7 +13,7 @@ import numpy as np
 from cutwise.maths.compiled import compiled, inlined_stepping
 from cutwise.maths.curves import FloatArray, Polyline, polyline_value
 from cutwise.physics.engagement.burred_edge import Layers, Round, immersion_at, show
-from cutwise.stages import axial, displaced, left, met, probed
+from cutwise.stages import displaced, left, met, probed, spatial
 
 
 class Columns(NamedTuple):
@@ -115,7 +115,7 @@ def meet_strip(
     return count
 
 
-@axial.of(ColumnEdge)
+@spatial.of(ColumnEdge)
 def _(engagement):
     return False
 

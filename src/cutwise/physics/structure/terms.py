@@ -194,7 +194,8 @@ def _(structure, flexed, pose, load, dt):
 
 @held.of(Compliance)
 def _(structure, flexed, height):
-    return flexed.twist[1] - flexed.twist[3] * height, flexed.twist[2]
+    twist = flexed.twist
+    return twist[0] + twist[4] * height, twist[1] - twist[3] * height, twist[2]
 
 
 @yielded.of(Compliance)
@@ -211,14 +212,15 @@ def _(structure, flexed, pose, load, pivot, height):
         low = here[0] * fx + here[1] * fy + here[2] * fz + here[3] * mx + here[4] * my
         high = there[0] * fx + there[1] * fy + there[2] * fz + there[3] * mx + there[4] * my
         wanted[i] = low + share * (high - low)
-    return wanted[1] - wanted[3] * height, wanted[2]
+    return wanted[0] + wanted[4] * height, wanted[1] - wanted[3] * height, wanted[2]
 
 
 @settled.of(Compliance)
-def _(structure, flexed, extra_y, extra_z):
+def _(structure, flexed, extra_x, extra_y, extra_z):
     twist, wanted = flexed.twist, flexed.wanted
     for i in range(6):
         twist[i] = wanted[i]
+    twist[0] += extra_x
     twist[1] += extra_y
     twist[2] += extra_z
     return 0
@@ -280,16 +282,16 @@ def _(structure):
 
 @held.of(Rigid, Pistons, Swinging)
 def _(structure, flexed, height):
-    return 0.0, 0.0
+    return 0.0, 0.0, 0.0
 
 
 @yielded.of(Rigid, Pistons, Swinging)
 def _(structure, flexed, pose, load, pivot, height):
-    return 0.0, 0.0
+    return 0.0, 0.0, 0.0
 
 
 @settled.of(Rigid, Pistons, Swinging)
-def _(structure, flexed, extra_y, extra_z):
+def _(structure, flexed, extra_x, extra_y, extra_z):
     return 0
 
 
@@ -323,24 +325,24 @@ def _(structure):
 @held.of(Series)
 def _(structure, flexed, height):
     near, far = held(structure.near, flexed.near, height), held(structure.far, flexed.far, height)
-    return near[0] + far[0], near[1] + far[1]
+    return near[0] + far[0], near[1] + far[1], near[2] + far[2]
 
 
 @yielded.of(Series)
 def _(structure, flexed, pose, load, pivot, height):
     near = yielded(structure.near, flexed.near, pose, load, pivot, height)
     far = yielded(structure.far, flexed.far, pose, load, pivot, height)
-    return near[0] + far[0], near[1] + far[1]
+    return near[0] + far[0], near[1] + far[1], near[2] + far[2]
 
 
 @settled.of(Series)
-def _(structure, flexed, extra_y, extra_z):
+def _(structure, flexed, extra_x, extra_y, extra_z):
     """The displacement besides goes to one term: only the sum counts."""
     if yielding(structure.near):
-        settled(structure.near, flexed.near, extra_y, extra_z)
-        settled(structure.far, flexed.far, 0.0, 0.0)
+        settled(structure.near, flexed.near, extra_x, extra_y, extra_z)
+        settled(structure.far, flexed.far, 0.0, 0.0, 0.0)
     else:
-        settled(structure.far, flexed.far, extra_y, extra_z)
+        settled(structure.far, flexed.far, extra_x, extra_y, extra_z)
     return 0
 
 
