@@ -104,7 +104,10 @@ def newton_step(slopes, gx, gy, gz):  # type: ignore[no-untyped-def]
 
 @inlined_stepping
 def learn(slopes, x, y, z, dx, dy, dz):  # type: ignore[no-untyped-def]
-    r"""Broyden's rule: :math:`J \leftarrow J + (\Delta g - J \Delta u)\,\Delta u^T / |\Delta u|^2`, from a step and the change of g."""
+    r"""Broyden's rule, from a step :math:`\Delta u` and the change of g.
+
+    :math:`J \leftarrow J + (\Delta g - J \Delta u)\,\Delta u^T / |\Delta u|^2`.
+    """
     square = x * x + y * y + z * z
     if square == 0.0:
         return

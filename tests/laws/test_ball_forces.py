@@ -11,7 +11,7 @@ from cutwise.physics.cutting.ball import disc_coefficients, disc_force
 from cutwise.physics.cutting.flute import EdgeCoefficients
 from cutwise.physics.cutting.uneven import Kienzle, even_edges, kienzle_edges
 from cutwise.physics.engagement.ball import burr_sides, pass_frames, wedge_sides
-from cutwise.process.chamfer_loop import BallEnd, ball_cut
+from cutwise.process.chamfer_cell import BallEnd, ball_cut
 
 K = EdgeCoefficients(2000e6, 1200e6, 800e6, 0.0, 0.0, 0.0)
 BALL = BallEnd(0.002, 20, 40000 * 2 * math.pi / 60, even_edges(K))
@@ -156,7 +156,7 @@ def test_disc_by_kienzle_is_its_integral(lo, rise):
     s = math.sin(chi)
     length = flutes * height / s * (1.7 - lo) / (2.0 * math.pi)
     expected = brute(lo, 1.7, chi, 20e-6 * s, rise * math.cos(chi), 0.0, length)
-    assert list(found) == pytest.approx(expected, rel=3e-4)
+    assert list(found)[:4] == pytest.approx(expected, rel=3e-4)
 
 
 def test_kienzle_without_exponent_is_the_linear_law_without_edge_force():
@@ -165,3 +165,13 @@ def test_kienzle_without_exponent_is_the_linear_law_without_edge_force():
         linear, power_law = level(edge(side)), level(edge(side), BALL._replace(edges=flat))
         assert power_law.force == pytest.approx(linear.force, rel=1e-6)
         assert power_law.power == pytest.approx(linear.power, rel=1e-6)
+
+
+@pytest.mark.parametrize("edges", [even_edges(K._replace(K_ae=9e3, K_te=2e4)), kienzle_edges(KIENZLE)])
+def test_what_the_axial_coefficients_give_along_the_rod_is_known_apart(edges):
+    """It is what is left of z without them: the part that a helix turns round before a structure feels it."""
+    none = edges._replace(linear=edges.linear._replace(K_ac=0.0, K_ae=0.0), kienzle=edges.kienzle._replace(k_a11=0.0))
+    disc = (1.2, 2.1, -0.4e-3, 1e-5, 0.002, 20e-6, 0.1, 2e-6, 3)
+    found, without = disc_force(*disc, edges), disc_force(*disc, none)
+    assert found.axial == pytest.approx(found.z - without.z, rel=1e-9)
+    assert found.axial > 0.0 == without.axial

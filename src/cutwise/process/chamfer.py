@@ -7,10 +7,10 @@ from cutwise.paths import reach
 from cutwise.paths.chamfer import NoPathError
 from cutwise.paths.pipe import NoEdgeError, PipeHole, edge_margin
 from cutwise.process import chamfer_proof as proof
+from cutwise.process.chamfer_cell import PassForces
 from cutwise.process.chamfer_chains import EdgePlan, plan_chains
 from cutwise.process.chamfer_corners import Link, links
 from cutwise.process.chamfer_cut import Deflected, ball_end, deflected, mounted, rigid
-from cutwise.process.chamfer_loop import PassForces
 from cutwise.process.chamfer_plan import EdgePath, plan_pipe
 from cutwise.process.chamfer_remedies import remedies
 from cutwise.process.chamfer_setup import SetupBand, setup_band

@@ -9,10 +9,11 @@ from cutwise.maths.curves import FloatArray
 from cutwise.maths.edges import arc_lengths, lengths
 from cutwise.physics.engagement.ball import PassFrames
 from cutwise.physics.structure.pistons import PistonRing
+from cutwise.physics.structure.terms import Pistons
 from cutwise.physics.surface.sweep import swept_chamfer
 from cutwise.process import chamfer_proof as proof
 from cutwise.process.assemble import edge_profile, edges_alike, piston_ring, weight
-from cutwise.process.chamfer_loop import (
+from cutwise.process.chamfer_cell import (
     SLICES,
     BallEnd,
     EdgeBurr,
@@ -127,14 +128,16 @@ def deflected(
     assert scenario.spindle is not None
     ring = ring_on(scenario, frame)
     closed, centre = path.path.frames.closed, path.path.centre[::every]
-    run = Pass(path.feeds.centre[::every], scenario.operation.preset + scenario.operation.part_error, time_step)
+    approach = scenario.operation.preset + scenario.operation.part_error
+    run = Pass(path.feeds.centre[::every], approach, time_step, np.zeros((len(centre), 3)))
     run = run._replace(centre_speed=run.centre_speed[: len(centre) - (not closed)])
     section = _every(material_along(scenario, path), every)
     local = path.local._replace(
         feed=path.local.feed[::every], off=path.local.off[::every], plunge=path.local.plunge[::every]
     )
     led = path.path._replace(centre=centre)
-    moves = yielding_pass(section, led, local, path.axis, ball, ring, scenario.spindle.tool_reach, run, SLICES)
+    terms = (("pistons", Pistons(ring, scenario.spindle.tool_reach)),)
+    moves = yielding_pass(section, led, local, path.axis, ball, terms, run, SLICES)
     aside = led._replace(centre=centre + moves.offset)
     span = 2.0 * float(path.path.leg.max()) + 2.0 * float(np.linalg.norm(moves.offset, axis=1).max())
     width = swept_chamfer(path.at, aside.centre, ball.ball_radius, span, closed=closed).width

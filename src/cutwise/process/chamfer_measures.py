@@ -14,8 +14,8 @@ from cutwise.physics.structure.statics import characteristic
 from cutwise.physics.surface.approach import Approach
 from cutwise.process.assemble import piston_ring
 from cutwise.process.chamfer import ChamferRun
+from cutwise.process.chamfer_cell import SLICES
 from cutwise.process.chamfer_cut import TIME_STEP, Deflected, ball_end, deflected, mounted, rigid
-from cutwise.process.chamfer_loop import SLICES
 from cutwise.process.chamfer_plan import EdgePath, chamfer_of, swept
 from cutwise.process.convergence import change_on_halved_step
 from cutwise.results import Histories

@@ -17,8 +17,8 @@ from cutwise.physics.engagement.ball import pass_frames
 from cutwise.physics.structure.statics import characteristic
 from cutwise.physics.surface.sweep import swept_chamfer
 from cutwise.process import chamfer
+from cutwise.process.chamfer_cell import ball_cut, sections
 from cutwise.process.chamfer_cut import ball_end, material_along, mounted, ring_on
-from cutwise.process.chamfer_loop import ball_cut, sections
 from cutwise.process.chamfer_program import program_of
 from cutwise.spec.faults import ScenarioFault
 

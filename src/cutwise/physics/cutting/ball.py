@@ -1,10 +1,30 @@
 """Cutting forces of a ball end through the one flute kernel: an axial disc is a thin mill with turned coefficients."""
 
 import math
+from typing import NamedTuple
 
 from cutwise.maths.compiled import compiled
-from cutwise.physics.cutting.flute import EdgeCoefficients, FluteForce, mean_force
+from cutwise.physics.cutting.flute import EdgeCoefficients, mean_force
 from cutwise.physics.cutting.uneven import GAUSS, KIENZLE, PANEL, Edges, force_per_length
+from cutwise.stages import cut
+
+
+class BallFlutes(NamedTuple):
+    """A turning ball in a material, its force averaged over a tooth period; run-out is left out."""
+
+    radius: float  # [m]
+    flutes: int
+    edges: Edges
+
+
+class DiscForce(NamedTuple):
+    """Force of a disc of a ball on the tool, in the frame of the pass."""
+
+    x: float  # [N] along the feed
+    y: float  # [N] off the work
+    z: float  # [N] along the rod, the axial coefficients counted positive, as in the measures
+    tangential: float  # [N] summed over the edges in cut
+    axial: float  # [N] of z by the axial coefficients: a right-hand helix pulls with it, out of the holder
 
 
 @compiled
@@ -33,7 +53,7 @@ def disc_coefficients(chi: float, k: EdgeCoefficients) -> EdgeCoefficients:
 def disc_force(
     lo: float, hi: float, z: float, height: float, ball_radius: float, chip: float, theta: float, rise: float,
     flutes: int, edges: Edges,
-) -> FluteForce:  # fmt: skip
+) -> DiscForce:  # fmt: skip
     r"""Force of one disc of a ball averaged over a tooth period.
 
     The chip is :math:`c \sin\chi \sin(\phi - \vartheta) + c_z \cos\chi` thick along the sphere normal and the edge in
@@ -58,7 +78,7 @@ def disc_force(
         Force law of the edges; run-out is left out.
     """
     if hi <= lo:
-        return FluteForce(0.0, 0.0, 0.0, 0.0)
+        return DiscForce(0.0, 0.0, 0.0, 0.0, 0.0)
     chi = math.acos(z / ball_radius)
     s = math.sin(chi)
     thick = rise * math.cos(chi)
@@ -69,13 +89,16 @@ def disc_force(
     with_rise = EdgeCoefficients(
         k.K_tc, k.K_rc, k.K_ac, k.K_te + k.K_tc * thick, k.K_re + k.K_rc * thick, k.K_ae + k.K_ac * thick
     )
-    return mean_force(lo, hi, chip * s, theta, height / s, flutes, disc_coefficients(chi, with_rise))
+    f = mean_force(lo, hi, chip * s, theta, height / s, flutes, disc_coefficients(chi, with_rise))
+    length = flutes * (height / s) * (hi - lo) / (2.0 * math.pi)
+    cut_chip = (f.tangential - with_rise.K_te * length) / k.K_tc if k.K_tc != 0.0 else 0.0  # mean chip times length
+    return DiscForce(f.x, f.y, f.z, f.tangential, s * (k.K_ac * cut_chip + with_rise.K_ae * length))
 
 
 @compiled
 def _kienzle_arc_force(
     lo: float, hi: float, chi: float, chip: float, thick: float, theta: float, length: float, edges: Edges
-) -> FluteForce:
+) -> DiscForce:
     r"""Force of an edge spread over the arc of a disc whose chip is :math:`c \sin(\phi - \vartheta) + h_0` thick.
 
     Composite three-point Gauss rule, against a midpoint rule of 200,000 panels within 3e-5 where the chip begins at nothing, where
@@ -84,7 +107,7 @@ def _kienzle_arc_force(
     sin_chi, cos_chi = math.sin(chi), math.cos(chi)
     panels = max(1, math.ceil((hi - lo) / PANEL))
     width = (hi - lo) / panels
-    x = y = z = tangential = 0.0
+    x = y = z = tangential = axial = 0.0
     for panel in range(panels):
         centre = lo + (panel + 0.5) * width
         for i in range(3):
@@ -97,4 +120,39 @@ def _kienzle_arc_force(
             y += weight * (ft * sin_phi - fr * cos_phi)
             z += weight * fa
             tangential += weight * ft
-    return FluteForce(x, y, z, tangential)
+            axial += weight * fm * sin_chi
+    return DiscForce(x, y, z, tangential, axial)
+
+
+@cut.of(BallFlutes)
+def _(cutting, contact, count, time, pivot, load):
+    r"""The whole force acts at the centre of the ball; layers are in the frame of the pass, the total in process axes.
+
+    The total holds the tangential force reduced to the radius of the ball, so that its power is that of the cut. What a
+    right-hand helix gives along the rod pulls the tool out of its holder, so a structure feels the other sign of it;
+    across the rod the axial coefficients count as in the measures.
+    """
+    rows, radius = contact.rows, cutting.radius
+    layer, total = load.layer, load.total
+    arm = pivot - radius
+    x = y = z = tangential = axial = 0.0
+    for i in range(count):
+        height = rows[i, 2]
+        at = rows[i, 1] + 0.5 * height - radius
+        f = disc_force(
+            rows[i, 3], rows[i, 4], at, height, radius, rows[i, 5], rows[i, 6], rows[i, 7], cutting.flutes,
+            cutting.edges,
+        )  # fmt: skip
+        x, y, z, axial = x + f.x, y + f.y, z + f.z, axial + f.axial
+        tangential += f.tangential * math.sqrt(max(0.0, 1.0 - (at / radius) ** 2))
+        if i + 1 == count or rows[i + 1, 0] != rows[i, 0]:
+            here = int(rows[i, 0])
+            layer[here, 0], layer[here, 1], layer[here, 2] = x, y, z
+            along, off = x * rows[i, 8] + y * rows[i, 10], x * rows[i, 9] + y * rows[i, 11]
+            total[0] += along
+            total[1] += off
+            total[2] += z - 2.0 * axial
+            total[3] += tangential
+            total[4] += arm * along
+            total[5] += arm * off
+            x = y = z = tangential = axial = 0.0
