@@ -118,11 +118,12 @@ def _sag(robot: CarryingRobot, arm: Arm, path: CarriedPath, q: FloatArray, jacob
     twist = np.einsum("nij,nj->ni", jacobians, torque @ arm.drives.elastic / arm.stiffness)
     if robot.sag == "ignored":
         return np.zeros_like(twist)
+    if robot.sag == "relative":  # before it is turned: the path was taught in the axes of the base
+        twist = twist - twist[0]
     side = np.linalg.det(path.axes)[:, None]
-    turned = np.concatenate([
+    return np.concatenate([
         np.einsum("nji,nj->ni", path.axes, twist[:, :3]), side * np.einsum("nji,nj->ni", path.axes, twist[:, 3:])
     ], axis=1)  # fmt: skip
-    return turned - turned[0] if robot.sag == "relative" else turned
 
 
 def weights(robot: CarryingRobot) -> list[tuple[int, float, FloatArray]]:

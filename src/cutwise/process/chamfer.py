@@ -13,6 +13,7 @@ from cutwise.process.chamfer_corners import Link, links
 from cutwise.process.chamfer_cut import Deflected, ball_end, deflected, mounted, rigid
 from cutwise.process.chamfer_plan import EdgePath, plan_pipe
 from cutwise.process.chamfer_remedies import remedies
+from cutwise.process.chamfer_robot import ArmOnPath, arm_on
 from cutwise.process.chamfer_setup import SetupBand, setup_band
 from cutwise.process.chamfer_work import Outline, cad_work, pipe_hole, pipe_outline, pipe_work, read_part
 from cutwise.spec.chamfer import ChamferScenario
@@ -36,6 +37,7 @@ class ChamferRun(NamedTuple):
     members: tuple[proof.EdgeZone, ...]  # where the tool is meant to cut
     links: tuple[Link, ...]  # ways round corners, between the paths counted over all edges
     forces: tuple[PassForces, ...]  # one for each path, or none
+    arms: tuple[ArmOnPath, ...]  # one for each path, or none
     deflected: tuple[Deflected, ...]  # one for each path, or none
     band: SetupBand | None
     outline: Outline | None
@@ -88,17 +90,23 @@ def run(
     )
     paths = [path for plan in found.plans for path in plan.paths]
     forces: list[PassForces] = []
+    arms: list[ArmOnPath] = []
     aside: list[Deflected] = []
     if scenario.has_forces:
         ball = ball_end(scenario)
         forces = [rigid(scenario, path, ball) for path in paths]
-        if scenario.spindle is not None:
-            aside = [deflected(scenario, path, ball, mounted(path, paths)) for path in paths]
+        if scenario.robot is not None:
+            arms = [arm_on(scenario, path, force) for path, force in zip(paths, forces, strict=True)]
+        if scenario.yields:
+            aside = [
+                deflected(scenario, path, ball, mounted(path, paths), arms[k] if arms else None)
+                for k, path in enumerate(paths)
+            ]
     band = None
     if "band" in wanted and scenario.setup is not None and paths and not found.infeasible:
         band = setup_band(scenario, part, paths)
     return ChamferRun(
-        found.plans, found.members, links(scenario, paths, found.members), tuple(forces), tuple(aside), band,
+        found.plans, found.members, links(scenario, paths, found.members), tuple(forces), tuple(arms), tuple(aside), band,
         found.outline, found.infeasible, found.remedies, found.remarks,
     )  # fmt: skip
 

@@ -21,6 +21,7 @@ from cutwise.physics.structure.pistons import SWEEPS
 from cutwise.physics.structure.terms import Pistons, displacement, in_series, relaxed, width
 from cutwise.records import CONTACT, FIXED, Contact, Load
 from cutwise.stages import cut
+from cutwise.still import rest
 
 SLICES = 48  # discs over the height of the contact, and as many over that of the burr
 _RUN_IN = 0.5  # of a path, before the part that is reported: round a closed one, in place at the start of an open one
@@ -60,6 +61,7 @@ class PassForces(NamedTuple):
 
     force: FloatArray  # [N] x feed, y off the work, z along the rod, of work and burr together, shape (n, 3)
     burr_force: FloatArray  # [N] that of the burr alone, shape (n, 3)
+    felt: FloatArray  # [N] along the rod on the structure, shape (n,): a right-hand helix pulls out of the holder
     power: FloatArray  # [W], shape (n,)
     chip_area: FloatArray  # [m^2] at right angles to the edge, with the burr, shape (n,)
 
@@ -93,6 +95,7 @@ class BallCut(NamedTuple):
     """What a ball does in some material."""
 
     force: FluteForce
+    felt: float  # [N] along the rod on the structure: what the helix pulls counted as it is
     power: float  # [W]
     area: float  # [m^2] that is taken off, at right angles to the velocity
 
@@ -135,14 +138,14 @@ def ball_cut(
         ahead = nx * (math.cos(hi) - math.cos(lo)) - ny * (math.sin(hi) - math.sin(lo))
         area += (rho * ahead - nz * z * (hi - lo)) * rows[i, 2]
     force = FluteForce(load.layer[0, 0], load.layer[0, 1], load.layer[0, 2], load.total[3])
-    return BallCut(force, load.total[3] * radius * ball.spindle_speed, area)
+    return BallCut(force, load.total[2], load.total[3] * radius * ball.spindle_speed, area)
 
 
 def pass_forces(section: Section, ball: BallEnd, slices: int = SLICES) -> PassForces:
     """Forces along a path with a rigid tool."""
-    out = np.empty((len(section.speed), 8))
+    out = np.empty((len(section.speed), 9))
     _forces(section.wedge, section.burr, section.speed, section.rise, ball, slices, out)
-    return PassForces(out[:, :3], out[:, 3:6], out[:, 6], out[:, 7])
+    return PassForces(out[:, :3], out[:, 3:6], out[:, 8], out[:, 6], out[:, 7])
 
 
 @compiled
@@ -158,7 +161,7 @@ def _forces(
             out[i, 0], out[i, 1], out[i, 2] = out[i, 0] + f.x, out[i, 1] + f.y, out[i, 2] + f.z
             if part == 1:
                 out[i, 3], out[i, 4], out[i, 5] = f.x, f.y, f.z
-            out[i, 6], out[i, 7] = out[i, 6] + cut.power, out[i, 7] + cut.area
+            out[i, 6], out[i, 7], out[i, 8] = out[i, 6] + cut.power, out[i, 7] + cut.area, out[i, 8] + cut.felt
 
 
 class Yielding(NamedTuple):
@@ -289,6 +292,24 @@ def yielding_pass(
     force = history.table[np.searchsorted(starts, last), at : at + 3 * layers].reshape(n, layers, 3).sum(axis=1)
     unsolved = int((history.table[:, -1] >= min(SWEEPS, LOST)).sum())
     return _moved(local, axis, ball, terms, run, columns, force, unsolved)
+
+
+def yielding_at_rest(
+    section: Section, path: ChamferPath, local: PassFrames, axis: FloatArray, ball: BallEnd,
+    terms: tuple[tuple[str, NamedTuple], ...], run: Pass, slices: int = SLICES,
+) -> Yielding:  # fmt: skip
+    """As :func:`yielding_pass`, for a structure without mass or memory: place by place, with no time to step."""
+    wedge = wedge_of(section, path, local, axis, ball, run, slices)
+    led = led_along(path, local, axis, run, 0.0, 0)
+    structure = in_series([term for _, term in terms])
+    place = led.place + led.lead
+    poses = np.column_stack([led.at, led.along, place, led.velocity, led.climb])
+    layers = 2 if section.burr.shape[1] else 1
+    found = rest(
+        cell_of(wedge, led, ball, structure), relaxed(structure), poses, seen=SEEN, state=width(structure),
+        layers=layers, contacts=most_discs(wedge),
+    )  # fmt: skip
+    return _moved(local, axis, ball, terms, run, found.state, found.layer.sum(axis=1), int((~found.found).sum()))
 
 
 def _moved(

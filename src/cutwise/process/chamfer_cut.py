@@ -7,9 +7,10 @@ import numpy as np
 
 from cutwise.maths.curves import FloatArray
 from cutwise.maths.edges import arc_lengths, lengths
+from cutwise.maths.frames import rotation_from_rpy
 from cutwise.physics.engagement.ball import PassFrames
 from cutwise.physics.structure.pistons import PistonRing
-from cutwise.physics.structure.terms import Pistons
+from cutwise.physics.structure.terms import Pistons, Swinging
 from cutwise.physics.surface.sweep import swept_chamfer
 from cutwise.process import chamfer_proof as proof
 from cutwise.process.assemble import edge_profile, edges_alike, piston_ring, weight
@@ -24,9 +25,12 @@ from cutwise.process.chamfer_cell import (
     across_rod,
     pass_forces,
     sections,
+    yielding_at_rest,
     yielding_pass,
 )
 from cutwise.process.chamfer_plan import EdgePath
+from cutwise.process.chamfer_robot import ArmOnPath
+from cutwise.spec.carrier import Standing
 from cutwise.spec.chamfer import ChamferScenario
 from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.spec.tables import Table
@@ -37,7 +41,7 @@ _STOP = 1e-9  # share of the stroke
 
 
 class Deflected(NamedTuple):
-    """A path with the spindle yielding."""
+    """A path with spindle and robot yielding."""
 
     moves: Yielding
     width: FloatArray  # [m] at the measured places
@@ -72,11 +76,24 @@ def mounted(path: EdgePath, paths: Sequence[EdgePath]) -> FloatArray:
 
 def ring_on(scenario: ChamferScenario, frame: FloatArray) -> PistonRing:
     """The compliance device with its axis along the rod; gravity has its direction in the process frame given."""
-    spindle = scenario.spindle
+    spindle = scenario.compliant
     assert spindle is not None
-    moment = weight(spindle) @ frame
+    moment = np.linalg.norm(weight(spindle)) * down(scenario, frame)
     ex, ey = across_rod(frame[2])
     return piston_ring(spindle)._replace(moment_x=float(moment @ ex), moment_y=float(moment @ ey))
+
+
+def down(scenario: ChamferScenario, frame: FloatArray) -> FloatArray:
+    """Direction of gravity on the spindle, in the part: that of its process frame; on a robot the base says it, unless
+    the spindle does."""
+    spindle = scenario.compliant
+    assert spindle is not None
+    if spindle.gravity == "off":
+        return np.zeros(3)
+    if scenario.robot is not None and "gravity" not in spindle.model_fields_set:
+        standing = scenario.placement or Standing()
+        return np.asarray(rotation_from_rpy(*standing.rotation).T @ np.array([0.0, 0.0, -1.0]))
+    return np.asarray(np.array(spindle.gravity) @ frame)
 
 
 def material_along(scenario: ChamferScenario, path: EdgePath) -> Section:
@@ -117,33 +134,38 @@ def rigid(scenario: ChamferScenario, path: EdgePath, ball: BallEnd, slices: int 
 
 
 def deflected(
-    scenario: ChamferScenario, path: EdgePath, ball: BallEnd, frame: FloatArray, *, time_step: float = TIME_STEP,
-    every: int = 1,
+    scenario: ChamferScenario, path: EdgePath, ball: BallEnd, frame: FloatArray, arm: ArmOnPath | None = None, *,
+    time_step: float = TIME_STEP, every: int = 1,
 ) -> Deflected:  # fmt: skip
-    """A path with the spindle yielding, mounted in a process frame, and the chamfer that it leaves.
+    """A path with spindle and robot yielding, the spindle mounted in a process frame, and the chamfer that it leaves.
 
     With ``every`` above 1 the path is led through every second, third ... of its samples only, to see what they matter;
     the rod is not looked at then.
     """
-    assert scenario.spindle is not None
-    ring = ring_on(scenario, frame)
     closed, centre = path.path.frames.closed, path.path.centre[::every]
     approach = scenario.operation.preset + scenario.operation.part_error
-    run = Pass(path.feeds.centre[::every], approach, time_step, np.zeros((len(centre), 3)))
+    sag = np.zeros((len(centre), 3)) if arm is None else arm.sag[::every]
+    run = Pass(path.feeds.centre[::every], approach, time_step, sag)
     run = run._replace(centre_speed=run.centre_speed[: len(centre) - (not closed)])
     section = _every(material_along(scenario, path), every)
     local = path.local._replace(
         feed=path.local.feed[::every], off=path.local.off[::every], plunge=path.local.plunge[::every]
     )
     led = path.path._replace(centre=centre)
-    terms = (("pistons", Pistons(ring, scenario.spindle.tool_reach)),)
-    moves = yielding_pass(section, led, local, path.axis, ball, terms, run, SLICES)
+    terms = () if arm is None else arm.terms
+    if scenario.compliant is not None:
+        ring = ring_on(scenario, frame)
+        terms = (("pistons", Pistons(ring, scenario.compliant.tool_reach)), *terms)
+    remembers = any(isinstance(term, Pistons | Swinging) for _, term in terms)
+    moves = (yielding_pass if remembers else yielding_at_rest)(section, led, local, path.axis, ball, terms, run, SLICES)
     aside = led._replace(centre=centre + moves.offset)
     span = 2.0 * float(path.path.leg.max()) + 2.0 * float(np.linalg.norm(moves.offset, axis=1).max())
     width = swept_chamfer(path.at, aside.centre, ball.ball_radius, span, closed=closed).width
     rod = path.rod_at(aside, proof.CLOSE) if every == 1 else None
-    travel = ring.arm * float((moves.tilt @ ring.direction.T).max())
-    stopped = travel >= ring.piston.stroke * (1.0 - _STOP)
+    travel, stopped = 0.0, False
+    if scenario.compliant is not None:
+        travel = ring.arm * float((moves.tilt @ ring.direction.T).max())
+        stopped = travel >= ring.piston.stroke * (1.0 - _STOP)
     bend = _round_bend(local, centre, moves, closed=closed)
     return Deflected(moves, width, None if rod is None else rod.value, travel, stopped, bend)
 

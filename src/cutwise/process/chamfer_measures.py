@@ -12,6 +12,7 @@ from cutwise.paths.chamfer import ENVELOPE, NoPathError, chamfer_path
 from cutwise.paths.pipe import one_turn
 from cutwise.physics.structure.statics import characteristic
 from cutwise.physics.surface.approach import Approach
+from cutwise.process import chamfer_robot
 from cutwise.process.assemble import piston_ring
 from cutwise.process.chamfer import ChamferRun
 from cutwise.process.chamfer_cell import SLICES
@@ -110,16 +111,19 @@ def force_measures(scenario: ChamferScenario, done: ChamferRun) -> dict[str, flo
     found["lateral_force_max"] = float(np.hypot(force[:, 0], force[:, 1]).max())
     found["chip_area"] = max(float(forces.chip_area.max()) for forces in done.forces)
     found["cutting_power_mean"] = float(np.average(power, weights=weight))
-    if done.deflected and scenario.spindle is not None:
+    if done.deflected:
         if all(one.believed for one in done.deflected):
             found |= _widths([one.width for one in done.deflected], "_deflected")
         found["tip_deflection_max"] = max(float(np.hypot(*one.moves.tip.T).max()) for one in done.deflected)
-        found["stroke_margin"] = scenario.spindle.stroke - max(one.travel for one in done.deflected)
         rods = [one.rod for one in done.deflected if one.rod is not None]
         if rods and all(one.believed for one in done.deflected):
             found["rod_clearance_deflected_min"] = min(rods)
-        ring = piston_ring(scenario.spindle)
-        found["breakaway_force"] = characteristic(ring, scenario.spindle.tool_reach).loading.breakaway
+    if done.deflected and scenario.compliant is not None:
+        found["stroke_margin"] = scenario.compliant.stroke - max(one.travel for one in done.deflected)
+        ring = piston_ring(scenario.compliant)
+        found["breakaway_force"] = characteristic(ring, scenario.compliant.tool_reach).loading.breakaway
+    if done.arms:
+        found |= chamfer_robot.measures(scenario, done.paths, [one.moves for one in done.deflected], done.arms)
     return found
 
 
@@ -135,13 +139,17 @@ def convergence(scenario: ChamferScenario, done: ChamferRun) -> dict[str, float]
 
     def passes(**how: float) -> tuple[Deflected, ...]:
         paths = done.paths if done.deflected else ()
-        return tuple(deflected(scenario, path, ball, mounted(path, done.paths), **how) for path in paths)  # type: ignore[arg-type]
+        arms = done.arms or (None,) * len(paths)
+        return tuple(
+            deflected(scenario, path, ball, mounted(path, done.paths), arm, **how)  # type: ignore[arg-type]
+            for path, arm in zip(paths, arms, strict=True)
+        )
 
     now = force_measures(scenario, done)
     forces = tuple(rigid(scenario, path, ball, 2 * SLICES) for path in done.paths)
     finer = done._replace(forces=forces, deflected=passes(time_step=0.5 * TIME_STEP))
     change |= change_on_halved_step(now, force_measures(scenario, finer))
-    coarser = force_measures(scenario, done._replace(deflected=passes(every=2))) if done.deflected else {}
+    coarser = force_measures(scenario, done._replace(deflected=passes(every=2), arms=())) if done.deflected else {}
     for name in _LED.intersection(now, coarser):  # the error that is left, which falls with the square of the distance
         change[name] = max(change.get(name, 0.0), (now[name] - coarser[name]) / 3.0, key=abs)
     return change
@@ -210,10 +218,10 @@ def warnings(
     if slope is not None and not done.infeasible:
         change = units.show(abs(slope) * 50e-6, "length", 3)
         instead = "probe the part, or use a compliant spindle"
-        if scenario.spindle is not None:
+        if scenario.compliant is not None:
             instead = "probe the part; how far the spindle makes up for it, a run with operation.part_error shows"
         said.append(f"50 µm of set-up error along the tool axis change the width by {change}: {instead}")
-    return (*said, *_yielding(found))
+    return (*said, *_yielding(found), *chamfer_robot.warnings(scenario))
 
 
 def _trimmed(done: ChamferRun) -> Iterator[str]:
@@ -224,7 +232,7 @@ def _trimmed(done: ChamferRun) -> Iterator[str]:
 
 
 def _yielding(found: Mapping[str, float]) -> Iterator[str]:
-    if "tip_deflection_max" in found and found["tip_deflection_max"] < 1e-7:
+    if "breakaway_force" in found and found["tip_deflection_max"] < 1e-7:
         yield (
             f"the spindle does not move: the lateral force stays below breakaway "
             f"({units.show(found['lateral_force_max'], 'force', 3)} of {units.show(found['breakaway_force'], 'force', 3)}"
@@ -252,6 +260,7 @@ def notes(done: ChamferRun) -> Mapping[str, str]:
         said["corners"] = "\n".join(
             f"{paths[link.first].work.name} goes on into {paths[link.second].work.name}" for link in done.links
         )
+    said |= chamfer_robot.notes(done.arms)
     if done.band is not None:
         said["set-up"] = str(done.band)
     return said

@@ -9,6 +9,7 @@ import xarray as xr
 from cutwise.maths.curves import FloatArray
 from cutwise.maths.edges import arc_lengths
 from cutwise.paths import reach
+from cutwise.process import chamfer_robot
 from cutwise.process.chamfer import ChamferRun
 from cutwise.process.chamfer_plan import EdgePath
 from cutwise.process.labels import labelled
@@ -33,7 +34,9 @@ def stages(scenario: ChamferScenario, done: ChamferRun, program: xr.Dataset | No
             "power": (_joined(done.forces, lambda f: f.power), "W", "cutting power"),
         }, axis=["x", "y", "z"])  # fmt: skip
     if done.deflected:
-        groups["structure"] = _structure(done)
+        groups["structure"] = _structure(scenario, done)
+    if done.arms:
+        groups["carrier"] = chamfer_robot.postures(scenario, done.arms)
     if done.outline is not None:
         groups["part"] = _part(scenario, done)
     return xr.DataTree.from_dict(groups)
@@ -127,13 +130,22 @@ def _surface(done: ChamferRun) -> xr.Dataset:
     return labelled(place, columns, side=["first", "second"])
 
 
-def _structure(done: ChamferRun) -> xr.Dataset:
+def _structure(scenario: ChamferScenario, done: ChamferRun) -> xr.Dataset:
     moved = [one.moves for one in done.deflected]
+    motor = {"tilt": (_joined(moved, lambda m: m.tilt), "rad", "tilt of the motor across the rod, fixed directions")}
+    each = {
+        f"deflection_{name}": (
+            np.concatenate([
+                chamfer_robot.in_pass(path, one.terms[k][1]) for path, one in zip(done.paths, moved, strict=True)
+            ]), "m", f"displacement of the ball by the term {name}, frame of the pass",
+        )
+        for k, (name, _) in enumerate(moved[0].terms)
+    }  # fmt: skip
     return labelled(_station(done.paths), {
         "tip_deflection": (_joined(moved, lambda m: m.tip), "m", "deflection of the tip, feed and off the work"),
-        "tilt": (_joined(moved, lambda m: m.tilt), "rad", "tilt of the motor across the rod, fixed directions"),
         "ball_offset": (_joined(moved, lambda m: m.offset), "m", "ball centre from its nominal path"),
         "deflected_force": (_joined(moved, lambda m: m.force), "N", "force while yielding"),
+        **(motor if scenario.compliant is not None else {}), **each,
     }, axis=["x", "y", "z"], axis2=["x", "y"])  # fmt: skip
 
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from cutwise.physics.structure.pistons import PistonRing
 from cutwise.physics.structure.statics import characteristic
 from cutwise.process.chamfer import ChamferRun
-from cutwise.process.chamfer_cut import mounted, ring_on
+from cutwise.process.chamfer_cut import down, mounted, ring_on
 from cutwise.process.deburring import EdgeRun
 from cutwise.results import Finding, Place
 from cutwise.spec.chamfer import ChamferScenario
@@ -21,11 +21,11 @@ def deburr(run: EdgeRun) -> Iterator[Finding]:
 
 def chamfer(scenario: ChamferScenario, run: ChamferRun) -> Iterator[Finding]:
     """The same for the first path; the direction of the weight in the part is said."""
-    if not run.deflected or scenario.spindle is None or scenario.spindle.gravity == "off":
+    if not run.deflected or scenario.compliant is None or scenario.compliant.gravity == "off":
         return
     frame = mounted(run.paths[0], run.paths)
-    down = ", ".join(f"{part:.3g}" for part in scenario.spindle.gravity @ frame + 0.0)
-    yield from _weight(ring_on(scenario, frame), scenario.spindle.tool_reach, Place(f"along ({down}) of the part"))
+    towards = ", ".join(f"{part:.3g}" for part in down(scenario, frame) + 0.0)
+    yield from _weight(ring_on(scenario, frame), scenario.compliant.tool_reach, Place(f"along ({towards}) of the part"))
 
 
 def _weight(ring: PistonRing, reach: float, where: Place) -> Iterator[Finding]:

@@ -3,9 +3,9 @@
 import math
 import re
 from collections.abc import Iterator, Mapping
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field, field_validator
+from pydantic import Discriminator, Field, field_validator
 
 from cutwise import units
 from cutwise.spec.base import (
@@ -21,6 +21,7 @@ from cutwise.spec.base import (
     Usual,
     contradiction,
 )
+from cutwise.spec.carrier import CarryingRobot, Standing
 from cutwise.spec.fields import tag
 from cutwise.spec.material import Material
 from cutwise.spec.measures import CHAMFER
@@ -288,6 +289,15 @@ class SetupErrors(Spec):
     seed: Count = Field(default=0, description="seed of the random numbers", examples=[0], ge=0)
 
 
+def _mounting(value: Any) -> str:
+    return "<rigid>" if isinstance(value, str) else "<compliant>"
+
+
+Mounted = Annotated[
+    Annotated[CompliantSpindle, tag("compliant")] | Annotated[Literal["rigid"], tag("rigid")], Discriminator(_mounting)
+]
+
+
 class ChamferScenario(Scenario):
     """A chamfer of constant width along the edges of a drilled pipe or a CAD part (Sato et al. 2016)."""
 
@@ -322,9 +332,12 @@ class ChamferScenario(Scenario):
     operation: ChamferOperation = Field(description="feed and speed")
     path: PathResolution = Field(description="how fine the path is")
     material: Material | None = Field(default=None, description="cutting coefficients: gives forces")
-    spindle: CompliantSpindle | None = Field(
-        default=None, description="a compliant spindle: gives the width under deflection"
-    )
+    spindle: Mounted | None = Field(
+        default=None, description="a compliant spindle, which gives the width under deflection, or rigid",
+        examples=["{library: berselli2016}"],
+    )  # fmt: skip
+    robot: CarryingRobot | None = Field(default=None, description="a robot that carries the tool along the paths")
+    placement: Standing | None = Field(default=None, description="where the part stands before the robot")
     setup: SetupErrors | None = Field(default=None, description="uncertainty of the set-up")
 
     def contradictions(self) -> Iterator[Remark]:
@@ -342,7 +355,8 @@ class ChamferScenario(Scenario):
                 )
             if self.chamfer.tilt not in ("auto", 0.0):
                 yield Remark(("chamfer", "tilt"), "changes the legs: use it with definition: chord, or leave it out")
-        if self.spindle is not None and not self.has_forces:
+        yield from self._carrier_faults()
+        if self.compliant is not None and not self.has_forces:
             yield Remark(
                 ("spindle",), "needs forces to yield to: give material, operation.spindle_speed and tool.flutes"
             )
@@ -350,6 +364,32 @@ class ChamferScenario(Scenario):
             yield Remark(
                 ("path", "points"), f"is more than {_MOST_ON_CAD} points, the most along an edge of a CAD part"
             )
+
+    def _carrier_faults(self) -> Iterator[Remark]:
+        """A robot without forces to yield to, or whose turning tool would turn the pistons."""
+        robot = self.robot
+        if robot is None:
+            if self.placement is not None:
+                yield Remark(("placement",), "has nothing to place: there is no robot")
+            return
+        if not self.has_forces:
+            yield Remark(("robot",), "needs forces to yield to: give material, operation.spindle_speed and tool.flutes")
+        if self.compliant is not None and robot.redundancy_angle == "along_path":
+            yield Remark(
+                ("robot", "redundancy_angle"),
+                "along_path would turn the pistons with the tool, which is not modelled along a chamfer; write "
+                "best_constant or an angle, or spindle: rigid",
+            )
+
+    @property
+    def compliant(self) -> CompliantSpindle | None:
+        """The spindle, if it yields."""
+        return self.spindle if isinstance(self.spindle, CompliantSpindle) else None
+
+    @property
+    def yields(self) -> bool:
+        """Whether anything yields to the forces."""
+        return self.has_forces and (self.compliant is not None or self.robot is not None)
 
     @property
     def has_forces(self) -> bool:

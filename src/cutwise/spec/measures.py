@@ -279,4 +279,5 @@ CHAMFER: Mapping[str, MeasureSpec] = {
     "edges_refused": MeasureSpec("dimensionless", "number of selected edges without one"),
     "corners_joined": MeasureSpec("dimensionless", "corners at which one path goes on into the next"),
     "length_trimmed": MeasureSpec("length", "edge length given up at corners and concave neighbours"),
+    **CARRIED,
 }

@@ -276,7 +276,7 @@ def forces(result: "Result") -> Figure:
 
 
 def deflection(result: "Result") -> Figure:
-    """What the compliant spindle does along the edges: deflection of the tip, and the force that it meets."""
+    """What yields along the edges, spindle and robot: deflection of the tip, and the force that it meets."""
     structure = result["structure"].dataset
     size, unit = scale("length")
     factor, force_unit = scale("force")
@@ -296,9 +296,9 @@ def deflection(result: "Result") -> Figure:
     rigid = factor * np.hypot(*result["cutting"]["force"].sel(axis=["x", "y"]).values.T)
     _each(result, bottom, "force", at, rigid, color=SOFT, linestyle="--", label="rigid tool, no preset")
     _each(result, bottom, "force", at, force, color=INK, label="as it yields")
-    breakaway = factor * result.measures["breakaway_force"].value
-    if breakaway < 4.0 * max(float(force.max()), float(rigid.max())):
-        line_note(bottom, breakaway, f"breakaway {breakaway:.3g} {force_unit}", BAD)
+    breakaway = result.measures.get("breakaway_force")
+    if breakaway is not None and factor * breakaway.value < 4.0 * max(float(force.max()), float(rigid.max())):
+        line_note(bottom, factor * breakaway.value, f"breakaway {factor * breakaway.value:.3g} {force_unit}", BAD)
     bottom.set(xlabel=f"way along the edges [{unit}]", ylabel=f"force across\nthe rod [{force_unit}]")
     legend_above(bottom, 2)
     _marked(top, result)
@@ -333,7 +333,7 @@ PLOTS = [
         forces, ("cutting/force", "cutting/power"),
     ),
     Plot(
-        "The spindle yields",
+        "The tool yields",
         "Deflection of the tip and the force across the rod, with preset and part error.",
         deflection, ("structure/tip_deflection", "structure/deflected_force"),
     ),
