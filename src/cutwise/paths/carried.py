@@ -64,6 +64,15 @@ def line(
     return CarriedPath(at, point, axes)
 
 
+def across(up: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Axes at right angles to a unit vector from which angles of arcs count: x of the part (y where that is the vector
+    itself), and a quarter turn to the left of it."""
+    world = np.array([1.0, 0.0, 0.0]) if abs(up[0]) < 0.999 else np.array([0.0, 1.0, 0.0])
+    right = world - (world @ up) * up
+    right /= np.linalg.norm(right)
+    return right, np.cross(up, right)
+
+
 def arc(
     centre: FloatArray, radius: float, first: float, sweep: float, tool_axis: FloatArray, pitch: float, *,
     work_on_left: bool = False, follow: bool = True,
@@ -85,10 +94,7 @@ def arc(
         Process axes turn with the edge; else they keep those of the start.
     """
     up = -np.asarray(tool_axis, dtype=float) / np.linalg.norm(tool_axis)
-    world = np.array([1.0, 0.0, 0.0]) if abs(up[0]) < 0.999 else np.array([0.0, 1.0, 0.0])
-    right = world - (world @ up) * up
-    right /= np.linalg.norm(right)
-    ahead = np.cross(up, right)
+    right, ahead = across(up)
     at = stations(radius * sweep, pitch)
     sense = 1.0 if work_on_left else -1.0
     angle = first + sense * at / radius

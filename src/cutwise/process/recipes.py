@@ -14,6 +14,7 @@ from cutwise.process import (
     chamfer_robot,
     chamfer_stages,
     deburring,
+    deburring_part,
     drilling,
     drilling_remarks,
     drilling_stages,
@@ -51,6 +52,7 @@ class Outcome(NamedTuple):
 def deburr(scenario: DeburringScenario, progress: Progress | None = None) -> Result:
     """Compliant-spindle deburring: time stepping over all five stages (Berselli et al. 2016, Fig. 8)."""
 
+    scenario = deburring_part.on_part(scenario)
     step = scenario.numerics.time_step
     finer = _deburring_pass(scenario, 0.5 * step, _part(progress, 0.0, 2.0 / 3.0))[1]
     edge, found = _deburring_pass(scenario, step, _part(progress, 2.0 / 3.0, 1.0))
@@ -80,6 +82,7 @@ def _deburring_pass(
 
 def deburring_quick(scenario: DeburringScenario, wanted: Collection[str] = ()) -> Outcome:
     """What studies need: at least 100 µs of step with averaged forces over arcs, as given otherwise."""
+    scenario = deburring_part.on_part(scenario)
     step = scenario.numerics.time_step
     coarse = scenario.numerics.force == "averaged" and scenario.tool.runout == 0.0
     tooth = any(name.startswith("tooth_") for name in (*scenario.requirements, *wanted))
@@ -281,7 +284,7 @@ OUTCOMES: Mapping[str, Callable[..., Outcome]] = {
 }
 PREPARATIONS: Mapping[str, Callable[..., object]] = {
     "chamfer": chamfer.prepare,
-    "deburr": assemble.deburring_cell,
+    "deburr": lambda scenario: assemble.deburring_cell(deburring_part.on_part(scenario)),
     "drill": drilling.drill_cell,
     "machine": machine.prepare,
     "mill": lambda scenario: (arm_milling if scenario.robot is not None else milling).prepare(scenario),

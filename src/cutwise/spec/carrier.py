@@ -78,6 +78,8 @@ Arc: Any = create_model(  # type: ignore[call-overload]
 class CarriedPath(Spec):
     """The nominal edge or wall that the tool is carried along, in the frame of the part."""
 
+    elsewhere: ClassVar[bool] = False  # the part may give line or arc
+
     line: Line | None = Field(
         default=None, description="a straight path", examples=[f"{{from: {_EXAMPLES['from']}, to: {_EXAMPLES['to']}}}"]
     )
@@ -101,10 +103,11 @@ class CarriedPath(Spec):
         """A path, and an axis at a right angle to it."""
         if self.line is not None and self.arc is not None:
             yield Remark(("arc",), "a path is a line or an arc; write one of them")
-        if self.line is None and self.arc is None:
+        unknown = self.line is None and self.arc is None
+        if unknown and not self.elsewhere:
             yield Remark(("line",), f"missing; write {{from: {_EXAMPLES['from']}, to: {_EXAMPLES['to']}}}, or an arc")
             return
-        if self.orientation is not None and self.arc is None:
+        if self.orientation is not None and self.line is not None:
             yield Remark(("orientation",), "is for arcs: on a line there is nothing to turn with")
         axis = np.array(self.tool_axis)
         if np.linalg.norm(axis) < 1e-9:
@@ -127,6 +130,12 @@ class CarriedPath(Spec):
         if self.arc is not None:
             return float(self.arc.radius * self.arc.sweep)
         return float(self.line.length) if self.line is not None else 0.0
+
+
+class PartPath(CarriedPath):
+    """The nominal edge that the tool is carried along: given here, or chosen among the edges of a STEP part."""
+
+    elsewhere: ClassVar[bool] = True
 
 
 class Standing(Spec):

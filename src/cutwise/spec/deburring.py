@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 
 from cutwise import units
 from cutwise.spec.base import Remark
-from cutwise.spec.carrier import CarriedPath, CarryingRobot, Standing
+from cutwise.spec.carrier import CarryingRobot, PartPath, Standing
 from cutwise.spec.material import Material
 from cutwise.spec.measures import DEBURRING
 from cutwise.spec.numerics import TimeStepping
@@ -58,7 +58,7 @@ class DeburringScenario(Scenario):
     tool: HelicalMill = Field(description="the mill or bur")
     material: Material = Field(description="cutting coefficients of the material with this tool")
     spindle: CompliantSpindle = Field(description="the compliant spindle")
-    path: CarriedPath | None = Field(default=None, description="where the edge lies in the part, for a robot to follow")
+    path: PartPath | None = Field(default=None, description="where the edge lies in the part, for a robot to follow")
     placement: Standing | None = Field(default=None, description="where the part stands before the robot")
     robot: CarryingRobot | None = Field(default=None, description="the robot that carries the spindle along the path")
     numerics: TimeStepping = Field(default_factory=TimeStepping, description="how the computation is done")
@@ -67,7 +67,7 @@ class DeburringScenario(Scenario):
     def _as_long_as_its_path(self) -> Self:
         """A path gives the run its length; what the engineer wrote stays what was written."""
         operation = self.operation
-        if self.path is not None and operation.length is None and operation.duration is None:
+        if self.path is not None and self.path.length and operation.length is None and operation.duration is None:
             filled = operation.model_copy(update={"length": self.path.length})
             filled.model_fields_set.discard("length")
             object.__setattr__(self, "operation", filled)
@@ -86,6 +86,7 @@ class DeburringScenario(Scenario):
     def _carrier_faults(self) -> Iterator[Remark]:
         """A robot without a path, a path beside another length, a side of the work that the milling contradicts."""
         operation, path = self.operation, self.path
+        yield from self._part_faults()
         if operation.length is None and operation.duration is None and path is None:
             yield Remark(
                 ("operation", "duration"),
@@ -98,10 +99,10 @@ class DeburringScenario(Scenario):
             if self.placement is not None:
                 yield Remark(("placement",), "has nothing to place: there is no path")
             return
-        if self.robot is None and path.arc is None:
+        if self.robot is None and path.arc is None and self.part.step is None:
             yield Remark(("path",), "is followed by a robot; write robot.library, or operation.length alone")
         yield from self._arc_faults(path)
-        if (operation.length or operation.duration) and operation.run_length > path.length * (1 + 1e-9):
+        if path.length and (operation.length or operation.duration) and operation.run_length > path.length * (1 + 1e-9):
             key = "length" if operation.length is not None else "duration"
             yield Remark(
                 ("operation", key), f"the run is {_mm(operation.run_length)} long, the path only {_mm(path.length)}"
@@ -114,7 +115,29 @@ class DeburringScenario(Scenario):
                 f"the {side} of the feed",
             )
 
-    def _arc_faults(self, path: CarriedPath) -> Iterator[Remark]:
+    def _part_faults(self) -> Iterator[Remark]:
+        """An edge that is given twice or not at all."""
+        part, path = self.part, self.path
+        given = path is not None and (path.line is not None or path.arc is not None)
+        if part.step is None:
+            if part.edges is not None:
+                yield Remark(("part", "edges"), "chooses among the edges of a part: write part.step")
+            if path is not None and not given:
+                yield Remark(
+                    ("path", "line"),
+                    "missing; write {from: [1900 mm, -150 mm, 800 mm], to: [1900 mm, 150 mm, 800 mm]}, an arc, or part.step",
+                )
+        elif path is None:
+            yield Remark(
+                ("path",), "missing; with part.step say how the mill stands, for example path: {tool_axis: [0, 0, -1]}"
+            )
+        elif given:
+            key = "line" if path.line is not None else "arc"
+            yield Remark(
+                ("path", key), "names the edge a second time: part.step and part.edges give it; keep one of them"
+            )
+
+    def _arc_faults(self, path: PartPath) -> Iterator[Remark]:
         """What an arc needs to be told, and what is not modelled along one."""
         if path.arc is None:
             return

@@ -159,8 +159,8 @@ class DeburringOperation(Spec):
 
     def remarks(self) -> Iterator[Remark]:
         """Lead-in that reaches into the steady part; path error beyond the preset."""
-        steady = 0.75 * (self.run_time - self.lead_out_time)
-        if self.lead_in_time > steady:
+        known = self.length is not None or self.duration is not None  # else the part gives the length
+        if known and self.lead_in_time > 0.75 * (self.run_time - self.lead_out_time):
             yield Remark(
                 ("lead_in_time",),
                 "reaches into the steady part (the last quarter of the run), whose means are reported",

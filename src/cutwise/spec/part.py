@@ -83,6 +83,15 @@ class DeburringPart(Spec):
     """The part at the edge: what the mill meets once it has gone through the burr."""
 
     burr: Burr = Field(description="the burr")
+    step: str | None = Field(
+        default=None, description="a STEP file, beside the scenario, whose edge is deburred", examples=["disc.step"]
+    )
+    edges: str | None = Field(
+        default=None,
+        description="which edge of the STEP part, a line or an arc: outer, inner, closed, open, hole:N, edge:N, longer:5mm, "
+        "shorter:5mm, sharper:80deg, blunter:100deg, facing:+z, joined by commas (any) and & (all), ! for not",
+        examples=["edge:1"],
+    )
     contact_length: Annotated[Length, Usual("0.5 mm", "50 mm")] = Field(
         description="length a of the part's face along the mill axis", examples=["10 mm"], gt=0
     )
