@@ -1,15 +1,21 @@
 """What a run gives back: labelled histories per stage, measures, verdict, and where every input came from."""
 
+from __future__ import annotations
+
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-import xarray as xr
-
 from cutwise import units
+from cutwise.later import later
 from cutwise.spec.scenario import Scenario
+
+if TYPE_CHECKING:
+    import xarray as xr
+else:
+    xr = later("xarray")
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -145,7 +151,7 @@ class Result:
         return path
 
     @classmethod
-    def from_file(cls, path: str | Path, scenario: Scenario) -> "Result":
+    def from_file(cls, path: str | Path, scenario: Scenario) -> Result:
         """Read back a file written by :meth:`save`; the scenario comes from ``cutwise.io.scenario``."""
         tree = xr.open_datatree(Path(path), engine="h5netcdf").load()
         tree.close()
@@ -173,7 +179,7 @@ def _check_from_json(entry: Mapping[str, Any], measures: Mapping[str, Measure]) 
     return Check(name, entry["value"], dimension, entry["min"], entry["max"], entry["pass"])
 
 
-def judge(scenario: Scenario, measures: Mapping[str, Measure]) -> "Iterable[Check]":
+def judge(scenario: Scenario, measures: Mapping[str, Measure]) -> Iterable[Check]:
     """Hold the measures against the requirements of the scenario; a measure that the run lacks fails its limit."""
     for name, limit in scenario.requirements.items():
         measure = measures.get(name)

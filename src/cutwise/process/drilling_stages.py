@@ -1,11 +1,13 @@
 """The histories of a drilling run as labelled arrays, one group per stage."""
 
+from __future__ import annotations
+
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
+from cutwise.later import later
 from cutwise.maths.chains import frames
 from cutwise.maths.frames import FloatArray
 from cutwise.physics.cutting.drill import lip_force, margin_torque
@@ -16,6 +18,11 @@ from cutwise.process.loops_drilling import HISTORY
 from cutwise.process.posture_search import scan
 from cutwise.results import judge_values
 from cutwise.spec.drilling import DrillingScenario
+
+if TYPE_CHECKING:
+    import xarray as xr
+else:
+    xr = later("xarray")
 
 _DEPTHS = 400
 _ANGLES = 181

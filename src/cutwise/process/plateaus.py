@@ -1,14 +1,19 @@
 """Quasi-static equilibria of a compliant edge: where loading, unloading and frictionless sliding would settle."""
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
 
+from cutwise.later import later
 from cutwise.maths.curves import FloatArray, Polyline, constant
 from cutwise.physics.motion.edge import ToolMotion
 from cutwise.physics.structure.statics import gauge
 from cutwise.process.loops import AVERAGED, EdgeCell, cutting_forces
+
+if TYPE_CHECKING:
+    from scipy import optimize
+else:
+    optimize = later("scipy.optimize")
 
 
 class Equilibrium(NamedTuple):
@@ -56,7 +61,7 @@ def equilibrium(cell: EdgeCell, piston_force: float, burr_height: float, burr_wi
         return Equilibrium(min(low, burr_height), np.zeros(2))
     if excess(burr_height)[0] >= 0.0:
         return None
-    height = float(brentq(lambda h: excess(h)[0], low, burr_height, xtol=1e-12))
+    height = float(optimize.brentq(lambda h: excess(h)[0], low, burr_height, xtol=1e-12))
     normal = excess(height)[1]
     rise = (height - low) / arm
     if normal[1] <= 1e-9:

@@ -1,28 +1,12 @@
 """The recipes: one short function for each process, side by side, from scenario to result."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Callable, Collection, Mapping
+from typing import TYPE_CHECKING
 
-from cutwise.process import (
-    assemble,
-    assemble_mill,
-    chamfer,
-    chamfer_measures,
-    chamfer_program,
-    chamfer_stages,
-    deburring,
-    drilling,
-    drilling_remarks,
-    drilling_stages,
-    machine,
-    machine_stages,
-    milling,
-    milling_compare,
-    milling_measures,
-    milling_stability,
-    remarks,
-    remarks_mill,
-)
+from cutwise.later import later
 from cutwise.process.convergence import change_on_halved_step
 from cutwise.results import Infeasible, Measure, Result, SolverFailure, judge
 from cutwise.spec.chamfer import ChamferScenario
@@ -31,6 +15,47 @@ from cutwise.spec.drilling import DrillingScenario
 from cutwise.spec.machine_scenario import MachineScenario
 from cutwise.spec.milling import MillingScenario
 from cutwise.spec.scenario import Scenario
+
+if TYPE_CHECKING:
+    from cutwise.process import (
+        assemble,
+        assemble_mill,
+        chamfer,
+        chamfer_measures,
+        chamfer_program,
+        chamfer_stages,
+        deburring,
+        drilling,
+        drilling_remarks,
+        drilling_stages,
+        machine,
+        machine_stages,
+        milling,
+        milling_compare,
+        milling_measures,
+        milling_stability,
+        remarks,
+        remarks_mill,
+    )
+else:  # a run imports its own process, not those of the others
+    assemble = later("cutwise.process.assemble")
+    assemble_mill = later("cutwise.process.assemble_mill")
+    chamfer = later("cutwise.process.chamfer")
+    chamfer_measures = later("cutwise.process.chamfer_measures")
+    chamfer_program = later("cutwise.process.chamfer_program")
+    chamfer_stages = later("cutwise.process.chamfer_stages")
+    deburring = later("cutwise.process.deburring")
+    drilling = later("cutwise.process.drilling")
+    drilling_remarks = later("cutwise.process.drilling_remarks")
+    drilling_stages = later("cutwise.process.drilling_stages")
+    machine = later("cutwise.process.machine")
+    machine_stages = later("cutwise.process.machine_stages")
+    milling = later("cutwise.process.milling")
+    milling_compare = later("cutwise.process.milling_compare")
+    milling_measures = later("cutwise.process.milling_measures")
+    milling_stability = later("cutwise.process.milling_stability")
+    remarks = later("cutwise.process.remarks")
+    remarks_mill = later("cutwise.process.remarks_mill")
 
 Progress = Callable[[float], None]
 
@@ -223,11 +248,11 @@ MEASURES: Mapping[str, Callable[..., Mapping[str, float]]] = {
     "mill": mill_quick,
 }
 PREPARATIONS: Mapping[str, Callable[..., object]] = {
-    "chamfer": chamfer.prepare,
-    "deburr": assemble.deburring_cell,
-    "drill": drilling.drill_cell,
-    "machine": machine.prepare,
-    "mill": milling.prepare,
+    "chamfer": lambda scenario: chamfer.prepare(scenario),
+    "deburr": lambda scenario: assemble.deburring_cell(scenario),
+    "drill": lambda scenario: drilling.drill_cell(scenario),
+    "machine": lambda scenario: machine.prepare(scenario),
+    "mill": lambda scenario: milling.prepare(scenario),
 }
 RECIPES: Mapping[str, Callable[..., Result]] = {
     "chamfer": chamfer_path,
