@@ -4,7 +4,7 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
@@ -12,12 +12,10 @@ from cutwise.io import library
 from cutwise.io.documents import document_of_report, document_of_run
 from cutwise.io.files import as_text, read_bytes
 from cutwise.io.processes import model_of, process_named
-from cutwise.io.program_files import ProgramFiles, named_file
-from cutwise.io.spindle_nodes import with_solid
 from cutwise.io.tables import read_table
 from cutwise.io.tree import Node, compose, from_data, merged, origins, placed, too_short, unwrapped
-from cutwise.io.urdf import read_urdf
 from cutwise.io.wording import faults_among_sound_sections, faults_of, unknown_key
+from cutwise.later import later
 from cutwise.spec import faults as spec_faults
 from cutwise.spec import fields
 from cutwise.spec.base import LibrarySpec, Spec
@@ -26,6 +24,13 @@ from cutwise.spec.kinds import KINDS
 from cutwise.spec.program import Program
 from cutwise.spec.scenario import Origin, Scenario
 from cutwise.spec.tables import Table
+
+if TYPE_CHECKING:
+    from cutwise.io import program_files, spindle_nodes, urdf
+else:  # readers of what few scenarios hold
+    program_files = later("cutwise.io.program_files")
+    spindle_nodes = later("cutwise.io.spindle_nodes")
+    urdf = later("cutwise.io.urdf")
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _OVERRIDE = 2  # layer of values that are given beside the file; null takes away what the others say
@@ -216,7 +221,10 @@ class _Assembly:
             sections = [kind for kind in fields.sections(info) if not issubclass(kind, Table)]
             if tables and (file := _table_file(value[name])) is not None:
                 value[name] = self._table(value[name], file, tables[0], here)
-            elif any(issubclass(k, Program) for k in sections) and (file := named_file(value[name])) is not None:
+            elif (
+                any(issubclass(k, Program) for k in sections)
+                and (file := program_files.named_file(value[name])) is not None
+            ):
                 value[name] = self._program(value[name], file, here)
             elif value[name].value is None and sections and not tables and value[name].layer < _OVERRIDE:
                 value[name] = replace(value[name], value={})  # "part:" with nothing below it
@@ -229,7 +237,7 @@ class _Assembly:
                 message = "has no value; write one or leave the line out"
                 self.faults.append(value[name].fault(here, message, at_key=True))
         node = replace(node, value=value)
-        return self._with_solid(node, path) if "solid" in section.model_fields else node
+        return self._with_solid(node, path) if "solid" in section.model_fields and "solid" in value else node
 
     def _with_library(self, node: Node, section: type[LibrarySpec], path: spec_faults.Path) -> Node:
         label_node = node.value.get("library")
@@ -265,7 +273,7 @@ class _Assembly:
         place = self._file(file.text, file)
         tip = node.value.get("tip_link")
         try:
-            arm = read_urdf(place, str(place), tip.text if tip is not None and tip.text else None)
+            arm = urdf.read_urdf(place, str(place), tip.text if tip is not None and tip.text else None)
         except ScenarioFault as fault:
             self.incomplete.add(path)
             here = (*path, "urdf")
@@ -296,7 +304,7 @@ class _Assembly:
         return replace(node, value={**node.value, "step": replace(file, value=str(place))})
 
     def _with_solid(self, node: Node, path: spec_faults.Path) -> Node:
-        node, faults, known = with_solid(node, path)
+        node, faults, known = spindle_nodes.with_solid(node, path)
         self.faults += faults
         if not known:
             self.incomplete.add(path)
@@ -312,11 +320,10 @@ class _Assembly:
     def _known_to_section(self, values: Node, section: type[LibrarySpec], path: spec_faults.Path) -> Node:
         """Only what this process asks for; what no process knows is a fault of the entry."""
         known = {}
-        elsewhere = shelf_keys(section.library_shelf)
         for key, item in values.value.items():
             if key in section.model_fields:
                 known[key] = item
-            elif key not in elsewhere:
+            elif key not in shelf_keys(section.library_shelf):
                 message, meant = unknown_key(self.model, (*path, key))
                 self.meant.add(meant)
                 self.faults.append(item.fault((*path, key), message, at_key=True))
@@ -330,7 +337,9 @@ class _Assembly:
 
     def _program(self, node: Node, file: Node, path: spec_faults.Path) -> Node:
         """The section of a program with the texts of its files."""
-        section, faults = ProgramFiles(lambda named: self._file(named.text, named)).read_in(node, file, path)
+        section, faults = program_files.ProgramFiles(lambda named: self._file(named.text, named)).read_in(
+            node, file, path
+        )
         self.faults += faults
         return section
 

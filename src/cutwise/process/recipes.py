@@ -9,11 +9,6 @@ from typing import TYPE_CHECKING
 from cutwise.later import later
 from cutwise.process.convergence import change_on_halved_step
 from cutwise.results import Infeasible, Measure, Result, SolverFailure, judge
-from cutwise.spec.chamfer import ChamferScenario
-from cutwise.spec.deburring import DeburringScenario
-from cutwise.spec.drilling import DrillingScenario
-from cutwise.spec.machine_scenario import MachineScenario
-from cutwise.spec.milling import MillingScenario
 from cutwise.spec.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -37,6 +32,11 @@ if TYPE_CHECKING:
         remarks,
         remarks_mill,
     )
+    from cutwise.spec.chamfer import ChamferScenario
+    from cutwise.spec.deburring import DeburringScenario
+    from cutwise.spec.drilling import DrillingScenario
+    from cutwise.spec.machine_scenario import MachineScenario
+    from cutwise.spec.milling import MillingScenario
 else:  # a run imports its own process, not those of the others
     assemble = later("cutwise.process.assemble")
     assemble_mill = later("cutwise.process.assemble_mill")
