@@ -1,5 +1,6 @@
 """Quasi-static equilibria of a compliant edge: where loading, unloading and frictionless sliding would settle."""
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -7,7 +8,7 @@ import numpy as np
 from cutwise.later import later
 from cutwise.maths.curves import FloatArray, Polyline, constant
 from cutwise.physics.motion.edge import ToolMotion
-from cutwise.physics.structure.statics import gauge
+from cutwise.physics.structure.statics import Borders, borders, gauge
 from cutwise.process.loops import AVERAGED, EdgeCell, cutting_forces
 
 if TYPE_CHECKING:
@@ -36,10 +37,15 @@ def band(cell: EdgeCell, burr_height: float, burr_width: float) -> Band:
     piston = cell.ring.piston
     friction = 0.0 if piston.law == 0 else piston.friction_dynamic
     force = piston.pressure_force
-    return Band(*(equilibrium(cell, f, burr_height, burr_width) for f in (force + friction, force - friction, force)))
+    of = borders(cell.ring)
+    return Band(
+        *(equilibrium(cell, f, burr_height, burr_width, of) for f in (force + friction, force - friction, force))
+    )
 
 
-def equilibrium(cell: EdgeCell, piston_force: float, burr_height: float, burr_width: float) -> Equilibrium | None:
+def equilibrium(
+    cell: EdgeCell, piston_force: float, burr_height: float, burr_width: float, of: Borders
+) -> Equilibrium | None:
     r"""Where the moment of the tooth-averaged cutting force meets the border of what the pistons hold.
 
     The height of the tool solves :math:`g(M(h)) = 1` (:func:`~cutwise.physics.structure.statics.gauge`) between the
@@ -49,11 +55,11 @@ def equilibrium(cell: EdgeCell, piston_force: float, burr_height: float, burr_wi
     if piston_force <= 0.0:
         return None
     low = -cell.path.preset
-    profile = constant(burr_height)
     arm = cell.reach - cell.layers.strips.burr_start - 0.5 * burr_width
+    moment = _moments(cell, constant(burr_height), burr_width, arm)
 
     def excess(height: float) -> tuple[float, FloatArray]:
-        used, normal = gauge(cell.ring, piston_force, _moment(cell, profile, burr_width, height, arm))
+        used, normal = gauge(cell.ring, piston_force, moment(height), of)
         return used - 1.0, normal
 
     start, _ = excess(low)
@@ -72,12 +78,17 @@ def equilibrium(cell: EdgeCell, piston_force: float, burr_height: float, burr_wi
     return Equilibrium(min(height, burr_height), tilt)
 
 
-def _moment(cell: EdgeCell, profile: Polyline, burr_width: float, height: float, arm: float) -> FloatArray:
+def _moments(cell: EdgeCell, profile: Polyline, burr_width: float, arm: float) -> Callable[[float], FloatArray]:
     """Moment of cutting and weight on the motor when the tool stands at a height and moves along at the feed."""
     out = np.zeros(9)
-    tilt = np.array([0.0, (height + cell.path.preset) / arm, 0.0, 0.0])
     still = ToolMotion(0.0, -cell.path.preset, 0.0)
     averaged = cell.cutter._replace(force_law=AVERAGED)
     strips = cell.layers.strips
-    cutting_forces(averaged, profile, burr_width, strips, cell.reach, cell.path.feed, still, tilt, 0.0, out)
-    return out[7:9] + np.array([cell.ring.moment_x, cell.ring.moment_y])
+    weight = np.array([cell.ring.moment_x, cell.ring.moment_y])
+
+    def moment(height: float) -> FloatArray:
+        tilt = np.array([0.0, (height + cell.path.preset) / arm, 0.0, 0.0])
+        cutting_forces(averaged, profile, burr_width, strips, cell.reach, cell.path.feed, still, tilt, 0.0, out)
+        return out[7:9] + weight
+
+    return moment
