@@ -1,7 +1,7 @@
 """From a scenario file to a checked, frozen scenario that knows where each of its values came from."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -36,16 +36,25 @@ _HDF5 = b"\x89HDF\r\n\x1a\n"
 _OVERRIDE = 2  # layer of values that are given beside the file; null takes away what the others say
 _UNNAMED = ("name", "process")  # not values with an origin
 
+OVERRIDES = 'overrides["{}"]'
+"""How a message names an override in Python; the command line says ``--set``."""
 
-def load(path: str | Path, overrides: Sequence[str] = ()) -> Scenario:
+Overrides = Sequence[str] | Mapping[str, Any]
+"""Values that replace those of a file: ``key=value`` texts, or a mapping of dotted keys."""
+
+
+def load(path: str | Path, overrides: Overrides = (), *, named: str = OVERRIDES) -> Scenario:
     """The scenario of a YAML or JSON file, of a run file (``.nc``) or of an HTML report.
 
     Parameters
     ----------
     path : str or Path
         The file.
-    overrides : sequence of str
-        Values that replace those of the file, as ``dotted.key=value`` with the value in YAML.
+    overrides : mapping or sequence of str
+        Values that replace those of the file: dotted keys with their values as in the file, for example
+        ``{"operation.feed": "60 mm/s"}``; or texts ``dotted.key=value`` with the value in YAML.
+    named : str
+        How messages name an override, with ``{}`` for its key.
 
     Raises
     ------
@@ -56,19 +65,20 @@ def load(path: str | Path, overrides: Sequence[str] = ()) -> Scenario:
     path = Path(path)
     content = read_bytes(path, shown)
     if content.startswith(_HDF5):
-        return read_document(document_of_run(path, shown), shown, overrides)
+        return read_document(document_of_run(path, shown), shown, overrides, named=named)
     if path.suffix.lower() in (".html", ".htm"):
-        return read_document(document_of_report(as_text(content, shown), shown), shown, overrides)
-    return parse(as_text(content, shown), shown, overrides, folder=path.parent, title=path.stem)
+        return read_document(document_of_report(as_text(content, shown), shown), shown, overrides, named=named)
+    return parse(as_text(content, shown), shown, overrides, folder=path.parent, title=path.stem, named=named)
 
 
 def parse(
     text: str,
     name: str = "scenario",
-    overrides: Sequence[str] = (),
+    overrides: Overrides = (),
     *,
     folder: Path | None = None,
     title: str | None = None,
+    named: str = OVERRIDES,
 ) -> Scenario:
     """The scenario that a YAML or JSON text says; ``name`` stands for the file in messages."""
     tree, faults = compose(text, name)
@@ -79,26 +89,30 @@ def parse(
             message = f"{found}; a scenario has sections, start with: cutwise new {'|'.join(KINDS)}"
             faults.append(Fault((), message, file=name))
         raise ScenarioFault(faults)
-    return _scenario(tree, faults, overrides, folder or Path(), title)
+    return _scenario(tree, faults, overrides, folder or Path(), title, named)
 
 
-def read_document(document: Any, name: str = "scenario", overrides: Sequence[str] = ()) -> Scenario:
+def read_document(
+    document: Any, name: str = "scenario", overrides: Overrides = (), *, named: str = OVERRIDES
+) -> Scenario:
     """The scenario that :meth:`Scenario.document` wrote, with some values replaced."""
     if not isinstance(document, Mapping):
         raise ScenarioFault([Fault((), "holds no scenario", file=name)])
-    return _scenario(from_data(dict(document), name), [], overrides, Path(), None)
+    return _scenario(from_data(dict(document), name), [], overrides, Path(), None, named)
 
 
-def revised(scenario: Scenario, overrides: Sequence[str]) -> Scenario:
-    """The scenario with some values replaced, checked again as a whole."""
+def revised(scenario: Scenario, overrides: Overrides) -> Scenario:
+    """The scenario with some values replaced, checked again as a whole; many times over: :mod:`cutwise.io.revision`."""
     return read_document(scenario.document(), scenario.name, overrides)
 
 
-def _scenario(tree: Node, faults: list[Fault], overrides: Sequence[str], folder: Path, title: str | None) -> Scenario:
+def _scenario(
+    tree: Node, faults: list[Fault], overrides: Overrides, folder: Path, title: str | None, named: str
+) -> Scenario:
     """Put the layers together (library, file, overrides), check everything, and make the scenario."""
     tree = unwrapped(tree, (), faults)
-    for text in overrides:
-        tree = _overridden(tree, text, faults)
+    for key, value in _pairs(overrides, faults, named):
+        tree = _overridden(tree, key, value, faults, named.format(key))
     model = model_of(tree, faults)
     if model is None:
         raise ScenarioFault(_sorted(faults))
@@ -132,29 +146,40 @@ def _sorted(faults: Sequence[Fault]) -> list[Fault]:
     return sorted(dict.fromkeys(faults), key=lambda fault: (files[fault.file], fault.line or 0, fault.column or 0))
 
 
-def _overridden(tree: Node, text: str, faults: list[Fault]) -> Node:
-    """The tree with one ``dotted.key=value`` put in."""
-    key, sign, value_text = text.partition("=")
-    key = key.strip()
-    file = f"--set {key}"
+def _pairs(overrides: Overrides, faults: list[Fault], named: str) -> Iterator[tuple[str, Any]]:
+    """Overrides as dotted keys and values; what is not of that form is a fault."""
+    if isinstance(overrides, str):
+        overrides = [overrides]
+    given = overrides.items() if isinstance(overrides, Mapping) else (text.partition("=")[::2] for text in overrides)
+    texts = [f"{key}={value}" for key, value in overrides.items()] if isinstance(overrides, Mapping) else overrides
+    for (key, value), text in zip(given, texts, strict=True):
+        key = str(key).strip()
+        path = split_dotted(key)
+        if "=" not in text or not path or dotted(path) != key:
+            faults.append(Fault((), "is not of the form dotted.key=value", file=named.format(text)))
+        else:
+            yield key, value
+
+
+def _overridden(tree: Node, key: str, given: Any, faults: list[Fault], file: str) -> Node:
+    """The tree with the value of one dotted key put in; ``file``: how messages name it."""
     path = split_dotted(key)
-    if not sign or not path or dotted(path) != key:
-        faults.append(Fault((), "is not of the form dotted.key=value", file=f"--set {text}"))
-        return tree
-    if value_text.lstrip().startswith("!"):  # a selector that says not, and no tag of YAML
-        value_text = json.dumps(value_text.strip())
-    value, found = compose(value_text, file, layer=_OVERRIDE)
-    if found:
-        faults += [Fault(path, fault.message, file=file) for fault in found]
-        return tree
+    value: Node | None
+    if isinstance(given, str):
+        # a selector that says not begins as a tag of YAML does
+        value, found = compose(json.dumps(given.strip()) if given.lstrip().startswith("!") else given, file, _OVERRIDE)
+        if found:
+            faults += [Fault(path, fault.message, file=file) for fault in found]
+            return tree
+    else:
+        value, found = from_data(given, file, _OVERRIDE), []
     short = too_short(tree, path)
     if short is not None:
         faults.append(
             Fault((), f"there is no such entry: {dotted(short[0])} has {short[1]}, counted from 0", file=file)
         )
         return tree
-    value = value or Node(None, file=file, layer=_OVERRIDE)
-    value = unwrapped(value, path, found)
+    value = unwrapped(value or Node(None, file=file, layer=_OVERRIDE), path, found)
     faults += found
     for _, node in value.walk():
         node.line = node.column = node.key_line = node.key_column = None

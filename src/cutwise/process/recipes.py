@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from cutwise.later import later
 from cutwise.process.convergence import change_on_halved_step
@@ -60,6 +60,14 @@ else:  # a run imports its own process, not those of the others
 Progress = Callable[[float], None]
 
 
+class Outcome(NamedTuple):
+    """What studies need of a run: the measures in SI, and what there is to say about them."""
+
+    measures: Mapping[str, float]
+    warnings: tuple[str, ...] = ()  # those of the run, but for what takes a second run with half the step
+    infeasible: tuple[str, ...] = ()
+
+
 def deburr(scenario: DeburringScenario, progress: Progress | None = None) -> Result:
     """Compliant-spindle deburring: time stepping over all five stages (Berselli et al. 2016, Fig. 8)."""
 
@@ -88,12 +96,14 @@ def _deburring_pass(
     return edge, deburring.measures(scenario, edge, tooth=tooth)
 
 
-def deburring_measures(scenario: DeburringScenario, wanted: Collection[str] = ()) -> Mapping[str, float]:
-    """The measures alone, for studies: at least 100 µs of step with averaged forces over arcs, as given otherwise."""
+def deburring_quick(scenario: DeburringScenario, wanted: Collection[str] = (), *, coarse: bool = False) -> Outcome:
+    """What studies need; coarse: at least 100 µs of step with averaged forces over arcs, and no word about the run."""
     step = scenario.numerics.time_step
-    coarse = scenario.numerics.force == "averaged" and scenario.tool.runout == 0.0
     tooth = any(name.startswith("tooth_") for name in (*scenario.requirements, *wanted))
-    return _deburring_pass(scenario, max(step, _STUDY_STEP) if coarse else step, tooth=tooth)[1]
+    edge, found = _deburring_pass(
+        scenario, max(step, _STUDY_STEP) if coarse and coarser(scenario) else step, tooth=tooth
+    )
+    return Outcome(found, () if coarse else tuple(remarks.warnings(scenario, edge, found)))
 
 
 def machine_errors(scenario: MachineScenario, progress: Progress | None = None) -> Result:
@@ -149,22 +159,27 @@ def mill(scenario: MillingScenario, progress: Progress | None = None) -> Result:
     )
 
 
-def mill_quick(scenario: MillingScenario, wanted: Collection[str] = ()) -> Mapping[str, float]:
-    """The measures alone, for studies; stability only if a requirement or ``wanted`` names one of its measures."""
+def mill_quick(scenario: MillingScenario, wanted: Collection[str] = (), *, coarse: bool = False) -> Outcome:
+    """What studies need; coarse: whether the tool chatters only if a requirement or ``wanted`` asks for it."""
     done = milling.run(scenario, scenario.numerics.substeps)
     found = milling_measures.measures(scenario, done)
-    if not milling_stability.MEASURES.intersection((*scenario.requirements, *wanted)):
-        return found
-    steady = milling.stability(scenario, done)
-    return {**found, **(milling_stability.measures(steady) if steady is not None else {})}
+    if not coarse or milling_stability.MEASURES.intersection((*scenario.requirements, *wanted)):
+        steady = milling.stability(scenario, done)
+        found = {**found, **(milling_stability.measures(steady) if steady is not None else {})}
+    return Outcome(found, () if coarse else tuple(remarks_mill.warnings(scenario, done, found)))
 
 
-def machine_measures(scenario: MachineScenario, wanted: Collection[str] = ()) -> Mapping[str, float]:
-    """The measures alone, for studies; the Monte Carlo only if a requirement or ``wanted`` names one of its measures."""
+def machine_quick(scenario: MachineScenario, wanted: Collection[str] = (), *, coarse: bool = False) -> Outcome:
+    """What studies need; the Monte Carlo only if a requirement or ``wanted`` names one of its measures."""
     if not machine.MONTE_CARLO.intersection((*scenario.requirements, *wanted)):
         scenario = scenario.model_copy(update={"uncertainty": None})
-    one_pass = machine.evaluate_pass(scenario) if scenario.has_pass else None
-    return _machine_found(one_pass, machine.evaluate_volume(scenario))
+    one_pass, infeasible = None, ()
+    try:
+        one_pass = machine.evaluate_pass(scenario) if scenario.has_pass else None
+    except Infeasible as why:
+        infeasible = (str(why),)
+    found = _machine_found(one_pass, machine.evaluate_volume(scenario))
+    return Outcome(found, () if coarse else tuple(machine_stages.warnings(scenario, one_pass)), infeasible)
 
 
 def _machine_found(one_pass: machine.MachinePass | None, volume: machine.VolumeMap | None) -> Mapping[str, float]:
@@ -207,10 +222,12 @@ def _drilling_run(scenario: DrillingScenario, progress: Progress | None = None) 
     return drilling.DrillRun(cell, tuple(holes), shift, places)
 
 
-def drilling_measures(scenario: DrillingScenario, wanted: Collection[str] = ()) -> Mapping[str, float]:
-    """The measures alone, for studies."""
+def drilling_quick(scenario: DrillingScenario, wanted: Collection[str] = (), *, coarse: bool = False) -> Outcome:
+    """What studies need."""
     del wanted
-    return drilling.measures(scenario, _drilling_run(scenario))
+    run = _drilling_run(scenario)
+    said = () if coarse else tuple(drilling_remarks.warnings(scenario, run))
+    return Outcome(drilling.measures(scenario, run), said, tuple(drilling_remarks.infeasible(scenario, run)))
 
 
 def chamfer_path(scenario: ChamferScenario, progress: Progress | None = None) -> Result:
@@ -234,17 +251,23 @@ def chamfer_path(scenario: ChamferScenario, progress: Progress | None = None) ->
     )
 
 
-def chamfer_quick(scenario: ChamferScenario, wanted: Collection[str] = ()) -> Mapping[str, float]:
-    """The measures alone, for studies; the band of set-up errors only if a requirement or ``wanted`` names it."""
+def chamfer_quick(scenario: ChamferScenario, wanted: Collection[str] = (), *, coarse: bool = False) -> Outcome:
+    """What studies need; the band of set-up errors only if a requirement or ``wanted`` names it."""
     band = any(name.startswith("setup_width") for name in (*scenario.requirements, *wanted))
-    return chamfer_measures.measures(scenario, chamfer.run(scenario, wanted=frozenset({"band"} if band else ())))
+    done = chamfer.run(scenario, wanted=frozenset({"band"} if band else ()))
+    found = chamfer_measures.measures(scenario, done)
+    if coarse:
+        return Outcome(found, (), done.infeasible)
+    program = chamfer_program.moves(scenario, done.paths, done.links, done.members) if done.paths else None
+    said = chamfer_measures.warnings(scenario, done, found, program.unproven if program else ())
+    return Outcome(found, tuple(said), done.infeasible)
 
 
-MEASURES: Mapping[str, Callable[..., Mapping[str, float]]] = {
+OUTCOMES: Mapping[str, Callable[..., Outcome]] = {
     "chamfer": chamfer_quick,
-    "deburr": deburring_measures,
-    "drill": drilling_measures,
-    "machine": machine_measures,
+    "deburr": deburring_quick,
+    "drill": drilling_quick,
+    "machine": machine_quick,
     "mill": mill_quick,
 }
 PREPARATIONS: Mapping[str, Callable[..., object]] = {
@@ -292,12 +315,35 @@ def prepare(scenario: Scenario) -> None:
     PREPARATIONS[scenario.process](scenario)
 
 
-def quick_measures(scenario: Scenario, wanted: Collection[str] = ()) -> Mapping[str, float]:
-    """The measures of a scenario in SI, without histories and convergence: what sweeps and advice run many times.
+def coarser(scenario: Scenario) -> bool:
+    """Whether a coarse outcome takes another step than the run: with averaged forces over arcs."""
+    return (
+        scenario.process == "deburr"
+        and scenario.numerics.force == "averaged"  # type: ignore[attr-defined]
+        and scenario.tool.runout == 0.0  # type: ignore[attr-defined]
+        and scenario.numerics.time_step < _STUDY_STEP  # type: ignore[attr-defined]
+    )
 
-    Measures that take long are left out unless a requirement or ``wanted`` names them.
+
+def quick_outcome(scenario: Scenario, wanted: Collection[str] = (), *, coarse: bool = False) -> Outcome:
+    """What a run comes to, without histories and convergence: its measures in SI and its warnings.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        What to simulate.
+    wanted : collection of str
+        Measures that take long, which are left out unless a requirement or this names them.
+    coarse : bool
+        For hundreds of variants: a larger step where that is known to do, and no warnings. Otherwise every measure is
+        that of the run to the last bit.
     """
-    return MEASURES[scenario.process](scenario, wanted)
+    return OUTCOMES[scenario.process](scenario, wanted, coarse=coarse)
+
+
+def quick_measures(scenario: Scenario, wanted: Collection[str] = ()) -> Mapping[str, float]:
+    """The measures of a coarse :func:`quick_outcome`."""
+    return quick_outcome(scenario, wanted, coarse=True).measures
 
 
 def collect(scenario: Scenario, found: Mapping[str, float], **parts: object) -> Result:

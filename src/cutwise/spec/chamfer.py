@@ -315,6 +315,10 @@ class ChamferScenario(Scenario):
         "requirements": "{width_min: {min: 0.295 mm}, width_max: {max: 0.305 mm}, gouge_max: {max: 2 um}}",
     }
 
+    def unasked(self) -> int:
+        """A path on a CAD part, or a spindle that yields, takes half a second a run."""
+        return 10 if self.part.step is not None or self.part.block is not None or self.spindle is not None else 40
+
     process: Literal["chamfer"] = Field(description="which operation is simulated", examples=["chamfer"])
     part: ChamferPart = Field(description="the part and its edges")
     chamfer: ChamferSize = Field(description="the chamfer")

@@ -249,6 +249,10 @@ class DrillingScenario(Scenario):
     }
     focus: ClassVar[str] = "hole_position_error_exit"
 
+    def unasked(self) -> int:
+        """A pattern drills every hole, and looks for its place."""
+        return 100 if self.hole.grid is None and not self.hole.others and self.part.placement is None else 10
+
     process: Literal["drill"] = Field(description="which operation is simulated", examples=["drill"])
     operation: DrillingOperation = Field(description="feed and speed")
     hole: Hole = Field(description="where to drill")

@@ -199,6 +199,10 @@ class MachineScenario(Scenario):
             levers.pop("path.feed")  # a prescribed force does not ask for it
         return {**levers, **(stiffer if self.has_pass else {})}
 
+    def unasked(self) -> int:
+        """A program, a map of the working space or a chain with rotary axes takes ten times a simple pass."""
+        return 100 if self.volume is None and self.program is None else 40
+
     def contradictions(self) -> Iterator[Remark]:
         """Everything wrong with the chain, the errors and the travel, at once."""
         for check in self.checks():

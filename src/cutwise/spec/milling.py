@@ -204,6 +204,21 @@ class MillingScenario(Scenario):
     }
     focus: ClassVar[str] = "contour_error_max"
 
+    def turned(self) -> Mapping[str, tuple[str, str]]:
+        """What this cut has: a program no corner, one in a stock no depths; a corner no blend unless it is asked for."""
+        idle = {"path.corner"} if self.program is not None else set()
+        if self.stock is not None:
+            idle |= {"operation.axial_depth", "operation.radial_depth"}
+        if self.program is None and not isinstance(self.path_mode, Blend):
+            idle.add("path_mode.blend")
+        return {key: ends for key, ends in self.levers.items() if key not in idle}
+
+    def unasked(self) -> int:
+        """A program takes seconds, one that is followed through its stock or on a vibrating tip many."""
+        if self.program is None:
+            return 100
+        return 5 if self.stock is not None or self.tool.modes else 12
+
     process: Literal["mill"] = Field(description="which operation is simulated", examples=["mill"])
     path: CornerPath | None = Field(default=None, description="a pocket corner (or give program)")
     program: Program | None = Field(default=None, description="an NC program (or give path)")

@@ -71,6 +71,13 @@ class Scenario(Spec):
         """The levers of this scenario; those of several numbers turn all of them together, by a factor."""
         return self.levers
 
+    def unasked(self) -> int:
+        """Further runs that advice on a finished run may make without being asked: fewer where a run takes long.
+
+        A number of the scenario, not of the machine: a report is the same everywhere.
+        """
+        return 100
+
     name: str = Field(
         default="unnamed",
         description="name of the scenario",

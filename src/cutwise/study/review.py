@@ -1,37 +1,48 @@
 """What a finished run is told about itself: sensitivities to assumed values, and advice."""
 
-import time
-from contextlib import suppress
 from dataclasses import replace
 
-from cutwise.process.recipes import MEASURES, quick_measures
-from cutwise.results import Result, SolverFailure
-from cutwise.study.advice import advise
-from cutwise.study.sensitivity import assumed_sensitivity
+from cutwise.process.recipes import OUTCOMES
+from cutwise.results import Result
+from cutwise.study.advice import consult
+from cutwise.study.sensitivity import assumed_quantities, assumed_sensitivity
+from cutwise.study.trials import Budget
 
-_PATIENCE = 3.0  # [CPU s] of further runs that nobody has asked for
-_RUNS = 80
+_ROOM = 20  # runs below which the room of a run that passes is not looked for
 
 
-def reviewed(result: Result, *, patience: float = _PATIENCE) -> Result:
-    """The result with sensitivities and advice, where further runs are quick enough.
+def reviewed(result: Result, *, runs: int | None = None) -> Result:
+    """The result with advice and sensitivities, within a number of further runs that is the same on every machine.
 
     Parameters
     ----------
     result : Result
         A finished run.
-    patience : float
-        Processor time that the further runs may take [s]; a process whose runs are slower is left as it is, with a
-        note saying so. An infeasible operation that has its remedies already is left as it is.
+    runs : int, optional
+        Further runs for advice, and as many for sensitivities; what the scenario allows
+        (:meth:`~cutwise.spec.scenario.Scenario.unasked`) if left out. A run that fails gets advice from however few;
+        one that passes is told its room, and sensitivities are found, only if there are enough. What was left out
+        stands in a note. An infeasible operation that has its remedies already is left as it is.
     """
-    if result.scenario.process not in MEASURES or (result.infeasible and result.advice):
+    scenario = result.scenario
+    if scenario.process not in OUTCOMES or (result.infeasible and result.advice):
         return result
-    start = time.process_time()
-    with suppress(SolverFailure):
-        quick_measures(result.scenario)
-    needed = (time.process_time() - start) * _RUNS
-    if needed > patience:
-        note = f"advice and sensitivities need up to {_RUNS} further runs, about {needed:.0f} s; ask for them with: cutwise advise"
-        return replace(result, notes={**result.notes, "advice": note})
-    found = advise(result.scenario, pairs=False)
-    return replace(result, advice=(*result.advice, *found), sensitivity=assumed_sensitivity(result.scenario))
+    most = scenario.unasked() if runs is None else runs
+    left_out = []
+    found: tuple[str, ...] = ()
+    if scenario.requirements and (result.verdict == "fail" or most >= _ROOM) and most > 0:
+        advice = consult(scenario, pairs=False, budget=Budget(most))
+        found = advice.sentences
+    elif scenario.requirements:
+        left_out.append("the room in each setting")
+    weights = result.sensitivity
+    if 2 * sum(1 for _ in assumed_quantities(scenario)) < most:
+        weights = assumed_sensitivity(scenario)
+    else:
+        left_out.append("sensitivities to assumed values")
+    notes = dict(result.notes)
+    if left_out:
+        notes["advice"] = (
+            f"left out, for a run of this kind takes long: {' and '.join(left_out)}; cutwise advise finds them"
+        )
+    return replace(result, advice=(*result.advice, *found), sensitivity=weights, notes=notes)

@@ -2,13 +2,12 @@
 
 from collections.abc import Iterator, Mapping
 
-from cutwise import units
-from cutwise.io.scenario import revised
-from cutwise.process.recipes import quick_measures
-from cutwise.results import SolverFailure
+from cutwise.io.revision import Value, revisions
+from cutwise.process.recipes import coarser
 from cutwise.spec import fields
-from cutwise.spec.faults import ScenarioFault, dotted
+from cutwise.spec.faults import dotted
 from cutwise.spec.scenario import Scenario
+from cutwise.study.case import cases, faithful
 
 STEP = 0.1  # relative change of a value
 
@@ -19,7 +18,8 @@ def assumed_sensitivity(scenario: Scenario, share: float = STEP) -> dict[str, fl
     r"""Change of the focus measure when an assumed value is off by a tenth, largest first.
 
     The larger of :math:`|m(1.1 v) - m(v)|` and :math:`|m(0.9 v) - m(v)|`, with its sign, by running again; values that
-    are zero, no numbers, or that the scenario refuses to change alone are left out.
+    are zero, no numbers, or that the scenario refuses to change alone are left out. The runs take the coarse step of
+    studies where that gives the focus measure of the run (:data:`cutwise.study.case.TOLERANCE`), its own elsewhere.
 
     Parameters
     ----------
@@ -33,29 +33,27 @@ def assumed_sensitivity(scenario: Scenario, share: float = STEP) -> dict[str, fl
     dict
         Dotted key: change of the focus measure [SI].
     """
-    base = _focus_with(scenario, {})
+    focus = scenario.focus
+    evaluate = cases(scenario)
+    start = evaluate({})
+    if coarser(scenario):
+        quick = cases(scenario, coarse=True)
+        coarse = quick({})
+        if faithful(scenario, coarse.measures, start.measures, (focus,)):
+            evaluate, start = quick, coarse
+    base = start.measures.get(focus)
     if base is None:
         return {}
     found: dict[str, float] = {}
-    for key, value, dimension in assumed_quantities(scenario):
-        changes = []
-        for factor in (1.0 - share, 1.0 + share):
-            other = _focus_with(scenario, {key: _scaled(value, factor, dimension)})
-            if other is not None:
-                changes.append(other - base)
+    for key, value, _ in assumed_quantities(scenario):
+        moved = (evaluate({key: _scaled(value, factor)}).measures.get(focus) for factor in (1.0 - share, 1.0 + share))
+        changes = [other - base for other in moved if other is not None]
         if changes:
             found[key] = max(changes, key=abs)
     return dict(sorted(found.items(), key=lambda item: -abs(item[1])))
 
 
-def _focus_with(scenario: Scenario, values: Mapping[str, str]) -> float | None:
-    try:
-        return quick_measures(changed(scenario, values) if values else scenario).get(scenario.focus)
-    except (ScenarioFault, SolverFailure):
-        return None
-
-
-def changed(scenario: Scenario, values: Mapping[str, str]) -> Scenario:
+def changed(scenario: Scenario, values: Mapping[str, Value]) -> Scenario:
     """The scenario with some values replaced, checked as a whole.
 
     Raises
@@ -63,7 +61,7 @@ def changed(scenario: Scenario, values: Mapping[str, str]) -> Scenario:
     ScenarioFault
         The values do not fit the others.
     """
-    return revised(scenario, [f"{key}={value}" for key, value in values.items()])
+    return revisions(scenario)(values)
 
 
 def assumed_quantities(scenario: Scenario) -> Iterator[tuple[str, Amount, str]]:
@@ -82,8 +80,5 @@ def _is_amount(value: object) -> bool:
     return isinstance(value, float) and value != 0.0
 
 
-def _scaled(value: Amount, factor: float, dimension: str) -> str:
-    """A value, or each of several, times a factor, as it is written in a scenario."""
-    if isinstance(value, tuple):
-        return f"[{', '.join(units.text(factor * entry, dimension) for entry in value)}]"
-    return units.text(factor * value, dimension)
+def _scaled(value: Amount, factor: float) -> Amount:
+    return tuple(factor * entry for entry in value) if isinstance(value, tuple) else factor * value
