@@ -9,7 +9,7 @@ import typer
 import cutwise
 from cutwise.app import interrupt, looking
 from cutwise.app.leaving import INTERRUPTED, OK, REQUIREMENT_FAILED, explain, refuse, writable
-from cutwise.app.options import Overrides, ScenarioFile
+from cutwise.app.options import SET, Overrides, ScenarioFile
 from cutwise.app.writing import folder_name, programs, written
 
 if TYPE_CHECKING:
@@ -81,7 +81,7 @@ def check(file: ScenarioFile, overrides: Overrides = None) -> None:
     from cutwise.process.recipes import prepare
     from cutwise.spec.notices import notices
 
-    scenario = load(file, overrides or ())
+    scenario = load(file, overrides or (), named=SET)
     prepare(scenario)
     Console().checked(str(file), scenario, notices(scenario))
 
@@ -117,7 +117,7 @@ def run(
     from cutwise.app.console import Console
     from cutwise.io.scenario import load
 
-    scenario = load(file, overrides or ())
+    scenario = load(file, overrides or (), named=SET)
     folder = output or Path("cutwise-runs") / folder_name(scenario.name)
     writable(folder)
     for program in filter(None, (gcode, apt, poses)):
@@ -197,23 +197,31 @@ def advise(
                      help="a setting that may be turned and how far, for example operation.feed='40 mm/s..90 mm/s'; "
                      "repeatable; default: the usual ones of the process"),
     ] = None,
+    budget: Annotated[
+        str | None,
+        typer.Option("--budget", metavar="N|TIME", help="the most runs (200) or processor time ('60 s') to spend"),
+    ] = None,
 ) -> None:  # fmt: skip
     """Find by many runs which settings meet the requirements, or how much room there is, and which assumptions matter."""
     from cutwise.app.console import Console
     from cutwise.io.scenario import load
-    from cutwise.study.advice import advise as advice
-    from cutwise.study.advice import read_limits
+    from cutwise.study.advice import consult
+    from cutwise.study.levers import read_limits
     from cutwise.study.sensitivity import assumed_sensitivity
+    from cutwise.study.trials import NO_END, read_budget
 
-    scenario = load(file, overrides or ())
+    most = read_budget(budget) if budget is not None else NO_END
+    scenario = load(file, overrides or (), named=SET)
     if not scenario.requirements:
         example = scenario.starts.get("requirements", f"{{{scenario.focus}: {{max: ...}}}}")
         refuse(f"{file}: has no requirements to advise on; add some, for example requirements: {example}")
     levers = read_limits(scenario, limits or ())
     console = Console()
     with console.progress(scenario.name):
-        found, weights = advice(scenario, levers), assumed_sensitivity(scenario)
-    console.advice(scenario, found, weights)
+        found = consult(scenario, levers, budget=most, named="--limit {}")
+        weights = assumed_sensitivity(scenario) if budget is None else {}
+    console.consulted(scenario, found, weights)
+    raise typer.Exit(OK if found.met else REQUIREMENT_FAILED)
 
 
 @app.command()
@@ -231,6 +239,9 @@ def sweep(
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="FILE", help="write all measures (SI) as .csv or .nc")
     ] = None,
+    in_full: Annotated[
+        bool, typer.Option("--check/--no-check", help="run first, last and worst combination in full, with half the step too")
+    ] = True,
 ) -> None:  # fmt: skip
     """Run a scenario over values of its keys and print a table."""
     from cutwise.app.console import Console
@@ -238,14 +249,14 @@ def sweep(
     from cutwise.study.sweep import parse_values, save, shown_measures
     from cutwise.study.sweep import sweep as swept
 
-    scenario = load(file, overrides or ())
+    scenario = load(file, overrides or (), named=SET)
     values = parse_values(over)
     names = shown_measures(scenario, measure or ())
     if output is not None and output.suffix not in (".csv", ".nc"):
         refuse(f"{output}: write a .csv or a .nc file")
     console = Console()
     with console.progress(f"sweep of {scenario.name}") as progress:
-        table = swept(scenario, values, progress, names)
+        table = swept(scenario, values, progress, names, check=in_full, named="--over {}")
     console.sweep(scenario, table, names)
     if output is not None:
         print(save(table, output))

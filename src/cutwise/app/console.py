@@ -4,7 +4,7 @@ import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from itertools import product
-from math import isnan, nan
+from math import isnan
 from typing import TYPE_CHECKING
 
 import rich.console
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from cutwise.process.selfchecks import Outcome
     from cutwise.results import Check, Result
     from cutwise.spec.scenario import Scenario
+    from cutwise.study.advice import Advice
 
 _PATIENCE = 2.0  # [s] a progress bar appears only after this
 _SAID_ALREADY = ("remedies", "left_out")  # notes for the report: advice and warnings say the same
@@ -108,18 +109,37 @@ class Console:
         self.line(verdict_line(result), _COLOURS[result.verdict])
 
     def sweep(self, scenario: "Scenario", table: "xr.Dataset", names: "Sequence[str]") -> None:
-        """Measures over all combinations of values."""
-        keys = list(table.dims)
-        known = scenario.measures
-        rows = []
-        for point in product(*(table[key].values for key in keys)):
-            here = table.sel(dict(zip(keys, point, strict=True)))
-            found = {name: float(here[name]) for name in names if name in here}
-            shown = ("-" if isnan(found.get(n, nan)) else units.show(found[n], known[n].dimension) for n in names)
-            rows.append((*map(str, point), *shown))
-        self.table(f"{scenario.name} ({scenario.process})", (*map(str, keys), *names), rows)
+        """Measures over all combinations of values, and what the runs say, each sentence once."""
+        from cutwise.study.sweep import TEXT
+
+        keys = [str(key) for key in table.dims]
+        known, shown = scenario.measures, [name for name in names if name in table]
+        forms = {name: Form.of(known[name].dimension, _finite(table[name].values)) for name in shown}
+        rows, said = [], {}
+        for place in product(*(range(table.sizes[key]) for key in keys)):
+            here = table.isel(dict(zip(keys, place, strict=True)))
+            point = [str(here[name if (name := TEXT.format(key)) in table.coords else key].values) for key in keys]
+            cells = ("-" if isnan(float(here[name])) else f"{forms[name].text(float(here[name]))} {forms[name].unit}"
+                     for name in shown)  # fmt: skip
+            marks = []
+            for what in ("infeasible", "warnings"):
+                for sentence in str(here[what].values).splitlines():
+                    marks.append(said.setdefault(f"{what.removesuffix('s')}: {sentence}", len(said) + 1))
+            rows.append((*point, *cells, ", ".join(map(str, marks))))
+        self.table(f"{scenario.name} ({scenario.process})", (*keys, *shown, "said"), rows)
+        for sentence, number in said.items():
+            self.line(f"{number}: {sentence}", "yellow")
         for reason in str(table.attrs.get("failed", "")).splitlines():
             self.line(f"not run: {reason}")
+
+    def consulted(self, scenario: "Scenario", found: "Advice", sensitivity: Mapping[str, float]) -> None:
+        """Advice with the verdict that it starts from, and what it cost."""
+        self.advice(scenario, found.sentences, sensitivity)
+        self.line(f"cost: {found.runs} runs, {found.seconds:.1f} s of processor time")
+        self.line(
+            "PASS: the requirements are met as it stands" if found.met else "FAIL: the requirements are not met as it stands",
+            _COLOURS["pass" if found.met else "fail"],
+        )
 
     def advice(self, scenario: "Scenario", advice: Sequence[str], sensitivity: Mapping[str, float]) -> None:
         """What to change, or how much room there is, and which assumed values matter."""

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from cutwise.app.leaving import refuse, writable
-from cutwise.app.options import Overrides, ScenarioFile
+from cutwise.app.options import SET, Overrides, ScenarioFile
 
 
 def part(
@@ -86,7 +86,7 @@ def spindle(
     from cutwise.app import spindle as sheets
     from cutwise.io.scenario import load
 
-    scenario = load(file, overrides or ())
+    scenario = load(file, overrides or (), named=SET)
     try:
         found = sheets.sheet(scenario)
         tip = [units.parse(part.strip(), "length") for part in deflection.split(",")]

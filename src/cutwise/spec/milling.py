@@ -8,6 +8,7 @@ from annotated_types import Gt
 from pydantic import Discriminator, Field
 
 from cutwise import units
+from cutwise.spec import needs
 from cutwise.spec.base import (
     Angle,
     AngularSpeed,
@@ -26,6 +27,7 @@ from cutwise.spec.drives import CncMachine
 from cutwise.spec.fields import tag
 from cutwise.spec.material import Material
 from cutwise.spec.measures import MILLING
+from cutwise.spec.needs import Needs
 from cutwise.spec.program import Blend, PathMode, Program, StockBlock
 from cutwise.spec.scenario import MeasureSpec, Scenario
 from cutwise.spec.tool import HelicalMill
@@ -38,10 +40,6 @@ def _corner_kind(value: Any) -> str:
 
 
 _LONG_FLUTES = 5.0  # diameters
-_TOOTH_BY_TOOTH = frozenset({
-    "force_xy_peak", "force_x_peak", "force_y_peak", "force_z_peak", "tip_deflection_max", "wall_error_min",
-    "wall_error_max",
-})  # fmt: skip
 
 CornerShape = Annotated[
     Annotated[Literal["sharp"], tag("sharp")] | Annotated[Length, Gt(0), tag("fillet")], Discriminator(_corner_kind)
@@ -179,6 +177,7 @@ class MillingScenario(Scenario):
     """Milling a pocket with a CNC machine (Ozcan et al. 2017)."""
 
     measures: ClassVar[Mapping[str, MeasureSpec]] = MILLING
+    needs: ClassVar[Needs] = needs.MILLING
     either: ClassVar[tuple[tuple[str, ...], ...]] = (("path",), ("program",))
     starts: ClassVar[Mapping[str, str]] = {
         "path.corner": "2 mm",
@@ -281,8 +280,6 @@ class MillingScenario(Scenario):
                 if getattr(self.operation, key) is not None:
                     yield Remark(("operation", key), "is not used: the stock says what the program meets")
         if self.numerics.force != "tooth_resolved":
-            for name in _TOOTH_BY_TOOTH.intersection(self.requirements):
-                yield Remark(("requirements", name), "needs numerics.force: tooth_resolved")
             for key in ("modes", "runout"):
                 if getattr(self.tool, key):
                     yield Remark(("tool", key), f"does not count with numerics.force: {self.numerics.force}")

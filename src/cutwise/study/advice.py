@@ -288,11 +288,11 @@ def _turn(lever: Lever, value: float) -> str:
 def _no_way(trials: Trials, levers: tuple[Lever, ...], *, pairs: bool, complete: bool) -> Iterator[str]:
     """What to say where nothing helps: what was tried, and what came nearest."""
     if not levers:
-        yield "this scenario has no setting that advice may turn; name some, for example --limit KEY=LOW..HIGH"
+        yield "this scenario has none of the settings that advice turns by itself: name some, with limits"
         return
     tried = ", ".join(f"{lever.name} {lever.shown(lever.low)} to {lever.shown(lever.high)}" for lever in levers)
-    beyond = "and no pair of them " if pairs and complete else ""
-    hint = "" if pairs or not complete else "; cutwise advise looks for two together"
+    beyond = "and no pair of them " if pairs and complete and len(levers) > 1 else ""
+    hint = "" if pairs or len(levers) < 2 else "; cutwise advise looks for two together"
     if complete:
         yield f"no single lever {beyond}meets the requirements within its limits ({tried}){hint}"
     else:

@@ -42,7 +42,7 @@ class Lever(NamedTuple):
 
 
 def read_limits(scenario: Scenario, texts: Sequence[str]) -> dict[str, tuple[str, str]]:
-    """``key=low..high`` as limits of levers; none given, the levers of the process.
+    """``key=low..high`` as limits of levers; none, if there are no texts.
 
     Raises
     ------
@@ -61,7 +61,7 @@ def read_limits(scenario: Scenario, texts: Sequence[str]) -> dict[str, tuple[str
         raise ScenarioFault(faults)
     if limits:
         levers_of(scenario, limits, "--limit {}")
-    return limits or dict(scenario.turned())
+    return limits
 
 
 def levers_of(
@@ -84,7 +84,8 @@ def levers_of(
     for key, ends in limits.items():
         wrong = list(_wrong(scenario, key, given.get(key), ends, named.format(key)))
         faults += wrong
-        lever = None if wrong else _lever(scenario, key, given.get(key), ends)
+        now = given.get(key)
+        lever = None if wrong else _lever(scenario, key, None if isinstance(now, str) else now, ends)
         if lever is not None:
             levers.append(lever)
     if faults:

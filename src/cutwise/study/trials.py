@@ -9,6 +9,7 @@ import numpy as np
 from cutwise import units
 from cutwise.io.revision import Value
 from cutwise.process.recipes import Outcome, coarser
+from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.spec.scenario import Scenario
 from cutwise.study.case import Case, cases, faithful
 from cutwise.study.levers import Lever
@@ -24,6 +25,25 @@ class Budget(NamedTuple):
 
 
 NO_END = Budget()
+
+
+def read_budget(text: str) -> Budget:
+    """``200`` (runs) or ``30 s`` (of processor time).
+
+    Raises
+    ------
+    ScenarioFault
+        Neither.
+    """
+    try:
+        if text.strip().isdigit() and int(text) > 0:
+            return Budget(int(text))
+        seconds = units.parse(text, "time")
+    except (units.UnitFault, ValueError):
+        seconds = 0.0
+    if seconds > 0.0:
+        return Budget(None, seconds)
+    raise ScenarioFault([Fault((), f'"{text}" is neither a number of runs nor a time; write 200 or "30 s"', file="--budget")])
 
 
 class Spent(Exception):
