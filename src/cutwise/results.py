@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -17,9 +18,6 @@ if TYPE_CHECKING:
 else:
     xr = later("xarray")
 
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
 
 class SolverFailure(Exception):
     """The computation did not come to an end: which solver, where it stopped, and what to change."""
@@ -27,6 +25,30 @@ class SolverFailure(Exception):
 
 class Infeasible(SolverFailure):
     """The operation cannot be done: what gives way, where, and what helps."""
+
+
+class NoSuchName(KeyError):
+    """A name that is not there, with the one that was probably meant."""
+
+    def __init__(self, kind: str, name: object, known: Iterable[str], where: str) -> None:
+        names = [str(one) for one in known]
+        near = get_close_matches(str(name), names, n=1)
+        hint = (
+            f"did you mean {near[0]}?"
+            if near
+            else f"there are {', '.join(names[:12])}{', ...' if len(names) > 12 else ''}"
+        )
+        super().__init__(f'no {kind} "{name}"; {hint} ({len(names)}: {where})')
+
+    def __str__(self) -> str:
+        return str(self.args[0])
+
+
+class Measures(dict[str, "Measure"]):
+    """The measures of a run by name; a name that is not there is answered with the nearest one."""
+
+    def __missing__(self, name: str) -> Measure:
+        raise NoSuchName("measure", name, self, "result.measures")
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,8 +112,14 @@ class Result:
     advice: tuple[str, ...] = ()  # what to change, or how much room is left, found by running again
     sensitivity: Mapping[str, float] = field(default_factory=dict)  # assumed input: change of the focus measure, SI
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "measures", Measures(self.measures))
+
     def __getitem__(self, stage: str) -> xr.DataTree:
-        return self.stages[stage]  # type: ignore[return-value]
+        try:
+            return self.stages[stage]  # type: ignore[return-value]
+        except KeyError:
+            raise NoSuchName("stage", stage, map(str, self.stages.children), "result.stages") from None
 
     @property
     def verdict(self) -> Literal["pass", "fail", "none"]:

@@ -26,3 +26,13 @@ def test_names():
     assert set(dir(cutwise)) == set(cutwise.__all__)
     with pytest.raises(AttributeError, match="no attribute 'lod'"):
         cutwise.lod  # noqa: B018
+
+
+def test_a_wrong_name_is_answered_with_the_right_one(examples):
+    result = cutwise.simulate(cutwise.load(examples / "drill_robot.yaml", {"operation.feed_per_rev": "0.08 mm"}))
+    with pytest.raises(KeyError) as caught:
+        result.measures["thrust_maxx"]
+    assert str(caught.value).startswith('no measure "thrust_maxx"; did you mean thrust_max? (')
+    assert "thrust_maxx" not in result.measures
+    with pytest.raises(KeyError, match='no stage "surfaces"; did you mean surface'):
+        result["surfaces"]

@@ -16,7 +16,9 @@ from rich.text import Text
 from cutwise import units
 from cutwise.app import interrupt
 from cutwise.app.inputs import inputs
-from cutwise.app.wording import against, compared, requirement, sensitivity_line, verdict_line
+from cutwise.app.measured import listed
+from cutwise.app.numbers import form
+from cutwise.app.wording import against, compared, sensitivity_line, verdict_line
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,7 +26,7 @@ if TYPE_CHECKING:
     from cutwise.app.installation import Finding
     from cutwise.io.library import Entry
     from cutwise.process.selfchecks import Outcome
-    from cutwise.results import Check, Result
+    from cutwise.results import Result
     from cutwise.spec.scenario import Scenario
     from cutwise.study.advice import Advice
 
@@ -79,13 +81,12 @@ class Console:
 
     def result(self, result: "Result", files: Mapping[str, str]) -> None:
         """Measures, verdict, warnings, and where the files are."""
-        checks = {check.measure: check for check in result.checks}
-        rows = []
-        for name, measure in result.measures.items():
-            check = checks.pop(name, None)
-            number, unit = units.displayed(measure.value, measure.dimension)
-            rows.append((name, f"{number:.5g}", unit, *_judged(check)))
-        rows += [(name, "not available", "", *_judged(check)) for name, check in checks.items()]
+        rows: list[tuple[str, ...]] = []
+        for group, lines in listed(result).items():
+            rows += [(group, "", "", "", "")] if group else []
+            for line in lines:
+                judged = _mark(line.check.passed) + against(line.check) if line.check is not None else ""
+                rows.append((f"  {line.name}" if group else line.name, line.number, line.unit, line.asked, judged))
         self.table(
             f"{result.scenario.name} ({result.scenario.process})",
             ("measure", "value", "unit", "requirement", "result"), rows, right=("value",),
@@ -114,12 +115,12 @@ class Console:
 
         keys = [str(key) for key in table.dims]
         known, shown = scenario.measures, [name for name in names if name in table]
-        forms = {name: Form.of(known[name].dimension, _finite(table[name].values)) for name in shown}
+        shapes = {name: form(known[name].dimension, table[name].values.ravel().tolist()) for name in shown}
         rows, said = [], {}
         for place in product(*(range(table.sizes[key]) for key in keys)):
             here = table.isel(dict(zip(keys, place, strict=True)))
             point = [str(here[name if (name := TEXT.format(key)) in table.coords else key].values) for key in keys]
-            cells = ("-" if isnan(float(here[name])) else f"{forms[name].text(float(here[name]))} {forms[name].unit}"
+            cells = ("-" if isnan(float(here[name])) else shapes[name].text(float(here[name]))
                      for name in shown)  # fmt: skip
             marks = []
             for what in ("infeasible", "warnings"):
@@ -137,7 +138,9 @@ class Console:
         self.advice(scenario, found.sentences, sensitivity)
         self.line(f"cost: {found.runs} runs, {found.seconds:.1f} s of processor time")
         self.line(
-            "PASS: the requirements are met as it stands" if found.met else "FAIL: the requirements are not met as it stands",
+            "PASS: the requirements are met as it stands"
+            if found.met
+            else "FAIL: the requirements are not met as it stands",
             _COLOURS["pass" if found.met else "fail"],
         )
 
@@ -225,9 +228,3 @@ def _assumed(scenario: "Scenario") -> str:
 
 def _mark(good: bool) -> str:
     return "[green]pass[/green]" if good else "[bold red]FAIL[/bold red]"
-
-
-def _judged(check: "Check | None") -> tuple[str, str]:
-    if check is None:
-        return "", ""
-    return requirement(check), _mark(check.passed) + against(check)

@@ -34,7 +34,7 @@ def test_the_key_that_provides_it_is_named(examples):
     assert "wall_error_max: a run of this scenario has no such measure; it needs tool.modes (" in said
     assert "removed_volume: a run of this scenario has no such measure; it needs stock (" in said
     assert "2 faults" in said
-    with pytest.raises(ScenarioFault, match="it needs part.step .* or part.block"):
+    with pytest.raises(ScenarioFault, match=r"it needs part.step .* or part.block"):
         load(examples / "chamfer_pipe_hole.yaml", ["requirements.edges_refused.max=0"])
     with pytest.raises(ScenarioFault, match=r"it needs numerics.force: tooth_resolved\n"):
         load(
