@@ -205,8 +205,8 @@ def advise(
     """Find by many runs which settings meet the requirements, or how much room there is, and which assumptions matter."""
     from cutwise.app.console import Console
     from cutwise.io.scenario import load
-    from cutwise.study.advice import consult
-    from cutwise.study.levers import read_limits
+    from cutwise.study.advice import consult, most_runs
+    from cutwise.study.levers import levers_of, read_limits
     from cutwise.study.sensitivity import assumed_sensitivity
     from cutwise.study.trials import NO_END, read_budget
 
@@ -217,6 +217,8 @@ def advise(
         refuse(f"{file}: has no requirements to advise on; add some, for example requirements: {example}")
     levers = read_limits(scenario, limits or ())
     console = Console()
+    if budget is None:
+        console.err.print(f"up to {most_runs(levers_of(scenario, levers))} runs; --budget sets an end")
     with console.progress(scenario.name):
         found = consult(scenario, levers, budget=most, named="--limit {}")
         weights = assumed_sensitivity(scenario) if budget is None else {}
