@@ -19,8 +19,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tests"))
 import numpy as np
 
 from cutwise.physics.structure import pistons
-from cutwise.process.loops import TOOTH_RESOLVED, EdgeCell, run_compliant_edge
-from cutwise.process.swept import run_swept_edge
+from cutwise.process.loops import TOOTH_RESOLVED, EdgeCell, run_compliant_edge, run_swept_edge
 from peers.cells import MM, r0
 
 FORCE = (5.7, 9.4)  # [N] mean burr force of the reference case

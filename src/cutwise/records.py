@@ -1,15 +1,54 @@
-"""What the stages hand to one another over a whole run: named tuples of SI arrays, unit and shape on every field.
+"""What the stages hand to one another: inside a time step, and over a whole run. SI, unit and shape on every field.
 
-Inside a time step the stages pass the small tuples that each of them defines (``ToolMotion``, ``LayerArcs``,
-``FluteForce`` ...); these are their histories. A history may be thinned: a row then stands for an interval of several
-steps, of which forces keep mean, mean square and peak, so that no statistic is lost.
+Process frame: x along the feed, y off the work, z along the spindle to the motor; forces are on the tool. A history
+may be thinned: a row then stands for an interval of several steps, of which forces keep mean, mean square and peak,
+so that no statistic is lost.
 """
 
 from typing import NamedTuple
 
-import numpy as np
-
 from cutwise.maths.curves import FloatArray
+
+
+class Pose(NamedTuple):
+    """The undeflected tool at one instant."""
+
+    time: float  # [s]
+    along: float  # [m] of the path behind it
+    x: float  # [m] along the feed
+    y: float  # [m] lowest point of the tool above the nominal surface
+    z: float  # [m] along the spindle
+    vx: float  # [m/s]
+    vy: float
+    vz: float
+
+
+class Tip(NamedTuple):
+    """Displacement of the tool's axis at one height, and its rate."""
+
+    x: float  # [m]
+    y: float
+    z: float
+    vx: float  # [m/s]
+    vy: float
+    vz: float
+
+
+class Contact(NamedTuple):
+    """Where the edges are in the material, row by row, and what the engagement shows of itself."""
+
+    rows: FloatArray  # layer, foot and width [m] over the tip; the rest between an engagement and its force law
+    seen: FloatArray  # columns of the history that the engagement fills, shape (k,)
+
+
+class Load(NamedTuple):
+    """Force of the cut on the tool."""
+
+    layer: FloatArray  # [N] x, y and z as the force law counts it, of each layer of the work, shape (layers, 3)
+    total: FloatArray  # [N] x, y, z to the motor; tangential [N]; force times arm about the pivot, x, y [N m]; (6,)
+
+
+CONTACT = 10  # columns of a row of contact
 
 
 class Motion(NamedTuple):
@@ -46,6 +85,7 @@ class Response(NamedTuple):
     tilt_rate: FloatArray  # [rad/s], shape (n, 2)
     travel: FloatArray  # [m] of the pistons, shape (n, pistons)
     sweeps: FloatArray  # solver sweeps, largest of the row, shape (n,)
+    behind: FloatArray  # columns of the terms behind the spindle, shape (n, k)
 
 
 class EdgeHistory(NamedTuple):
@@ -68,25 +108,36 @@ class Surface(NamedTuple):
     burr_height: FloatArray  # [m] before the pass, shape (m,)
 
 
-_EDGE_COLUMNS = 33
+class History(NamedTuple):
+    """A run as one table; a row stands for some steps."""
+
+    table: FloatArray  # shape (rows, columns): FIXED, then seen, state, forces, tangential force, effort
+    seen: int  # columns of the engagement
+    state: int  # columns of the structure
+    layers: int  # of the work: mean, mean square and peak of x, y, z of each
 
 
-def empty_rows(rows: int, pistons: int) -> FloatArray:
-    """Room for a pass of a number of rows: one table, because a kernel hands one array on for next to nothing."""
-    return np.zeros((rows, _EDGE_COLUMNS + pistons))
+FIXED = 3  # first columns of a history: time, place along the path, programmed height
+TILT = 4  # columns of a tilting motor: tilt and its rate
 
 
-def edge_history(rows: FloatArray) -> EdgeHistory:
-    """The table that the loop filled, by name."""
+def edge_history(history: History, pistons: int) -> EdgeHistory:
+    """A pass along an edge by name."""
+    table = history.table
+    state = FIXED + history.seen
+    forces = state + history.state
+    layers = 3 * history.layers
 
     def wrench(column: int) -> Wrench:
-        return Wrench(*(rows[:, c : c + 3] for c in (column, column + 6, column + 12)))
+        return Wrench(*(table[:, c : c + 3] for c in (column, column + layers, column + 2 * layers)))
 
+    tilt = table[:, state : state + TILT]
+    travel = state + TILT + pistons
     return EdgeHistory(
-        Motion(*rows[:, 0:3].T),
-        Engagement(*rows[:, 3:9].T),
-        wrench(13),
-        wrench(16),
-        rows[:, 31],
-        Response(rows[:, 9:11], rows[:, 11:13], rows[:, _EDGE_COLUMNS:], rows[:, 32]),
+        Motion(*table[:, :FIXED].T),
+        Engagement(*table[:, FIXED:state].T),
+        wrench(forces),
+        wrench(forces + 3),
+        table[:, -2],
+        Response(tilt[:, :2], tilt[:, 2:], table[:, state + TILT : travel], table[:, -1], table[:, travel:forces]),
     )

@@ -63,6 +63,7 @@ _ALL = (
     Dimension("derivative_gain", "V*s/m", "V*s/mm", "0.3 V s/mm"),
     Dimension("acceleration_gain", "V*s**2/m", "V*s**2/mm", "0.0016 V s^2/mm"),
     Dimension("compliance", "m/N", "µm/N", "0.7 um/N"),
+    Dimension("angular_compliance", "rad/(N*m)", "µrad/(N*m)", "0.02 urad/(N m)"),
     Dimension("elasticity", "Pa", "kN/mm**2", "210 kN/mm^2"),
     Dimension("energy", "J", "J", "2.5 J"),
     Dimension("dimensionless", "", "", "0.3"),

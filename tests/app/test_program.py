@@ -33,6 +33,34 @@ def test_canonical_commands(cutwise, pocket):
     assert lines[-3].endswith("PROGRAM_END()")
 
 
+MACRO = "G21 G90 F300\n#1=0\nWHILE[#1LT3]DO1\n#1=#1+1\nG1 X#1\nEND1\nM30\n"
+
+
+def test_the_dialect_is_recognised_or_chosen(cutwise, tmp_path):
+    program = tmp_path / "macro.nc"
+    program.write_text(MACRO)
+    for chosen in ((), ("--dialect", "fanuc")):
+        found = cutwise("program", program, *chosen)
+        assert found.code == 0, found.err
+        assert "x 0.000 to 3.000" in found.out
+        assert ("run in the dialect fanuc" in found.out) is (not chosen)
+    refused = cutwise("program", program, "--dialect", "rs274")
+    assert refused.code == 2
+    assert refused.err.splitlines()[0].endswith("macro.nc:3: WHILE [...] DO is Fanuc macro B, which the dialect rs274 does "
+                                                "not know; choose the dialect fanuc")  # fmt: skip
+
+
+def test_a_file_of_another_kind_is_named_once(cutwise, tmp_path):
+    program = tmp_path / "part.h"
+    program.write_text("0 BEGIN PGM PART MM\n" + "1 L X+1 R0 FMAX\n" * 50)
+    found = cutwise("program", program)
+    assert found.code == 2
+    assert len(found.err.splitlines()) == 2
+    assert "Heidenhain" in found.err
+    program.write_bytes("G21 G1 X1 F100\n".encode("utf-16"))
+    assert "is UTF-16 text" in cutwise("program", program).err
+
+
 def test_a_drawing(cutwise, pocket, tmp_path):
     assert cutwise("program", pocket, "--svg", tmp_path / "pocket.svg").code == 0
     assert (tmp_path / "pocket.svg").read_text().rstrip().endswith("</svg>")

@@ -25,10 +25,14 @@ WITHOUT_PHYSICS = {
     "urdf_remarks", "solid_remarks", "columns", "rows", "others", "lip_model", "lip_elements", "azimuths", "angle_step",
     "redundancy_angle", "singularity_margin", "drill_torque_on_arm",
     "lead", "turn", "compare", "path_mode", "reading", "readings", "modes", "substeps", "settling_time", "text", "act_on",
+    # a carrier: where the part stands, how postures are chosen, which model of the arm
+    "origin", "objective", "dynamics", "sag", "station", "mode",
     # machine: conventions of signs and frames
     "errors_act", "zero", "words", "top",
     # milling: how corners are rounded, and how the map of stability is drawn
     "shape", "lobes", "speeds", "depths",
+    # programs: how they are written
+    "dialect",
 }  # fmt: skip
 
 

@@ -8,9 +8,9 @@ from cutwise.physics.cutting.flute import EdgeCoefficients, mean_force
 from cutwise.physics.cutting.uneven import LINEAR, NO_KIENZLE, Edges
 from cutwise.physics.engagement.arc import layer_arcs
 from cutwise.physics.engagement.swept import stand
-from cutwise.process.loops import run_compliant_edge
-from cutwise.process.swept import run_swept_edge, strip_force
+from cutwise.process.loops import run_compliant_edge, run_swept_edge
 from peers.cells import MM, error_at_tool, r0
+from peers.strip import strip_force
 
 
 def rigid_pass(depth, speed=0.08, length=8 * MM, dt=10e-6, climb=0.0):

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from cutwise.physics.cutting.flute import EdgeCoefficients, Mill, feed_direction, mean_force, tooth_force
+from cutwise.physics.cutting.flute import EdgeCoefficients, Mill, mean_force, tooth_force
 from cutwise.physics.engagement.arc import immersion_half_angle, layer_arcs
+from cutwise.physics.engagement.feed import feed_direction
 from peers.flute import sliced_force, trochoid_forces
 
 PAPER = EdgeCoefficients(2.0e9, 1.2e9, 0.8e9, 0.0, 0.0, 0.0)
@@ -158,6 +159,6 @@ def test_corrected_arcs_against_an_exact_trochoid(depth, work, theta, tolerance)
 
 def test_eq8_counts_revolutions_per_second():
     """Misprint: after Eq. (9) the paper writes c = x_F'; it is x_F'/(N n), n in revolutions per second."""
-    from cutwise.physics.cutting.flute import feed_per_tooth
+    from cutwise.physics.engagement.feed import feed_per_tooth
 
     assert feed_per_tooth(0.08, 0.0, 40_000 * 2 * math.pi / 60, 20) == pytest.approx(0.006e-3)

@@ -5,8 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from cutwise.physics.cutting.flute import EdgeCoefficients, Mill, feed_direction, mean_force, tooth_force
+from cutwise.physics.cutting.flute import EdgeCoefficients, Mill, mean_force, tooth_force
 from cutwise.physics.engagement.arc import layer_arcs
+from cutwise.physics.engagement.feed import feed_direction
 from peers.cells import MM, end_error
 from peers.flute import trochoid_forces
 

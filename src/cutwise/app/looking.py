@@ -2,7 +2,7 @@
 
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -45,13 +45,16 @@ def program(
     tool_table: Annotated[
         Path | None, typer.Option("--tool-table", metavar="FILE", help="tools, in the format of LinuxCNC")
     ] = None,
+    dialect: Annotated[
+        Literal["auto", "rs274", "fanuc"], typer.Option(help="of G-code; auto: fanuc where the program shows macro B")
+    ] = "auto",
 ) -> None:
     """Run through an NC program without a machine: tools, feeds, extents, lengths, time, and all its faults."""
     from cutwise.app.programs import Sketch, opened
     from cutwise.io.files import write_text
     from cutwise.io.programs import canonical_text, summary
 
-    run, setup, remarks = opened(file, tool_table)
+    run, setup, remarks = opened(file, tool_table, dialect)
     if canonical:
         lines = list(canonical_text.lines(run.commands()))  # first all of them: a faulty program prints none
         print("\n".join(lines))

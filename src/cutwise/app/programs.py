@@ -3,7 +3,7 @@
 import io
 import math
 from pathlib import Path
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -27,7 +27,7 @@ class Opened(NamedTuple):
     remarks: tuple[str, ...]
 
 
-def opened(file: Path, tool_table: Path | None) -> Opened:
+def opened(file: Path, tool_table: Path | None, dialect: Literal["auto", "rs274", "fanuc"] = "auto") -> Opened:
     """Read a program, and a tool table if one is named.
 
     Raises
@@ -36,7 +36,7 @@ def opened(file: Path, tool_table: Path | None) -> Opened:
         A file cannot be read, or the tool table is wrong.
     """
     text = read_program(file, str(file))
-    setup = Setup(library=library_beside(file.parent))
+    setup = Setup(dialect=dialect, library=library_beside(file.parent))
     remarks = []
     if tool_table is not None:
         table = as_text(read_bytes(tool_table, str(tool_table)), str(tool_table))

@@ -16,7 +16,7 @@ import types
 from collections.abc import Callable, Iterator
 from functools import cache, lru_cache
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import Any, NamedTuple, TypeVar, cast
 
 import numba
 import numpy as np
@@ -76,6 +76,17 @@ def inlined(function: Function) -> Function:
     return _compiled(function, forceinline=True)
 
 
+def stepping(function: Function) -> Function:
+    """As :func:`compiled`, for a loop that allocates nothing: no reference is counted in it, although tuples of arrays
+    are handed from stage to stage in every step."""
+    return _compiled(function, _nrt=False)
+
+
+def inlined_stepping(function: Function) -> Function:
+    """As :func:`inlined`, for a part of such a loop."""
+    return _compiled(function, forceinline=True, _nrt=False)
+
+
 def internal(function: Function) -> Function:
     """As :func:`compiled`, for a kernel that only other kernels call: no wrapper for Python, which takes as long to
     compile as the kernel where arguments are tuples of tuples."""
@@ -113,8 +124,11 @@ class _KernelCache(FunctionCache):  # type: ignore[misc]
             file.unlink(missing_ok=True)
 
     def _file(self, sig: Any, codegen: Any) -> Path:
-        used = digest_of_use(self._py_func, self._options)
-        said = [_spelled(kind) for kind in sig] if isinstance(sig, tuple) else [_spelled(a) for a in sig.args]
+        kinds = sig if isinstance(sig, tuple) else sig.args
+        said = [_spelled(kind) for kind in kinds]
+        used = digest_of_use(
+            self._py_func, self._options, frozenset(record for kind in kinds for record in _records(kind))
+        )
         key = hashlib.sha256(repr((said, codegen.magic_tuple())).encode()).hexdigest()
         return cache_folder() / f"{self._label}-{used[:16]}-{key[:24]}{_SUFFIX}"
 
@@ -153,6 +167,14 @@ class _KernelCache(FunctionCache):  # type: ignore[misc]
                 file.unlink(missing_ok=True)
 
 
+def _records(kind: Any) -> Iterator[type]:
+    """Record classes in a type, however deep."""
+    if (record := getattr(kind, "instance_class", None)) is not None:
+        yield record
+    for part in getattr(kind, "types", None) or (() if not hasattr(kind, "dtype") else (kind.dtype,)):
+        yield from _records(part)
+
+
 def _spelled(kind: Any) -> str:
     """A type in full: its name, and where the record classes in it were defined (two may share a name)."""
     inner = getattr(kind, "types", None)
@@ -182,33 +204,66 @@ def _unwrapped(data: bytes) -> Any:
 
 
 @cache
-def digest_of_use(function: Callable[..., Any], options: str = "") -> str:
+def digest_of_use(function: Callable[..., Any], options: str = "", records: frozenset[type] = frozenset()) -> str:
     """Digest of everything that the compiled code of a function depends on.
 
-    Its own byte code and constants, the value of each global that it names, and the same of every kernel among
-    these; not comments, not docstrings, not its place in the file. Called when a kernel is first used: its module
-    is complete by then.
+    Its own byte code and constants, the value of each global that it names, the same of every kernel among these, and
+    of the laws that a stage has for the record classes of the signature; not comments, not docstrings, not its place
+    in the file. Called when a kernel is first used: its module is complete by then.
     """
     digest = hashlib.sha256(f"{numba.__version__} {np.__version__} {sys.version} {options}".encode())
-    seen: set[int] = set()
+    used = _Used(set(records), [], set())
     todo: list[Callable[..., Any]] = [function]
     while todo:
-        current = todo.pop()
-        if id(current) in seen:
-            continue
-        seen.add(id(current))
-        digest.update(f"{current.__module__}.{current.__qualname__} {current.__defaults__!r}".encode())
-        for part in _codes(current.__code__):
-            digest.update(part.co_code)
-            constants = part.co_consts[1:] if part is current.__code__ and current.__doc__ else part.co_consts
-            digest.update(repr([c for c in constants if not isinstance(c, types.CodeType)]).encode())
-            digest.update(repr((part.co_names, part.co_varnames, part.co_freevars)).encode())
-        cells = [cell.cell_contents for cell in current.__closure__ or ()]
-        for value in itertools.chain(_globals_used(current), cells):
-            text, used = _meaning(value)
-            digest.update(text.encode())
-            todo.extend(used)
+        while todo:
+            current = todo.pop()
+            if id(current) not in used.seen:
+                used.seen.add(id(current))
+                _add_function(digest, current)
+                todo.extend(_add_values(digest, current, used))
+        todo.extend(used.laws())
     return digest.hexdigest()
+
+
+class _Used(NamedTuple):
+    """What has been met on the way through a kernel and its callees."""
+
+    records: set[type]
+    stages: list[Any]
+    seen: set[int]
+
+    def laws(self) -> list[Callable[..., Any]]:
+        """Laws that are not among the functions seen, of the stages and the record classes met so far."""
+        named = sorted(self.records, key=lambda record: f"{record.__module__}.{record.__qualname__}")
+        found = (place.laws[record] for place in self.stages for record in named if record in place.laws)
+        return [law for law in found if id(law) not in self.seen]
+
+
+def _add_function(digest: Any, function: Callable[..., Any]) -> None:
+    """A function's own code and constants."""
+    digest.update(f"{function.__module__}.{function.__qualname__} {function.__defaults__!r}".encode())
+    for part in _codes(function.__code__):
+        constants = part.co_consts[1:] if part is function.__code__ and function.__doc__ else part.co_consts
+        digest.update(part.co_code)
+        digest.update(repr([c for c in constants if not isinstance(c, types.CodeType)]).encode())
+        digest.update(repr((part.co_names, part.co_varnames, part.co_freevars)).encode())
+
+
+def _add_values(digest: Any, function: Callable[..., Any], used: _Used) -> list[Callable[..., Any]]:
+    """What a function names; returns the functions among it."""
+    cells = [cell.cell_contents for cell in function.__closure__ or ()]
+    found: list[Callable[..., Any]] = []
+    for value in itertools.chain(_globals_used(function), cells):
+        if hasattr(value, "laws"):
+            digest.update(value.__qualname__.encode())
+            used.stages.append(value)
+            continue
+        if isinstance(value, type) and hasattr(value, "_fields"):
+            used.records.add(value)
+        text, functions = _meaning(value)
+        digest.update(text.encode())
+        found.extend(functions)
+    return found
 
 
 def _codes(code: types.CodeType) -> Iterator[types.CodeType]:

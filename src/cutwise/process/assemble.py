@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from cutwise.maths.curves import Cubic, FloatArray, Polyline, constant, no_cubic, smooth
+from cutwise.maths.curves import Cubic, FloatArray, Polyline, constant, cubic_value_slope, no_cubic, smooth
 from cutwise.maths.fields import random_field, sum_of_sines
 from cutwise.physics.cutting.flute import EdgeCoefficients, Mill
 from cutwise.physics.cutting.uneven import KIENZLE, LINEAR, Edges, Kienzle
@@ -19,7 +19,9 @@ from cutwise.physics.structure.pistons import (
     friction_at,
     piston_directions,
 )
-from cutwise.process.loops import AVERAGED, TOOTH_RESOLVED, Cutter, EdgeCell, Layers, Strips
+from cutwise.process.carried import GRAVITY, ArmAlong, arm_along, path_in_base, terms_of
+from cutwise.process.loops import AVERAGED, TOOTH_RESOLVED, Cutter, EdgeCell, Layers, Strips, cell_of, loads_at
+from cutwise.spec.carrier import Standing
 from cutwise.spec.deburring import DeburringScenario
 from cutwise.spec.material import KIENZLE as KIENZLE_KEYS
 from cutwise.spec.material import LINEAR as LINEAR_KEYS
@@ -30,7 +32,6 @@ from cutwise.spec.spindle import CompliantSpindle
 from cutwise.spec.tables import Table
 from cutwise.spec.tool import HelicalMill
 
-GRAVITY = 9.80665  # [m/s^2] standard acceleration of free fall
 _FRICTION = {"none": NO_FRICTION, "set_valued": SET_VALUED, "presliding": PRESLIDING, "regularised": REGULARISED}
 _FORCE_LAW = {"linear": LINEAR, "kienzle": KIENZLE}
 _FORCE = {"averaged": AVERAGED, "tooth_resolved": TOOTH_RESOLVED}
@@ -54,9 +55,53 @@ def deburring_cell(scenario: DeburringScenario) -> EdgeCell:
         _FORCE[scenario.numerics.force],
     )
     top = float(layers.burr_height.value.max())
-    return EdgeCell(
+    alone = EdgeCell(
         edge_pass(operation, top), layers, cutter, piston_ring(scenario.spindle), scenario.spindle.tool_reach
     )
+    if scenario.robot is None:
+        return alone
+    along, height = robot_along(scenario, alone), surface_height(alone)
+    sag = along.sag[:, 1] - along.sag[:, 3] * height
+    path = alone.path._replace(error_curve=added(alone.path.error_curve, along.path.at, sag))
+    return alone._replace(path=path, behind=terms_of(scenario.robot, along, height))
+
+
+def added(curve: Cubic, at: FloatArray, value: FloatArray) -> Cubic:
+    """A curve with the smooth one through some places [m] added, exact at the places of both."""
+    if not np.any(value):
+        return curve
+    extra = smooth(at, value)
+    inside = curve.at[(curve.at > at[0]) & (curve.at < at[-1])]
+    places = np.unique(np.concatenate([at, inside]))
+    total = [cubic_value_slope(curve, s)[0] + cubic_value_slope(extra, s)[0] for s in places]
+    return smooth(places, np.array(total))
+
+
+def surface_height(cell: EdgeCell) -> float:
+    """Height over the tip at which the edge is read: the middle of the burr [m]."""
+    return cell.layers.strips.burr_start + 0.5 * float(cell.layers.burr_width.value.mean())
+
+
+def rigid_wrench(cell: EdgeCell) -> FloatArray:
+    """Force and moment about the tip [N, N m] of a mill that stands at the nominal edge and does not yield, (6,)."""
+    still = cell._replace(
+        path=cell.path._replace(preset=0.0, lead_in=0.0, lead_out=0.0, error_amplitude=0.0, error_curve=no_cubic()),
+        cutter=cell.cutter._replace(force_law=AVERAGED), behind=(),
+    )  # fmt: skip
+    load = loads_at(cell_of(still), np.zeros(1), np.zeros((1, 4)), cell.layers.strips.slices)[0]
+    x, y, z = load[:3] + load[3:6]
+    return np.array([x, y, -z, load[7] - cell.reach * y, cell.reach * x - load[6], 0.0])
+
+
+def robot_along(scenario: DeburringScenario, cell: EdgeCell) -> ArmAlong:
+    """The robot of a pass, along the path of the scenario."""
+    assert scenario.path is not None
+    assert scenario.robot is not None
+    path = path_in_base(
+        scenario.path, scenario.placement or Standing(), scenario.numerics.station,
+        work_on_left=scenario.operation.milling == "up",
+    )  # fmt: skip
+    return arm_along(scenario.robot, path, rigid_wrench(cell), surface_height(cell), scenario.operation.feed)
 
 
 def edge_profile(size: float | Table | RandomField, length: float) -> Polyline:

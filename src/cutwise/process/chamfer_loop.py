@@ -10,7 +10,7 @@ from cutwise.maths.curves import FloatArray
 from cutwise.maths.edges import lengths
 from cutwise.paths.chamfer import ChamferPath
 from cutwise.physics.cutting.ball import disc_force
-from cutwise.physics.cutting.flute import EdgeCoefficients, FluteForce, feed_direction, feed_per_tooth
+from cutwise.physics.cutting.flute import EdgeCoefficients, FluteForce
 from cutwise.physics.engagement.ball import (
     ARCS,
     SIDE,
@@ -22,6 +22,7 @@ from cutwise.physics.engagement.ball import (
     leans,
     wedge_sides,
 )
+from cutwise.physics.engagement.feed import feed_direction, feed_per_tooth
 from cutwise.physics.structure.pistons import PistonRing, RingState, at_rest
 from cutwise.physics.structure.pistons import step as piston_step
 

@@ -14,11 +14,21 @@ from cutwise.maths.curves import FloatArray, largest_curvature
 from cutwise.physics.cutting.uneven import largest_radius
 from cutwise.physics.motion.edge import path_memory_index
 from cutwise.physics.structure.statics import Characteristic, characteristic
+from cutwise.physics.structure.terms import Swinging, displacement, natural_frequencies
+from cutwise.physics.structure.terms import width as width_of
 from cutwise.physics.surface.edge import machined_profile
+from cutwise.process.assemble import robot_along, surface_height
+from cutwise.process.carried import measures as robot_measures
 from cutwise.process.labels import labelled
-from cutwise.process.loops import TOOTH_RESOLVED, EdgeCell, run_compliant_edge, tooth_resolved_forces
+from cutwise.process.loops import (
+    TOOTH_RESOLVED,
+    EdgeCell,
+    columns_carry,
+    run_compliant_edge,
+    run_swept_edge,
+    tooth_resolved_forces,
+)
 from cutwise.process.plateaus import Band, band
-from cutwise.process.swept import columns_carry, run_swept_edge
 from cutwise.records import EdgeHistory, Surface
 from cutwise.spec.deburring import DeburringScenario
 
@@ -68,8 +78,11 @@ def evaluate(cell: EdgeCell, history: EdgeHistory) -> EdgeRun:
     strips, radius = cell.layers.strips, cell.cutter.mill.radius
     width = np.interp(history.motion.position, cell.layers.burr_width.at, cell.layers.burr_width.value)
     arm = cell.reach - strips.burr_start - 0.5 * width
-    lowest = history.motion.height + arm * history.response.tilt[:, 1]
-    centre = np.column_stack([history.motion.position + arm * history.response.tilt[:, 0], lowest + radius])
+    moved = arm[:, None] * history.response.tilt + sum(
+        (of_term[:, :2] for of_term in displacements(cell, history).values()), np.zeros(2)
+    )
+    lowest = history.motion.height + moved[:, 1]
+    centre = np.column_stack([history.motion.position + moved[:, 0], lowest + radius])
     burr = cell.layers.burr_height
     time = history.motion.time
     end = cell.path.duration - cell.path.lead_out
@@ -87,6 +100,43 @@ def evaluate(cell: EdgeCell, history: EdgeHistory) -> EdgeRun:
         np.minimum(lowest, np.interp(centre[:, 0], burr.at, burr.value)),
         steady,
     )  # fmt: skip
+
+
+def displacements(cell: EdgeCell, history: EdgeHistory) -> dict[str, FloatArray]:
+    """Displacement by each term behind the spindle, where the edge is read, over time [m]; shape (n, 3)."""
+    found, at = {}, 0
+    for name, term in cell.behind:
+        columns = history.response.behind[:, at : at + width_of(term)]
+        found[name] = displacement(term, columns, surface_height(cell))
+        at += width_of(term)
+    return found
+
+
+def carried_measures(scenario: DeburringScenario, run: EdgeRun) -> dict[str, float]:
+    """What each term of the structure yields by, and what the postures of the robot mean."""
+    if scenario.robot is None:
+        return {}
+    history, last = run.history, run.steady.stop
+    first = min(int(np.searchsorted(history.motion.time, run.cell.path.lead_in)), last - 1)
+    arm = run.cell.reach - surface_height(run.cell)
+    tilt = np.column_stack([arm * history.response.tilt, np.zeros(len(history.motion.time))])
+    terms = {"pistons": tilt, **displacements(run.cell, history)}
+    found: dict[str, float] = {}
+    total = sum(of_term[first:last, 1] for of_term in terms.values())
+    worst = first + int(np.argmax(np.abs(total - run.cell.path.preset)))
+    for name, of_term in terms.items():
+        for k, axis in enumerate(_AXES):
+            part = of_term[first:last, k]
+            if name == "pistons" and axis == "z":
+                continue
+            found[f"deflection_{name}_mean_{axis}"] = float(part.mean())
+            found[f"deflection_{name}_max_{axis}"] = float(part[int(np.argmax(np.abs(part)))])
+        found[f"share_{name}"] = float(of_term[worst, 1])
+    along = robot_along(scenario, run.cell)
+    swings = [natural_frequencies(term) for _, term in run.cell.behind if isinstance(term, Swinging)]
+    if swings:
+        found["natural_frequency_min"] = float(swings[0].min())
+    return {**found, **robot_measures(along, scenario.robot, scenario.operation.feed)}
 
 
 def _profile_points(centre: FloatArray) -> int:
@@ -146,6 +196,7 @@ def measures(scenario: DeburringScenario, run: EdgeRun, *, tooth: bool = True) -
     found["breakaway_force"] = run.statics.loading.breakaway
     found["loading_force"] = run.statics.loading.plateau
     found["unloading_force"] = run.statics.unloading.plateau
+    found |= carried_measures(scenario, run)
     return {name: value for name, value in found.items() if value is not None and math.isfinite(value)}
 
 

@@ -1,52 +1,30 @@
-"""The coupled, compiled loops: one time step calls all stages in the order of the design's circle."""
+"""A pass along an edge as a cell of the loop: its records, its run, its history."""
 
-import math
 from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
-from cutwise.maths.compiled import compiled, inlined
-from cutwise.maths.curves import FloatArray, Polyline, polyline_value
-from cutwise.physics.cutting.flute import (
-    FluteForce,
-    Mill,
-    feed_direction,
-    feed_per_tooth,
-    mean_force,
-    mirrored,
-    tooth_force,
-)
-from cutwise.physics.cutting.uneven import Edges, even_and_linear, turning_mean_force, uneven_tooth_force
-from cutwise.physics.engagement.arc import LayerArcs, layer_arcs
-from cutwise.physics.engagement.burr import entry_position
-from cutwise.physics.motion.edge import EdgePass, ToolMotion, programmed_motion
-from cutwise.physics.structure.pistons import PistonRing, RingState, at_rest
-from cutwise.physics.structure.pistons import step as piston_step
-from cutwise.records import EdgeHistory, edge_history, empty_rows
+from cutwise import loop
+from cutwise.maths.compiled import compiled
+from cutwise.maths.curves import FloatArray
+from cutwise.physics.cutting.flute import Mill
+from cutwise.physics.cutting.flutes import ChipFlutes, MeanFlutes, ToothFlutes
+from cutwise.physics.cutting.uneven import Edges
+from cutwise.physics.engagement.burred_edge import PIECES, SEEN, BurredEdge, Layers, Round, Strips
+from cutwise.physics.engagement.swept import ColumnEdge, most_columns, stand
+from cutwise.physics.motion.edge import EdgePass, programmed_motion
+from cutwise.physics.structure.pistons import PistonRing, at_rest
+from cutwise.physics.structure.terms import Pistons, PistonsState, in_series, relaxed, width
+from cutwise.records import Contact, EdgeHistory, Load, Pose, edge_history
+from cutwise.stages import cut, met
+
+__all__ = ["Layers", "Strips"]
 
 AVERAGED = 0
 TOOTH_RESOLVED = 1
 
-_CHUNK = 100_000  # steps between two looks at progress and Ctrl-C
-_ROWS = 40_000  # longest history
-
-
-class Strips(NamedTuple):
-    """How burr and work stand along the spindle axis."""
-
-    burr_start: float  # [m] of the burr above the tool tip
-    work_start: float  # [m] of the work above the tool tip
-    work_width: float  # [m] contact length a
-    slices: int
-
-
-class Layers(NamedTuple):
-    """What stands along the edge: the work, and a burr on its rim."""
-
-    burr_height: Polyline  # [m] above the nominal edge, over the position along it [m]
-    burr_width: Polyline  # [m] along the spindle axis
-    strips: Strips
+_COLUMN = 10e-6  # [m] pitch of the columns
 
 
 class Cutter(NamedTuple):
@@ -60,221 +38,121 @@ class Cutter(NamedTuple):
 
 
 class EdgeCell(NamedTuple):
-    """Everything that takes part in a pass along an edge.
-
-    Tuples with arrays stay out of the innermost calls: numba counts references of every array that it passes.
-    """
+    """Everything that takes part in a pass along an edge."""
 
     path: EdgePass
     layers: Layers
     cutter: Cutter
     ring: PistonRing
     reach: float  # [m] from the joint to the tool tip
+    behind: tuple[tuple[str, NamedTuple], ...] = ()  # terms of the structure behind the spindle, by name
 
 
-class Immersion(NamedTuple):
-    """The mill in the layers at one height above its tip, at one instant."""
-
-    depth: float  # [m] below the top of the burr
-    work_depth: float  # [m] below the nominal edge
-    theta: float  # [rad]
-    chip: float  # [m]
-    arcs: LayerArcs
+def round_tool(cutter: Cutter) -> Round:
+    """The turning mill as the edge meets it."""
+    return Round(cutter.mill.radius, cutter.mill.flutes, cutter.spindle_speed)
 
 
-@inlined
-def immersion_at(
-    cutter: Cutter, burr_height: Polyline, x: float, height: float, speed_x: float, speed_y: float
-) -> Immersion:
-    """Immersion of the mill from position and velocity of its axis: entry into the burr, arcs, chip load."""
-    radius = cutter.mill.radius
-    entry = entry_position(x, height, radius, burr_height)
-    theta = feed_direction(speed_x, speed_y)
-    depth = polyline_value(burr_height, entry) - height
-    work_depth = max(0.0, -height)
-    arcs = layer_arcs(max(depth, work_depth), work_depth, theta, radius)
-    return Immersion(
-        depth, work_depth, theta, feed_per_tooth(speed_x, speed_y, cutter.spindle_speed, cutter.mill.flutes), arcs
+def cell_of(cell: EdgeCell) -> loop.Cell:
+    """The records of the loop, for a surface that need not be kept."""
+    cutter = cell.cutter
+    law = ToothFlutes if cutter.force_law == TOOTH_RESOLVED else MeanFlutes
+    return loop.Cell(
+        cell.path,
+        BurredEdge(cell.layers, round_tool(cutter)),
+        (),
+        law(cutter.mill, cutter.edges, cutter.spindle_speed, cutter.up_milling),
+        in_series([Pistons(cell.ring, cell.reach), *(term for _, term in cell.behind)]),
     )
 
 
-@inlined
-def arc_force_at(
-    cutter: Cutter, chip: float, theta: float, lo: float, hi: float, z_lo: float, z_hi: float, time: float
-) -> FluteForce:
-    """Force of one arc over one strip of the mill, by the force law in use; up milling is the mirror image.
-
-    The closed forms serve where flutes are even and the law is linear, quadrature elsewhere.
-    """
-    if hi <= lo:
-        return FluteForce(0.0, 0.0, 0.0, 0.0)
-    if cutter.up_milling:
-        lo, hi, theta = math.pi - hi, math.pi - lo, -theta
-    mill, edges = cutter.mill, cutter.edges
-    even = even_and_linear(edges)
-    if even and cutter.force_law != TOOTH_RESOLVED:
-        force = mean_force(lo, hi, chip, theta, z_hi - z_lo, mill.flutes, edges.linear)
-        return mirrored(force) if cutter.up_milling else force
-    rotation = (cutter.spindle_speed * time) % (2.0 * math.pi)
-    if cutter.force_law == TOOTH_RESOLVED:
-        if even:
-            force = tooth_force(rotation, lo, hi, chip, theta, z_lo, z_hi, mill, edges.linear)
-        else:
-            force = uneven_tooth_force(rotation, lo, hi, chip, theta, z_lo, z_hi, mill, edges)
-    else:
-        force = turning_mean_force(rotation, lo, hi, chip, theta, z_hi - z_lo, mill, edges)
-    return mirrored(force) if cutter.up_milling else force
-
-
-@inlined
-def cutting_forces(
-    cutter: Cutter, burr_height: Polyline, burr_width: float, strips: Strips, reach: float, feed: float,
-    tool: ToolMotion, tilt: FloatArray, time: float, out: FloatArray,
-) -> Immersion:  # fmt: skip
-    """Forces of burr and work, and their moment about the joint, for a position and velocity of the tool.
-
-    ``out``: burr force x, y, z, work force x, y, z [N], tangential force [N], moment as force times arm along x and
-    y [N m]; shape (9,). Returned is the immersion at the middle of the burr (point A of the paper). With one slice
-    the whole mill is immersed as at A; with several each strip as at its own height, tilted with the motor.
-    """
-    out[:] = 0.0
-    burr_lo = strips.burr_start
-    arm = reach - burr_lo - 0.5 * burr_width
-    at_a = immersion_at(
-        cutter, burr_height, tool.position + arm * tilt[0], tool.height + arm * tilt[1],
-        feed + arm * tilt[2], tool.climb + arm * tilt[3],
-    )  # fmt: skip
-    n = strips.slices
-    for part in range(2):
-        start = burr_lo if part == 0 else strips.work_start
-        width = (burr_width if part == 0 else strips.work_width) / n
-        for k in range(n):
-            z_lo = start + k * width
-            arm = reach - z_lo - 0.5 * width
-            here = at_a
-            if n > 1:
-                here = immersion_at(
-                    cutter, burr_height, tool.position + arm * tilt[0], tool.height + arm * tilt[1],
-                    feed + arm * tilt[2], tool.climb + arm * tilt[3],
-                )  # fmt: skip
-            arcs = here.arcs
-            lo = arcs.front_lo if part == 0 else arcs.work_lo
-            hi = arcs.front_hi if part == 0 else arcs.work_hi
-            for pieces in range(2 - part):
-                if pieces == 1:
-                    lo, hi = arcs.back_lo, arcs.back_hi
-                f = arc_force_at(cutter, here.chip, here.theta, lo, hi, z_lo, z_lo + width, time)
-                out[3 * part] += f.x
-                out[3 * part + 1] += f.y
-                out[3 * part + 2] += f.z
-                out[6] += f.tangential
-                out[7] += arm * f.x
-                out[8] += arm * f.y
-    return at_a
-
-
-@inlined
-def record(
-    rows: FloatArray, row: int, part: int, share: float, time: float, tool: ToolMotion, here: Immersion,
-    tilt: FloatArray, travel: FloatArray, force: FloatArray, sweeps: int,
-) -> None:  # fmt: skip
-    """Put a step into its row: the state of its first step; mean, mean square and peak of the forces of all.
-
-    The order of the columns is that of :func:`cutwise.records.edge_history`.
-    """
-    if part == 0:
-        rows[row, 0] = time
-        rows[row, 1] = tool.position
-        rows[row, 2] = tool.height
-        rows[row, 3] = max(0.0, here.depth - here.work_depth)
-        rows[row, 4] = here.work_depth
-        rows[row, 5] = here.theta
-        rows[row, 6] = here.chip
-        rows[row, 7] = here.arcs.front_lo
-        rows[row, 8] = max(here.arcs.front_hi, max(here.arcs.work_hi, here.arcs.back_hi))
-        for i in range(4):
-            rows[row, 9 + i] = tilt[i]
-        for i in range(travel.size):
-            rows[row, 33 + i] = travel[i]
-    for i in range(6):
-        value = force[i]
-        rows[row, 13 + i] += value * share
-        rows[row, 19 + i] += value * value * share
-        rows[row, 25 + i] = max(rows[row, 25 + i], abs(value))
-    rows[row, 31] += force[6] * share
-    rows[row, 32] = max(rows[row, 32], float(sweeps))
-
-
-@compiled
-def advance_edge(
-    cell: EdgeCell, tilt: FloatArray, pistons: RingState, rows: FloatArray, first: int, steps: int, dt: float,
-    stride: int,
-) -> None:  # fmt: skip
-    """Advance a pass along an edge by a number of steps; tilt (q_x, q_y and rates, shape (4,)) changes in place."""
-    force = np.zeros(9)
-    path, layers, cutter, ring, reach = cell
-    burr_height, burr_width, strips = layers
-    travel = pistons.travel
-    row = first // stride
-    part = 0
-    for k in range(first, first + steps):
-        time = k * dt
-        tool = programmed_motion(path, time)
-        width = polyline_value(burr_width, tool.position)
-        here = cutting_forces(cutter, burr_height, width, strips, reach, path.feed, tool, tilt, time, force)
-        qx, qy, vx, vy, sweeps = piston_step(ring, pistons, tilt[0], tilt[1], tilt[2], tilt[3], force[7], force[8], dt)
-        record(rows, row, part, 1.0 / stride, time, tool, here, tilt, travel, force, sweeps)
-        tilt[0], tilt[1], tilt[2], tilt[3] = qx, qy, vx, vy
-        part += 1
-        if part == stride:
-            part = 0
-            row += 1
-
-
-def march(
-    cell: EdgeCell, time_step: float, advance: Callable[..., None], progress: Callable[[float], None] | None
+def run_cell(
+    cell: loop.Cell, time_step: float, contacts: int, progress: Callable[[float], None] | None = None
 ) -> EdgeHistory:
-    """A whole pass from rest, in portions between which progress is told and Ctrl-C is heard."""
-    steps = max(1, round(cell.path.duration / time_step))
-    stride = max(1, math.ceil(steps / _ROWS))
-    steps = math.ceil(steps / stride) * stride
-    rows = empty_rows(steps // stride, len(cell.ring.direction))
-    pistons = at_rest(cell.ring)
-    tilt = np.zeros(4)
-    portion = stride * max(1, _CHUNK // stride)
-    for first in range(0, steps, portion):
-        count = min(portion, steps - first)
-        advance(tilt, pistons, rows, first, count, stride)
-        if progress is not None:
-            progress((first + count) / steps)
-    return edge_history(rows)
+    """Time stepping of a pass along an edge, from rest."""
+    history = loop.march(
+        cell, relaxed(cell.structure), duration=cell.motion.duration, time_step=time_step,
+        seen=SEEN, state=width(cell.structure), layers=2, contacts=contacts, progress=progress,
+    )  # fmt: skip
+    structure = cell.structure
+    ring = structure.ring if isinstance(structure, Pistons) else structure.near.ring
+    return edge_history(history, len(ring.direction))
 
 
 def run_compliant_edge(
     cell: EdgeCell, time_step: float, progress: Callable[[float], None] | None = None
 ) -> EdgeHistory:
     """Time stepping of a whole pass (Berselli et al. 2016, Fig. 8)."""
+    return run_cell(cell_of(cell), time_step, PIECES * cell.layers.strips.slices, progress)
 
-    def advance(tilt: FloatArray, pistons: RingState, rows: FloatArray, first: int, steps: int, stride: int) -> None:
-        advance_edge(cell, tilt, pistons, rows, first, steps, time_step, stride)
 
-    return march(cell, time_step, advance, progress)
+def _yield(cell: EdgeCell) -> float:
+    """Farthest that the tool tip can be pushed [m]."""
+    return cell.ring.piston.stroke * cell.reach / cell.ring.arm
+
+
+def columns_carry(cell: EdgeCell) -> bool:
+    """Whether all that the mill can meet ends below its axis, as columns of height need."""
+    top = float(cell.layers.burr_height.value.max())
+    return max(0.0, top) + cell.path.preset < cell.cutter.mill.radius + _yield(cell)
+
+
+def run_swept_edge(
+    cell: EdgeCell, time_step: float, progress: Callable[[float], None] | None = None, column: float = _COLUMN
+) -> EdgeHistory:
+    """Time stepping of a whole pass over a surface with memory.
+
+    Raises
+    ------
+    ValueError
+        The mill is immersed beyond its axis, which columns cannot carry.
+    """
+    if not columns_carry(cell):
+        raise ValueError("a swept surface needs the burr to end below the axis of the mill")
+    burr, cutter, slices = cell.layers.burr_height, cell.cutter, cell.layers.strips.slices
+    top = max(0.0, float(burr.value.max()))
+    spread = cutter.mill.radius + _yield(cell)
+    columns = stand(burr, -spread, cell.path.feed * cell.path.duration + spread, column, slices, slices)
+    edges = cutter.edges
+    engagement = ColumnEdge(
+        cell.layers, round_tool(cutter), edges.runout, edges.runout_angle, cutter.up_milling, top, time_step
+    )
+    flutes = ChipFlutes(cutter.mill, edges, cutter.up_milling)
+    kept = cell_of(cell)._replace(engagement=engagement, stock=columns, cutting=flutes)
+    return run_cell(kept, time_step, most_columns(cutter.mill.radius, columns), progress)
 
 
 @compiled
+def forces_at(cell, tilt, flexed, time, contact, load, out):  # type: ignore[no-untyped-def]
+    """Loads for given tilts and rates (n, 4) of the motor at given times [s]; layers and moments into ``out`` (n, 8)."""
+    motion, engagement, stock, cutting, structure = cell
+    state = flexed.tilt
+    for k in range(time.size):
+        tool = programmed_motion(motion, time[k])
+        pose = Pose(time[k], tool.position, tool.position, tool.height, 0.0, motion.feed, tool.climb, 0.0)
+        state[:] = tilt[k]
+        load.layer[:] = 0.0
+        load.total[:] = 0.0
+        count = met(engagement, stock, pose, structure, flexed, contact)
+        cut(cutting, contact, count, time[k], structure.reach, load)
+        out[k, :6] = load.layer.ravel()
+        out[k, 6:] = load.total[4:]
+
+
+def loads_at(cell: loop.Cell, time: FloatArray, tilt: FloatArray, slices: int) -> FloatArray:
+    """Burr force, work force [N] and moment about the joint [N m] for given times and tilts, shape (n, 8)."""
+    out = np.zeros((len(time), 8))
+    spindle = cell.structure
+    flexed = PistonsState(np.zeros(4), np.zeros(4), at_rest(spindle.ring))
+    contact = Contact(np.zeros((PIECES * slices, loop.CONTACT)), np.zeros(SEEN))
+    forces_at(cell, np.ascontiguousarray(tilt), flexed, time, contact, Load(np.zeros((2, 3)), np.zeros(6)), out)
+    return out
+
+
 def tooth_resolved_forces(cell: EdgeCell, time: FloatArray, tilt: FloatArray) -> FloatArray:
     """Forces tooth by tooth for given tilts and rates (n, 4) at given times [s]: burr x, y, z, work x, y, z; (n, 6).
 
     The tilt of an averaged run serves: tooth passing moves the tip by nanometres only.
     """
-    path, layers, cutter, _, reach = cell
-    burr_height, burr_width, strips = layers
-    cutter = Cutter(cutter.mill, cutter.edges, cutter.spindle_speed, cutter.up_milling, TOOTH_RESOLVED)
-    forces = np.zeros((time.size, 6))
-    out = np.zeros(9)
-    for k in range(time.size):
-        tool = programmed_motion(path, time[k])
-        width = polyline_value(burr_width, tool.position)
-        cutting_forces(cutter, burr_height, width, strips, reach, path.feed, tool, tilt[k], time[k], out)
-        forces[k] = out[:6]
-    return forces
+    resolved = cell._replace(cutter=cell.cutter._replace(force_law=TOOTH_RESOLVED), behind=())
+    return loads_at(cell_of(resolved), time, tilt, cell.layers.strips.slices)[:, :6]

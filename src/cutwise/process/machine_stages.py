@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from cutwise import units
+from cutwise.io.programs.block_text import block_named, blocks_named
 from cutwise.later import later
 from cutwise.physics.surface import budget
 from cutwise.process import stock_moves
@@ -185,8 +186,9 @@ def _cut_warnings(scenario: MachineScenario, run: MachineRun) -> Iterator[str]:
     """A spindle at rest, chips out of range, and a tool point that is nowhere near the part."""
     way, chips = run.cell.way, run.cell.cut.chip
     if way.still:
-        yield f"the spindle does not turn in moves that would cut, which have no force here: {stock_moves.listed(way.still)}"
-    yield from stock_moves.said(way.into)
+        named = blocks_named(_text(scenario), way.still)
+        yield f"the spindle does not turn in moves that would cut, which have no force here: {named}"
+    yield from stock_moves.said(way.into, _text(scenario))
     if chips is not None and way.cuts.any():
         greatest = float(chips[way.cuts].max())
         if not _CHIPS[0] <= greatest <= _CHIPS[1]:
@@ -210,7 +212,7 @@ def notes(scenario: MachineScenario, found: MachinePass | None, volume: VolumeMa
     bodies = scenario.machine.ordered
     told: dict[str, str] = {}
     if found is not None:
-        told |= _worst(found)
+        told |= _worst(found, _text(scenario))
         limit = scenario.requirements.get("deviation_norm_max")
         if limit is not None and limit.max is not None and found.gain.size:
             told["stiffness"] = _stiffness_for(found.run, limit.max)
@@ -244,13 +246,17 @@ def notes(scenario: MachineScenario, found: MachinePass | None, volume: VolumeMa
     return told
 
 
-def _worst(found: MachinePass) -> dict[str, str]:
+def _text(scenario: MachineScenario) -> str:
+    return "" if scenario.program is None else scenario.program.text
+
+
+def _worst(found: MachinePass, text: str) -> dict[str, str]:
     run, worst = found.run, found.run.worst
     shares = budget.signed_shares(run.body[worst], run.deviation[worst])
     size, where = (units.show(run.size[worst], "small_length", 5), units.show(run.ideal[worst, 0], "length"))
     top = int(np.argmax(shares))
     line = int(run.cell.way.line[worst])
-    place = f" (line {line} of the program)" if line else ""
+    place = f", {block_named(text, line)}" if line else ""
     told = {
         "worst": f"The error is largest, {size}, at x = {where}{place}; {run.cell.names[top]} costs most of it, "
         f"{units.show(shares[top], 'small_length', 4)}."

@@ -6,10 +6,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from cutwise.later import later
-from cutwise.maths.curves import FloatArray, Polyline, constant
-from cutwise.physics.motion.edge import ToolMotion
+from cutwise.maths.curves import FloatArray, Polyline, constant, no_cubic
 from cutwise.physics.structure.statics import Borders, borders, gauge
-from cutwise.process.loops import AVERAGED, EdgeCell, cutting_forces
+from cutwise.process.loops import AVERAGED, EdgeCell, cell_of, loads_at
 
 if TYPE_CHECKING:
     from scipy import optimize
@@ -80,15 +79,14 @@ def equilibrium(
 
 def _moments(cell: EdgeCell, profile: Polyline, burr_width: float, arm: float) -> Callable[[float], FloatArray]:
     """Moment of cutting and weight on the motor when the tool stands at a height and moves along at the feed."""
-    out = np.zeros(9)
-    still = ToolMotion(0.0, -cell.path.preset, 0.0)
-    averaged = cell.cutter._replace(force_law=AVERAGED)
-    strips = cell.layers.strips
+    still = cell.path._replace(lead_in=0.0, lead_out=0.0, error_amplitude=0.0, error_curve=no_cubic())
+    layers = cell.layers._replace(burr_height=profile, burr_width=constant(burr_width))
+    alone = cell._replace(path=still, layers=layers, cutter=cell.cutter._replace(force_law=AVERAGED), behind=())
+    record, start = cell_of(alone), np.zeros(1)
     weight = np.array([cell.ring.moment_x, cell.ring.moment_y])
 
     def moment(height: float) -> FloatArray:
-        tilt = np.array([0.0, (height + cell.path.preset) / arm, 0.0, 0.0])
-        cutting_forces(averaged, profile, burr_width, strips, cell.reach, cell.path.feed, still, tilt, 0.0, out)
-        return out[7:9] + weight
+        tilt = np.array([[0.0, (height + cell.path.preset) / arm, 0.0, 0.0]])
+        return loads_at(record, start, tilt, layers.strips.slices)[0][6:] + weight
 
     return moment

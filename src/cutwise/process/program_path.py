@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from cutwise.io.programs.block_text import block_named
 from cutwise.io.programs.interpreter import Interpreted
 from cutwise.io.programs.moves import Move
 from cutwise.maths.curves import FloatArray
@@ -99,10 +100,14 @@ def _check_covered(program: Interpreted, rotary: bool) -> None:
     faults = []
     left = next((move for move in program.moves if move.spindle < 0.0), None)
     if left is not None:
-        faults.append(f"line {left.line}: the spindle turns to the left (M4); milling is covered for M3 only")
+        faults.append(
+            f"{block_named(program.text, left.line)}: the spindle turns to the left (M4); milling is covered for M3 only"
+        )
     turned = next((move for move in program.moves if move.rotary_start != move.rotary_end), None)
     if turned is not None and not rotary:
-        faults.append(f"line {turned.line}: a rotary axis moves; milling is covered for x, y and z only")
+        faults.append(
+            f"{block_named(program.text, turned.line)}: a rotary axis moves; milling is covered for x, y and z only"
+        )
     if faults:
         raise ScenarioFault([Fault(("program",), message) for message in faults])
 

@@ -13,6 +13,7 @@ from cutwise.spec.scenario import Scenario
 
 if TYPE_CHECKING:
     from cutwise.process import (
+        arm_milling,
         assemble,
         assemble_mill,
         chamfer,
@@ -38,6 +39,7 @@ if TYPE_CHECKING:
     from cutwise.spec.machine_scenario import MachineScenario
     from cutwise.spec.milling import MillingScenario
 else:  # a run imports its own process, not those of the others
+    arm_milling = later("cutwise.process.arm_milling")
     assemble = later("cutwise.process.assemble")
     assemble_mill = later("cutwise.process.assemble_mill")
     chamfer = later("cutwise.process.chamfer")
@@ -133,6 +135,8 @@ def machine_errors(scenario: MachineScenario, progress: Progress | None = None) 
 
 def mill(scenario: MillingScenario, progress: Progress | None = None) -> Result:
     """Milling with CNC drives: look-ahead, drives and forces in one loop (Ozcan et al. 2017, sec. 2-3)."""
+    if scenario.robot is not None:
+        return mill_by_robot(scenario, progress)
     program = assemble_mill.read_program(scenario)
     substeps = scenario.numerics.substeps
     done = milling.run(scenario, substeps, _part(progress, 0.0, 0.3))
@@ -159,8 +163,36 @@ def mill(scenario: MillingScenario, progress: Progress | None = None) -> Result:
     )
 
 
+def mill_by_robot(scenario: MillingScenario, progress: Progress | None = None) -> Result:
+    """A robot mills: each place of its path at rest, and the depth at which the arm chatters."""
+    done = arm_milling.run(scenario)
+    found = arm_milling.measures(scenario, done)
+    finer = scenario.numerics.model_copy(update={"station": 0.5 * scenario.numerics.station})
+    again = arm_milling.measures(
+        scenario, arm_milling.run(scenario.model_copy(update={"numerics": finer}), limits=False)
+    )
+    if progress is not None:
+        progress(1.0)
+    return collect(
+        scenario,
+        found,
+        stages=arm_milling.stages(scenario, done),
+        warnings=arm_milling.warnings(scenario, found),
+        infeasible=arm_milling.infeasible(scenario, found),
+        limits=arm_milling.LIMITS,
+        convergence=change_on_halved_step({name: found[name] for name in again}, again),
+        notes=arm_milling.notes(done),
+        references=("altintas2012", "altintas1995"),
+    )
+
+
 def mill_quick(scenario: MillingScenario, wanted: Collection[str] = (), *, coarse: bool = False) -> Outcome:
     """What studies need; coarse: whether the tool chatters only if a requirement or ``wanted`` asks for it."""
+    if scenario.robot is not None:
+        wants = not coarse or {"stable_depth_min", "depth_margin"}.intersection((*scenario.requirements, *wanted))
+        found = arm_milling.measures(scenario, arm_milling.run(scenario, limits=bool(wants)))
+        said = () if coarse else tuple(arm_milling.warnings(scenario, found))
+        return Outcome(found, said, tuple(arm_milling.infeasible(scenario, found)))
     done = milling.run(scenario, scenario.numerics.substeps)
     found = milling_measures.measures(scenario, done)
     if not coarse or milling_stability.MEASURES.intersection((*scenario.requirements, *wanted)):
@@ -275,7 +307,7 @@ PREPARATIONS: Mapping[str, Callable[..., object]] = {
     "deburr": lambda scenario: assemble.deburring_cell(scenario),
     "drill": lambda scenario: drilling.drill_cell(scenario),
     "machine": lambda scenario: machine.prepare(scenario),
-    "mill": lambda scenario: milling.prepare(scenario),
+    "mill": lambda scenario: (arm_milling if scenario.robot is not None else milling).prepare(scenario),
 }
 RECIPES: Mapping[str, Callable[..., Result]] = {
     "chamfer": chamfer_path,

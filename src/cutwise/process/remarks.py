@@ -8,8 +8,7 @@ import numpy as np
 from cutwise import units
 from cutwise.physics.structure.pistons import SWEEPS
 from cutwise.process.deburring import EdgeRun, after_lead_in, between, memory_needed, places_after_lead_in, run_for
-from cutwise.process.loops import EdgeCell
-from cutwise.process.swept import run_swept_edge
+from cutwise.process.loops import EdgeCell, run_swept_edge
 from cutwise.spec.deburring import DeburringScenario
 from cutwise.spec.notices import notices
 

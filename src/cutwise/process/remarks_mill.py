@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from cutwise import units
+from cutwise.io.programs.block_text import block_named
 from cutwise.process import stock_moves
 from cutwise.process.milling import MillRun, tip_limit
 from cutwise.process.milling_measures import SETTLED
@@ -93,7 +94,7 @@ def _feeds(done: MillRun, found: Mapping[str, float]) -> Iterator[str]:
 def _stock(scenario: MillingScenario, done: MillRun) -> Iterator[str]:
     """Moves that run into the stock as they should not, and contact above the flutes."""
     met, length = done.contact, scenario.tool.flute_length
-    yield from stock_moves.said(met.into)
+    yield from stock_moves.said(met.into, _text(scenario))
     if scenario.stock is not None and length is not None and met.depth > length * (1 + 1e-9):
         yield (
             f"the stock stands {units.show(met.depth, 'length', 3)} above the tip, more than the flutes are long "
@@ -143,7 +144,7 @@ def notes(scenario: MillingScenario, done: MillRun, program_notices: tuple[str, 
         worst = int(np.nanargmax(np.abs(done.contour_error)))
         x, y = done.history.position[worst]
         line = int(done.path.source[done.reference.block[worst]])
-        place = f" (line {line} of the program)" if line else ""
+        place = f", {block_named(_text(scenario), line)}" if line else ""
         side = "into the wall" if done.contour_error[worst] > 0 else "away from the wall"
         told["worst"] = (
             f"The path is left most at x = {units.show(x, 'length')}, y = {units.show(y, 'length')}{place}, "
@@ -158,6 +159,10 @@ def notes(scenario: MillingScenario, done: MillRun, program_notices: tuple[str, 
     if program_notices:
         told["program"] = "; ".join(program_notices)
     return told
+
+
+def _text(scenario: MillingScenario) -> str:
+    return "" if scenario.program is None else scenario.program.text
 
 
 def _decibels(factor: float) -> str:

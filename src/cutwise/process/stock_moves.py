@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from cutwise.io.programs.block_text import blocks_named
 from cutwise.maths.curves import FloatArray
 from cutwise.maths.linearc import LineArc, at_blocks
 from cutwise.physics.engagement.path_sweep import Swept
@@ -16,7 +17,6 @@ from cutwise.spec.program import StockBlock
 FLAT = 1e-6  # a direction of feed with less than this in the plane goes straight up or down
 _TOUCH = math.radians(0.5)  # contact that counts
 _STEP = 0.125  # of the mill radius: how close the places are that are looked at
-_LISTED = 8  # lines named
 
 
 def stock_of(given: StockBlock, zero: Sequence[float] = (0.0, 0.0, 0.0)) -> Stock:
@@ -71,16 +71,10 @@ def _lines(source: list[np.int64]) -> tuple[int, ...]:
     return tuple(sorted({int(line) for line in source}))
 
 
-def said(moves: StockMoves) -> Iterator[str]:
-    """The warnings."""
+def said(moves: StockMoves, text: str) -> Iterator[str]:
+    """The warnings; the text of the program names its blocks."""
     if moves.collisions:
-        yield f"rapid moves run through the stock: {listed(moves.collisions)}"
+        yield f"rapid moves run through the stock: {blocks_named(text, moves.collisions)}"
     if moves.plunges:
-        yield f"plunges straight into the stock have no force here (end cutting is not modelled): {listed(moves.plunges)}"
-
-
-def listed(lines: tuple[int, ...]) -> str:
-    """Lines of a program, the first few of many."""
-    shown = ", ".join(str(line) for line in lines[:_LISTED])
-    more = f" and {len(lines) - _LISTED} more" if len(lines) > _LISTED else ""
-    return f"line{'s' if len(lines) > 1 else ''} {shown}{more} of the program"
+        named = blocks_named(text, moves.plunges)
+        yield f"plunges straight into the stock have no force here (end cutting is not modelled): {named}"

@@ -2,13 +2,14 @@
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from cutwise import units
 from cutwise.spec import needs
 from cutwise.spec.base import Remark
+from cutwise.spec.carrier import CarriedPath, CarryingRobot, Standing
 from cutwise.spec.material import Material
 from cutwise.spec.measures import DEBURRING
 from cutwise.spec.needs import Needs
@@ -59,9 +60,62 @@ class DeburringScenario(Scenario):
     tool: HelicalMill = Field(description="the mill or bur")
     material: Material = Field(description="cutting coefficients of the material with this tool")
     spindle: CompliantSpindle = Field(description="the compliant spindle")
+    path: CarriedPath | None = Field(default=None, description="where the edge lies in the part, for a robot to follow")
+    placement: Standing | None = Field(default=None, description="where the part stands before the robot")
+    robot: CarryingRobot | None = Field(default=None, description="the robot that carries the spindle along the path")
     numerics: TimeStepping = Field(default_factory=TimeStepping, description="how the computation is done")
 
+    @model_validator(mode="after")
+    def _as_long_as_its_path(self) -> Self:
+        """A path gives the run its length; what the engineer wrote stays what was written."""
+        operation = self.operation
+        if self.path is not None and operation.length is None and operation.duration is None:
+            filled = operation.model_copy(update={"length": self.path.length})
+            filled.model_fields_set.discard("length")
+            object.__setattr__(self, "operation", filled)
+        return self
+
+    def checks(self) -> Iterator[Iterator[Remark]]:
+        """Edge and mill; what carries the spindle."""
+        yield self._edge_faults()
+        yield self._carrier_faults()
+
     def contradictions(self) -> Iterator[Remark]:
+        """What contradicts itself between sections."""
+        for check in self.checks():
+            yield from check
+
+    def _carrier_faults(self) -> Iterator[Remark]:
+        """A robot without a path, a path beside another length, a side of the work that the milling contradicts."""
+        operation, path = self.operation, self.path
+        if operation.length is None and operation.duration is None and path is None:
+            yield Remark(
+                ("operation", "duration"),
+                "missing; write duration (for example 0.6 s) or length (for example 48 mm)",
+            )
+        if path is None:
+            if self.robot is not None:
+                yield Remark(("path",), "missing; a robot needs to know where the edge is, for example "
+                             "path: {line: {from: [1900 mm, -150 mm, 800 mm], to: [1900 mm, 150 mm, 800 mm]}}")  # fmt: skip
+            if self.placement is not None:
+                yield Remark(("placement",), "has nothing to place: there is no path")
+            return
+        if self.robot is None:
+            yield Remark(("path",), "is followed by a robot; write robot.library, or operation.length alone")
+        if (operation.length or operation.duration) and operation.run_length > path.length * (1 + 1e-9):
+            key = "length" if operation.length is not None else "duration"
+            yield Remark(
+                ("operation", key), f"the run is {_mm(operation.run_length)} long, the path only {_mm(path.length)}"
+            )
+        side = "right" if operation.milling == "down" else "left"
+        if path.work not in (None, side):
+            yield Remark(
+                ("path", "work"),
+                f"{path.work} contradicts operation.milling: a right-hand tool mills {operation.milling} with the work on "
+                f"the {side} of the feed",
+            )
+
+    def _edge_faults(self) -> Iterator[Remark]:
         """Burr and part outside the flutes; tables that end before the run does."""
         part, burr = self.part, self.part.burr
         if self.tool.flute_length is not None:
@@ -78,9 +132,10 @@ class DeburringScenario(Scenario):
                     f"the burr reaches {_mm(burr.axial_start + burr.width)} up the mill, the flutes only "
                     f"{_mm(self.tool.flute_length)} (tool.flute_length)",
                 )
+        given = self.operation.length or self.operation.duration
         for name in ("height", "width"):
             size = getattr(burr, name)
-            if isinstance(size, Table):
+            if isinstance(size, Table) and given:
                 yield from uncovered(size, self.operation.run_length, ("part", "burr", name))
 
     def remarks(self) -> Iterator[Remark]:

@@ -10,6 +10,34 @@ def _per_axis(name: str, dimension: str, description: str, axes: str = "xyz") ->
     return {f"{name}_{axis}": MeasureSpec(dimension, f"{description}, {axis} direction") for axis in axes}
 
 
+def _deflections(term: str, what: str) -> dict[str, MeasureSpec]:
+    return {
+        **_per_axis(f"deflection_{term}_mean", "small_length", f"{what}, mean after the lead-in"),
+        **_per_axis(f"deflection_{term}_max", "small_length", f"{what}, where it is largest, with its sign"),
+    }
+
+
+CARRIED: Mapping[str, MeasureSpec] = {
+    **_deflections("pistons", "displacement by the tilting spindle where the surface is read"),
+    **_deflections("arm", "displacement by the joints of the robot where the surface is read"),
+    **_deflections("base", "displacement by the base of the robot where the surface is read"),
+    "share_pistons": MeasureSpec(
+        "small_length", "part of the spindle in the displacement off the surface, worst place"
+    ),
+    "share_arm": MeasureSpec("small_length", "part of the robot's joints in it"),
+    "share_base": MeasureSpec("small_length", "part of the robot's base in it"),
+    "stiffness_normal_min": MeasureSpec("stiffness", "stiffness of the carrier off the surface, least along the path"),
+    "stiffness_normal_max": MeasureSpec("stiffness", "stiffness of the carrier off the surface, greatest"),
+    "natural_frequency_min": MeasureSpec("frequency", "lowest natural frequency of the arm along the path"),
+    "sag_change_max": MeasureSpec("small_length", "largest change along the path of the sag under links and tool"),
+    "joint_speed_margin": MeasureSpec("dimensionless", "1 minus the largest speed of a joint over its limit"),
+    "feed_possible_min": MeasureSpec("speed", "feed that the joints can follow everywhere on the path"),
+    "joint_limit_margin": MeasureSpec("angle", "least room of a joint to its limit"),
+    "wrist_margin": MeasureSpec("dimensionless", "least |sin| of the wrist angle; 0 is singular"),
+    "redundancy_angle_min": MeasureSpec("angle", "least angle of the tool about its axis"),
+    "redundancy_angle_max": MeasureSpec("angle", "greatest angle of the tool about its axis"),
+}
+
 DEBURRING: Mapping[str, MeasureSpec] = {
     "surface_error_mean": MeasureSpec("length", "mean edge error over the steady part; positive: burr left"),
     "surface_error_min": MeasureSpec("length", "smallest edge error over the steady part; negative: cut into the part"),
@@ -36,6 +64,19 @@ DEBURRING: Mapping[str, MeasureSpec] = {
     "breakaway_force": MeasureSpec("force", "lateral force at the tip at which the spindle starts to yield"),
     "loading_force": MeasureSpec("force", "lateral force at the tip while the spindle is pushed out"),
     "unloading_force": MeasureSpec("force", "lateral force at the tip while the spindle returns"),
+    **CARRIED,
+}
+
+ROBOT_MILLING: Mapping[str, MeasureSpec] = {
+    **{name: spec for name, spec in CARRIED.items() if "pistons" not in name},
+    **_deflections("tip", "displacement by the tip modes of the tool at rest where the surface is read"),
+    "share_tip": MeasureSpec("small_length", "part of the tip modes of the tool in it"),
+    "floor_error_min": MeasureSpec("small_length", "least error of the floor left by a robot, positive into the part"),
+    "floor_error_max": MeasureSpec("small_length", "greatest error of the floor left by a robot"),
+    "wall_tilt_max": MeasureSpec("small_angle", "largest tilt of the wall left by a robot"),
+    "stable_depth_min": MeasureSpec("length", "least axial depth along the path at which the arm chatters"),
+    "depth_margin": MeasureSpec("dimensionless", "1 minus axial depth over that limit; not above 0: it chatters"),
+    "energy_balance": MeasureSpec("dimensionless", "work of the force less elastic energy, relative: a check"),
 }
 
 MILLING: Mapping[str, MeasureSpec] = {
@@ -84,6 +125,7 @@ MILLING: Mapping[str, MeasureSpec] = {
     ),
     "wall_error_max": MeasureSpec("small_length", "greatest error of the wall left, drives and tip, into the wall"),
     "path_length": MeasureSpec("length", "length of the commanded path"),
+    **ROBOT_MILLING,
     "stops": MeasureSpec("dimensionless", "full stops between the first and the last point"),
 }
 

@@ -23,6 +23,7 @@ from cutwise.spec.base import (
     Time,
     Usual,
 )
+from cutwise.spec.carrier import CarriedPath, CarryingRobot, Standing
 from cutwise.spec.drives import CncMachine
 from cutwise.spec.fields import tag
 from cutwise.spec.material import Material
@@ -31,6 +32,12 @@ from cutwise.spec.needs import Needs
 from cutwise.spec.program import Blend, PathMode, Program, StockBlock
 from cutwise.spec.scenario import MeasureSpec, Scenario
 from cutwise.spec.tool import HelicalMill
+
+
+def _path_kind(value: Any) -> str:
+    written = value if isinstance(value, dict) else {}
+    carried = isinstance(value, CarriedPath) or bool({"line", "tool_axis", "work"} & set(written))
+    return "<line>" if carried else "<corner>"
 
 
 def _corner_kind(value: Any) -> str:
@@ -104,6 +111,10 @@ class MillingOperation(Spec):
         default=None, description="radial depth of cut a_e; with a stock it follows from the program",
         examples=["4 mm"], gt=0,
     )  # fmt: skip
+    milling: Literal["down", "up"] = Field(
+        default="down", description="down (climb) or up (conventional) milling of a robot; drives mill down",
+        examples=["down"],
+    )  # fmt: skip
 
 
 class ToolMode(Spec):
@@ -168,6 +179,15 @@ class DriveStepping(Spec):
         default=None, description="axial discs of the mill (midpoint rule); left out: flutes in closed form",
         examples=[20], ge=1,
     )  # fmt: skip
+    mode: Literal["step", "still"] = Field(
+        default="step",
+        description="time steps of drives and forces, or each place of the path at rest (a robot)",
+        examples=["still"],
+    )
+    station: Annotated[Length, Usual("0.5 mm", "50 mm")] = Field(
+        default=5e-3, description="distance of the places along a path that are looked at at rest", examples=["5 mm"],
+        gt=0,
+    )  # fmt: skip
     settling_time: Time = Field(
         default=1.0, description="time at the end point in which settling is watched", examples=["1 s"], ge=0
     )
@@ -219,7 +239,14 @@ class MillingScenario(Scenario):
         return 5 if self.stock is not None or self.tool.modes else 12
 
     process: Literal["mill"] = Field(description="which operation is simulated", examples=["mill"])
-    path: CornerPath | None = Field(default=None, description="a pocket corner (or give program)")
+    path: (
+        Annotated[Annotated[CornerPath, tag("corner")] | Annotated[CarriedPath, tag("line")], Discriminator(_path_kind)]
+        | None
+    ) = Field(default=None, description="a pocket corner, or a line that a robot follows (or give program)")
+    placement: Standing | None = Field(default=None, description="where the part stands before the robot")
+    robot: CarryingRobot | None = Field(
+        default=None, description="the robot that carries the mill instead of a machine"
+    )
     program: Program | None = Field(default=None, description="an NC program (or give path)")
     stock: StockBlock | None = Field(
         default=None,
@@ -234,21 +261,78 @@ class MillingScenario(Scenario):
     operation: MillingOperation = Field(description="the cut")
     tool: EndMill = Field(description="the end mill")
     material: Material = Field(description="cutting coefficients of the material with this tool")
-    machine: CncMachine = Field(description="the machine and its drives")
+    machine: CncMachine | None = Field(default=None, description="the machine and its drives (or give robot)")
     lobes: LobeDiagram = Field(
         default_factory=LobeDiagram, description="map of stability, drawn where the tool has modes"
     )
     numerics: DriveStepping = Field(default_factory=DriveStepping, description="how the computation is done")
 
     def contradictions(self) -> Iterator[Remark]:
-        """Path and program, feed and speed missing, depths that the engagement or the tool does not cover."""
+        """What carries the tool; path and program, feed and speed missing, depths that engagement or tool do not cover."""
+        yield from self._carrier_faults()
+        if self.robot is not None:
+            yield from self._robot_faults()
+            return
         if (self.path is None) == (self.program is None):
             yield Remark(("path",), "give exactly one of path (a corner) and program (a G-code file)")
-        if self.path is not None:
+        if isinstance(self.path, CornerPath):
             for key, sample in (("feed", "40 mm/s"), ("spindle_speed", "8000 rpm")):
                 if getattr(self.operation, key) is None:
                     yield Remark(("operation", key), f"missing; write it as text with a unit, for example {sample}")
         yield from self._depth_faults()
+
+    def _carrier_faults(self) -> Iterator[Remark]:
+        """One carrier, and a path that fits it."""
+        if self.robot is not None and self.machine is not None:
+            yield Remark(("robot",), "the tool has one carrier: write robot or machine")
+        if self.robot is None and self.machine is None:
+            yield Remark(("machine",), "missing; write machine.library (or robot.library for a robot that mills)")
+        if self.robot is None and isinstance(self.path, CarriedPath):
+            yield Remark(
+                ("path", "line"), "is followed by a robot (robot.library); a machine takes a corner or a program"
+            )
+        if self.robot is None and self.placement is not None:
+            yield Remark(("placement",), "places a part before a robot; there is none")
+        if self.robot is None and self.operation.milling == "up":
+            yield Remark(("operation", "milling"), "up is for a robot; a corner or program on a machine is milled down")
+        if self.robot is None and self.numerics.mode == "still":
+            yield Remark(("numerics", "mode"), "drives need time stepping: still is for a robot")
+
+    def _robot_faults(self) -> Iterator[Remark]:
+        """What a robot that mills needs, and what it cannot do."""
+        operation = self.operation
+        if not isinstance(self.path, CarriedPath):
+            yield Remark(("path",), "a robot needs to know where the wall is, for example path: {line: {from: [1900 mm, "
+                         "-150 mm, 800 mm], to: [1900 mm, 150 mm, 800 mm]}, tool_axis: [0, 0, -1]}")  # fmt: skip
+        for key, why in (
+            ("program", "a robot follows path.line; programs are for machines"),
+            ("stock", "belongs to a program; a robot has its depths (operation.radial_depth, .axial_depth)"),
+        ):
+            if getattr(self, key) is not None:
+                yield Remark((key,), why)
+        if self.numerics.mode != "still":
+            yield Remark(("numerics", "mode"), "a robot that mills is computed at rest: write mode: still")
+        for key, sample in (("feed", "40 mm/s"), ("spindle_speed", "8000 rpm"), ("axial_depth", "5 mm"),
+                            ("radial_depth", "4 mm")):  # fmt: skip
+            if getattr(operation, key) is None:
+                yield Remark(("operation", key), f"missing; write it as text with a unit, for example {sample}")
+        radial = operation.radial_depth
+        if radial is not None and radial > self.tool.diameter * (1 + 1e-9):
+            yield Remark(
+                ("operation", "radial_depth"), f"is more than the diameter of the mill ({_mm(self.tool.diameter)})"
+            )
+        side = "right" if operation.milling == "down" else "left"
+        if isinstance(self.path, CarriedPath) and self.path.work not in (None, side):
+            yield Remark(
+                ("path", "work"),
+                f"{self.path.work} contradicts operation.milling: a right-hand tool mills {operation.milling} with the "
+                f"work on the {side} of the feed",
+            )
+        length, depth = self.tool.flute_length, operation.axial_depth
+        if length is not None and depth is not None and depth > length * (1 + 1e-9):
+            yield Remark(
+                ("operation", "axial_depth"), f"is more than the flute length ({_mm(length)}, tool.flute_length)"
+            )
 
     def _depth_faults(self) -> Iterator[Remark]:
         """Depths missing, or more than engagement and tool cover; a stock without a program."""
@@ -279,7 +363,7 @@ class MillingScenario(Scenario):
             for key in ("axial_depth", "radial_depth"):
                 if getattr(self.operation, key) is not None:
                     yield Remark(("operation", key), "is not used: the stock says what the program meets")
-        if self.numerics.force != "tooth_resolved":
+        if self.robot is None and self.numerics.force != "tooth_resolved":
             for key in ("modes", "runout"):
                 if getattr(self.tool, key):
                     yield Remark(("tool", key), f"does not count with numerics.force: {self.numerics.force}")
@@ -293,8 +377,8 @@ class MillingScenario(Scenario):
 
     def _chip_remarks(self) -> Iterator[Remark]:
         feed, speed = self.operation.feed, self.operation.spindle_speed
-        limits = self.machine.limits
-        if feed is not None and limits.act_on == "path" and feed > limits.velocity:
+        limits = self.machine.limits if self.machine is not None else None
+        if feed is not None and limits is not None and limits.act_on == "path" and feed > limits.velocity:
             yield Remark(
                 ("operation", "feed"),
                 f"is above machine.limits.velocity: no more than {units.show(limits.velocity, 'speed')} is run",
@@ -309,6 +393,8 @@ class MillingScenario(Scenario):
                 )
             if beyond := self.material.beyond(chip):
                 yield Remark(("material",), beyond)
+            if self.machine is None:
+                return
             step = self.machine.control.sample_time / self.numerics.substeps
             tooth = 2.0 * math.pi / (speed * self.tool.flutes)
             if self.numerics.force == "tooth_resolved" and step > tooth / 10:

@@ -19,17 +19,52 @@ _FORCES = "numerics.force: tooth_resolved or numerics.force: averaged"
 _TOOTH = "numerics.force: tooth_resolved"
 _PASS = "path or program"
 
-DEBURRING: Needs = {"*_force_*_z": (_AXIAL,)}
+_ARM: Needs = dict.fromkeys(
+    (
+        "joint_*_margin",
+        "wrist_margin",
+        "redundancy_angle_*",
+        "stiffness_normal_*",
+        "feed_possible_min",
+        "natural_frequency_min",
+        "sag_change_max",
+        "deflection_*",
+        "share_*",
+    ),
+    ("robot",),
+)
+DEBURRING: Needs = {"*_force_*_z": (_AXIAL,), **_ARM}
 DRILLING: Needs = {"redundancy_angle": ("no hole.grid",)}
 MILLING: Needs = {
     "chatter_growth_*": ("tool.modes",),
-    "stable_depth_*": ("tool.modes",),
-    "tip_deflection_max": ("tool.modes", _TOOTH),
-    "wall_error_*": ("tool.modes", _TOOTH),
-    "force_*_peak": (_TOOTH,),
+    "stable_depth_straight": ("tool.modes",),
+    "stable_depth_corner": ("tool.modes",),
+    **_ARM,
+    **dict.fromkeys(
+        ("stable_depth_min", "depth_margin", "energy_balance", "floor_error_*", "wall_tilt_max"), ("robot",)
+    ),
+    **dict.fromkeys(
+        (
+            "contour_error_*",
+            "cycle_time_ideal",
+            "tracking_error_*",
+            "settling_*",
+            "drive_voltage_max",
+            "drive_torque_*",
+            "saturation_time",
+            "feed_min",
+            "bandwidth_*",
+            "phase_margin_*",
+            "stops",
+        ),
+        ("no robot",),
+    ),
+    "tip_deflection_max": ("tool.modes or robot", f"{_TOOTH} or robot"),
+    "wall_error_*": ("tool.modes or robot", f"{_TOOTH} or robot"),
+    "force_*_peak": (_TOOTH, "no robot"),
     "force_z_peak": (_AXIAL,),
-    "force_xy_*_straight": (_FORCES,),
-    "force_xy_*_corner": (_FORCES,),
+    "force_xy_*_straight": (f"{_FORCES} or robot",),
+    "force_xy_*_corner": (_FORCES, "no robot"),
     "remov*": ("stock",),
     "drive_error_max": ("path_mode.blend or program",),
 }

@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from cutwise.spec.base import Spec, Time, Usual
+from cutwise.spec.base import Length, Spec, Time, Usual
 
 
 def _usual_step(given: dict[str, Any]) -> float:
@@ -25,6 +25,10 @@ class TimeStepping(Spec):
         examples=["20 us"],
         gt=0,
     )
+    station: Annotated[Length, Usual("0.5 mm", "50 mm")] = Field(
+        default=5e-3, description="distance of the places along a path at which the carrier's compliance is taken",
+        examples=["5 mm"], gt=0,
+    )  # fmt: skip
     engagement: Literal["auto", "arcs", "swept"] = Field(
         default="auto",
         description="arcs from the present position of the mill (fast), or a swept surface with memory; auto takes the "

@@ -143,8 +143,7 @@ class DeburringOperation(Spec):
     def contradictions(self) -> Iterator[Remark]:
         """One of length and duration, long enough for both leads, within the table of the path error."""
         if self.length is None and self.duration is None:
-            yield Remark(("duration",), "missing; write duration (for example 0.6 s) or length (for example 48 mm)")
-            return
+            return  # the path of the scenario gives it
         if self.length is not None and self.duration is not None:
             yield Remark(("duration",), "length is given too; write exactly one of length and duration")
             return

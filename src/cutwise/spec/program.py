@@ -47,6 +47,10 @@ class Program(Spec):
     text: str = Field(
         default="", description="the text of the program (read from the file)", examples=["G21 G90 G1 X10 F600"]
     )
+    dialect: Literal["auto", "rs274", "fanuc"] = Field(
+        default="auto", description="dialect of G-code: rs274 (LinuxCNC), fanuc (with macro B), or auto: fanuc where the "
+        "program shows macro B, which is said, and rs274 elsewhere", examples=["fanuc"],
+    )  # fmt: skip
     subroutines: dict[str, str] | None = Field(
         default=None, description="texts of the subroutine files that the program calls (read from beside it)",
         examples=["{}"],

@@ -94,7 +94,7 @@ def consult(
     try:
         if met:
             for sentence in _rooms(trials, levers):
-                sentences.append(sentence)  # noqa: PERF402: those before the budget ends count
+                sentences.append(sentence)  # those before the budget ends count
         else:
             _find_ways(trials, levers, proposals, pairs=pairs)
     except Spent:

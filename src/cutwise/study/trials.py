@@ -43,7 +43,9 @@ def read_budget(text: str) -> Budget:
         seconds = 0.0
     if seconds > 0.0:
         return Budget(None, seconds)
-    raise ScenarioFault([Fault((), f'"{text}" is neither a number of runs nor a time; write 200 or "30 s"', file="--budget")])
+    raise ScenarioFault(
+        [Fault((), f'"{text}" is neither a number of runs nor a time; write 200 or "30 s"', file="--budget")]
+    )
 
 
 class Spent(Exception):

@@ -140,7 +140,10 @@ def test_what_is_wrong_with_a_program_and_what_stands_beside_it(tmp_path):
         assert words in said
     code = "G21 S8000 M3 F2400\nG1 X10 Z-1\nA30\nM4\nX20\n"
     text = BASE.replace("path: {corner: 2 mm}", "program: {file: inline, text: " + repr(code).replace("'", '"') + "}")
-    with pytest.raises(ScenarioFault, match=r"line 5: the spindle turns to the left.*\n.*line 3: a rotary axis moves"):
+    with pytest.raises(
+        ScenarioFault,
+        match=r"line 5 of the program \(.*\): the spindle turns to the left.*\n.*line 3 of the program.*: a rotary axis moves",
+    ):
         simulate(parse(text))
 
 

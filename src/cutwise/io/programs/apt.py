@@ -4,47 +4,35 @@ Positions are those of the tool tip. A tool axis (MULTAX) is carried as rotary a
 of the tilt in the xy plane, so that the axis is ``(sin B cos C, sin B sin C, cos B)``.
 """
 
+import contextlib
 import math
 from collections.abc import Callable, Iterator
-from typing import Literal, NamedTuple
+from typing import Literal
 
 from cutwise.io.programs import canon
-from cutwise.io.programs.cldata import Statement, is_apt, statements
+from cutwise.io.programs.apt_circles import check_ends, circle_of
+from cutwise.io.programs.apt_cycles import BEGINS, Hole, hole_of, peck_count, peck_depths
+from cutwise.io.programs.apt_frames import Frames, Z
+from cutwise.io.programs.apt_units import INCH_FEEDS, MM_FEEDS, first_unit, is_about_units, says_inch
+from cutwise.io.programs.cldata import Statement, StatementFault, is_apt, statements
 from cutwise.io.programs.controller import INCH, MILLIMETRE, PLANES
 from cutwise.io.programs.moves import Point
+from cutwise.io.programs.scale import MOST, out_of_scale
 from cutwise.io.programs.setup import Setup
-from cutwise.maths.circles import Circle, chords, distance_from_axis
+from cutwise.maths.circles import Circle, chords
 from cutwise.spec.faults import Fault, ScenarioFault
 
 __all__ = ["Apt", "is_apt"]
 
 _MOST_FAULTS = 100
-_ON_CIRCLE = 1e-3  # share of the radius by which an end may be off its circle
 _CHORD_TOLERANCE = 1e-6  # [m] of the lines that stand for an arc about a tilted axis
-_INCH_FEEDS, _MM_FEEDS = ("IPM", "IPR"), ("MMPM", "MMPR")
 _PER_REVOLUTION = ("IPR", "MMPR", "PERREV", "UPR", "REV")
-_FEED_WORDS = (*_INCH_FEEDS, *_MM_FEEDS, "PERREV", "PERMIN", "UPR", "UPM", "REV", "MINUTE")
+_FEED_WORDS = (*INCH_FEEDS, *MM_FEEDS, "PERREV", "PERMIN", "UPR", "UPM", "REV", "MINUTE")
 _SILENT = (
     "CUTTER", "TLDATA", "PAINT", "MACHIN", "INTOL", "OUTTOL", "TOLER", "TOOLNO", "SEQNO", "MODE", "AUXFUN", "HEAD",
-    "OPNAME", "END-OF-PATH", "SELECT TOOL", "SELCTL", "CLEARP", "MSYS", "CATPROCESS", "PROGRAM", "DISPLY", "UNIT",
+    "OPNAME", "END-OF-PATH", "SELECT TOOL", "SELCTL", "SELECT", "CLEARP", "CATPROCESS", "PROGRAM", "DISPLY", "SETUP",
 )  # fmt: skip
-_DRILLED = ("DRILL", "DEEP", "BRKCHP", "BORE", "REAM", "FACE", "CSINK", "CBORE", "TAP", "THRUHOLE")
-
-
-class _StatementFault(Exception):
-    def __init__(self, message: str, column: int) -> None:
-        super().__init__(message)
-        self.message, self.column = message, column
-
-
-class Hole(NamedTuple):
-    """What a drilling cycle does at each point: heights along the tool axis, measured from the point."""
-
-    clearance: float
-    bottom: float
-    peck: float  # 0: none
-    seconds: float
-    feed: float  # 0: the feed in force
+_SILENT_KIND = "CSI_SET_"  # sizes of the tool, as SolidWorks CAM writes them
 
 
 class Apt:
@@ -58,22 +46,27 @@ class Apt:
     def __init__(self, text: str, name: str, setup: Setup = Setup()) -> None:  # noqa: B008
         self.name = name
         self.statements = list(statements(text))
-        self.inch, said = _unit(self.statements)
-        self.noticed: dict[str, int] = (
-            {} if said else {"no UNITS: lengths are taken as " + ("in" if self.inch else "mm"): 0}
-        )
+        self.inch, assumed = first_unit(self.statements)
+        self.noticed: dict[str, int] = {assumed: 0} if assumed else {}
         self.faults: list[Fault] = []
+        self.unknown: dict[str, list[Statement]] = {}  # words that are not known, all their places
         self.blocks = 0
         self.line = 0
+        self.steps_left = setup.step_limit
         self.out: list[canon.Command] = []
+        self.frames = Frames()
         self.at: Point = self._first_place(setup)
         unit = self._metres()
         self.start: Point = (self.at[0] * unit, self.at[1] * unit, self.at[2] * unit)
-        self.tool_axis: Point = (0.0, 0.0, 1.0)
+        self.frames = Frames()
+        self.tool_axis: Point = Z
         self.rapid = False
+        # RAPID of SolidWorks CAM holds until a feed is written; elsewhere it is for the next motion
+        self.rapid_holds = any(s.word == "TRNTYP" or s.word.startswith(_SILENT_KIND) for s in self.statements)
         self.feed, self.per_revolution = 0.0, False
         self.circle: Circle | None = None
         self.hole: Hole | None = None
+        self.last_hole: Hole | None = None  # what CYCLE/ON takes up again
         self.feed_before = 0.0  # before the feed of a cycle
         self.plane = "XY"
         self.ended = False
@@ -96,14 +89,27 @@ class Apt:
             self.blocks += 1
             try:
                 self._run(statement)
-            except _StatementFault as fault:
+            except StatementFault as fault:
                 self.faults.append(Fault((), fault.message, statement.line, fault.column, self.name))
             yield from self.out
             self.out.clear()
             if self.ended or len(self.faults) >= _MOST_FAULTS:
                 break
+        self._close()
         if self.faults:
-            raise ScenarioFault(self.faults)
+            raise ScenarioFault(sorted(self.faults, key=lambda fault: fault.line or 0))
+
+    def _close(self) -> None:
+        """What is known when all statements are run: unknown words, one fault each; what stands behind the end."""
+        for word, found in self.unknown.items():
+            times = f" ({len(found)} times, first here)" if len(found) > 1 else ""
+            message = f"{word}: unknown or unsupported APT word{times}; let the CAM system write points (GOTO), CIRCLE and CYCLE"
+            self.faults.append(Fault((), message, found[0].line, found[0].column, self.name))
+        behind = [s for s in self.statements[self.blocks :] if s.word in ("GOTO", "GODLTA")]
+        if self.ended and behind:
+            self.noticed[
+                f"{len(behind)} motions stand behind the end of the program (line {self.line}) and are not run"
+            ] = behind[0].line
 
     def _metres(self) -> float:
         return INCH if self.inch else MILLIMETRE
@@ -111,9 +117,12 @@ class Apt:
     def _first_place(self, setup: Setup) -> Point:
         """Where FROM says that the tool stands before the first motion; else the given start, or zero."""
         for statement in self.statements:
+            if statement.word in ("CSYS", "MSYS", "TRNTYP"):
+                with contextlib.suppress(StatementFault):  # said when it is run
+                    self.frames.take(statement)
             if statement.word == "FROM" and len(statement.numbers()) >= 3:
                 x, y, z = statement.numbers()[:3]
-                return x, y, z
+                return self.frames.point((x, y, z))
             if statement.word in ("GOTO", "GODLTA"):
                 break
         if setup.start is None:
@@ -124,13 +133,40 @@ class Apt:
 
     def _run(self, s: Statement) -> None:
         step = _STEPS.get(s.word)
-        if step is not None:
+        for argument in s.arguments:
+            if argument.number is not None and abs(argument.number) > MOST:
+                raise StatementFault(out_of_scale(argument.number), argument.column)
+        if is_about_units(s):
+            self.set_units(s)
+        elif step is not None:
             step(self, s)
-        elif s.word in _SILENT or not s.word:
+        elif s.word == "MODE" and "INCR" in s.words():
+            raise StatementFault("MODE/INCR: incremental points are not supported; let the CAM system write absolute ones",
+                                 s.column)  # fmt: skip
+        elif s.word not in _SILENT and not s.word.startswith(_SILENT_KIND) and s.word:
+            self.unknown.setdefault(s.word, []).append(s)
+
+    def set_units(self, s: Statement) -> None:
+        """UNITS: known from the start; another one than before holds from here on."""
+        inch = says_inch(s)
+        if inch == self.inch:
             return
-        else:
-            raise _StatementFault(f"{s.word}: unknown or unsupported APT word; let the CAM system write points (GOTO), "
-                                  "CIRCLE and CYCLE", s.column)  # fmt: skip
+        factor = MILLIMETRE / INCH if inch else INCH / MILLIMETRE
+        self.inch = inch
+        self.at = (self.at[0] * factor, self.at[1] * factor, self.at[2] * factor)
+        self.feed, self.feed_before = self.feed * factor, self.feed_before * factor
+        self.hole = self.last_hole = self.circle = None
+        self._say(canon.LengthUnits, inch)
+        if self.feed > 0.0:
+            self._say(canon.FeedRate, self.feed)
+
+    def system(self, s: Statement) -> None:
+        """CSYS, MSYS, TRNTYP."""
+        words = self.frames.take(s)
+        if words:
+            self.noticed.setdefault(words, self.line)
+        if s.word != "TRNTYP" and self.frames.base is not None:
+            self.tool_axis = self.frames.tool_axis()
 
     def _say(self, command: Callable[..., canon.Command], *arguments: object) -> None:
         self.out.append(command(*arguments, self.line, ""))
@@ -148,32 +184,34 @@ class Apt:
 
     def go_by(self, s: Statement) -> None:
         """GODLTA: by three distances, or by one along the tool axis."""
-        by = s.numbers()
-        if len(by) == 1:
-            by = [by[0] * component for component in self.tool_axis]
-        if len(by) < 3:
-            raise _StatementFault("GODLTA needs three distances, or one along the tool axis", s.column)
+        n = s.numbers()
+        if len(n) == 1:
+            by = [n[0] * component for component in self.tool_axis]
+        elif len(n) < 3:
+            raise StatementFault("GODLTA needs three distances, or one along the tool axis", s.column)
+        else:
+            by = list(self.frames.vector((n[0], n[1], n[2])))
         end = (self.at[0] + by[0], self.at[1] + by[1], self.at[2] + by[2])
         self._reach(s, end, self.tool_axis)
 
     def _point(self, s: Statement) -> tuple[Point, Point]:
         n = s.numbers()
         if len(n) not in (3, 6) and len(n) < 6:
-            raise _StatementFault(
+            raise StatementFault(
                 f"{s.word} needs x,y,z, or x,y,z,i,j,k with the tool axis; found {len(n)} numbers", s.column
             )
-        point = (n[0], n[1], n[2])
+        point = self.frames.point((n[0], n[1], n[2]))
         if len(n) == 3:
             return point, self.tool_axis
         size = math.hypot(n[3], n[4], n[5])
         if size < 1e-6:
-            raise _StatementFault("the tool axis i,j,k has no length", s.arguments[3].column)
-        return point, (n[3] / size, n[4] / size, n[5] / size)
+            raise StatementFault("the tool axis i,j,k has no length", s.arguments[3].column)
+        return point, self.frames.vector((n[3] / size, n[4] / size, n[5] / size))
 
     def _reach(self, s: Statement, end: Point, axis: Point) -> None:
         circle, self.circle = self.circle, None
         self.tool_axis = axis
-        rapid, self.rapid = self.rapid, False
+        rapid, self.rapid = self.rapid, self.rapid and self.rapid_holds
         if self.hole is not None:
             self._drill(s, end)
         elif circle is not None:
@@ -183,7 +221,7 @@ class Apt:
 
     def _straight(self, s: Statement, end: Point, *, rapid: bool) -> None:
         if not rapid and self.feed <= 0.0:
-            raise _StatementFault("feed motion without a feed; write FEDRAT or RAPID before", s.column)
+            raise StatementFault("feed motion without a feed; write FEDRAT or RAPID before", s.column)
         self.at = end
         self._say(canon.Traverse if rapid else canon.Feed, *end, self._rotary(), canon.NO_TURN)
 
@@ -196,23 +234,13 @@ class Apt:
         return 0.0, tilt, math.degrees(math.atan2(j, i))
 
     def circle_next(self, s: Statement) -> None:
-        """CIRCLE: centre, axis, radius of the arc that the next GOTO ends."""
-        n = s.numbers()
-        if len(n) < 7:
-            raise _StatementFault("CIRCLE needs centre x,y,z, axis i,j,k and radius", s.column)
-        size = math.hypot(*n[3:6])
-        if size < 1e-6 or n[6] <= 0.0:
-            raise _StatementFault("CIRCLE needs an axis with a length and a positive radius", s.column)
-        self.circle = Circle((n[0], n[1], n[2]), (n[3] / size, n[4] / size, n[5] / size), n[6])
+        """CIRCLE: of the arc that the next GOTO ends."""
+        self.circle = circle_of(s, self.frames, self.at)
 
     def _arc(self, s: Statement, circle: Circle, end: Point) -> None:
         if self.feed <= 0.0:
-            raise _StatementFault("arc without a feed; write FEDRAT before", s.column)
-        for name, point in (("start", self.at), ("end", end)):
-            far = distance_from_axis(circle, point)
-            if abs(far - circle.radius) > max(_ON_CIRCLE * circle.radius, 0.02 * MILLIMETRE / self._metres()):
-                message = f"the {name} of the arc is {far:.6g} from its axis, its radius is {circle.radius:.6g}"
-                raise _StatementFault(message, s.column)
+            raise StatementFault("arc without a feed; write FEDRAT before", s.column)
+        check_ends(circle, self.at, end, 0.02 * MILLIMETRE / self._metres(), s.column)
         w = next((i for i in range(3) if abs(abs(circle.axis[i]) - 1.0) < 1e-9), None)
         if w is None:
             self._tilted_arc(s, circle, end)
@@ -236,45 +264,43 @@ class Apt:
     # cycles
 
     def cycle(self, s: Statement) -> None:
-        """CYCLE: what is done at each following point, or OFF; or ON again."""
-        words, numbers = s.words(), s.numbers()
+        """CYCLE: what is done at each following point; OFF, or ON again."""
+        words = s.words()
         if "OFF" in words:
             self.hole = None
             if self.feed_before > 0.0 and self.feed_before != self.feed:
                 self._set_feed(self.feed_before, self.per_revolution)
             return
-        if not words or words[0] not in _DRILLED:
-            raise _StatementFault(f"CYCLE/{words[0] if words else ''}: unknown or unsupported cycle; known are "
-                                  f"{', '.join(_DRILLED)}", s.column)  # fmt: skip
-        clearance, bottom = s.after("RAPTO", "CLEAR"), s.after("FEDTO", "DEPTH")
+        if len(words) == 1 and words[0] in BEGINS and not s.numbers():
+            self.hole = self.last_hole if words[0] == "ON" else self.hole
+            return
         rate = next((found for word in _FEED_WORDS if (found := s.after(word)) is not None), 0.0)
-        if bottom is None and numbers:  # depth, feed word, feed, clearance
-            bottom = -abs(numbers[0])
-            clearance = numbers[-1] if clearance is None and len(numbers) >= 3 else clearance
-        if bottom is None:
-            raise _StatementFault("CYCLE needs a depth (FEDTO or the first number)", s.column)
-        if rate:
-            rate = self._rate(s, rate)
-        peck = (s.after("STEP", "PECK") or 0.0) if words[0] in ("DEEP", "BRKCHP") else 0.0
-        self.hole = Hole(clearance or 0.0, -abs(bottom), peck, s.after("DWELL") or 0.0, rate)
+        self.hole = self.last_hole = hole_of(s, self._rate(s, rate) if rate else 0.0)
+        if "AUTO" in words and "RTRCTO" in words:
+            self.noticed.setdefault("RTRCTO,AUTO: between holes the tool is drawn back to the height of RAPTO or CLEAR",
+                                    self.line)  # fmt: skip
 
     def _drill(self, s: Statement, point: Point) -> None:
         hole = self.hole
         assert hole is not None
+        self.steps_left -= math.ceil(3.0 * min(peck_count(hole), 1e12))
+        if self.steps_left < 0:
+            raise StatementFault("this cycle draws back more often than the limit of steps allows; its peck of "
+                                 f"{hole.peck:g} is too small", s.column)  # fmt: skip
         if hole.feed and hole.feed != self.feed:
             self.feed_before = self.feed
             self._set_feed(hole.feed, self.per_revolution)
-        self._straight(s, self._above(point, hole.clearance), rapid=True)
-        depth = hole.clearance - hole.peck
-        while hole.peck > 0.0 and depth > hole.bottom:
+        self._straight(s, self._above(point, hole.retract), rapid=True)
+        if hole.retract > hole.clearance:
+            self._straight(s, self._above(point, hole.clearance), rapid=True)
+        for depth in peck_depths(hole):
             self._straight(s, self._above(point, depth), rapid=False)
             self._straight(s, self._above(point, hole.clearance), rapid=True)
             self._straight(s, self._above(point, depth), rapid=True)
-            depth -= hole.peck
         self._straight(s, self._above(point, hole.bottom), rapid=False)
         if hole.seconds:
             self._say(canon.Dwell, hole.seconds)
-        self._straight(s, self._above(point, hole.clearance), rapid=True)
+        self._straight(s, self._above(point, hole.retract), rapid=True)
 
     def _above(self, point: Point, height: float) -> Point:
         x, y, z = (p + height * a for p, a in zip(point, self.tool_axis, strict=True))
@@ -283,8 +309,10 @@ class Apt:
     # feeds, spindle, tools
 
     def rapid_next(self, s: Statement) -> None:  # noqa: ARG002
-        """RAPID: the next motion."""
+        """RAPID: the next motion, or all up to the next feed."""
         self.rapid = True
+        if self.rapid_holds:
+            self.noticed.setdefault("RAPID holds until the next FEDRAT, as SolidWorks CAM writes it", self.line)
 
     def feed_rate(self, s: Statement) -> None:
         """FEDRAT."""
@@ -293,15 +321,16 @@ class Apt:
             self.rapid = True
             return
         if len(numbers) != 1 or numbers[0] <= 0.0:
-            raise _StatementFault("FEDRAT needs one positive feed", s.column)
+            raise StatementFault("FEDRAT needs one positive feed", s.column)
+        self.rapid = self.rapid and not self.rapid_holds
         self._set_feed(self._rate(s, numbers[0]), any(word in _PER_REVOLUTION for word in s.words()))
 
     def _rate(self, s: Statement, value: float) -> float:
         """A feed in program units."""
         words = s.words()
-        if any(word in _INCH_FEEDS for word in words):
+        if any(word in INCH_FEEDS for word in words):
             return value * INCH / self._metres()
-        return value * MILLIMETRE / self._metres() if any(word in _MM_FEEDS for word in words) else value
+        return value * MILLIMETRE / self._metres() if any(word in MM_FEEDS for word in words) else value
 
     def _set_feed(self, rate: float, per_revolution: bool) -> None:
         if per_revolution != self.per_revolution:
@@ -317,7 +346,7 @@ class Apt:
             self._say(canon.SpindleTurn, 0)
             return
         if any(word in ("SFM", "SMM") for word in words):
-            raise _StatementFault("SPINDL: surface speeds are not supported; write RPM", s.column)
+            raise StatementFault("SPINDL: surface speeds are not supported; write RPM", s.column)
         if numbers:
             self._say(canon.SpindleSpeed, numbers[0])
         self._say(canon.SpindleTurn, -1 if "CCLW" in words else 1)
@@ -326,7 +355,7 @@ class Apt:
         """LOADTL/n, LOAD/TOOL,n, TURRET/n."""
         numbers = s.numbers()
         if not numbers or numbers[0] < 0.0 or numbers[0] != round(numbers[0]):
-            raise _StatementFault(f"{s.word} needs the number of a tool", s.column)
+            raise StatementFault(f"{s.word} needs the number of a tool", s.column)
         self._say(canon.SelectTool, int(numbers[0]))
         self._say(canon.ChangeTool, int(numbers[0]), False)
 
@@ -339,11 +368,17 @@ class Apt:
         else:
             self._say(canon.Coolant, "mist" if "MIST" in words else "flood", True)
 
+    def compensate(self, s: Statement) -> None:
+        """CUTCOM: the points are those of the tool centre already."""
+        if "OFF" not in s.words():
+            self.noticed.setdefault("CUTCOM: points are taken as those of the tool tip; what the control's own cutter "
+                                    "compensation adds (the wear of the tool) is left out", self.line)  # fmt: skip
+
     def wait(self, s: Statement) -> None:
         """DELAY."""
         numbers = s.numbers()
         if len(numbers) != 1 or numbers[0] < 0.0:
-            raise _StatementFault("DELAY needs a time in seconds", s.column)
+            raise StatementFault("DELAY needs a time in seconds", s.column)
         self._say(canon.Dwell, numbers[0])
 
     # words
@@ -364,7 +399,7 @@ class Apt:
         self._say(canon.Stop, "end")
 
     def nothing(self, s: Statement) -> None:
-        """A word that changes nothing here: UNITS is known from the start, MULTAX shows in the points."""
+        """A word that changes nothing here: MULTAX shows in the points."""
 
 
 _STEPS: dict[str, Callable[[Apt, Statement], None]] = {
@@ -373,17 +408,5 @@ _STEPS: dict[str, Callable[[Apt, Statement], None]] = {
     "TURRET": Apt.load, "COOLNT": Apt.cool, "DELAY": Apt.wait, "PARTNO": Apt.speak, "PPRINT": Apt.speak,
     "REMARK": Apt.speak, "TOOL PATH": Apt.speak, "INSERT": Apt.speak, "OP_NAME": Apt.speak, "TITLE": Apt.speak,
     "LETTER": Apt.speak, "STOP": Apt.stop, "OPSTOP": Apt.stop, "FINI": Apt.finish, "END": Apt.finish,
-    "UNITS": Apt.nothing, "MULTAX": Apt.nothing,
+    "MULTAX": Apt.nothing, "CUTCOM": Apt.compensate, "CSYS": Apt.system, "MSYS": Apt.system, "TRNTYP": Apt.system,
 }  # fmt: skip
-
-
-def _unit(found: list[Statement]) -> tuple[bool, bool]:
-    """Whether lengths are inches, and whether that is said: by UNITS, or by the unit of the first feed."""
-    for statement in found:
-        if statement.word == "UNITS":
-            return any(word in ("INCH", "INCHES", "IN") for word in statement.words()), True
-    for statement in found:
-        for word in statement.words():
-            if word in _INCH_FEEDS or word in _MM_FEEDS:
-                return word in _INCH_FEEDS, True
-    return False, False

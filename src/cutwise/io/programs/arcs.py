@@ -75,6 +75,7 @@ def circle_of(c: Controller, block: Block, start: Sequence[float], end: Sequence
         turns = whole(block.values["p"], block.places["p"], "the number of turns P")
         if turns < 1:
             raise block.fault("the number of turns P must be 1 or more", "p")
+        c.spend(turns - 1, f"an arc of {turns} turns", block.places["p"])
     sense = turns if block.motion == 30 else -turns
     letters = "ijk"[u], "ijk"[v]
     given = [letter for letter in "ijk" if letter in block.values]

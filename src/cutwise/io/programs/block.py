@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from cutwise.io.programs.expressions import BlockFault, Variables, computed, whole
+from cutwise.io.programs.expressions import BlockFault, Variables, computed, in_scale, whole
 from cutwise.io.programs.groups import (
     BOUND_LETTERS,
     G_GROUP,
@@ -12,6 +12,7 @@ from cutwise.io.programs.groups import (
     M_WORDS,
     MOTION,
     SHARES_AXES,
+    STRAIGHT,
     TAKES_AXES,
     name,
 )
@@ -23,7 +24,7 @@ AXIS_LETTERS = "xyzabcuvw@^"
 class Block:
     """The words of one line, each with its value and its place."""
 
-    __slots__ = ("g", "m", "motion", "places", "values")
+    __slots__ = ("g", "left_in_force", "m", "motion", "places", "values")
 
     def __init__(self) -> None:
         self.values: dict[str, float] = {}
@@ -31,6 +32,7 @@ class Block:
         self.m: dict[str, int] = {}  # group: the code
         self.places: dict[str, int] = {}  # of letters, and of groups as g.GROUP and m.GROUP
         self.motion: int | None = None  # the motion of this block
+        self.left_in_force: int | None = None  # a motion that the block names without running it
 
     def get(self, letter: str) -> float | None:
         """The value of a word, if it is there."""
@@ -73,7 +75,7 @@ def computed_block(words: Sequence[Word], variables: Variables) -> Block:
     """
     block = Block()
     for letter, value, place in words:
-        number = computed(value, variables)
+        number = in_scale(computed(value, variables), place)
         if letter == "g":
             _add_g(block, number, place)
         elif letter == "m":
@@ -117,6 +119,16 @@ def _add_m(block: Block, number: float, place: int) -> None:
     block.places["m." + group] = place
 
 
+def without_call(block: Block) -> Block | None:
+    """What stands in a block beside M98 P L or M99; None if nothing does."""
+    rest = Block()
+    rest.values = {letter: value for letter, value in block.values.items() if letter not in ("p", "l")}
+    rest.g = dict(block.g)
+    rest.m = {group: code for group, code in block.m.items() if group != "stop"}
+    rest.places = block.places
+    return rest if rest.values or rest.g or rest.m else None
+
+
 def settle(block: Block, modal: int) -> None:
     """Decide what the axis words of a block belong to, and that every word is of use.
 
@@ -150,11 +162,14 @@ def _own_motion(block: Block, own: int, taker: int | None, axes: Sequence[str]) 
     if own == 800:
         if axes and taker is None:
             raise block.fault("axis words while motion is cancelled (G80); write G0 or G1", axes[0])
-    elif taker is not None:
+    elif taker is not None and own not in STRAIGHT:
         raise block.fault(
             f"{name(taker)} and {MOTION[own]} both want the axis words; one of them per block", "g.motion"
         )
-    block.motion = own
+    if taker is not None and own in STRAIGHT:  # G0 G91 G28 Z0: the axes are those of G28, G0 holds from here on
+        block.left_in_force = own
+    else:
+        block.motion = own
 
 
 def _all_used(block: Block) -> None:

@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 _SUFFIXES = (".apt", ".cls", ".cl", ".aptsource")
 _TYPICAL = re.compile(
-    r"^\s*(?:(?:GOTO|GODLTA|FROM|FEDRAT|LOADTL|SPINDL|UNITS|CUTTER|TLDATA|TOOL PATH|MULTAX|CYCLE|COOLNT)\s*/"
+    r"^\s*(?:(?:GOTO|GODLTA|FROM|FEDRAT|LOADTL|SPINDL|UNITS?|CUTTER|TLDATA|TOOL PATH|MULTAX|CYCLE|COOLNT|CSYS|TRNTYP"
+    r"|CSI_SET_\w+)\s*/"
     r"|(?:PARTNO|PPRINT|REMARK|RAPID|MULTAX|FINI)\b)",
     re.IGNORECASE | re.MULTILINE,
 )
@@ -15,6 +16,15 @@ _LOOKED_AT = 4000  # characters
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 _SPOKEN = ("PARTNO", "PPRINT", "REMARK", "TOOL PATH", "INSERT", "OP_NAME", "TITLE", "LETTER")  # text behind them
 _BLANKS = re.compile(r"\s+")
+_NUMBERS = re.compile(r"[\s\d.,+\-eE]*\$?\s*")
+
+
+class StatementFault(Exception):
+    """A statement that cannot be run, and the column where it stands."""
+
+    def __init__(self, message: str, column: int) -> None:
+        super().__init__(message)
+        self.message, self.column = message, column
 
 
 class Argument(NamedTuple):
@@ -60,19 +70,29 @@ def is_apt(text: str, name: str) -> bool:
 
 
 def statements(text: str) -> Iterator[Statement]:
-    """The statements of CL data; ``$`` continues a line, ``$$`` begins a comment."""
-    pending, first = "", 0
+    """The statements of CL data; ``$`` continues a line, ``$$`` begins a comment, which may be continued by numbers."""
+    pending: list[str] = []
+    first = 0
+    commented = False  # within a comment that goes on: $$-> CSYS / 1.0, 0.0, $
     for number, raw in enumerate(text.splitlines(), start=1):
-        line = raw.partition("$$")[0].rstrip()
-        if line.endswith("$"):
-            pending, first = pending + line[:-1], first or number
+        if commented and not _NUMBERS.fullmatch(raw):
+            commented = False
+        if commented:
+            commented = raw.rstrip().endswith("$")
             continue
-        whole, start = pending + line, first or number
-        pending, first = "", 0
+        code, comment, remark = raw.partition("$$")
+        line = code.rstrip()
+        commented = bool(comment) and not line and remark.rstrip().endswith("$")
+        if line.endswith("$"):
+            pending.append(line[:-1])
+            first = first or number
+            continue
+        whole, start = "".join((*pending, line)), first or number
+        pending, first = [], 0
         if whole.strip():
             yield _statement(whole, start)
-    if pending.strip():
-        yield _statement(pending, first)
+    if pending and "".join(pending).strip():
+        yield _statement("".join(pending), first)
 
 
 def _statement(text: str, line: int) -> Statement:

@@ -54,13 +54,20 @@ def switch_on(c: Controller, block: Block, code: int) -> None:
 
 
 def switch_off(c: Controller, block: Block | None = None) -> None:
-    """G40: the tool stays where it is until the next motion, which must be straight."""
-    if c.compensation is None:
+    """G40: the tool stays where it is until the next motion, which must be straight and begins from the contour.
+
+    The controller is back at the programmed point: axes that the next block does not name go there, not to where the
+    radius had put the tool, and incremental distances count from there.
+    """
+    on = c.compensation
+    if on is None:
         return
     if block is not None:
-        _not_backwards(c.compensation, block)
-    flush(c.compensation)
-    c.out = c.compensation.out
+        _not_backwards(on, block)
+    flush(on)
+    if on.programmed is not None:
+        c.at[on.u], c.at[on.v] = on.programmed
+    c.out = on.out
     c.compensation = None
     c.no_arc_yet = True
 

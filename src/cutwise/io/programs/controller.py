@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from typing import Literal, NamedTuple
 
 from cutwise.io.programs.canon import Command, Triple
+from cutwise.io.programs.expressions import BlockFault
 from cutwise.io.programs.plane_curves import Curve, Point
 from cutwise.io.programs.setup import Setup, Tool
 
@@ -156,6 +157,8 @@ class Controller:
     line: int = 0
     number: str = ""
     notices: dict[str, int] = field(default_factory=dict)  # words: first line they hold for
+    stores_cycles: bool = False  # a cycle repeated 0 times keeps its words for the blocks that follow (Fanuc)
+    steps: int = 0  # that a line has taken beyond itself: runs again, repeats, pecks, turns
 
     @property
     def rotary(self) -> Triple:
@@ -170,6 +173,20 @@ class Controller:
     def notice(self, words: str) -> None:
         """Something that was assumed or left out; said once."""
         self.notices.setdefault(words, self.line)
+
+    def spend(self, steps: float, what: str, place: int) -> None:
+        """Count work that a program asks for without writing it out.
+
+        Raises
+        ------
+        BlockFault
+            More than the limit of steps: nobody means that, and nobody would see the end of it.
+        """
+        limit = self.setup.step_limit
+        if self.steps + steps > limit:
+            raise BlockFault(f"{what}: more than {limit} steps that are not written out; the program does not come to "
+                             "an end in reasonable time", place)  # fmt: skip
+        self.steps += math.ceil(steps)
 
     def unit(self) -> float:
         """A program unit of length [m]."""

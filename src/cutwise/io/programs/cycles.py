@@ -32,8 +32,11 @@ def cycle(c: Controller, block: Block, *, before: int) -> None:
     _keep_words(c, block, "xyz"[w], begins=before != c.motion)
     clearance, bottom = _heights(c, block)
     repeats = block.whole("l") if "l" in block.values else 1
+    if not repeats and c.stores_cycles:
+        return
     if not repeats:
         raise block.fault("a cycle cannot be repeated 0 times (L0)", "l")
+    _count(c, block, repeats, (clearance - bottom))
     top = max(c.cycle.level, clearance) if c.retract_to_start else clearance
     height = c.at[w] if c.at[w] > clearance else top
     if c.cycle.level < clearance:  # said in every block of the series
@@ -51,6 +54,17 @@ def cycle(c: Controller, block: Block, *, before: int) -> None:
     if not exact:
         c.out.append(PathControl(c.path_mode, c.tolerance, c.line, c.number))
         c.out.append(NaiveTolerance(c.naive_tolerance, c.line, c.number))
+
+
+def _count(c: Controller, block: Block, repeats: int, depth: float) -> None:
+    """Repeats and pecks count as steps before any of them is made."""
+    pecks = depth / c.cycle.peck if c.motion in (730, 830) and c.cycle.peck else 0.0
+    each = 3.0 * (1.0 + pecks)
+    if repeats > 1 or each > 3.0:
+        what = f"{MOTION[c.motion]} repeated {repeats} times" + (
+            f" with {pecks:.0f} pecks each" if pecks >= 1.0 else ""
+        )
+        c.spend(repeats * each, what, block.place("l", "q", *block.axes()))
 
 
 def _check(c: Controller, block: Block) -> None:

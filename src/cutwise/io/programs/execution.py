@@ -35,6 +35,8 @@ def execute(c: Controller, block: Block) -> bool:
         _machine_words(c, block)
     if g:
         _modal_words(c, block)
+    if block.left_in_force is not None:
+        c.motion = block.left_in_force
     if block.motion is not None:
         _motion(c, block)
     if "stop" in m:
@@ -66,7 +68,7 @@ def _modal_words(c: Controller, block: Block) -> None:
     if "plane" in g:
         modes.set_plane(c, block)
     if "units" in g:
-        modes.set_units(c, g["units"] == 200)
+        modes.set_units(c, g["units"] == 200, block.place("g.units"))
     if "cutter compensation" in g:
         if g["cutter compensation"] == 400:
             compensation.switch_off(c, block)

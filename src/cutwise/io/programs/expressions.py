@@ -11,6 +11,7 @@ from collections.abc import Callable
 from typing import NamedTuple, Protocol
 
 from cutwise.io.programs.functions import CLOSE, FUNCTIONS, OPERATORS, arc_tangent
+from cutwise.io.programs.scale import MOST, out_of_scale
 
 
 class Variables(Protocol):
@@ -120,6 +121,19 @@ def read_key(text: str, at: int) -> tuple[Value | str, int]:
 def _finite(value: float, place: int) -> float:
     if not math.isfinite(value):
         raise BlockFault("the number is too large to compute with", place)
+    return value
+
+
+def in_scale(value: float, place: int) -> float:
+    """A number that a word may have.
+
+    Raises
+    ------
+    BlockFault
+        It is out of scale.
+    """
+    if not -MOST <= value <= MOST:
+        raise BlockFault(out_of_scale(value), place)
     return value
 
 

@@ -37,7 +37,6 @@ class Flow:
     main: Source
     source: Source
     index: int  # of the next line
-    spent: int = 0  # lines that are run again
     frames: list[Frame] = field(default_factory=list)
     runs_left: list[int] = field(default_factory=list)  # of M98 L, for each call
     repeats: dict[int, int] = field(default_factory=dict)  # passes left of repeat loops
@@ -70,11 +69,15 @@ class Flow:
     def jump(self, index: int) -> None:
         """Go on at a line; going back is counted."""
         if index < self.index:
-            self.spent += self.index - index
-            if self.spent > self.controller.setup.step_limit:
-                raise FlowFault(f"more than {self.controller.setup.step_limit} lines were run again: the program does "
-                                "not come to an end; raise the limit if it should", 0)  # fmt: skip
+            self._again(self.index - index)
         self.index = index
+
+    def _again(self, lines: int) -> None:
+        """Count lines that are run again."""
+        try:
+            self.controller.spend(lines, "lines are run again and again", 0)
+        except BlockFault as fault:
+            raise FlowFault(fault.message, 0) from None
 
     def value(self, word: OWord) -> float:
         """The one value behind a word."""
@@ -166,10 +169,7 @@ class Flow:
         m.level, m.changes = m.level + 1, m.changes + 1
         c.saves.append(None)
         c.restores.append(False)
-        if source is self.source:
-            self.jump(index)
-        else:
-            self.source, self.index = source, index
+        self.source, self.index = source, index
 
     def leave(self) -> None:
         """Back to the line behind the call."""
@@ -179,6 +179,7 @@ class Flow:
             modes.restore(c, to)
         frame = self.frames.pop()
         self.runs_left.pop()
+        self._again(max(1, self.index - frame.start))  # of a subroutine: it stands in the file once
         if not frame.numbered:
             for i in range(1, LOCAL + 1):
                 c.numbers.pop(i, None)

@@ -6,14 +6,18 @@ from pathlib import Path
 
 from cutwise.io.files import read_bytes
 from cutwise.io.programs.expressions import BlockFault
+from cutwise.io.programs.macro_flow import file_names
+from cutwise.io.programs.recognise import foreign_bytes
 from cutwise.io.programs.rs274 import first_unit
 from cutwise.io.programs.setup import Setup, Tool, WorkSystem
 from cutwise.io.programs.tools import is_in_inches, read_tool_table
 from cutwise.io.programs.words import compact, read_line
+from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.spec.program import WORK_SYSTEMS, Program
 
-SUBROUTINE_SUFFIXES = (".ngc", ".nc")
+SUBROUTINE_SUFFIXES = (".ngc", ".nc", ".NC")
 _CALLS = re.compile(r"^.*[oO].*[cC]\s*[aA]\s*[lL]\s*[lL].*$", re.MULTILINE)
+_NUMBERED = re.compile(r"(?:M98|G65)[^\n(;]*?P[ \t]*(\d{1,8})", re.IGNORECASE)
 _FILE_NAME = re.compile(r"[a-z0-9_-]+")
 
 
@@ -32,9 +36,13 @@ def read_program(path: Path, shown: str) -> str:
     Raises
     ------
     ScenarioFault
-        There is no such file, or it cannot be read.
+        There is no such file, or it cannot be read, or it is text of an encoding that no control reads.
     """
-    return decoded(read_bytes(path, shown))
+    content = read_bytes(path, shown)
+    wrong = foreign_bytes(content)
+    if wrong is not None:
+        raise ScenarioFault([Fault((), wrong, file=shown)])
+    return decoded(content)
 
 
 def library_beside(folder: Path) -> Callable[[str], str | None]:
@@ -43,7 +51,8 @@ def library_beside(folder: Path) -> Callable[[str], str | None]:
     def text_of(name: str) -> str | None:
         if not _FILE_NAME.fullmatch(name):
             return None
-        path = next((p for s in SUBROUTINE_SUFFIXES if (p := folder / f"{name}{s}").is_file()), None)
+        files = (folder / f"{stem}{suffix}" for stem in (name, name.upper()) for suffix in SUBROUTINE_SUFFIXES)
+        path = next((file for file in files if file.is_file()), None)
         return None if path is None else decoded(path.read_bytes())
 
     return text_of
@@ -71,6 +80,9 @@ def _called(text: str) -> set[str]:
             continue
         if word is not None and word.keyword == "call" and isinstance(word.label, str):
             labels.add(word.label)
+    for match in _NUMBERED.finditer(text):  # Fanuc: M98 P9010, G65 P9010, M98 P39010 (three times)
+        for label in {str(int(match[1])), str(int(match[1]) % 10_000)}:
+            labels.update(file_names(label))
     return labels
 
 
@@ -98,5 +110,5 @@ def setup_of(program: Program, library: Callable[[str], str | None] | None = Non
     start = program.start
     return Setup(
         tools or None, systems, None if start is None else (start.x, start.y, start.z), program.default_tool,
-        library=library or texts.get,
+        dialect=program.dialect, library=library or texts.get,
     )  # fmt: skip

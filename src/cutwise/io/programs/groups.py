@@ -7,6 +7,7 @@ MOTION = {
 }  # fmt: skip
 CYCLES = frozenset({730, 740, 810, 820, 830, 840, 850, 860, 880, 890})
 PROBES = frozenset({382, 383, 384, 385})
+STRAIGHT = frozenset({0, 10})
 
 _G_GROUPS = {
     "motion": tuple(MOTION),

@@ -5,7 +5,9 @@ from typing import Literal, NamedTuple, Protocol
 
 from cutwise.io.programs.apt import Apt, is_apt
 from cutwise.io.programs.canon import Command, SelectTool
+from cutwise.io.programs.fanuc import Fanuc, macro_sign
 from cutwise.io.programs.moves import Move, Point, moves
+from cutwise.io.programs.recognise import foreign_text
 from cutwise.io.programs.rs274 import Rs274
 from cutwise.io.programs.setup import Setup
 from cutwise.spec.faults import Fault, ScenarioFault
@@ -35,11 +37,38 @@ class Interpreted(NamedTuple):
     moves: tuple[Move, ...]
     tools: tuple[int, ...]  # as they are called; the default one if none is
     notices: tuple[str, ...]
+    text: str = ""  # as it was read
 
 
 def reading(text: str, name: str = "program", setup: Setup = _NOTHING) -> Reading:
-    """A run through a program, by the suffix of its name (``.apt``, ``.cls``, ``.cl``) or by what it looks like."""
-    return Apt(text, name, setup) if is_apt(text, name) else Rs274(text, name, setup)
+    """A run through a program, by the suffix of its name (``.apt``, ``.cls``, ``.cl``) or by what it looks like.
+
+    Raises
+    ------
+    ScenarioFault
+        It is something else; one sentence says what.
+    """
+    apt = is_apt(text, name)
+    foreign = foreign_text(text, apt=apt)
+    if foreign is not None:
+        raise ScenarioFault([Fault((), foreign, file=name)])
+    return Apt(text, name, setup) if apt else _in_its_dialect(text, name, setup)
+
+
+def _in_its_dialect(text: str, name: str, setup: Setup) -> Rs274:
+    """G-code of the dialect that is asked for; fanuc where the program shows macro B and none is asked for."""
+    if setup.dialect == "fanuc":
+        return Fanuc(text, name, setup)
+    sign = macro_sign(text)
+    if sign is None:
+        return Rs274(text, name, setup)
+    line, statement = sign
+    if setup.dialect == "rs274":
+        message = f"{statement} is Fanuc macro B, which the dialect rs274 does not know; choose the dialect fanuc"
+        raise ScenarioFault([Fault((), message, line, file=name)])
+    run = Fanuc(text, name, setup)
+    run.controller.notices[f"{statement} is Fanuc macro B: the program is run in the dialect fanuc"] = line
+    return run
 
 
 def default_tool(setup: Setup) -> int:
@@ -81,4 +110,4 @@ def interpret(text: str, name: str = "program", setup: Setup = _NOTHING) -> Inte
     notices = run.notices()
     if not tools:
         notices.append(default_tool_notice(setup))
-    return Interpreted(made, tuple(tools) or (default_tool(setup),), tuple(notices))
+    return Interpreted(made, tuple(tools) or (default_tool(setup),), tuple(notices), text)

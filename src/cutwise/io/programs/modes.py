@@ -13,15 +13,24 @@ from cutwise.io.programs.canon import (
     SpindleSpeed,
 )
 from cutwise.io.programs.controller import INCH, MILLIMETRE, Controller, PathModeName, PlaneName, Saved, scaled
+from cutwise.io.programs.expressions import BlockFault
 
 _PLANES: dict[int, PlaneName] = {170: "XY", 180: "XZ", 190: "YZ"}
 _PATH_MODES: dict[int, PathModeName] = {610: "exact_path", 611: "exact_stop", 640: "continuous"}
 _NO_LIMIT = 1e30  # [1/min] under constant surface speed without D
 
 
-def set_units(c: Controller, inch: bool) -> None:
-    """G20 and G21: everything that is a length is meant in the new unit from here on."""
+def set_units(c: Controller, inch: bool, place: int = 0) -> None:
+    """G20 and G21: everything that is a length is meant in the new unit from here on.
+
+    Raises
+    ------
+    BlockFault
+        The unit changes while the tool is beside the contour: its radius and the point on the contour are lengths too.
+    """
     if inch != c.inch:
+        if c.compensation is not None:
+            raise BlockFault("the unit cannot change with cutter compensation; write G40 before", place)
         factor = MILLIMETRE / INCH if inch else INCH / MILLIMETRE
         c.at[:] = scaled(c.at, factor)
         o = c.offsets
@@ -133,6 +142,9 @@ def restore(c: Controller, to: Saved) -> None:
     """Take up saved modes again; what has not changed is left alone."""
     if c.compensation is not None and not to.compensated:
         compensation.switch_off(c)
+    if c.compensation is not None and _moves_the_contour(c, to):
+        raise BlockFault("the saved modes have another plane or other offsets, which cannot change with cutter "
+                         "compensation; write G40 before", 0)  # fmt: skip
     if to.inch != c.inch:
         set_units(c, to.inch)
     if to.feed_mode != c.feed_mode:
@@ -157,6 +169,14 @@ def restore(c: Controller, to: Saved) -> None:
     for code, on in to.switches:
         if on != getattr(c.switches, auxiliary.SWITCHES[code][0]):
             auxiliary.set_switch(c, code, on)
+
+
+def _moves_the_contour(c: Controller, to: Saved) -> bool:
+    """Whether taking up saved modes changes what the compensated contour stands in."""
+    return (
+        to.plane != c.plane or to.system != c.offsets.system or to.tool_offset != tuple(c.offsets.tool)
+        or to.axis_offset != bool(c.numbers.get(5210))
+    )  # fmt: skip
 
 
 def _restore_spindle(c: Controller, to: Saved) -> None:

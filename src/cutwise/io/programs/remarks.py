@@ -8,7 +8,7 @@ from cutwise.io.programs.expressions import FlowFault
 from cutwise.io.programs.variables import Memory
 from cutwise.io.programs.words import Remark
 
-_PLACE = re.compile(r"%(?:d|f|\.(?P<decimals>\d)f)|#(?P<number>\d+)|#<(?P<name>[^>]*)>")
+_PLACE = re.compile(r"%(?:d|f|\.(?P<decimals>\d)f)|#(?P<number>\d+)|#<(?P<name>[^<>]*)>")
 _UNKNOWN = "######"
 _DEFAULT, _PLAIN_F = 6, 4  # decimals of a value without a format, and after %f
 
@@ -42,7 +42,7 @@ def expanded(text: str, memory: Memory) -> str:
             wanted = match["decimals"]
             decimals = int(wanted) if wanted is not None else 0 if match.group() == "%d" else _PLAIN_F
             return ""
-        key = int(match["number"]) if match["number"] is not None else re.sub(r"\s", "", match["name"]).lower()
+        key = int(match["number"][-9:]) if match["number"] is not None else re.sub(r"\s", "", match["name"]).lower()
         value = memory.value(key)
         return _UNKNOWN if value is None else f"{round(value, decimals) + 0.0:.{decimals}f}"
 

@@ -6,12 +6,13 @@ from collections.abc import Iterator
 from typing import Literal
 
 from cutwise.io.programs import execution, offsets
-from cutwise.io.programs.block import Block, computed_block, settle
+from cutwise.io.programs.block import Block, computed_block, settle, without_call
 from cutwise.io.programs.canon import Command, Feed, FeedRate, Traverse
 from cutwise.io.programs.controller import INCH, MILLIMETRE, Controller, from_machine, to_machine
 from cutwise.io.programs.expressions import BlockFault, CommentFault, FlowFault, computed
 from cutwise.io.programs.flow import Flow
 from cutwise.io.programs.remarks import say
+from cutwise.io.programs.scale import MOST
 from cutwise.io.programs.setup import Setup
 from cutwise.io.programs.source import Source
 from cutwise.io.programs.variables import Memory
@@ -29,15 +30,19 @@ _PLAIN = re.compile(
 """A straight motion and nothing else: most lines of most programs, read without taking them apart."""
 
 _UNIT_WORD = re.compile(r"(?:^|[^A-Za-z0-9#<_])[gG]\s*2\s*([01])(?![\d.])")
-_COMMENTS = re.compile(r"\([^)\n]*\)|;[^\n]*")
+_COMMENTS = re.compile(r"\([^()\n]*\)|;[^\n]*")
 
 
 def first_unit(text: str) -> bool | None:
     """Whether the first unit word of a program is G20 (inch); None if it has none."""
-    for match in _UNIT_WORD.finditer(text):
-        line = text[text.rfind("\n", 0, match.start()) + 1 : match.end()]
-        if _UNIT_WORD.search(_COMMENTS.sub("", line.partition(";")[0])):
-            return match[1] == "0"
+    at = 0
+    while (match := _UNIT_WORD.search(text, at)) is not None:  # line by line: long lines are taken apart only once
+        begin, end = text.rfind("\n", 0, match.start(1)) + 1, text.find("\n", match.end())
+        end = len(text) if end < 0 else end
+        found = _UNIT_WORD.search(_COMMENTS.sub("", text[begin:end]))
+        if found is not None:
+            return found[1] == "0"
+        at = end
     return None
 
 
@@ -55,6 +60,8 @@ class Rs274:
         self.name = name
         self.out: list[Command] = []
         self.controller = Controller(setup, bool(inch), self.out)
+        if inch is None:
+            self.controller.notices["no G20 or G21: lengths are taken as mm"] = 0
         self.memory = Memory(self.controller)
         self.flow = Flow(self.controller, self.memory, main, main, main.first)
         self.faults: dict[Fault, None] = {}
@@ -127,7 +134,9 @@ class Rs274:
             except ValueError:
                 break
             to_rapid = code == "0" if code else rapid
-            if rate < 0.0 or (not to_rapid and rate == 0.0):
+            if not -MOST < to_x < MOST or not -MOST < to_y < MOST or not -MOST < to_z < MOST:
+                break
+            if not 0.0 <= rate < MOST or (not to_rapid and rate == 0.0):
                 break
             x, y, z, rapid = to_x, to_y, to_z, to_rapid
             index += 1
@@ -151,18 +160,24 @@ class Rs274:
         flow.index += 1
         c.line = at + 1
         try:
-            line = source.line(at)
-            c.number = line.number
-            if line.o_word is not None:
-                flow.follow(line.o_word)
-            elif line.words or line.assignments or line.remark is not None:
-                self._block(line)
+            self._run_line(source, at)
         except FlowFault as fault:
             self._fault(source, c.line - 1, fault)
             self.ended = True
         except BlockFault as fault:
             self._fault(source, c.line - 1, fault)
             self.ended = len(self.faults) >= MOST_FAULTS
+        except RecursionError:
+            self._fault(source, c.line - 1, FlowFault("the expression has too many parts to be computed", 0))
+            self.ended = True
+
+    def _run_line(self, source: Source, at: int) -> None:
+        line = source.line(at)
+        self.controller.number = line.number
+        if line.o_word is not None:
+            self.flow.follow(line.o_word)
+        elif line.words or line.assignments or line.remark is not None:
+            self._block(line)
 
     def _block(self, line: Line) -> None:
         c, memory = self.controller, self.memory
@@ -176,6 +191,9 @@ class Rs274:
         if block is None:
             return
         self.blocks += 1
+        rest = without_call(block) if stop in (98, 99) else None
+        if rest is not None:  # X10 M98 P5: first the motion
+            self._execute(rest)
         if stop == 98:
             self._call_program(block)
         elif stop == 99:

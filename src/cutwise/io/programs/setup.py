@@ -1,7 +1,7 @@
 """What a program does not say itself: tools, work offsets, where the tool stands at the start, limits of patience."""
 
 from collections.abc import Callable, Mapping
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 Triple = tuple[float, float, float]
 _AT_ZERO: Triple = (0.0, 0.0, 0.0)
@@ -37,5 +37,8 @@ class Setup(NamedTuple):
     inch: bool | None = (
         None  # unit of the machine and its numbered variables; None: that of the program's first unit word
     )
+    dialect: Literal["auto", "rs274", "fanuc"] = "auto"  # of G-code; auto: fanuc where a program shows macro B
     library: Callable[[str], str | None] | None = None  # text of a subroutine file by its name without suffix
-    step_limit: int = 1_000_000  # lines that may be run again before a program counts as endless
+    step_limit: int = (
+        500_000  # steps that are not written out (lines run again, repeats, pecks) before a program is endless
+    )

@@ -29,7 +29,7 @@ class Source:
     def __init__(self, name: str, text: str) -> None:
         self.name = name
         self.lines = text.split("\n")
-        self.first, self.end, self.framed = _extent(self.lines)
+        self.first, self.end, self.framed = extent(self.lines)
 
         self._read: dict[int, Line] = {}
 
@@ -59,7 +59,7 @@ class Source:
         return _Scan(self).structure
 
 
-def _extent(lines: list[str]) -> tuple[int, int, bool]:
+def extent(lines: list[str]) -> tuple[int, int, bool]:
     """First line to run, the one behind the last, and whether ``%`` lines say so."""
     start = next((at for at, line in enumerate(lines) if line.strip(" \t\r\ufeff")), len(lines))
     framed = start < len(lines) and lines[start].lstrip(" \t\ufeff").startswith("%")

@@ -4,6 +4,7 @@ import math
 import re
 
 from cutwise.io.programs.controller import INCH, LINEAR, MILLIMETRE
+from cutwise.io.programs.scale import MOST, out_of_scale
 from cutwise.io.programs.setup import Tool
 from cutwise.spec.faults import Fault, ScenarioFault
 
@@ -79,6 +80,8 @@ def _tool(line: str, remark: str, unit: float) -> Tool:
         if letter in values:
             raise _LineFault(f"{letter} twice in one line", column)
         values[letter] = float(match[2])
+        if abs(values[letter]) > MOST:
+            raise _LineFault(out_of_scale(values[letter]), column)
         at = match.end()
     if "T" not in values or values["T"] < 0 or values["T"] != round(values["T"]):
         raise _LineFault("a tool needs its number T, a whole number", 1)

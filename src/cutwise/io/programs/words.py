@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterator
 from typing import Literal, NamedTuple
 
-from cutwise.io.programs.expressions import BlockFault, CommentFault, Value, read_key, read_value
+from cutwise.io.programs.expressions import BlockFault, CommentFault, Value, in_scale, read_key, read_value
 from cutwise.io.programs.functions import FUNCTIONS
 
 KEYWORDS = (
@@ -85,9 +85,10 @@ def compact(raw: str) -> Compact:
         return Compact(_BLANKS.sub("", raw).lower(), None)
     kept: list[str] = []
     bracketed: str | None = None
-    behind, at = "", 0
+    behind, at, rest = "", 0, raw.find(";")
     while at < len(raw):
-        opened, rest = raw.find("(", at), raw.find(";", at)
+        opened = raw.find("(", at)
+        rest = raw.find(";", at) if 0 <= rest < at else rest
         if rest >= 0 and not 0 <= opened < rest:
             kept.append(raw[at:rest])
             behind = raw[rest + 1 :].rstrip("\r\n")
@@ -154,7 +155,7 @@ def read_line(text: str, remark: Remark | None) -> Line:
     while end < len(text):
         match = _NUMBER_WORD.match(text, end)  # most words of most programs
         if match is not None:
-            words.append(Word(match[1], float(match[2]), end))
+            words.append(Word(match[1], in_scale(float(match[2]), end), end))
             end = match.end()
             continue
         start, letter = end, text[end]
@@ -203,7 +204,7 @@ def _o_word(text: str, at: int) -> OWord:
 def _label(text: str, at: int) -> tuple[Value | str, int]:
     digits = _DIGITS.match(text, at)
     if digits is not None:
-        return str(int(digits.group())), digits.end()
+        return digits.group().lstrip("0") or "0", digits.end()
     if text[at : at + 1] == "<":
         end = text.find(">", at)
         if end < 0:

@@ -10,8 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cutwise.maths.compiled import compiled
-from cutwise.maths.curves import FloatArray, Polyline
+from cutwise.maths.compiled import compiled, inlined_stepping
+from cutwise.maths.curves import FloatArray, Polyline, polyline_value
+from cutwise.physics.engagement.burred_edge import Layers, Round, immersion_at, show
+from cutwise.stages import axial, displaced, left, met, probed
 
 
 class Columns(NamedTuple):
@@ -23,6 +25,18 @@ class Columns(NamedTuple):
     pitch: float  # [m] between columns
 
 
+class ColumnEdge(NamedTuple):
+    """An edge with a burr whose surface is kept, so that a mill with run-out meets what its other teeth left."""
+
+    layers: Layers
+    mill: Round
+    runout: float  # [m] of the axis
+    runout_angle: float  # [rad]
+    up_milling: bool
+    top: float  # [m] above which nothing stands
+    step: float  # [s] in which the columns lose what a step takes
+
+
 def stand(burr: Polyline, start: float, end: float, pitch: float, burr_strips: int, work_strips: int) -> Columns:
     """Uncut burr strips, then work strips, over a stretch of the edge."""
     position = np.arange(start, end + pitch, pitch)
@@ -30,6 +44,11 @@ def stand(burr: Polyline, start: float, end: float, pitch: float, burr_strips: i
     height[:burr_strips] = np.interp(position, burr.at, burr.value)
     floor = np.where(np.arange(burr_strips + work_strips) < burr_strips, 0.0, -np.inf)
     return Columns(height, floor, start, pitch)
+
+
+def most_columns(radius: float, columns: Columns) -> int:
+    """Rows of contact that a mill can have at most [shape of the scratch of the loop]."""
+    return len(columns.height) * (math.ceil(2.0 * radius / columns.pitch) + 2)
 
 
 @compiled
@@ -44,3 +63,100 @@ def columns_in_reach(
     first = max(0, math.ceil((x - reach - start) / pitch))
     last = min(count, math.floor((x + reach - start) / pitch) + 1)
     return first, last
+
+
+@inlined_stepping
+def meet_strip(
+    mill: Round, columns: Columns, strip: int, layer: int, x: float, y: float, foot: float, width: float, dt: float,
+    top: float, rows: FloatArray, count: int,
+) -> int:  # fmt: skip
+    r"""Rows of contact of one strip with the mill circle.
+
+    A column that loses the area :math:`\Delta A` at the angle :math:`\phi` within a step has the chip thickness
+    :math:`h = 2\pi \Delta A / (N \Omega R\, \Delta\phi\, \Delta t)`. Run-out moves the circle, not its radius.
+
+    Parameters
+    ----------
+    x, y : float
+        Centre of the mill circle along and above the nominal edge [m].
+    foot, width : float
+        Lower end of the strip over the tip, and its width [m].
+    dt : float
+        Time step [s].
+    top : float
+        Height above which nothing stands [m].
+    rows : array
+        Layer, foot, width, sine and cosine of the angle, angle of the column [rad], chip [m], strip, column, new height [m].
+    count : int
+        Rows that are filled already; returned is their new number.
+    """
+    radius, height, floor = mill.radius, columns.height, columns.floor[strip]
+    first, last = columns_in_reach(x, y - radius, radius, top, columns.start, columns.pitch, height.shape[1])
+    rate = 2.0 * math.pi / (mill.flutes * mill.spindle_speed * radius * dt)
+    for i in range(first, last):
+        d = columns.start + i * columns.pitch - x
+        drop = math.sqrt(max(0.0, radius * radius - d * d))
+        lowest = max(floor, y - drop)
+        if lowest >= height[strip, i]:
+            continue
+        area = (height[strip, i] - lowest) * columns.pitch
+        angle = columns.pitch / max(drop, columns.pitch)
+        rows[count, 0] = layer
+        rows[count, 1] = foot
+        rows[count, 2] = width
+        rows[count, 3] = d / radius
+        rows[count, 4] = -drop / radius
+        rows[count, 5] = angle
+        rows[count, 6] = rate * area / angle
+        rows[count, 7] = strip
+        rows[count, 8] = i
+        rows[count, 9] = lowest
+        count += 1
+    return count
+
+
+@axial.of(ColumnEdge)
+def _(engagement):
+    return False
+
+
+@probed.of(ColumnEdge)
+def _(engagement, pose):
+    layers = engagement.layers
+    return layers.strips.burr_start, 0.5 * polyline_value(layers.burr_width, pose.along)
+
+
+@met.of(ColumnEdge)
+def _(engagement, stock, pose, structure, flexed, contact):
+    burr_height, burr_width, strips = engagement.layers
+    mill = engagement.mill
+    width = polyline_value(burr_width, pose.along)
+    around = (mill.spindle_speed * pose.time) % (2.0 * math.pi) + engagement.runout_angle
+    off_x, off_y = engagement.runout * math.sin(around), engagement.runout * math.cos(around)
+    if engagement.up_milling:
+        off_y = -off_y
+    tip = displaced(structure, flexed, strips.burr_start, 0.5 * width)
+    at_a = immersion_at(mill, burr_height, pose.x + tip.x, pose.y + tip.y, pose.vx + tip.vx, pose.vy + tip.vy)
+    show(at_a, contact.seen)
+    count = 0
+    for strip in range(2 * strips.slices):
+        layer = 0 if strip < strips.slices else 1
+        thickness = (width if layer == 0 else strips.work_width) / strips.slices
+        start = strips.burr_start if layer == 0 else strips.work_start
+        foot = start + (strip - layer * strips.slices) * thickness
+        if strips.slices > 1:
+            tip = displaced(structure, flexed, foot, 0.5 * thickness)
+        count = meet_strip(
+            mill, stock, strip, layer, pose.x + tip.x + off_x, pose.y + tip.y + mill.radius + off_y,
+            foot, thickness, engagement.step, engagement.top, contact.rows, count,
+        )  # fmt: skip
+    return count
+
+
+@left.of(ColumnEdge)
+def _(engagement, stock, contact, count):
+    """Each column that was met comes down to the mill circle."""
+    rows, height = contact.rows, stock.height
+    for k in range(count):
+        height[int(rows[k, 7]), int(rows[k, 8])] = rows[k, 9]
+    return 0

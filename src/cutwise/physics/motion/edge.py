@@ -5,6 +5,8 @@ from typing import NamedTuple
 
 from cutwise.maths.compiled import inlined
 from cutwise.maths.curves import Cubic, cubic_value_slope
+from cutwise.records import Pose
+from cutwise.stages import moved
 
 
 class EdgePass(NamedTuple):
@@ -69,6 +71,12 @@ def programmed_motion(path: EdgePass, time: float) -> ToolMotion:
         climb += path.error_amplitude * omega * math.cos(phase)
     value, slope = cubic_value_slope(path.error_curve, position)
     return ToolMotion(position, height + value, climb + slope * path.feed)
+
+
+@moved.of(EdgePass)
+def _(motion, time):
+    tool = programmed_motion(motion, time)
+    return Pose(time, tool.position, tool.position, tool.height, 0.0, motion.feed, tool.climb, 0.0)
 
 
 def path_memory_index(largest_curvature: float, radius: float) -> float:

@@ -46,7 +46,7 @@ def test_a_program_without_an_end_says_so_and_one_in_percent_signs_does_not():
     assert "no end" in " ".join(run.notices())
     framed = Rs274("%\ng0 x1\n%\nrubbish", "p")
     assert len(list(framed.commands())) == 1
-    assert framed.notices() == []
+    assert framed.notices() == ["no G20 or G21: lengths are taken as mm"]
 
 
 def test_the_order_of_a_block_is_that_of_the_dialect():

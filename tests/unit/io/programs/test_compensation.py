@@ -4,7 +4,7 @@ import itertools
 import math
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cutwise.io.programs.interpreter import interpret
@@ -34,6 +34,7 @@ def _from_segment(p, a, b):
     return math.hypot(p[0] - a[0] - t * dx, p[1] - a[1] - t * dy)
 
 
+@settings(deadline=None)
 @given(
     headings=st.lists(st.floats(-1.4, 1.4), min_size=1, max_size=6),
     radius=st.floats(0.1, 1.0),
@@ -90,3 +91,27 @@ def test_tool_diameters_come_from_the_table_and_a_negative_one_changes_sides():
 def test_a_corner_that_cannot_be_reached_says_which():
     with pytest.raises(ScenarioFault, match=r"p\.nc:5:1: concave corner that a tool of radius 2"):
         interpret(HEAD + "G41.1 D4\nG1 X20\nY1\nX0\nG40", "p.nc")
+
+
+@pytest.mark.parametrize(
+    ("behind", "end"),
+    [
+        ("G40\nG1 X30", (30, 0, 5)),
+        ("G40 G1 X30", (30, 0, 5)),
+        ("G40\nZ10", (20, 0, 10)),
+        ("G40\nG91 X10", (30, 0, 5)),
+        ("G40\nG0 G53 X30", (30, 0, 5)),
+        ("G40\nG81 Z-1 X30 R1", (30, 0, 1)),
+        ("G40\nG28 Z5", (20, 0, 0)),
+    ],
+)
+def test_after_compensation_axes_that_are_not_named_go_back_to_the_contour(behind, end):
+    found = path("G0 X0 Y0 Z5\nG41.1 D4 G1 X10 Y0\nG1 X20\n" + behind)
+    assert found[2].end == pytest.approx((20e-3, 2e-3, 5e-3))  # beside it, before
+    assert found[-1].end == pytest.approx([1e-3 * value for value in end], abs=1e-12)
+
+
+def test_in_the_other_plane_too():
+    found = interpret("G21 G90 G18 F300\nG0 X0 Y0 Z0\nG42.1 D4 G1 Z10\nZ20\nG40\nG1 Z30").moves
+    assert found[-2].end[0] == pytest.approx(2e-3) or found[-2].end[0] == pytest.approx(-2e-3)
+    assert found[-1].end == pytest.approx((0.0, 0.0, 30e-3))

@@ -3,7 +3,7 @@
 import contextlib
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cutwise.io.programs import canonical_text
@@ -60,7 +60,7 @@ def faults(text, setup=None):
         ("F1 G1 X1\n*", "p.nc:2:1", "not G-code"),
         ("F1 G1 X1\nX2 N5", "p.nc:2:4", "beginning of its line"),
         ("F1 G1 X1\n$1", "p.nc:2:1", "several spindles"),
-        ("F1 G1 X1\nG28 G1 X2", "p.nc:2:5", "both want the axis words"),
+        ("F1 G1 X1\nG28 G2 X2", "p.nc:2:5", "both want the axis words"),
         ("F1 G1 X1\nG10 L3", "p.nc:2:5", "L1, L2, L10, L11 or L20"),
         ("F1 G1 X1\nG10 L2 P12", "p.nc:2:8", "coordinate system P"),
         ("F1 G1 X1\nG91 G53 G0 X1", "p.nc:2:5", "absolute distances"),
@@ -113,6 +113,14 @@ def faults(text, setup=None):
         ("F1 G41.1 D4\nG1 X5\nG3 X6 Y1 I0 J1", "p.nc:3:4", "not larger than the tool radius"),
         ("F1 G41.1 D1\nG54\nG55", "p.nc:2:1", "cannot change"),
         ("F1 G41.1 D1\nG81 X1 Z-1 R0", "p.nc:2:5", "G40"),
+        ("G21 F1 G41.1 D1\nG20", "p.nc:2:1", "unit cannot change"),
+        # work that little text asks for
+        ("F1 G1 X1\nG91 G81 X1 Z-1 R1 L1000000000", "p.nc:2:19", "does not come to an end"),
+        ("F1 G1 X1\nG83 X1 Z-1 R1 Q0.0000001", "p.nc:2:15", "20000000 pecks"),
+        ("F1 G1 X1\nG83 X1 Z-1 R100000000 Q1", "p.nc:2:23", "does not come to an end"),
+        ("F1 G1 X1\nG2 X1 I5 P1000000000", "p.nc:2:10", "1000000000 turns"),
+        ("F1 G1 X[" + "+".join(["#1"] * 5000) + "]", "p.nc:1", "too many parts"),
+        ("F1 G1 X1\no" + "1" * 5000 + " sub", "p.nc:2:1", "without its endsub"),
     ],
 )  # fmt: skip
 def test_faults_name_their_place(text, place, words):
@@ -159,6 +167,15 @@ def test_endless_programs_end(text):
     assert any(word in found[0] for word in ("endless", "does not come to an end", "for ever"))
 
 
+@pytest.mark.parametrize("calls", ["M98 P{} L100\n", "M98 P{}\n" * 60])
+def test_subroutines_that_call_one_another_many_times_end(calls):
+    """Ten levels of a hundred calls each are no loop, and would not end in a lifetime."""
+    deeper = "".join(f"O{i}\n" + calls.format(*[i + 1] * 60) + "M99\n" for i in range(1, 8))
+    text = "F1 G1 X1\n" + calls.format(*[1] * 60) + "M2\n" + deeper + "O8\nX1\nX2\nM99"
+    assert "does not come to an end" in faults(text, Setup(step_limit=20_000))[0]
+
+
+@settings(deadline=None)
 @given(st.text(alphabet="GMXYZIJKRFSTNPQHDOA0123456789.-+ ()/;%#[]<>=@^\n", max_size=120))
 def test_any_text_is_read_or_refused_in_words(text):
     with contextlib.suppress(ScenarioFault):  # any other exception is a failure
@@ -176,6 +193,7 @@ WORDS, FLOW = st.sampled_from(_WORDS.split()), st.sampled_from(_FLOW.split(","))
 LINES = st.one_of(st.lists(WORDS, max_size=5).map(" ".join), FLOW)
 
 
+@settings(deadline=None)
 @given(st.lists(LINES, max_size=14))
 def test_any_program_of_words_is_run_or_refused_in_words(rows):
     text = "g21 f10 s100 m3\n" + "\n".join(rows)
@@ -191,6 +209,7 @@ APT_WORDS = st.sampled_from(["GOTO/1,2,3", "GOTO/1,2,3,0,0,1", "GOTO/1,2", "GOTO
                              "UNITS/INCH", "FINI", "NONSENSE/1", "$$ x", "GOTO/1,$", "PARTNO X", "DELAY/1"])  # fmt: skip
 
 
+@settings(deadline=None)
 @given(st.lists(APT_WORDS, max_size=12))
 def test_any_cl_data_is_run_or_refused_in_words(rows):
     with contextlib.suppress(ScenarioFault):

@@ -198,3 +198,17 @@ def test_plain_lines_and_others_are_read_alike(points, word):
     plain = interpret(head + "\n".join(rows)).moves
     commented = interpret(head + "\n".join(row + " (c)" for row in rows)).moves
     assert plain == commented
+
+
+def test_a_program_without_a_unit_says_what_was_taken():
+    assert "no G20 or G21: lengths are taken as mm" in interpret("F100 G1 X1\nM2").notices
+    assert not any("G20" in words for words in interpret("G20 F100 G1 X1\nM2").notices)
+
+
+@pytest.mark.parametrize("block", ["G0 G91 G28 Z0.", "G91 G0 G28 Z0", "G91 G28 G0 Z0"])
+def test_a_reference_point_and_a_motion_word_in_one_block(block):
+    found = interpret("G21 G90 F300\nG1 X10 Z-5\n" + block + "\nG90 X3").moves
+    assert [m.kind for m in found] == ["feed", "rapid", "rapid"]
+    assert found[1].end == pytest.approx((10e-3, 0.0, 0.0))
+    offset = interpret("G21 G90 F300\nG1 X10\nG0 G92 X0\nX5").moves
+    assert (offset[1].kind, offset[1].end[0]) == ("rapid", pytest.approx(15e-3))

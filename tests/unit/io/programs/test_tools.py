@@ -37,3 +37,8 @@ def test_every_wrong_line_is_named():
         read_tool_table("T1 D6\nhello\nP3 D2\nT2 Y1 Y2\nT3 F5\nT1 D8\nT1.5", "t.tbl", inch=False)
     assert [str(fault).split(":")[1] for fault in found.value.faults] == ["2", "3", "4", "5", "6", "7"]
     assert "F has no meaning" in str(found.value)
+
+
+def test_numbers_out_of_scale_are_refused():
+    with pytest.raises(ScenarioFault, match=r"t\.tbl:1:4: 1e\+39 is out of scale"):
+        read_tool_table("T1 D1" + "0" * 39, "t.tbl", inch=False)

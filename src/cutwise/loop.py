@@ -1,0 +1,131 @@
+"""The one time loop: motion, engagement, cutting, structure and surface in every step, and one recorder.
+
+A loop is compiled once for each combination of record classes; the laws of the rows become part of it.
+"""
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from cutwise.balance import balance, look
+from cutwise.maths.compiled import inlined_stepping, stepping
+from cutwise.records import CONTACT, FIXED, Contact, History, Load
+from cutwise.stages import (
+    left,
+    moved,
+    noted,
+    stepped,
+    yielding,
+)
+
+CHUNK = 100_000  # steps between two looks at progress and Ctrl-C
+ROWS = 40_000  # longest history
+
+
+class Cell(NamedTuple):
+    """What takes part in a run: a record in each slot, and what stands in the way of the tool."""
+
+    motion: NamedTuple
+    engagement: NamedTuple
+    stock: NamedTuple
+    cutting: NamedTuple
+    structure: NamedTuple
+
+
+@inlined_stepping
+def record(table, row, part, share, pose, contact, load, structure, flexed, effort):  # type: ignore[no-untyped-def]
+    """Put a step into its row: the state of its first step; mean, mean square and peak of the forces of all."""
+    seen, layer, total = contact.seen, load.layer, load.total
+    if part == 0:
+        table[row, 0] = pose.time
+        table[row, 1] = pose.along
+        table[row, 2] = pose.y
+        for i in range(seen.size):
+            table[row, FIXED + i] = seen[i]
+        noted(structure, flexed, table, row, FIXED + seen.size)
+    count = layer.size
+    at = table.shape[1] - 3 * count - 2
+    for k in range(layer.shape[0]):
+        for axis in range(3):
+            value = layer[k, axis]
+            i = at + 3 * k + axis
+            table[row, i] += value * share
+            table[row, i + count] += value * value * share
+            table[row, i + 2 * count] = max(table[row, i + 2 * count], abs(value))
+    table[row, at + 3 * count] += total[3] * share
+    table[row, at + 3 * count + 1] = max(table[row, at + 3 * count + 1], float(effort))
+
+
+@stepping
+def advance(cell, flexed, contact, load, guess, table, first, steps, dt, stride):  # type: ignore[no-untyped-def]
+    """Advance a run by a number of steps; states, stock and table change in place.
+
+    Parameters
+    ----------
+    cell : Cell
+        The records.
+    flexed : tuple
+        State of the structure.
+    contact, load : Contact, Load
+        Scratch.
+    guess : array
+        Slopes of the balance in the last step, shape (4,).
+    table : array
+        The history; a row takes ``stride`` steps.
+    first, steps : int
+        Steps already made, and to be made.
+    dt : float
+        Time step [s].
+    """
+    structure = cell.structure
+    row = first // stride
+    part = 0
+    for k in range(first, first + steps):
+        time = k * dt
+        pose = moved(cell.motion, time)
+        if yielding(structure):
+            count, trials = balance(cell, flexed, pose, contact, load, guess)
+        else:
+            count, trials = look(cell, flexed, pose, contact, load), 0
+        left(cell.engagement, cell.stock, contact, count)
+        effort = stepped(structure, flexed, pose, load, dt)
+        record(table, row, part, 1.0 / stride, pose, contact, load, structure, flexed, max(effort, trials))
+        part += 1
+        if part == stride:
+            part = 0
+            row += 1
+
+
+def march(
+    cell: Cell, flexed: NamedTuple, *, duration: float, time_step: float, seen: int, state: int, layers: int,
+    contacts: int, progress: Callable[[float], None] | None = None,
+) -> History:  # fmt: skip
+    """A whole run, in portions between which progress is told and Ctrl-C is heard.
+
+    Parameters
+    ----------
+    cell, flexed : Cell, tuple
+        The records, and the state of the structure, which changes.
+    duration, time_step : float
+        [s]
+    seen, state, layers : int
+        Columns that the engagement shows, that the structure notes, and layers of the work.
+    contacts : int
+        Largest number of rows of contact.
+    """
+    steps = max(1, round(duration / time_step))
+    stride = max(1, math.ceil(steps / ROWS))
+    steps = math.ceil(steps / stride) * stride
+    table = np.zeros((steps // stride, FIXED + seen + state + 9 * layers + 2))
+    contact = Contact(np.zeros((contacts, CONTACT)), np.zeros(seen))
+    load = Load(np.zeros((layers, 3)), np.zeros(6))
+    guess = np.array([1.0, 0.0, 0.0, 1.0])
+    portion = stride * max(1, CHUNK // stride)
+    for first in range(0, steps, portion):
+        count = min(portion, steps - first)
+        advance(cell, flexed, contact, load, guess, table, first, count, time_step, stride)
+        if progress is not None:
+            progress((first + count) / steps)
+    return History(table, seen, state, layers)

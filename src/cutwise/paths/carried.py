@@ -1,0 +1,68 @@
+"""A path that a carrier takes its tool along: stations with process axes, in the frame of the carrier's base."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from cutwise.maths.frames import FloatArray
+
+
+class CarriedPath(NamedTuple):
+    r"""Stations of a path, with the process axes there.
+
+    Columns of ``axes``: :math:`x_p` along the feed, :math:`z_p` against the tool axis, and :math:`y_p` off the work:
+    :math:`z_p \times x_p` with the work on the right of the feed (down milling with a right-hand tool), and
+    :math:`x_p \times z_p`, a left-handed frame, with the work on the left (up milling). Every formula of the process
+    frame holds in both, as long as moments and rotations are turned with :math:`\det(R) R`.
+    """
+
+    at: FloatArray  # [m] of the path, shape (n,)
+    point: FloatArray  # [m] of the nominal edge or wall, shape (n, 3)
+    axes: FloatArray  # shape (n, 3, 3)
+
+    @property
+    def tool_axis(self) -> FloatArray:
+        """Direction from the motor to the tip, shape (n, 3)."""
+        return -self.axes[:, :, 2]
+
+
+def stations(length: float, pitch: float) -> FloatArray:
+    """Places along a path, both ends among them, no farther apart than a pitch [m]."""
+    count = max(1, math.ceil(length / pitch - 1e-9))
+    return np.linspace(0.0, length, count + 1)
+
+
+def process_axes(feed: FloatArray, tool_axis: FloatArray, *, work_on_left: bool = False) -> FloatArray:
+    """Process axes as columns, shape (n, 3, 3), of feed directions (n, 3) and a tool axis at right angles to them.
+
+    Raises
+    ------
+    ValueError
+        The tool axis is not at a right angle to the feed, to 1e-6.
+    """
+    x = feed / np.linalg.norm(feed, axis=-1, keepdims=True)
+    z = -tool_axis / np.linalg.norm(tool_axis, axis=-1, keepdims=True)
+    z = np.broadcast_to(z, x.shape)
+    lean = np.abs((x * z).sum(axis=-1)).max()
+    if lean > 1e-6:
+        raise ValueError(f"the tool axis leans {math.degrees(math.asin(min(1.0, lean))):.3g} degrees along the feed")
+    y = np.cross(x, z) if work_on_left else np.cross(z, x)
+    return np.stack([x, y, z], axis=-1)
+
+
+def line(
+    start: FloatArray, end: FloatArray, tool_axis: FloatArray, pitch: float, *, work_on_left: bool = False
+) -> CarriedPath:
+    """A straight path between two points [m]."""
+    start, end = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
+    way = end - start
+    at = stations(float(np.linalg.norm(way)), pitch)
+    point = start + np.outer(at / at[-1], way)
+    axes = process_axes(np.tile(way, (len(at), 1)), np.asarray(tool_axis, dtype=float), work_on_left=work_on_left)
+    return CarriedPath(at, point, axes)
+
+
+def placed(path: CarriedPath, rotation: FloatArray, origin: FloatArray) -> CarriedPath:
+    """The path of a part that stands at an origin [m] with a rotation in the base frame."""
+    return CarriedPath(path.at, path.point @ rotation.T + origin, rotation @ path.axes)

@@ -1,0 +1,143 @@
+"""A mill on an edge with a burr: arcs of burr and work from where the tool is now."""
+
+from typing import NamedTuple
+
+from cutwise.maths.compiled import inlined, inlined_stepping
+from cutwise.maths.curves import FloatArray, Polyline, polyline_value
+from cutwise.physics.engagement.arc import LayerArcs, layer_arcs
+from cutwise.physics.engagement.burr import entry_position
+from cutwise.physics.engagement.feed import feed_direction, feed_per_tooth
+from cutwise.stages import axial, displaced, left, met, probed
+
+SEEN = 6  # columns that the edge shows of itself
+PIECES = 3  # rows of contact of a slice: burr before and behind the lowest point, work
+
+
+class Strips(NamedTuple):
+    """How burr and work stand along the spindle axis."""
+
+    burr_start: float  # [m] of the burr above the tool tip
+    work_start: float  # [m] of the work above the tool tip
+    work_width: float  # [m] contact length a
+    slices: int
+
+
+class Layers(NamedTuple):
+    """What stands along the edge: the work, and a burr on its rim."""
+
+    burr_height: Polyline  # [m] above the nominal edge, over the position along it [m]
+    burr_width: Polyline  # [m] along the spindle axis
+    strips: Strips
+
+
+class Round(NamedTuple):
+    """The turning tool as the edge meets it."""
+
+    radius: float  # [m]
+    flutes: int
+    spindle_speed: float  # [rad/s]
+
+
+class BurredEdge(NamedTuple):
+    """An edge with a burr, met by a mill whose own older surface does not matter."""
+
+    layers: Layers
+    mill: Round
+
+
+class Immersion(NamedTuple):
+    """The mill in the layers at one height above its tip, at one instant."""
+
+    depth: float  # [m] below the top of the burr
+    work_depth: float  # [m] below the nominal edge
+    theta: float  # [rad]
+    chip: float  # [m]
+    arcs: LayerArcs
+
+
+@inlined
+def immersion_at(
+    mill: Round, burr_height: Polyline, x: float, height: float, speed_x: float, speed_y: float
+) -> Immersion:
+    """Immersion of a mill from position and velocity of its axis: entry into the burr, arcs, chip load.
+
+    ``x``: along the edge [m]; ``height``: of its lowest point above the nominal edge [m]; speeds of the axis [m/s].
+    """
+    radius = mill.radius
+    entry = entry_position(x, height, radius, burr_height)
+    theta = feed_direction(speed_x, speed_y)
+    depth = polyline_value(burr_height, entry) - height
+    work_depth = max(0.0, -height)
+    arcs = layer_arcs(max(depth, work_depth), work_depth, theta, radius)
+    return Immersion(depth, work_depth, theta, feed_per_tooth(speed_x, speed_y, mill.spindle_speed, mill.flutes), arcs)
+
+
+@inlined_stepping
+def show(here: Immersion, seen: FloatArray) -> None:
+    """Depth in burr and work [m], feed direction [rad], chip [m], first entry and last exit [rad]: for the history."""
+    seen[0] = max(0.0, here.depth - here.work_depth)
+    seen[1] = here.work_depth
+    seen[2] = here.theta
+    seen[3] = here.chip
+    seen[4] = here.arcs.front_lo
+    seen[5] = max(here.arcs.front_hi, max(here.arcs.work_hi, here.arcs.back_hi))
+
+
+@axial.of(BurredEdge)
+def _(engagement):
+    return False
+
+
+@probed.of(BurredEdge)
+def _(engagement, pose):
+    """The middle of the burr, point A of the paper."""
+    layers = engagement.layers
+    return layers.strips.burr_start, 0.5 * polyline_value(layers.burr_width, pose.along)
+
+
+@met.of(BurredEdge)
+def _(engagement, stock, pose, structure, flexed, contact):
+    """With one slice the whole mill is immersed as at the middle of the burr; with several each strip as at its own
+    height, tilted with the motor."""
+    burr_height, burr_width, strips = engagement.layers
+    mill = engagement.mill
+    rows = contact.rows
+    width = polyline_value(burr_width, pose.along)
+    tip = displaced(structure, flexed, strips.burr_start, 0.5 * width)
+    at_a = immersion_at(mill, burr_height, pose.x + tip.x, pose.y + tip.y, pose.vx + tip.vx, pose.vy + tip.vy)
+    n = strips.slices
+    count = 0
+    for layer in range(2):
+        start = strips.burr_start if layer == 0 else strips.work_start
+        strip = (width if layer == 0 else strips.work_width) / n
+        for k in range(n):
+            foot = start + k * strip
+            here = at_a
+            if n > 1:
+                tip = displaced(structure, flexed, foot, 0.5 * strip)
+                here = immersion_at(
+                    mill, burr_height, pose.x + tip.x, pose.y + tip.y, pose.vx + tip.vx, pose.vy + tip.vy
+                )
+            arcs = here.arcs
+            lo = arcs.front_lo if layer == 0 else arcs.work_lo
+            hi = arcs.front_hi if layer == 0 else arcs.work_hi
+            for piece in range(2 - layer):
+                if piece == 1:
+                    lo, hi = arcs.back_lo, arcs.back_hi
+                if hi > lo:
+                    rows[count, 0] = layer
+                    rows[count, 1] = foot
+                    rows[count, 2] = strip
+                    rows[count, 3] = lo
+                    rows[count, 4] = hi
+                    rows[count, 5] = here.chip
+                    rows[count, 6] = here.theta
+                    count += 1
+    show(at_a, contact.seen)
+    return count
+
+
+@left.of(BurredEdge)
+def _(engagement, stock, contact, count):
+    """Arcs know no stock."""
+    return 0

@@ -1,0 +1,82 @@
+r"""An end mill along a shoulder or in a slot: one arc, as wide and as deep as the deflected tool leaves it.
+
+The uncut surface is at y = 0, the programmed tool reaches down to :math:`-a_e`; its tip is at z = 0, the floor of the cut
+is what it leaves. A tool that yields by u cuts :math:`a_e - u_y` wide and :math:`a_p - u_z` deep.
+"""
+
+import math
+from typing import NamedTuple
+
+from cutwise.physics.engagement.arc import immersion_half_angle
+from cutwise.physics.engagement.burred_edge import Round
+from cutwise.physics.engagement.feed import feed_per_tooth
+from cutwise.stages import axial, displaced, left, met, probed
+
+SEEN = 3  # columns shown: radial depth, axial depth, immersion angle
+
+
+class Shoulder(NamedTuple):
+    """A wall along the feed, with the work on one side."""
+
+    mill: Round
+    axial_depth: float  # a_p [m]
+
+
+class Slot(NamedTuple):
+    """A slot as wide as the mill or wider than it: the arc is half a turn, wherever the tool is."""
+
+    mill: Round
+    axial_depth: float  # a_p [m]
+
+
+@axial.of(Shoulder, Slot)
+def _(engagement):
+    return True
+
+
+@probed.of(Shoulder, Slot)
+def _(engagement, pose):
+    """Half the programmed depth."""
+    return 0.0, 0.5 * engagement.axial_depth
+
+
+@met.of(Shoulder)
+def _(engagement, stock, pose, structure, flexed, contact):
+    mill, rows, seen = engagement.mill, contact.rows, contact.seen
+    tip = displaced(structure, flexed, 0.0, 0.5 * engagement.axial_depth)
+    radial, depth = -(pose.y + tip.y), engagement.axial_depth - tip.z
+    angle = immersion_half_angle(radial, mill.radius)
+    seen[0], seen[1], seen[2] = max(0.0, radial), max(0.0, depth), angle
+    if angle <= 0.0 or depth <= 0.0:
+        return 0
+    rows[0, 0] = 0
+    rows[0, 1] = 0.5 * (engagement.axial_depth - depth)
+    rows[0, 2] = depth
+    rows[0, 3] = math.pi - angle
+    rows[0, 4] = math.pi
+    rows[0, 5] = feed_per_tooth(pose.vx, pose.vy, mill.spindle_speed, mill.flutes)
+    rows[0, 6] = 0.0
+    return 1
+
+
+@met.of(Slot)
+def _(engagement, stock, pose, structure, flexed, contact):
+    mill, rows, seen = engagement.mill, contact.rows, contact.seen
+    tip = displaced(structure, flexed, 0.0, 0.5 * engagement.axial_depth)
+    depth = engagement.axial_depth - tip.z
+    seen[0], seen[1], seen[2] = 2.0 * mill.radius, max(0.0, depth), math.pi
+    if depth <= 0.0:
+        return 0
+    rows[0, 0] = 0
+    rows[0, 1] = 0.5 * (engagement.axial_depth - depth)
+    rows[0, 2] = depth
+    rows[0, 3] = 0.0
+    rows[0, 4] = math.pi
+    rows[0, 5] = feed_per_tooth(pose.vx, pose.vy, mill.spindle_speed, mill.flutes)
+    rows[0, 6] = 0.0
+    return 1
+
+
+@left.of(Shoulder, Slot)
+def _(engagement, stock, contact, count):
+    return 0

@@ -1,0 +1,80 @@
+r"""Compliances of a chain at the tool, as sums of element twists, and their turn into process axes.
+
+An element e with the local compliance :math:`C_e` at the point :math:`c_e` gives, under a wrench (F; m) at the tool
+point p, the twist there of :math:`X_e^T C_e X_e (F; m)` with :math:`X_e = [I, 0; S(p - c_e), I]`. A joint of stiffness k
+about the axis a is the element of rank one :math:`C_e = (0; a)(0; a)^T / k`; the joints of an arm together are
+:math:`J K_\theta^{-1} J^T`.
+"""
+
+import numpy as np
+
+from cutwise.maths.frames import FloatArray
+
+
+def skew(vector: FloatArray) -> FloatArray:
+    r"""Matrix of the cross product: :math:`S(v) w = v \times w`, shape (..., 3, 3)."""
+    x, y, z = np.moveaxis(np.asarray(vector, dtype=float), -1, 0)
+    zero = np.zeros_like(x)
+    return np.stack([np.stack([zero, -z, y], -1), np.stack([z, zero, -x], -1), np.stack([-y, x, zero], -1)], -2)
+
+
+def carried_to(compliance: FloatArray, lever: FloatArray) -> FloatArray:
+    r"""Compliance at a tool point of an element somewhere else: :math:`X^T C X`, :math:`X = [I, 0; S(\ell), I]`.
+
+    Parameters
+    ----------
+    compliance : array (..., 6, 6)
+        Of the element, displacement over rotation, at its own point.
+    lever : array (..., 3)
+        From the element to the tool point [m].
+    """
+    across = np.zeros((*np.shape(lever)[:-1], 6, 6))
+    across[..., range(6), range(6)] = 1.0
+    across[..., 3:, :3] = skew(lever)
+    return np.swapaxes(across, -1, -2) @ compliance @ across
+
+
+def joint_element(axis: FloatArray, stiffness: float) -> FloatArray:
+    """Compliance of a turning joint at a point on its axis: rotation about the axis alone."""
+    element = np.zeros((6, 6))
+    element[3:, 3:] = np.outer(axis, axis) / stiffness
+    return element
+
+
+def in_axes(compliance: FloatArray, axes: FloatArray) -> FloatArray:
+    r"""Compliance seen from other axes, right-handed or not.
+
+    Forces and displacements turn with R, moments and rotations, which a mirror leaves reversed, with
+    :math:`\det(R) R`.
+
+    Parameters
+    ----------
+    compliance : array (..., 6, 6)
+    axes : array (..., 3, 3)
+        The other axes as columns.
+    """
+    turn = np.zeros((*np.shape(axes)[:-2], 6, 6))
+    turn[..., :3, :3] = axes
+    turn[..., 3:, 3:] = axes * np.linalg.det(axes)[..., None, None]
+    return np.asarray(np.swapaxes(turn, -1, -2) @ compliance @ turn)
+
+
+def translation_at(compliance: FloatArray, height: float) -> FloatArray:
+    r"""Translational compliance of the axis at a height over the reference point, for a force there.
+
+    .. math:: C_z = T C T^T, \qquad T = [I,\; -S(z e_z)]
+
+    Parameters
+    ----------
+    compliance : array (..., 6, 6)
+        At the reference point.
+    height : float
+        z [m].
+
+    Returns
+    -------
+    array (..., 3, 3)
+        [m/N]
+    """
+    across = np.concatenate([np.eye(3), -skew(np.array([0.0, 0.0, height]))], axis=1)
+    return np.asarray(across @ compliance @ across.T)

@@ -1,0 +1,344 @@
+"""A robot that mills a shoulder or a slot: what it yields by at rest, and the depth at which it chatters."""
+
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from cutwise import units
+from cutwise.loop import Cell
+from cutwise.maths.curves import FloatArray
+from cutwise.physics.cutting.flute import Mill
+from cutwise.physics.cutting.flutes import MeanFlutes
+from cutwise.physics.cutting.regeneration import (
+    DepthLimit,
+    Receptance,
+    depth_limit,
+    mean_directions,
+    swinging_receptance,
+)
+from cutwise.physics.cutting.uneven import tangent_coefficients
+from cutwise.physics.engagement.burred_edge import Round
+from cutwise.physics.engagement.shoulder import SEEN, Shoulder, Slot
+from cutwise.physics.structure.series_compliance import translation_at
+from cutwise.physics.structure.terms import (
+    Compliance,
+    Rigid,
+    Swinging,
+    displacement,
+    in_series,
+    relaxed,
+    swinging,
+    width,
+)
+from cutwise.process import carried
+from cutwise.process.assemble import edges
+from cutwise.process.labels import labelled
+from cutwise.results import SolverFailure
+from cutwise.spec.carrier import Standing
+from cutwise.spec.milling import MillingScenario
+from cutwise.still import Rest, rest
+
+HIGHEST = 800.0  # [Hz] up to which the limit of chatter is looked for
+_MODES_HIGHEST = 1.3  # of the highest tip mode, where the tool has modes
+
+LIMITS = (
+    "at rest: the mean force of the cut displaces the arm; ripple of the teeth and drives of the robot are left out",
+    "links are rigid, joints linear; backlash and the control of the joints are left out",
+    "the limit of chatter takes the mean directions of the cut and one swinging mass for the arm",
+)
+
+
+class ArmMilling(NamedTuple):
+    """A finished pass of a robot that mills."""
+
+    along: carried.ArmAlong
+    terms: tuple[tuple[str, Compliance], ...]
+    at_rest: Rest
+    height: float  # [m] over the tip, where the wall is read
+    limits: tuple[DepthLimit, ...]  # of chatter, at some stations
+    limit_at: FloatArray  # [m] of the path, where these are
+    force: FloatArray  # mean force on the tool [N], shape (n, 3)
+
+
+def _is_slot(scenario: MillingScenario) -> bool:
+    radial = scenario.operation.radial_depth
+    assert radial is not None
+    return radial >= scenario.tool.diameter * (1.0 - 1e-12)
+
+
+def _cutting(scenario: MillingScenario) -> tuple[Round, MeanFlutes]:
+    tool, operation = scenario.tool, scenario.operation
+    speed = operation.spindle_speed
+    assert speed is not None
+    up = operation.milling == "up"
+    mill = Mill(0.5 * tool.diameter, tool.flutes, tool.helix)
+    return Round(mill.radius, mill.flutes, speed), MeanFlutes(mill, edges(scenario.material, tool), speed, up)
+
+
+def _cell(scenario: MillingScenario, structure: NamedTuple) -> Cell:
+    mill, flutes = _cutting(scenario)
+    depth = scenario.operation.axial_depth
+    engagement = Slot(mill, depth) if _is_slot(scenario) else Shoulder(mill, depth)
+    return Cell((), engagement, (), flutes, structure)
+
+
+def _poses(scenario: MillingScenario, at: FloatArray, sag_y: FloatArray, sag_z: FloatArray) -> FloatArray:
+    """The programmed tool at the stations, moved by the sag of the arm."""
+    poses = np.zeros((len(at), 8))
+    poses[:, 1] = poses[:, 2] = at
+    poses[:, 3] = -scenario.operation.radial_depth + sag_y
+    poses[:, 4] = sag_z
+    poses[:, 5] = scenario.operation.feed
+    return poses
+
+
+def path_of(scenario: MillingScenario) -> carried.CarriedPath:
+    """The stations of the path in the base frame."""
+    return carried.path_in_base(
+        scenario.path, scenario.placement or Standing(), scenario.numerics.station,
+        work_on_left=scenario.operation.milling == "up",
+    )  # fmt: skip
+
+
+def prepare(scenario: MillingScenario) -> carried.ArmAlong:
+    """The postures of the robot: what a check finds out without the cut."""
+    assert scenario.robot is not None
+    path = path_of(scenario)
+    height = 0.5 * scenario.operation.axial_depth
+    firm = Rigid(0.0)
+    still = rest(
+        _cell(scenario, firm),
+        relaxed(firm),
+        _poses(scenario, path.at[:1], np.zeros(1), np.zeros(1)),
+        seen=SEEN,
+        state=0,
+    )
+    return carried.arm_along(scenario.robot, path, _wrench(still.total[0, :3], height), height, scenario.operation.feed)
+
+
+def _wrench(force: FloatArray, height: float) -> FloatArray:
+    """Force at a height over the tip, with its moment about the tip."""
+    return np.array([*force, -height * force[1], height * force[0], 0.0])
+
+
+def run(scenario: MillingScenario, *, limits: bool = True) -> ArmMilling:
+    """The pass at rest, station by station; with the limits of chatter, which take longer."""
+    along = prepare(scenario)
+    height = 0.5 * scenario.operation.axial_depth
+    static = scenario.robot.model_copy(update={"dynamics": "static"})
+    terms = list(carried.terms_of(static, along, height))
+    if scenario.tool.modes:
+        terms.append(("tip", _tip(scenario)))
+    structure = in_series([term for _, term in terms])
+    sag_y = along.sag[:, 1] - along.sag[:, 3] * height
+    poses = _poses(scenario, along.path.at, sag_y, along.sag[:, 2])
+    found = rest(_cell(scenario, structure), relaxed(structure), poses, seen=SEEN, state=width(structure))
+    if not found.found.all():
+        place = along.path.at[int(np.argmin(found.found))]
+        raise SolverFailure(
+            f"no equilibrium of force and displacement was found at {place * 1e3:.4g} mm of the path: the arm is too soft "
+            "for this cut; reduce operation.axial_depth"
+        )
+    rows = np.unique(np.linspace(0, len(along.path.at) - 1, min(9, len(along.path.at))).round().astype(int))
+    chatter = tuple(_limit(scenario, along, int(k), height) for k in rows) if limits else ()
+    return ArmMilling(along, tuple(terms), found, height, chatter, along.path.at[rows], found.total[:, :3])
+
+
+def _tip(scenario: MillingScenario) -> Compliance:
+    """Modes of the tool tip at rest: F/k in their directions."""
+    matrix = np.zeros((1, 6, 6))
+    for mode in scenario.tool.modes:
+        matrix[0, "xy".index(mode.direction), "xy".index(mode.direction)] += 1.0 / mode.stiffness
+    return Compliance(np.zeros(1), matrix)
+
+
+def _limit(scenario: MillingScenario, along: carried.ArmAlong, k: int, height: float) -> DepthLimit:
+    """Limit of chatter at a station: the receptances of arm and tip modes together."""
+    mill, flutes = _cutting(scenario)
+    matrix = translation_at((along.joints + along.base)[[k]], height)
+    robot = scenario.robot
+    swing = swinging(np.zeros(1), matrix, robot.modal_mass, robot.damping)
+    up = scenario.operation.milling == "up"
+    angle = math.pi if _is_slot(scenario) else math.acos(1.0 - scenario.operation.radial_depth / mill.radius)
+    lo, hi = (0.0, angle) if up else (math.pi - angle, math.pi)
+    chip = 2.0 * math.pi * scenario.operation.feed / (mill.flutes * mill.spindle_speed)
+    mean_chip = chip * (math.cos(lo) - math.cos(hi)) / (hi - lo)
+    directions = mean_directions(lo, hi, mill.flutes, tangent_coefficients(flutes.edges, mean_chip), up=up)
+    highest = max([HIGHEST, *(_MODES_HIGHEST * mode.frequency for mode in scenario.tool.modes)])
+    period = 2.0 * math.pi / (mill.flutes * mill.spindle_speed)
+    return depth_limit(_receptance(scenario, swing), directions, period, highest)
+
+
+def _receptance(scenario: MillingScenario, swing: Swinging) -> Receptance:
+    """Displacement at the tip for a force there, arm and tip modes together."""
+    arm = swinging_receptance(swing.stiffness[0], swing.damping[0], swing.mass)
+
+    def receptance(omega: FloatArray) -> np.ndarray:
+        total = arm(omega)
+        for mode in scenario.tool.modes:
+            ratio = omega / (2.0 * math.pi * mode.frequency)
+            axis = "xy".index(mode.direction)
+            total[:, axis, axis] += 1.0 / (mode.stiffness * (1.0 - ratio * ratio + 2j * mode.damping * ratio))
+        return np.asarray(total)
+
+    return receptance
+
+
+def moved(done: ArmMilling) -> dict[str, FloatArray]:
+    """Displacement by each term where the wall is read, station by station [m], shape (n, 3)."""
+    found, at = {}, 0
+    for name, term in done.terms:
+        found[name] = displacement(term, done.at_rest.state[:, at : at + width(term)], done.height)
+        at += width(term)
+    return found
+
+
+def _turned(done: ArmMilling) -> FloatArray:
+    """Tilt of the tool about the feed, which is the slope of the wall [rad], shape (n,)."""
+    total, at = np.zeros(len(done.along.path.at)), 0
+    for _, term in done.terms:
+        total += done.at_rest.state[:, at + 3]
+        at += width(term)
+    return total
+
+
+def wall_and_floor(done: ArmMilling) -> tuple[FloatArray, FloatArray]:
+    """Error of wall and floor along the path [m], positive into the part: what the tool yields by and sags."""
+    sag_y = done.along.sag[:, 1] - done.along.sag[:, 3] * done.height
+    total = sum(moved(done).values())
+    return -(total[:, 1] + sag_y), -(total[:, 2] + done.along.sag[:, 2])
+
+
+def measures(scenario: MillingScenario, done: ArmMilling) -> dict[str, float]:
+    """Measures in SI."""
+    wall, floor = wall_and_floor(done)
+    operation, terms = scenario.operation, moved(done)
+    worst = int(np.argmax(np.abs(wall)))
+    found = {
+        "floor_error_min": float(floor.min()),
+        "floor_error_max": float(floor.max()),
+        "wall_tilt_max": float(np.abs(_turned(done)).max()),
+        "cycle_time": float(done.along.path.at[-1]) / operation.feed,
+        "path_length": float(done.along.path.at[-1]),
+        "force_xy_mean_straight": float(np.hypot(done.force[:, 0], done.force[:, 1]).max()),
+        "engagement_angle_max": float(done.at_rest.seen[:, 2].max()),
+    }
+    if _is_slot(scenario):
+        found["wall_error_min"], found["wall_error_max"] = -abs(float(wall[worst])), abs(float(wall[worst]))
+    else:
+        found["wall_error_min"], found["wall_error_max"] = float(wall.min()), float(wall.max())
+    for name, of_term in terms.items():
+        for axis, letter in enumerate("xyz"):
+            part = of_term[:, axis]
+            found[f"deflection_{name}_mean_{letter}"] = float(part.mean())
+            found[f"deflection_{name}_max_{letter}"] = float(part[int(np.argmax(np.abs(part)))])
+        found[f"share_{name}"] = float(of_term[worst, 1])
+    work = np.einsum("ni,ni->n", done.force, sum(terms.values()))
+    found["energy_balance"] = float(np.abs(work - _stored(done)).max() / max(np.abs(work).max(), 1e-30))
+    if done.limits:
+        least = min(limit.depth for limit in done.limits)
+        if math.isfinite(least):
+            found["stable_depth_min"] = least
+            found["depth_margin"] = 1.0 - operation.axial_depth / least
+    found |= carried.measures(done.along, scenario.robot, operation.feed)
+    swing = swinging(
+        done.along.path.at, translation_at(done.along.joints + done.along.base, done.height),
+        scenario.robot.modal_mass, scenario.robot.damping,
+    )  # fmt: skip
+    found["natural_frequency_min"] = float(
+        np.sqrt(np.linalg.eigvalsh(swing.stiffness).min() / swing.mass) / (2 * math.pi)
+    )
+    return found
+
+
+def _stored(done: ArmMilling) -> FloatArray:
+    """Twice the elastic energy of all terms, from the wrench on each [J], shape (n,)."""
+    wrench = np.array([_wrench(force, done.height) for force in done.force])
+    total = np.zeros(len(wrench))
+    for _, term in done.terms:
+        matrix = term.matrix if len(term.at) > 1 else np.repeat(term.matrix, len(wrench), axis=0)
+        total += np.einsum("ni,nij,nj->n", wrench, matrix, wrench)
+    return total
+
+
+def stages(scenario: MillingScenario, done: ArmMilling) -> xr.DataTree:
+    """Histories along the path, with units."""
+    at = ("s", done.along.path.at, "m", "place along the path")
+    wall, floor = wall_and_floor(done)
+    twists = {
+        f"deflection_{name}": (value, "m", f"displacement by the term {name} where the wall is read")
+        for name, value in moved(done).items()
+    }
+    limit = ("s_limit", done.limit_at if done.limits else np.zeros(0), "m", "place along the path")
+    joints = [joint.name or str(n) for n, joint in enumerate(scenario.robot.joints, 1)]
+    groups = {
+        "motion": labelled(at, {
+            "joint_angles": (done.along.postures.q, "rad", "angles of the joints"),
+            "redundancy_angle": (done.along.postures.angle, "rad", "angle of the tool about its axis"),
+        }, joint=joints),
+        "engagement": labelled(at, {
+            "radial_depth": (done.at_rest.seen[:, 0], "m", "radial depth of cut, the tool displaced"),
+            "axial_depth": (done.at_rest.seen[:, 1], "m", "axial depth of cut, the tool displaced"),
+            "immersion": (done.at_rest.seen[:, 2], "rad", "immersion angle"),
+        }),
+        "cutting": labelled(at, {"force": (done.force, "N", "mean force on the tool")}, axis=list("xyz")),
+        "structure": labelled(at, {
+            **twists,
+            "compliance": ((done.along.joints + done.along.base)[:, 1, 1], "m/N", "compliance normal to the wall"),
+        }, axis=list("xyz")),
+        "surface": labelled(at, {
+            "wall_error": (wall, "m", "error of the wall, positive into the part"),
+            "floor_error": (floor, "m", "error of the floor, positive into the part"),
+        }),
+        "stability": labelled(limit, {
+            "stable_depth": (np.array([one.depth for one in done.limits]), "m", "depth at which the arm chatters"),
+            "frequency": (np.array([one.frequency for one in done.limits]), "Hz", "frequency of that vibration"),
+        }),
+    }  # fmt: skip
+    return xr.DataTree.from_dict(groups)
+
+
+def warnings(scenario: MillingScenario, found: Mapping[str, float]) -> tuple[str, ...]:
+    """What a user has to know about the run."""
+    said = []
+    if found.get("joint_speed_margin", 0.0) < 0.0:
+        said.append(
+            f"operation.feed: a joint would have to turn faster than it can; it follows "
+            f"{units.show(found['feed_possible_min'], 'speed')} at most"
+        )
+    if not scenario.robot.joint_speed:
+        said.append("robot.joint_speed is not given: whether the joints can follow the feed was not looked at")
+    if scenario.robot.sag != "ignored" and not carried.weights(scenario.robot):
+        said.append(
+            "robot.sag: no weight of tool or links is given (robot.tool_mass, robot.links): the sag is left out"
+        )
+    return tuple(said)
+
+
+def infeasible(scenario: MillingScenario, found: Mapping[str, float]) -> tuple[str, ...]:
+    """Why the operation cannot be done."""
+    said = []
+    if found.get("depth_margin", 1.0) <= 0.0:
+        said.append(
+            f"the arm chatters: operation.axial_depth {units.show(scenario.operation.axial_depth, 'length')}, limit "
+            f"{units.show(found['stable_depth_min'], 'length', 4)}"
+        )
+    if found.get("joint_speed_margin", 1.0) < 0.0:
+        said.append(f"the joints follow {units.show(found['feed_possible_min'], 'speed')} at most, operation.feed is "
+                    f"{units.show(scenario.operation.feed, 'speed')}")  # fmt: skip
+    return tuple(said)
+
+
+def notes(done: ArmMilling) -> dict[str, str]:
+    """What the run took for granted, and what another angle of the tool would bring."""
+    said = {}
+    constant, turned = done.along.constant, done.along.turned
+    if math.isfinite(constant) and math.isfinite(turned) and turned < constant * (1 - 1e-6):
+        said["redundancy"] = (
+            f"With robot.redundancy_angle: along_path the arm would yield by {turned * 1e6:.4g} µm on average under the "
+            f"rigid cut, with the best single angle by {constant * 1e6:.4g} µm."
+        )
+    return said

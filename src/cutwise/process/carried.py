@@ -1,0 +1,261 @@
+"""A robot along a path: the postures it takes, and what it yields by there in process axes."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from cutwise.maths.chains import frames
+from cutwise.maths.frames import FloatArray, rotation_from_rpy
+from cutwise.paths.carried import CarriedPath, line, placed
+from cutwise.physics.motion.along import Blocked, Postures, cheapest_way, followed, joint_rates
+from cutwise.physics.structure.joint_compliance import cartesian_compliance
+from cutwise.physics.structure.series_compliance import carried_to, in_axes, translation_at
+from cutwise.physics.structure.terms import Compliance, swinging
+from cutwise.process.drilling import robot_arm
+from cutwise.process.postures import Arm, candidates, posture_jacobian, tool_axes
+from cutwise.results import Infeasible
+from cutwise.spec.carrier import CarriedPath as PathSpec
+from cutwise.spec.carrier import CarryingRobot, Standing
+
+GRAVITY = 9.80665  # [m/s^2] standard acceleration of free fall
+GRID = math.radians(5.0)  # between two angles of the tool that are tried
+STATIONS = 201  # of a path at which angles are tried; between them the angle is a smooth curve
+
+
+class ArmAlong(NamedTuple):
+    """A robot along a path."""
+
+    path: CarriedPath  # in the base frame
+    arm: Arm
+    postures: Postures
+    joints: FloatArray  # compliance of the joints at the tip, process axes, shape (n, 6, 6)
+    base: FloatArray  # the same of the base
+    sag: FloatArray  # twist of the tip under the weights, process axes, shape (n, 6); zero where it is ignored
+    wrist_sine: FloatArray  # |sin| of the wrist angle, shape (n,)
+    constant: float  # what the surface yields by with the best single angle [m], or NaN where it was not asked for
+    turned: float  # the same with an angle that turns along the path
+
+
+def path_in_base(spec: PathSpec, standing: Standing, pitch: float, *, work_on_left: bool) -> CarriedPath:
+    """Stations of the path in the base frame, no farther apart than a pitch [m]."""
+    nominal = line(getattr(spec.line, "from"), spec.line.to, np.array(spec.tool_axis), pitch, work_on_left=work_on_left)
+    return placed(nominal, rotation_from_rpy(*standing.rotation), np.array(standing.origin))
+
+
+def arm_along(robot: CarryingRobot, path: CarriedPath, wrench: FloatArray, height: float, feed: float) -> ArmAlong:
+    """The postures of a robot along a path, as the scenario chooses them, and its compliance there.
+
+    Parameters
+    ----------
+    wrench : array (6,)
+        Force and moment about the tip of the rigid cut in process axes [N, N m]: what a choice of the angle is made
+        for.
+    height : float
+        Over the tip, where the surface is read [m].
+    feed : float
+        [m/s]
+
+    Raises
+    ------
+    Infeasible
+        The path is out of reach, or a joint would have to turn faster than it can.
+    """
+    arm, _ = robot_arm(robot)
+    speed = np.array(robot.joint_speed) if robot.joint_speed is not None else np.full(6, math.inf)
+    try:
+        postures, constant, turned = _chosen(robot, arm, path, wrench, height, speed, feed)
+    except Blocked as why:
+        place = path.at[why.station]
+        raise Infeasible(
+            f"the robot cannot follow the path at {place * 1e3:.4g} mm of it: {why}; move the part (placement), choose "
+            "another redundancy angle or posture, or take a longer arm"
+        ) from None
+    jacobians = np.array([posture_jacobian(arm, q) for q in postures.q])
+    joints = in_axes(cartesian_compliance(jacobians, arm.stiffness), path.axes)
+    base = in_axes(base_compliance(robot, path.point), path.axes)
+    sine = candidates_of(arm, path, postures.angle).wrist_sine
+    q = candidates_of(arm, path, postures.angle).q
+    branch = np.array(
+        [int(np.nanargmin(np.abs(rows - own).max(axis=1))) for rows, own in zip(q, postures.q, strict=True)]
+    )
+    sag = _sag(robot, arm, path, postures.q, jacobians)
+    return ArmAlong(path, arm, postures, joints, base, sag, sine[np.arange(len(sine)), branch], constant, turned)
+
+
+def terms_of(robot: CarryingRobot, along: ArmAlong, height: float) -> tuple[tuple[str, NamedTuple], ...]:
+    """Terms of the structure that a robot adds, by name; a swinging arm takes its base along."""
+    if robot.dynamics == "modal":
+        matrix = translation_at(along.joints + along.base, height)
+        return (("arm", swinging(along.path.at, matrix, robot.modal_mass, robot.damping)),)
+    terms = (("arm", Compliance(along.path.at, along.joints)),)
+    if robot.base_compliance is None:
+        return terms
+    return (*terms, ("base", Compliance(along.path.at, along.base)))
+
+
+def _sag(robot: CarryingRobot, arm: Arm, path: CarriedPath, q: FloatArray, jacobians: FloatArray) -> FloatArray:
+    r"""Twist of the tip under the weights of links and tool, in process axes, shape (n, 6).
+
+    .. math:: u_g = J K_\theta^{-1} \tau_g, \qquad \tau_g = \sum_m J_m^T m g
+
+    ``relative`` takes off that of the first station, at which the path was taught.
+    """
+    torque = np.zeros_like(q)
+    for joint, mass, centre in weights(robot):
+        at = frames(arm.chain, q)
+        axis = np.einsum("mkij,kj->mki", at.rotations[:, 1:], arm.chain.axes)
+        point = at.origins[:, joint + 1] + at.rotations[:, joint + 1] @ centre
+        lifted = np.cross(axis, point[:, None] - at.origins[:, 1:])[:, : joint + 1, 2]
+        torque[:, : joint + 1] -= GRAVITY * mass * lifted
+    twist = np.einsum("nij,nj->ni", jacobians, torque / arm.stiffness)
+    if robot.sag == "ignored":
+        return np.zeros_like(twist)
+    side = np.linalg.det(path.axes)[:, None]
+    turned = np.concatenate([
+        np.einsum("nji,nj->ni", path.axes, twist[:, :3]), side * np.einsum("nji,nj->ni", path.axes, twist[:, 3:])
+    ], axis=1)  # fmt: skip
+    return turned - turned[0] if robot.sag == "relative" else turned
+
+
+def weights(robot: CarryingRobot) -> list[tuple[int, float, FloatArray]]:
+    """Number of the joint that carries it, mass [kg] and centre in the frame of that joint [m], of all that weighs."""
+    found = [(k, link.mass, np.array(link.centre)) for k, link in enumerate(robot.links or ())]
+    if robot.tool_mass is not None:
+        flange = rotation_from_rpy(*robot.flange_rotation)
+        centre = np.array(robot.flange_origin) + flange @ np.array(robot.tool_centre)
+        found.append((len(robot.joints) - 1, robot.tool_mass, centre))
+    return found
+
+
+def base_compliance(robot: CarryingRobot, point: FloatArray) -> FloatArray:
+    """Compliance of the base at the tool points, in base axes, shape (n, 6, 6)."""
+    given = robot.base_compliance or ()
+    return carried_to(np.diag([*given, *([0.0] * (6 - len(given)))]), point)
+
+
+def candidates_of(arm: Arm, path: CarriedPath, angles: FloatArray):  # type: ignore[no-untyped-def]
+    """All solutions of the stations, with one angle of the tool for each."""
+    poses = np.array([tool_axes(axis, angle) for axis, angle in zip(path.tool_axis, angles, strict=True)])
+    return candidates(arm, path.point, poses)
+
+
+def _chosen(
+    robot: CarryingRobot, arm: Arm, path: CarriedPath, wrench: FloatArray, height: float, speed: FloatArray, feed: float
+) -> tuple[Postures, float, float]:
+    """Postures, and what the surface yields by with the best single angle and with one that turns."""
+    start = None if robot.joint_angles is None else np.array(robot.joint_angles)
+    if not isinstance(robot.redundancy_angle, str):
+        angles = np.full(len(path.at), robot.redundancy_angle)
+        found = candidates_of(arm, path, angles)
+        allowed = found.within & (found.wrist_sine >= robot.singularity_margin)
+        q = followed(found.q, allowed, start)
+        if start is None:
+            q = _stiffest_branch(arm, path, found.q, allowed, wrench, height, q)
+        return Postures(q, angles), math.nan, math.nan
+    tried = np.unique(np.linspace(0, len(path.at) - 1, min(len(path.at), STATIONS)).round().astype(int))
+    few = CarriedPath(path.at[tried], path.point[tried], path.axes[tried])
+    angles = np.arange(-math.pi, math.pi - 0.5 * GRID, GRID)
+    q, cost = _all(robot, arm, few, angles, wrench, height)
+    reach = speed * np.diff(few.at).min() / feed
+    one = _best_constant(q, cost, reach)
+    way = cheapest_way(cost, q, reach)
+    picked = np.arange(len(few.at))
+    turned = float(cost[picked, way[:, 0], way[:, 1]].mean())
+    if robot.redundancy_angle == "best_constant":
+        if one is None:
+            raise Blocked(0, "no single angle of the tool leads all along; write redundancy_angle: along_path")
+        angle, branch, value = one
+        turning = np.full(len(path.at), angles[angle])
+        first = q[0, angle, branch]
+    else:
+        value = one[2] if one else math.nan
+        turning = PchipInterpolator(few.at, np.unwrap(angles[way[:, 0]]))(path.at)
+        first = q[0, way[0, 0], way[0, 1]]
+    found = candidates_of(arm, path, turning)
+    allowed = found.within & (found.wrist_sine >= robot.singularity_margin)
+    return Postures(followed(found.q, allowed, first), turning), value, turned
+
+
+def _stiffest_branch(arm, path, q, allowed, wrench, height, fallback):  # type: ignore[no-untyped-def]
+    """Of the branches that lead all along, the one that yields least."""
+    best, least = fallback, math.inf
+    for branch in range(q.shape[1]):
+        if not allowed[:, branch].all() or np.abs(np.diff(q[:, branch], axis=0)).max(initial=0.0) > 0.5 * math.pi:
+            continue
+        value = float(np.abs(_yielding(arm, path, q[:, branch], wrench, height)).mean())
+        if value < least * (1.0 - 1e-9):
+            best, least = q[:, branch], value
+    return best
+
+
+def _yielding(arm: Arm, path: CarriedPath, q: FloatArray, wrench: FloatArray, height: float) -> FloatArray:
+    """Displacement normal to the surface at a height, for one posture at each station [m]."""
+    jacobians = np.array([posture_jacobian(arm, row) for row in q])
+    twist = in_axes(cartesian_compliance(jacobians, arm.stiffness), path.axes) @ wrench
+    return twist[:, 1] - twist[:, 3] * height
+
+
+def _all(robot, arm, path, angles, wrench, height):  # type: ignore[no-untyped-def]
+    """Joint angles (n, a, 8, 6) and cost (n, a, 8) of every station, angle and branch."""
+    count, turns = len(path.at), len(angles)
+    poses = np.concatenate([tool_axes(axis, angles) for axis in path.tool_axis])
+    found = candidates(arm, np.repeat(path.point, turns, axis=0), poses)
+    allowed = found.within & (found.wrist_sine >= robot.singularity_margin)
+    cost = np.full(allowed.shape, math.inf)
+    station, branch = np.nonzero(allowed)
+    axes = path.axes[station // turns]
+    normal = np.zeros(6)
+    normal[1], normal[3] = 1.0, -height
+    load = wrench if robot.objective == "wall" else normal
+    jacobian = jacobians_of(arm, found.q[station, branch])
+    side = np.linalg.det(axes)
+    towards = np.concatenate([axes @ normal[:3], side[:, None] * (axes @ normal[3:])], axis=1)
+    push = np.concatenate([axes @ load[:3], side[:, None] * (axes @ load[3:])], axis=1)
+    moved = (np.einsum("mij,mi->mj", jacobian, towards) * np.einsum("mij,mi->mj", jacobian, push)) @ (
+        1.0 / arm.stiffness
+    )
+    cost[station, branch] = np.abs(moved)
+    return found.q.reshape(count, turns, 8, 6), cost.reshape(count, turns, 8)
+
+
+def jacobians_of(arm: Arm, q: FloatArray) -> FloatArray:
+    """Jacobians at the tip of many postures, in base axes, shape (m, 6, 6)."""
+    at = frames(arm.chain, q)
+    axis = np.einsum("mkij,kj->mki", at.rotations[:, 1:], arm.chain.axes)
+    tip = at.origins[:, -1] + at.rotations[:, -1] @ arm.tool_tip
+    return np.concatenate([np.cross(axis, tip[:, None] - at.origins[:, 1:]), axis], axis=2).swapaxes(1, 2)
+
+
+def _best_constant(q: FloatArray, cost: FloatArray, reach: FloatArray) -> tuple[int, int, float] | None:
+    """The single angle and branch with the least mean cost that leads all along; None without one."""
+    slow = (np.abs(np.diff(q, axis=0)) <= reach).all(axis=(0, 3))
+    mean = np.where(slow, cost.mean(axis=0), math.inf)
+    if not np.isfinite(mean).any():
+        return None
+    angle, branch = np.unravel_index(int(np.argmin(mean)), mean.shape)
+    return int(angle), int(branch), float(mean[angle, branch])
+
+
+def measures(along: ArmAlong, robot: CarryingRobot, feed: float) -> dict[str, float]:
+    """What the postures mean: room of the joints and the wrist, speeds, stiffness normal to the surface."""
+    rates = np.abs(joint_rates(along.postures.q, along.path.at)).max(axis=0)
+    room = np.minimum(along.postures.q - along.arm.limits[:, 0], along.arm.limits[:, 1] - along.postures.q)
+    normal = (along.joints + along.base)[:, 1, 1]
+    found = {
+        "joint_limit_margin": float(room.min()),
+        "wrist_margin": float(along.wrist_sine.min()),
+        "redundancy_angle_min": float(along.postures.angle.min()),
+        "redundancy_angle_max": float(along.postures.angle.max()),
+        "stiffness_normal_min": float(1.0 / normal.max()),
+        "stiffness_normal_max": float(1.0 / normal.min()),
+    }
+    if robot.sag != "ignored" and weights(robot):
+        found["sag_change_max"] = float(np.linalg.norm(along.sag[:, :3] - along.sag[0, :3], axis=1).max())
+    if robot.joint_speed is not None:
+        with np.errstate(divide="ignore"):
+            possible = np.min(np.array(robot.joint_speed) / rates)
+        found["feed_possible_min"] = float(possible) if math.isfinite(possible) else feed
+        found["joint_speed_margin"] = float(1.0 - feed / possible)
+    return found

@@ -1,0 +1,195 @@
+"""What carries the tool along a path: the path in the part, where the part stands, and a robot along it."""
+
+import math
+from collections.abc import Iterator
+from typing import Annotated, Any, ClassVar, Literal
+
+import numpy as np
+from pydantic import Discriminator, Field, create_model
+
+from cutwise.spec.base import Angle, AngularCompliance, AngularSpeed, Compliance, Length, Mass, Remark, Spec, Usual
+from cutwise.spec.fields import tag
+from cutwise.spec.robot import AXES, Angles, Direction, Position, Robot
+
+_EXAMPLES = {"from": "[1900 mm, -150 mm, 800 mm]", "to": "[1900 mm, 150 mm, 800 mm]"}
+
+
+class _Line(Spec):
+    """A straight line."""
+
+    def contradictions(self) -> Iterator[Remark]:
+        """Two different ends."""
+        if self.length < 1e-6:
+            yield Remark(("to",), "is the same point as from: the path has no length")
+
+    @property
+    def start(self) -> tuple[float, float, float]:
+        """First point [m]; Python keeps the word of the scenario for itself."""
+        return self.__dict__["from"]  # type: ignore[no-any-return]
+
+    @property
+    def end(self) -> tuple[float, float, float]:
+        """Last point [m]."""
+        return self.__dict__["to"]  # type: ignore[no-any-return]
+
+    @property
+    def length(self) -> float:
+        """Length [m]."""
+        return math.dist(self.start, self.end)
+
+
+# "from" is a word of Python, and the word for it all the same.
+Line: Any = create_model(  # type: ignore[call-overload]
+    "Line",
+    __base__=_Line,
+    __doc__="A straight line between two points of the part.",
+    **{
+        "from": (Position, Field(description="where the feed starts", examples=[_EXAMPLES["from"]])),
+        "to": (Position, Field(description="where it ends", examples=[_EXAMPLES["to"]])),
+    },
+)
+
+
+class CarriedPath(Spec):
+    """The nominal edge or wall that the tool is carried along, in the frame of the part."""
+
+    line: Line | None = Field(
+        default=None, description="a straight path", examples=[f"{{from: {_EXAMPLES['from']}, to: {_EXAMPLES['to']}}}"]
+    )
+    tool_axis: Direction = Field(description="direction from the motor to the tool tip", examples=["[0, 0, -1]"])
+    work: Literal["right", "left"] | None = Field(
+        default=None,
+        description="side of the feed on which the work stands; follows from down (right) or up milling (left)",
+        examples=["right"],
+    )
+
+    def contradictions(self) -> Iterator[Remark]:
+        """A path, and an axis at a right angle to it."""
+        if self.line is None:
+            yield Remark(("line",), f"missing; write {{from: {_EXAMPLES['from']}, to: {_EXAMPLES['to']}}}")
+            return
+        axis = np.array(self.tool_axis)
+        if np.linalg.norm(axis) < 1e-9:
+            yield Remark(("tool_axis",), "has no length; write for example [0, 0, -1]")
+            return
+        way = np.subtract(self.line.end, self.line.start)
+        lean = abs(float(way @ axis)) / float(np.linalg.norm(way) * np.linalg.norm(axis))
+        if lean > 1e-6:
+            yield Remark(
+                ("tool_axis",),
+                f"leans {math.degrees(math.asin(min(1.0, lean))):.3g} deg along the feed; the mill stands at a right "
+                "angle to its path",
+            )
+
+    @property
+    def length(self) -> float:
+        """Length of the path [m]."""
+        return float(self.line.length) if self.line is not None else 0.0
+
+
+class Standing(Spec):
+    """Where the part stands in the frame of the robot's base."""
+
+    origin: Position = Field(
+        default=(0.0, 0.0, 0.0), description="origin of the part in the base frame", examples=["[0 mm, 0 mm, 0 mm]"]
+    )
+    rotation: Angles = Field(
+        default=(0.0, 0.0, 0.0),
+        description="roll, pitch and yaw of the part about the fixed axes of the base",
+        examples=["[0 deg, 0 deg, 0 deg]"],
+    )
+
+
+Choice = Literal["best_constant", "along_path"]
+
+
+def _angle_or_choice(value: Any) -> str:
+    letters = isinstance(value, str) and value[:1].isalpha()
+    return "<choice>" if letters else "<angle>"
+
+
+RedundancyAngle = Annotated[
+    Annotated[Angle, tag("angle")] | Annotated[Choice, tag("choice")], Discriminator(_angle_or_choice)
+]
+_OF_DRILLING = ("best", "stiffest", "least_skating")
+
+
+class Link(Spec):
+    """Mass of a link, which hangs on the joint before it."""
+
+    mass: Mass = Field(description="mass of the link", examples=["315 kg"], gt=0)
+    centre: Position = Field(
+        description="its centre of mass in the frame of its joint", examples=["[575 mm, 0 mm, 0 mm]"]
+    )
+
+
+class CarryingRobot(Robot):
+    """A robot that carries its tool along a path."""
+
+    listed: ClassVar[bool] = True
+
+    redundancy_angle: RedundancyAngle = Field(  # type: ignore[assignment]
+        default="best_constant",
+        description="angle of the tool about its axis, or how to choose it: best_constant (one for the whole path), or "
+        "along_path (turned on the way, which yields least)",
+        examples=["0 deg", "along_path"],
+    )
+    objective: Literal["wall", "stiffness"] = Field(
+        default="wall",
+        description="what the choice of the angle makes small: the yielding of the surface, or the compliance normal to it",
+        examples=["wall"],
+    )
+    dynamics: Literal["static", "modal"] = Field(
+        default="modal",
+        description="how the arm answers to the cut: by its joint stiffness alone, or as a swinging mass (modal_mass)",
+        examples=["static"],
+    )
+    base_compliance: (
+        tuple[Compliance, Compliance, Compliance]
+        | tuple[Compliance, Compliance, Compliance, AngularCompliance, AngularCompliance, AngularCompliance]
+        | None
+    ) = Field(
+        default=None,
+        description="compliance of the base at its origin: three of translation, or six with rotation",
+        examples=["[0.01 um/N, 0.01 um/N, 0.01 um/N]"],
+    )
+    joint_speed: tuple[AngularSpeed, ...] | None = Field(
+        default=None,
+        description="largest speed of each joint",
+        examples=["[105 deg/s, 101 deg/s, 107 deg/s, 122 deg/s, 113 deg/s, 175 deg/s]"],
+        min_length=AXES,
+    )
+    sag: Literal["ignored", "relative", "absolute"] = Field(
+        default="relative",
+        description="yielding under the weight of tool and links: ignored, its change along the path (taught at the "
+        "start), or all of it",
+        examples=["relative"],
+    )
+    links: tuple[Link, ...] | None = Field(
+        default=None, description="masses of the links, one for each joint",
+        examples=["[{mass: 315 kg, centre: [175 mm, 0 mm, 0 mm]}]"],
+    )  # fmt: skip
+    tool_mass: Annotated[Mass, Usual("1 kg", "200 kg")] | None = Field(
+        default=None, description="mass of spindle and tool on the flange", examples=["30 kg"], gt=0
+    )
+    tool_centre: tuple[Length, Length, Length] | None = Field(
+        default=None, description="its centre of mass in the flange frame", examples=["[100 mm, 0 mm, -150 mm]"]
+    )
+
+    def contradictions(self) -> Iterator[Remark]:
+        """What a base or a weight lacks."""
+        yield from super().contradictions()
+        if any(value < 0.0 for value in self.base_compliance or ()):
+            yield Remark(("base_compliance",), "a compliance is not below zero")
+        if self.links is not None and len(self.links) != len(self.joints):
+            yield Remark(("links",), f"has {len(self.links)} links for {len(self.joints)} joints")
+        if (self.tool_mass is None) != (self.tool_centre is None):
+            missing = "tool_centre" if self.tool_centre is None else "tool_mass"
+            yield Remark((missing,), "missing; mass and centre of the tool go together")
+
+
+def not_carrying(value: Any) -> str | None:
+    """What is wrong with a redundancy angle that only drilling can choose; None if nothing is."""
+    if value in _OF_DRILLING:
+        return f"{value} is a choice of drilling; along a path write an angle, best_constant or along_path"
+    return None
