@@ -37,6 +37,4 @@ def test_the_key_that_provides_it_is_named(examples):
     with pytest.raises(ScenarioFault, match=r"it needs part.step .* or part.block"):
         load(examples / "chamfer_pipe_hole.yaml", ["requirements.edges_refused.max=0"])
     with pytest.raises(ScenarioFault, match=r"it needs numerics.force: tooth_resolved\n"):
-        load(
-            examples / "mill_pocket.yaml", ["numerics.force=averaged", "requirements={force_xy_peak: {max: 1 kN}}"]
-        )
+        load(examples / "mill_pocket.yaml", ["numerics.force=averaged", "requirements={force_xy_peak: {max: 1 kN}}"])
