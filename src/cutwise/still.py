@@ -29,7 +29,7 @@ class Rest(NamedTuple):
 
 @stepping
 def at_poses(cell, flexed, poses, contact, load, guess, seen, state, layer, total, looks):  # type: ignore[no-untyped-def]
-    """Fill one row for each pose (n, 8); a structure without terms that answer at once is taken as it stands."""
+    """Fill one row for each pose (n, 8), all of a Pose but its spin; a rigid structure is taken as it stands."""
     structure = cell.structure
     for k in range(poses.shape[0]):
         row = poses[k]
@@ -56,7 +56,7 @@ def rest(
     Parameters
     ----------
     poses : array (n, 8)
-        Rows of :class:`cutwise.records.Pose`.
+        Rows of :class:`cutwise.records.Pose`, process axes that do not turn.
     seen, state, layers, contacts : int
         As in :func:`cutwise.loop.march`.
     """

@@ -43,11 +43,13 @@ def test_warnings_stand_in_the_sweep_and_its_file(cutwise, example, tmp_path):
     file = tmp_path / "sweep.csv"
     said = cutwise("sweep", example, "--over", "operation.lead_in_time=2 ms,0.2 s", "-o", file)
     assert said.code == 0
-    assert "warning: the tool is dragged to the stop" in said.out
+    assert "warning: operation.spindle_speed: the cutting speed is 1005 m/min" in said.out
+    assert "not sound: at_stop" in said.out
     frame = pd.read_csv(file)
     assert frame["operation.lead_in_time [s]"].tolist() == [0.002, 0.2]
     assert frame["operation.lead_in_time as written"].tolist() == ["2 ms", "0.2 s"]
-    assert "dragged to the stop" in frame["warnings"][0]
+    assert "the cutting speed is" in frame["warnings"][0]
+    assert "at_stop" in frame["unsound"][0]
     wrong = cutwise("sweep", example, "--over", "operation.feed=80")
     assert wrong.code == 2
     assert wrong.err.startswith("--over operation.feed: 80 has no unit")

@@ -12,11 +12,12 @@ import jinja2
 import cutwise
 from cutwise import references, units
 from cutwise.app import inputs
+from cutwise.app.findings import reasons, remarks
 from cutwise.app.measured import Line, listed, rows
 from cutwise.app.numbers import titled
 from cutwise.app.plots import PLOTS
 from cutwise.app.plots.figures import COLOURS, Plot, svg
-from cutwise.app.wording import against, compared, margin, verdict_line
+from cutwise.app.wording import against, compared, doubted, margin, verdict_line
 from cutwise.spec.fields import placed
 
 if TYPE_CHECKING:
@@ -55,6 +56,8 @@ def render(result: "Result", *, written: datetime | None = None) -> str:
         process=(type(scenario).__doc__ or scenario.process).strip().splitlines()[0].rstrip("."),
         result=result,
         verdict=verdict_line(result),
+        reasons=reasons(result),
+        remarks=remarks(result),
         checks=[_checked(line, result) for line in listed(result)[""] if line.check is not None],
         headlines=list(_headlines(result)),
         compared=compared(result),
@@ -112,6 +115,8 @@ def _checked(line: Line, result: "Result") -> dict[str, Any]:
         "requirement": line.asked,
         "margin": "" if room is None else units.show(room, check.dimension, 3),
         "passed": check.passed,
+        "implied": check.implied,
+        "doubts": list(doubted(check, result.scenario)),
         "missed": against(check).strip(),
         "gauge": _gauge(check),
     }

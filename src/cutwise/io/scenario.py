@@ -7,15 +7,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
+from pydantic.fields import FieldInfo
 
+from cutwise import units
 from cutwise.io import library
 from cutwise.io.documents import document_of_report, document_of_run
 from cutwise.io.files import as_text, read_bytes
 from cutwise.io.processes import model_of, process_named
 from cutwise.io.tables import read_table
-from cutwise.io.tree import Node, compose, from_data, merged, origins, placed, too_short, unwrapped
+from cutwise.io.tree import Node, compose, from_data, hidden_letters, merged, origins, placed, too_short, unwrapped
 from cutwise.io.wording import faults_among_sound_sections, faults_of, unknown_key
 from cutwise.later import later
+from cutwise.run_file import is_netcdf
 from cutwise.spec import faults as spec_faults
 from cutwise.spec import fields
 from cutwise.spec.base import LibrarySpec, Spec
@@ -24,15 +27,17 @@ from cutwise.spec.kinds import KINDS
 from cutwise.spec.program import Program
 from cutwise.spec.scenario import Origin, Scenario
 from cutwise.spec.tables import Table
+from cutwise.spec.texts import HALF, visible
 
 if TYPE_CHECKING:
     from cutwise.io import program_files, spindle_nodes, urdf
+    from cutwise.io.programs import given
 else:  # readers of what few scenarios hold
+    given = later("cutwise.io.programs.given")
     program_files = later("cutwise.io.program_files")
     spindle_nodes = later("cutwise.io.spindle_nodes")
     urdf = later("cutwise.io.urdf")
 
-_HDF5 = b"\x89HDF\r\n\x1a\n"
 _OVERRIDE = 2  # layer of values that are given beside the file; null takes away what the others say
 _UNNAMED = ("name", "process")  # not values with an origin
 
@@ -61,14 +66,24 @@ def load(path: str | Path, overrides: Overrides = (), *, named: str = OVERRIDES)
     ScenarioFault
         With everything that is wrong, each fault with its place.
     """
+    return loaded(read_bytes(Path(path), str(path)), Path(path), overrides, named=named)
+
+
+def loaded(content: bytes, path: Path, overrides: Overrides = (), *, named: str = OVERRIDES) -> Scenario:
+    """As :func:`load`, of what the file holds."""
     shown = str(path)
-    path = Path(path)
-    content = read_bytes(path, shown)
-    if content.startswith(_HDF5):
-        return read_document(document_of_run(path, shown), shown, overrides, named=named)
+    if is_netcdf(content):
+        return read_document(document_of_run(content, shown), shown, overrides, named=named)
     if path.suffix.lower() in (".html", ".htm"):
         return read_document(document_of_report(as_text(content, shown), shown), shown, overrides, named=named)
-    return parse(as_text(content, shown), shown, overrides, folder=path.parent, title=path.stem, named=named)
+    return parse(
+        as_text(content, shown),
+        shown,
+        overrides,
+        folder=path.parent,
+        title=visible(path.stem, lines=False),
+        named=named,
+    )
 
 
 def parse(
@@ -110,9 +125,12 @@ def _scenario(
     tree: Node, faults: list[Fault], overrides: Overrides, folder: Path, title: str | None, named: str
 ) -> Scenario:
     """Put the layers together (library, file, overrides), check everything, and make the scenario."""
+    faults += hidden_letters(tree)
     tree = unwrapped(tree, (), faults)
     for key, value in _pairs(overrides, faults, named):
         tree = _overridden(tree, key, value, faults, named.format(key))
+    if any(HALF in fault.message for fault in faults):  # no library takes such a text any further
+        raise ScenarioFault(_sorted(faults))
     model = model_of(tree, faults)
     if model is None:
         raise ScenarioFault(_sorted(faults))
@@ -135,7 +153,7 @@ def _scenario(
         raise ScenarioFault(_sorted(faults)) from None
     if faults:
         raise ScenarioFault(_sorted(faults))
-    return scenario.with_origins(
+    return scenario.with_files(assembly.files).with_origins(
         {dotted(path): origin for path, origin in origins(tree) if path[0] not in _UNNAMED and path[-1] != "library"}
     )
 
@@ -179,7 +197,9 @@ def _overridden(tree: Node, key: str, given: Any, faults: list[Fault], file: str
             Fault((), f"there is no such entry: {dotted(short[0])} has {short[1]}, counted from 0", file=file)
         )
         return tree
-    value = unwrapped(value or Node(None, file=file, layer=_OVERRIDE), path, found)
+    value = value or Node(None, file=file, layer=_OVERRIDE)
+    found += hidden_letters(value, path)
+    value = unwrapped(value, path, found)
     faults += found
     for _, node in value.walk():
         node.line = node.column = node.key_line = node.key_column = None
@@ -215,12 +235,25 @@ def _fitting(sections: Sequence[type[Spec]], node: Node) -> type[Spec]:
     return max(sections, key=lambda section: len(written & set(section.model_fields)))
 
 
+def _may_be_empty(info: FieldInfo) -> bool:
+    """Whether a section must be there though it asks for no key by itself: what it lacks, it says when it is empty."""
+    kinds = [kind for kind, _ in fields.of_field(info)]
+    return info.is_required() and all(
+        isinstance(kind, type)
+        and issubclass(kind, Spec)
+        and not issubclass(kind, LibrarySpec)
+        and not any(key.is_required() for key in kind.model_fields.values())
+        for kind in kinds
+    )
+
+
 class _Assembly:
     """Completes a tree from outside of it: library entries and CSV tables."""
 
     def __init__(self, model: type[Scenario], folder: Path, faults: list[Fault]) -> None:
         self.model, self.folder, self.faults = model, folder, faults
         self.incomplete: set[spec_faults.Path] = set()  # sections that lack their library entry
+        self.files: list[str] = []  # what was read
         self.meant: set[spec_faults.Path] = set()  # keys that are missing because they are misspelled in an entry
 
     def explains(self, path: spec_faults.Path) -> bool:
@@ -239,6 +272,8 @@ class _Assembly:
             return node
         value = dict(node.value)
         for name, info in section.model_fields.items():
+            if name not in value and _may_be_empty(info):
+                value[name] = Node({}, file=node.file, line=node.line, column=node.column, layer=node.layer)
             if name not in value:
                 continue
             here = (*path, name)
@@ -298,7 +333,7 @@ class _Assembly:
         place = self._file(file.text, file)
         tip = node.value.get("tip_link")
         try:
-            arm = urdf.read_urdf(place, str(place), tip.text if tip is not None and tip.text else None)
+            arm = urdf.read_urdf(place, str(place), tip.text if tip is not None and tip.text else None, _held(node))
         except ScenarioFault as fault:
             self.incomplete.add(path)
             here = (*path, "urdf")
@@ -312,7 +347,8 @@ class _Assembly:
             "flange_rotation": arm.flange["rotation"],
             "urdf_remarks": list(arm.remarks),
         }
-        inlined = {key: from_data(value, file.file, file.layer) for key, value in read.items()}
+        layer = max(node.value[key].layer for key in ("urdf", "tip_link", "held_joints") if key in node.value)
+        inlined = {key: from_data(value, file.file, layer) for key, value in read.items()}
         origin = Origin("user", source=f"URDF {file.text}")
         inlined = {key: replace(item, origin=origin) for key, item in inlined.items()}
         return replace(node, value={**node.value, **inlined})
@@ -356,9 +392,13 @@ class _Assembly:
 
     def _file(self, name: str, node: Node) -> Path:
         """A file named in the scenario, beside the scenario; one named by ``--set``, where the engineer stands."""
-        if node.layer == 2 and Path(name).exists():
-            return Path(name)
-        return self.folder / name
+        try:
+            here = node.layer == _OVERRIDE and Path(name).exists()
+        except (OSError, ValueError):  # no name of a file
+            here = False
+        place = Path(name) if here else self.folder / name
+        self.files.append(str(place))
+        return place
 
     def _program(self, node: Node, file: Node, path: spec_faults.Path) -> Node:
         """The section of a program with the texts of its files."""
@@ -366,6 +406,10 @@ class _Assembly:
             node, file, path
         )
         self.faults += faults
+        place = self._file(file.text, file)
+        if "subroutines" in section.value:
+            beside = (given.subroutine_file(place.parent, name) for name in section.value["subroutines"].value)
+            self.files += [str(one) for one in beside if one is not None]
         return section
 
     def _table(self, node: Node, file: Node, kind: type[Table], path: spec_faults.Path) -> Node:
@@ -380,6 +424,21 @@ class _Assembly:
             return node
         inlined = from_data({"columns": columns, "file": file.text}, node.file, node.layer)
         return replace(node, value=inlined.value)
+
+
+def _held(robot: Node) -> dict[str, float | None]:
+    """Joints that stand still: where a sliding one does [m], None for a turning one; what is wrong is told later."""
+    entries = robot.value["held_joints"].value if "held_joints" in robot.value else None
+    held: dict[str, float | None] = {}
+    for entry in entries if isinstance(entries, list) else []:
+        if not isinstance(entry.value, dict) or "joint" not in entry.value:
+            continue
+        position = entry.value.get("position")
+        try:
+            held[entry.value["joint"].text] = None if position is None else units.parse(position.value, "length")
+        except units.UnitFault:
+            continue
+    return held
 
 
 def _table_file(node: Node) -> Node | None:

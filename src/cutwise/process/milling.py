@@ -30,7 +30,7 @@ from cutwise.process.assemble_mill import (
 )
 from cutwise.process.labels import labelled
 from cutwise.process.loops_drives import Commands, Cut, DriveHistory, DrivePair, run_drives
-from cutwise.process.milling_contact import Contact, contact
+from cutwise.process.milling_contact import Contact, SteadyCuts, contact, steady_cuts
 from cutwise.process.milling_stability import TipStability, tip_stability
 from cutwise.spec.faults import Fault, ScenarioFault, all_faults
 from cutwise.spec.milling import MillingScenario
@@ -59,7 +59,7 @@ class MillRun(NamedTuple):
     contour_error: FloatArray  # from the programmed path [m], shape (n,), NaN on rapid moves
     drive_error: FloatArray  # from the path that is driven, its blends included [m], shape (n,), NaN on rapid moves
     feed: FloatArray  # programmed, or the highest that the machine may run [m/s], shape (blocks,)
-    chip: float  # feed per tooth at the fastest of these that cuts [m]
+    steady: SteadyCuts
     tip_swings: bool  # whether the tool tip moves on modes in the loop
 
     @property
@@ -93,8 +93,9 @@ def run(scenario: MillingScenario, substeps: int, progress: Progress | None = No
         driven[rapid] = np.nan
     limits, axes = motion_limits(scenario.machine)
     feed = highest_feeds(path.curve, path.feed, limits, axes)
-    fastest = float(feed[path.cuts].max(initial=0.0))
-    chip = fastest * 2.0 * math.pi / (spindle * scenario.tool.flutes)
+    steady = steady_cuts(
+        scenario, path, reference, met, feed, cutting._replace(edges=cutting.edges._replace(runout=0.0))
+    )
     return MillRun(
         path,
         motion,
@@ -107,7 +108,7 @@ def run(scenario: MillingScenario, substeps: int, progress: Progress | None = No
         error,
         driven,
         feed,
-        chip,
+        steady,
         tip is not None,
     )
 
@@ -241,6 +242,6 @@ def _phase(response: np.ndarray) -> FloatArray:
 def stability(scenario: MillingScenario, done: MillRun) -> TipStability | None:
     """Whether the tip chatters in steady cuts; None for a rigid tool."""
     tip = tip_modes(scenario)
-    if tip is None or not done.contact.steady:
+    if tip is None or not done.steady.width:
         return None
-    return tip_stability(done.cut, tip, done.chip, done.contact.steady)
+    return tip_stability(done.cut, tip, done.steady.width)

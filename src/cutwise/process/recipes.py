@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
 from cutwise.later import later
+from cutwise.process import convergence as converged
 from cutwise.process.convergence import change_on_halved_step
-from cutwise.results import Infeasible, Measure, Result, SolverFailure, judge
+from cutwise.results import SOUNDNESS, Finding, Histories, Infeasible, Measure, Result, SolverFailure, judge, unreached
 from cutwise.spec.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -32,6 +33,8 @@ if TYPE_CHECKING:
         milling_stability,
         remarks,
         remarks_mill,
+        soundness,
+        weights,
     )
     from cutwise.spec.chamfer import ChamferScenario
     from cutwise.spec.deburring import DeburringScenario
@@ -58,6 +61,8 @@ else:  # a run imports its own process, not those of the others
     milling_stability = later("cutwise.process.milling_stability")
     remarks = later("cutwise.process.remarks")
     remarks_mill = later("cutwise.process.remarks_mill")
+    soundness = later("cutwise.process.soundness")
+    weights = later("cutwise.process.weights")
 
 Progress = Callable[[float], None]
 
@@ -66,6 +71,7 @@ class Outcome(NamedTuple):
     """What studies need of a run: the measures in SI, and what there is to say about them."""
 
     measures: Mapping[str, float]
+    findings: tuple[Finding, ...] = ()
     warnings: tuple[str, ...] = ()  # those of the run, but for what takes a second run with half the step
     infeasible: tuple[str, ...] = ()
 
@@ -81,7 +87,9 @@ def deburr(scenario: DeburringScenario, progress: Progress | None = None) -> Res
         scenario,
         found,
         stages=deburring.stages(edge),
-        warnings=(*remarks.warnings(scenario, edge, found), *remarks.halved_step(change)),
+        findings=(*soundness.deburr(scenario, edge), *weights.deburr(edge)),
+        bands=deburring.histories(scenario, edge, found),
+        warnings=remarks.warnings(scenario, edge, found),
         limits=remarks.LIMITS,
         convergence=change,
         notes=remarks.notes(scenario, edge, found),
@@ -105,7 +113,9 @@ def deburring_quick(scenario: DeburringScenario, wanted: Collection[str] = (), *
     edge, found = _deburring_pass(
         scenario, max(step, _STUDY_STEP) if coarse and coarser(scenario) else step, tooth=tooth
     )
-    return Outcome(found, () if coarse else tuple(remarks.warnings(scenario, edge, found)))
+    return Outcome(
+        found, tuple(soundness.deburr(scenario, edge)), () if coarse else tuple(remarks.warnings(scenario, edge, found))
+    )
 
 
 def machine_errors(scenario: MachineScenario, progress: Progress | None = None) -> Result:
@@ -124,6 +134,7 @@ def machine_errors(scenario: MachineScenario, progress: Progress | None = None) 
         scenario,
         found,
         stages=machine_stages.stages(one_pass, volume),
+        findings=soundness.machine(one_pass),
         warnings=machine_stages.warnings(scenario, one_pass),
         infeasible=infeasible,
         limits=machine_stages.LIMITS,
@@ -155,7 +166,8 @@ def mill(scenario: MillingScenario, progress: Progress | None = None) -> Result:
             lobes=milling_stability.lobe_diagram(scenario, steady) if steady is not None else None,
             vibration=milling_stability.vibration(steady) if steady is not None else None,
         ),
-        warnings=(*remarks_mill.warnings(scenario, done, found), *remarks_mill.changed(change, found)),
+        findings=soundness.mill(scenario, done, steady),
+        warnings=tuple(remarks_mill.warnings(scenario, done, found)),
         limits=remarks_mill.LIMITS,
         convergence=change,
         notes=remarks_mill.notes(scenario, done, program.notices if program else ()),
@@ -177,6 +189,7 @@ def mill_by_robot(scenario: MillingScenario, progress: Progress | None = None) -
         scenario,
         found,
         stages=arm_milling.stages(scenario, done),
+        findings=soundness.arm_mill(found),
         warnings=arm_milling.warnings(scenario, found),
         infeasible=arm_milling.infeasible(scenario, found),
         limits=arm_milling.LIMITS,
@@ -187,18 +200,18 @@ def mill_by_robot(scenario: MillingScenario, progress: Progress | None = None) -
 
 
 def mill_quick(scenario: MillingScenario, wanted: Collection[str] = (), *, coarse: bool = False) -> Outcome:
-    """What studies need; coarse: whether the tool chatters only if a requirement or ``wanted`` asks for it."""
+    """What studies need; whether the tool chatters always belongs to it."""
+    del wanted
     if scenario.robot is not None:
-        wants = not coarse or {"stable_depth_min", "depth_margin"}.intersection((*scenario.requirements, *wanted))
-        found = arm_milling.measures(scenario, arm_milling.run(scenario, limits=bool(wants)))
-        said = () if coarse else tuple(arm_milling.warnings(scenario, found))
-        return Outcome(found, said, tuple(arm_milling.infeasible(scenario, found)))
+        by_arm = arm_milling.measures(scenario, arm_milling.run(scenario))
+        told = () if coarse else tuple(arm_milling.warnings(scenario, by_arm))
+        return Outcome(by_arm, tuple(soundness.arm_mill(by_arm)), told, tuple(arm_milling.infeasible(scenario, by_arm)))
     done = milling.run(scenario, scenario.numerics.substeps)
+    steady = milling.stability(scenario, done)
     found = milling_measures.measures(scenario, done)
-    if not coarse or milling_stability.MEASURES.intersection((*scenario.requirements, *wanted)):
-        steady = milling.stability(scenario, done)
-        found = {**found, **(milling_stability.measures(steady) if steady is not None else {})}
-    return Outcome(found, () if coarse else tuple(remarks_mill.warnings(scenario, done, found)))
+    found = {**found, **(milling_stability.measures(steady) if steady is not None else {})}
+    said = () if coarse else tuple(remarks_mill.warnings(scenario, done, found))
+    return Outcome(found, tuple(soundness.mill(scenario, done, steady, helped=False)), said)
 
 
 def machine_quick(scenario: MachineScenario, wanted: Collection[str] = (), *, coarse: bool = False) -> Outcome:
@@ -211,7 +224,8 @@ def machine_quick(scenario: MachineScenario, wanted: Collection[str] = (), *, co
     except Infeasible as why:
         infeasible = (str(why),)
     found = _machine_found(one_pass, machine.evaluate_volume(scenario))
-    return Outcome(found, () if coarse else tuple(machine_stages.warnings(scenario, one_pass)), infeasible)
+    said = () if coarse else tuple(machine_stages.warnings(scenario, one_pass))
+    return Outcome(found, tuple(soundness.machine(one_pass)), said, infeasible)
 
 
 def _machine_found(one_pass: machine.MachinePass | None, volume: machine.VolumeMap | None) -> Mapping[str, float]:
@@ -219,6 +233,8 @@ def _machine_found(one_pass: machine.MachinePass | None, volume: machine.VolumeM
     return {**of_pass, **(machine.volume_measures(volume) if volume is not None else {})}
 
 
+_MOOT = frozenset({"unstable", "tip_lost"})  # whose numbers no finer step settles
+_ELIMINATION = ("raghavan_roth1993", "manocha_canny1994")  # postures of arms without a spherical wrist
 _STUDY_STEP = 100e-6  # [s] moves the edge error of the reference case by 0.07 µm
 
 
@@ -232,12 +248,13 @@ def drill(scenario: DrillingScenario, progress: Progress | None = None) -> Resul
         scenario,
         found,
         stages=drilling_stages.stages(scenario, run, each),
-        warnings=(*drilling_remarks.warnings(scenario, run), *drilling_remarks.halved_step(found, change)),
+        findings=soundness.drill(run, scenario.numerics.time_step),
+        warnings=drilling_remarks.warnings(scenario, run),
         infeasible=drilling_remarks.infeasible(scenario, run),
         limits=drilling_remarks.LIMITS,
         convergence=change,
         notes=drilling_remarks.notes(scenario, run),
-        references=("garnier2017", "dumas2011", "chen_kao2000"),
+        references=("garnier2017", "dumas2011", "chen_kao2000", *_ELIMINATION[: 2 * bool(run.cell.not_spherical)]),
     )
 
 
@@ -259,12 +276,13 @@ def drilling_quick(scenario: DrillingScenario, wanted: Collection[str] = (), *, 
     del wanted
     run = _drilling_run(scenario)
     said = () if coarse else tuple(drilling_remarks.warnings(scenario, run))
-    return Outcome(drilling.measures(scenario, run), said, tuple(drilling_remarks.infeasible(scenario, run)))
+    sound = tuple(soundness.drill(run, scenario.numerics.time_step))
+    return Outcome(drilling.measures(scenario, run), sound, said, tuple(drilling_remarks.infeasible(scenario, run)))
 
 
 def chamfer_path(scenario: ChamferScenario, progress: Progress | None = None) -> Result:
     """Chamfer of constant width: path, proof by sweep, forces along it, and a spindle that yields to them."""
-    done = chamfer.run(scenario)
+    done = chamfer.run(scenario, progress=_part(progress, 0.0, 0.6))
     if progress is not None:
         progress(0.6)
     found = chamfer_measures.measures(scenario, done)
@@ -273,6 +291,8 @@ def chamfer_path(scenario: ChamferScenario, progress: Progress | None = None) ->
         scenario,
         found,
         stages=chamfer_stages.stages(scenario, done, program.table if program else None),
+        findings=(*soundness.chamfer(done, found), *weights.chamfer(scenario, done)),
+        bands=chamfer_measures.histories(done, found),
         warnings=chamfer_measures.warnings(scenario, done, found, program.unproven if program else ()),
         infeasible=done.infeasible,
         advice=done.remedies,
@@ -288,11 +308,12 @@ def chamfer_quick(scenario: ChamferScenario, wanted: Collection[str] = (), *, co
     band = any(name.startswith("setup_width") for name in (*scenario.requirements, *wanted))
     done = chamfer.run(scenario, wanted=frozenset({"band"} if band else ()))
     found = chamfer_measures.measures(scenario, done)
+    sound = tuple(soundness.chamfer(done, found))
     if coarse:
-        return Outcome(found, (), done.infeasible)
+        return Outcome(found, sound, (), done.infeasible)
     program = chamfer_program.moves(scenario, done.paths, done.links, done.members) if done.paths else None
     said = chamfer_measures.warnings(scenario, done, found, program.unproven if program else ())
-    return Outcome(found, tuple(said), done.infeasible)
+    return Outcome(found, sound, tuple(said), done.infeasible)
 
 
 OUTCOMES: Mapping[str, Callable[..., Outcome]] = {
@@ -378,8 +399,16 @@ def quick_measures(scenario: Scenario, wanted: Collection[str] = ()) -> Mapping[
     return quick_outcome(scenario, wanted, coarse=True).measures
 
 
-def collect(scenario: Scenario, found: Mapping[str, float], **parts: object) -> Result:
-    """A result: measures with their dimension and meaning, held against the requirements."""
+def collect(
+    scenario: Scenario,
+    found: Mapping[str, float],
+    *,
+    findings: Iterable[Finding] = (),
+    bands: Mapping[str, Histories] | None = None,
+    convergence: Mapping[str, float] | None = None,
+    **parts: object,
+) -> Result:
+    """A result: measures with their dimension and meaning, held against the requirements; findings, the worst first."""
     known = type(scenario).measures
     wild = [name for name, value in found.items() if not math.isfinite(value)]
     if wild:
@@ -387,8 +416,14 @@ def collect(scenario: Scenario, found: Mapping[str, float], **parts: object) -> 
             f"no finite number came out for {', '.join(wild)}: a load, a size or a stiffness is out of scale"
         )
     measures = {name: Measure(value, *known[name]) for name, value in found.items()}
-    checks = tuple(judge(scenario, measures))
-    return Result(scenario=scenario, measures=measures, checks=checks, **parts)  # type: ignore[arg-type]
+    checks, change = tuple(judge(scenario, measures, bands)), convergence or {}
+    sound = tuple(findings)
+    moved = () if any(f.code in _MOOT for f in sound) else converged.findings(scenario, found, change)
+    said = (*sound, *unreached(checks), *moved)
+    return Result(
+        scenario=scenario, measures=measures, checks=checks, convergence=change,
+        findings=tuple(sorted(said, key=lambda finding: finding.code not in SOUNDNESS)), **parts,  # type: ignore[arg-type]
+    )  # fmt: skip
 
 
 def _part(progress: Progress | None, start: float, end: float) -> Progress | None:

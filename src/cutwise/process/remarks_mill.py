@@ -8,22 +8,22 @@ import numpy as np
 from cutwise import units
 from cutwise.io.programs.block_text import block_named
 from cutwise.process import stock_moves
-from cutwise.process.milling import MillRun, tip_limit
+from cutwise.process.milling import MillRun
 from cutwise.process.milling_measures import SETTLED
 from cutwise.spec.drives import READINGS
 from cutwise.spec.milling import MillingScenario
+from cutwise.spec.notices import notices
 
 _LISTED = 8  # joints named in the report
 _THIN_MARGIN = math.radians(30.0)
 _STOPS = 0.5  # share of the cycle time that stops at corners may take without a word
 _MANY = 10  # stops
-_MOVED = 0.05e-6  # [m] change of the contour error with twice the substeps that is worth a warning
 
 LIMITS = (
     "The immersion is that of the commanded position; the chip load follows the actual velocity.",
     "Without a stock the previous pass has the same shape, offset by the radial depth, and a cut is taken wherever a feed "
-    "move runs below z = 0. With a stock contact is what earlier moves have left; ramps clear by steps of height, and the "
-    "end of the mill does not cut.",
+    "move runs below z = 0. With a stock contact is what earlier moves have left; what a ramp leaves stands in steps of "
+    "height, and the end of the mill does not cut.",
     "The part is rigid, and so is the tool unless tool.modes are given; then the tip swings in the loop, tooth by tooth.",
     "The lobe diagram leaves the helix out; Kienzle's law is taken by its slope at the mean chip thickness there.",
     "No in-position wait at stops: the next block starts at once, so that a machine that waits takes longer.",
@@ -35,6 +35,7 @@ LIMITS = (
 def warnings(scenario: MillingScenario, done: MillRun, found: Mapping[str, float]) -> Iterator[str]:
     """What should make the engineer doubt or change something."""
     machine = scenario.machine
+    yield from notices(scenario)
     if found.get("saturation_time", 0.0) > 0.0:
         yield (
             f"a controller is at its limit of {units.show(machine.control.saturation, 'voltage')} for "
@@ -56,20 +57,6 @@ def warnings(scenario: MillingScenario, done: MillRun, found: Mapping[str, float
             f"{units.show(scenario.numerics.settling_time, 'time')}: there is no settling_time (friction that sticks, encoder "
             "and backlash may hold it off for good; or lengthen numerics.settling_time)"
         )
-    if done.lost is not None:
-        yield (
-            f"the tip swings by more than {units.show(tip_limit(scenario), 'length', 3)} at t = "
-            f"{units.show(done.lost, 'time', 4)}: from there on the tool is not "
-            "where its contact is taken, so that errors, forces and voltages of this run are left out"
-        )
-    for where, name in (("on the straight", "straight"), ("in the heaviest contact", "corner")):
-        growth, stable = found.get(f"chatter_growth_{name}", 0.0), found.get(f"stable_depth_{name}")
-        if growth >= 1.0:
-            limit = f" (stable below {units.show(stable, 'length', 3)})" if stable is not None else ""
-            yield (
-                f"the tool chatters {where}: vibration grows by {growth:.3g} per tooth; reduce the axial depth{limit} or "
-                "change the spindle speed"
-            )
 
 
 def _feeds(done: MillRun, found: Mapping[str, float]) -> Iterator[str]:
@@ -117,15 +104,6 @@ def _joints(done: MillRun) -> Iterator[str]:
         f"the normal acceleration jumps at {over.size} joint{'s' if over.size > 1 else ''} of line and arc, beyond the "
         f"jerk limit there (over one sample: {listed}{more})"
     )
-
-
-def changed(change: Mapping[str, float], found: Mapping[str, float]) -> Iterator[str]:
-    """A result that still moves with more substeps; where the tool chatters no number of them settles it."""
-    moved = change.get("contour_error_max", 0.0)
-    chatters = max(found.get(f"chatter_growth_{where}", 0.0) for where in ("straight", "corner")) >= 1.0
-    if abs(moved) > _MOVED and not chatters:
-        shown = units.show(moved, "small_length", 3)
-        yield f"contour_error_max moves by {shown} with twice the substeps; use more of them"
 
 
 def notes(scenario: MillingScenario, done: MillRun, program_notices: tuple[str, ...]) -> dict[str, str]:

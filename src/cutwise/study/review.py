@@ -5,7 +5,7 @@ from dataclasses import replace
 from cutwise.process.recipes import OUTCOMES
 from cutwise.results import Result
 from cutwise.study.advice import consult
-from cutwise.study.sensitivity import assumed_quantities, assumed_sensitivity
+from cutwise.study.sensitivity import assumed_quantities, changes_of, variants, worst_off
 from cutwise.study.trials import Budget
 
 _ROOM = 20  # runs below which the room of a run that passes is not looked for
@@ -35,9 +35,11 @@ def reviewed(result: Result, *, runs: int | None = None) -> Result:
         found = advice.sentences
     elif scenario.requirements:
         left_out.append("the room in each setting")
-    weights = result.sensitivity
+    weights, checks = result.sensitivity, result.checks
     if 2 * sum(1 for _ in assumed_quantities(scenario)) < most:
-        weights = assumed_sensitivity(scenario)
+        base, off = variants(scenario)
+        weights = changes_of(scenario.focus, base, off)
+        checks = tuple(check if check.implied else replace(check, off=worst_off(check, off)) for check in checks)
     else:
         left_out.append("sensitivities to assumed values")
     notes = dict(result.notes)
@@ -45,4 +47,4 @@ def reviewed(result: Result, *, runs: int | None = None) -> Result:
         notes["advice"] = (
             f"left out, for a run of this kind takes long: {' and '.join(left_out)}; cutwise advise finds them"
         )
-    return replace(result, advice=(*result.advice, *found), sensitivity=weights, notes=notes)
+    return replace(result, checks=checks, advice=(*result.advice, *found), sensitivity=weights, notes=notes)

@@ -1,9 +1,10 @@
 """Which assumed value moves the result most."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 from cutwise.io.revision import Value, revisions
 from cutwise.process.recipes import coarser
+from cutwise.results import Check
 from cutwise.spec import fields
 from cutwise.spec.faults import dotted
 from cutwise.spec.scenario import Scenario
@@ -12,6 +13,7 @@ from cutwise.study.case import cases, faithful
 STEP = 0.1  # relative change of a value
 
 Amount = float | tuple[float, ...]
+Variants = Mapping[str, Sequence[Mapping[str, float]]]
 
 
 def assumed_sensitivity(scenario: Scenario, share: float = STEP) -> dict[str, float]:
@@ -33,24 +35,43 @@ def assumed_sensitivity(scenario: Scenario, share: float = STEP) -> dict[str, fl
     dict
         Dotted key: change of the focus measure [SI].
     """
-    focus = scenario.focus
+    base, found = variants(scenario, share)
+    return changes_of(scenario.focus, base, found)
+
+
+def variants(scenario: Scenario, share: float = STEP) -> tuple[Mapping[str, float], Variants]:
+    """All measures as it stands, and with each assumed value off by a share, down and up, all with one step."""
     evaluate = cases(scenario)
     start = evaluate({})
     if coarser(scenario):
         quick = cases(scenario, coarse=True)
         coarse = quick({})
-        if faithful(scenario, coarse.measures, start.measures, (focus,)):
+        if faithful(scenario, coarse.measures, start.measures, (*scenario.requirements, scenario.focus)):
             evaluate, start = quick, coarse
-    base = start.measures.get(focus)
-    if base is None:
-        return {}
-    found: dict[str, float] = {}
+    found: dict[str, list[Mapping[str, float]]] = {}
     for key, value, _ in assumed_quantities(scenario):
-        moved = (evaluate({key: _scaled(value, factor)}).measures.get(focus) for factor in (1.0 - share, 1.0 + share))
-        changes = [other - base for other in moved if other is not None]
-        if changes:
-            found[key] = max(changes, key=abs)
-    return dict(sorted(found.items(), key=lambda item: -abs(item[1])))
+        runs = [evaluate({key: _scaled(value, factor)}) for factor in (1.0 - share, 1.0 + share)]
+        found[key] = [case.measures for case in runs if case.failure is None]
+    return start.measures, found
+
+
+def changes_of(measure: str, base: Mapping[str, float], found: Variants) -> dict[str, float]:
+    """The larger change of a measure in the runs with each assumed value off, largest first [SI]."""
+    if measure not in base:
+        return {}
+    changes = {key: [run[measure] - base[measure] for run in runs if measure in run] for key, runs in found.items()}
+    largest = {key: max(one, key=abs) for key, one in changes.items() if one}
+    return dict(sorted(largest.items(), key=lambda item: -abs(item[1])))
+
+
+def worst_off(check: Check, found: Variants) -> tuple[str, float] | None:
+    """The assumed value that, off by a share, carries a requirement's measure farthest towards another verdict."""
+    ends = [(end, sign) for end, sign in ((check.maximum, 1.0), (check.minimum, -1.0)) if end is not None]
+    runs = [(key, run[check.measure]) for key, some in found.items() for run in some if check.measure in run]
+    if not runs or check.value is None:
+        return None
+    sense = 1.0 if check.keeps(check.value) else -1.0
+    return max(runs, key=lambda run: sense * max(sign * (run[1] - end) for end, sign in ends))
 
 
 def changed(scenario: Scenario, values: Mapping[str, Value]) -> Scenario:

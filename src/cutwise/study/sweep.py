@@ -1,5 +1,6 @@
 """Sweeps: the measures of a scenario over values of one or more of its keys."""
 
+import io
 import re
 from collections.abc import Callable, Mapping, Sequence
 from difflib import get_close_matches
@@ -11,9 +12,11 @@ import numpy as np
 import xarray as xr
 
 from cutwise import units
+from cutwise.disk import write_bytes, write_text
+from cutwise.io.cells import harmless
 from cutwise.io.revision import Value, revisions
 from cutwise.process.recipes import simulate
-from cutwise.results import SolverFailure
+from cutwise.results import SOUNDNESS, SolverFailure
 from cutwise.spec import fields
 from cutwise.spec.faults import Fault, ScenarioFault, split_dotted
 from cutwise.spec.scenario import Scenario
@@ -60,7 +63,8 @@ def sweep(
     xarray.Dataset
         A variable for each measure [SI] with a dimension for each key, whose coordinates are numbers in SI where the key
         is a quantity (attributes ``units``, ``display_unit``); the values as written stand beside them. NaN where a
-        measure does not apply. ``warnings`` and ``infeasible`` hold what each run says, one sentence a line.
+        measure does not apply. ``warnings`` and ``infeasible`` hold what each run says, one sentence a line, ``unsound``
+        the codes of what leaves nothing to be judged.
         Combinations that cannot be run are NaN throughout and stand in the attribute ``failed``, one a line.
 
     Raises
@@ -119,7 +123,8 @@ def _in_full(scenarios: Sequence[Scenario], found: list[Case]) -> str:
             other = measure.value if measure is not None else np.inf
             difference = max(difference, abs(value - other) / (abs(other) or 1.0))
         warnings = tuple(dict.fromkeys((*outcome.warnings, *whole.warnings)))
-        found[i] = found[i]._replace(outcome=outcome._replace(warnings=warnings))
+        findings = tuple(dict.fromkeys((*outcome.findings, *whole.findings)))
+        found[i] = found[i]._replace(outcome=outcome._replace(warnings=warnings, findings=findings))
     return f"first, last and worst combination run in full: the largest relative difference of a measure is {difference:.2g}"
 
 
@@ -140,8 +145,8 @@ def _table(
                {"units": units.DIMENSIONS[known[name].dimension].si, "long_name": known[name].description})
         for name in dict.fromkeys(name for case in found for name in case.measures)
     }  # fmt: skip
-    for what in ("warnings", "infeasible"):
-        lines = ["\n".join(getattr(case.outcome, what)) for case in found]
+    for what in ("warnings", "infeasible", "unsound"):
+        lines = ["\n".join(_said(case, what)) for case in found]
         data[what] = (keys, np.array(lines, dtype=object).reshape(shape))
     coordinates: dict[str, Any] = {}
     for key, entries in values.items():
@@ -168,6 +173,14 @@ def _coordinates(scenario: Scenario, key: str, entries: Sequence[Value]) -> dict
     assert info is not None
     said = {"units": unit.si, "display_unit": units.pretty(unit.display), "long_name": info.description or key}
     return {key: (key, numbers, said), TEXT.format(key): (key, texts)}
+
+
+def _said(case: Case, what: str) -> Sequence[str]:
+    """What a run says: sentences, and codes of what leaves nothing to be judged."""
+    if what != "unsound":
+        return tuple(getattr(case.outcome, what))
+    codes = (finding.code for finding in case.outcome.findings if finding.code in SOUNDNESS)
+    return tuple(dict.fromkeys(codes)) if case.failure is None else ("not run",)
 
 
 def _point(values: Mapping[str, Value]) -> str:
@@ -226,18 +239,15 @@ def _unknown(name: str, known: list[str], place: str) -> Fault:
 
 def save(table: xr.Dataset, path: Path) -> Path:
     """Write a sweep as CSV (one row a run, units in the header) or netCDF; whole or not at all."""
-    partial = path.with_name(path.name + ".part")
-    try:
-        if path.suffix == ".csv":
-            frame = table.to_dataframe().reset_index()
-            frame.columns = [_headed(table, str(name)) for name in frame.columns]
-            frame.to_csv(partial, index=False)
-        else:
-            table.to_netcdf(partial, engine="h5netcdf")
-        partial.replace(path)
-    finally:
-        partial.unlink(missing_ok=True)
-    return path
+    if path.suffix == ".csv":
+        frame = table.to_dataframe().reset_index()
+        frame.columns = [harmless(_headed(table, str(name))) for name in frame.columns]
+        texts = frame.select_dtypes(exclude="number")
+        frame[texts.columns] = texts.map(lambda value: harmless(str(value)))
+        return write_text(path, frame.to_csv(index=False, lineterminator="\n"))
+    stream = io.BytesIO()
+    table.to_netcdf(stream, engine="h5netcdf")
+    return write_bytes(path, stream.getvalue())
 
 
 def _headed(table: xr.Dataset, name: str) -> str:

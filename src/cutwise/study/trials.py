@@ -9,6 +9,7 @@ import numpy as np
 from cutwise import units
 from cutwise.io.revision import Value
 from cutwise.process.recipes import Outcome, coarser
+from cutwise.results import SOUNDNESS
 from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.spec.scenario import Scenario
 from cutwise.study.case import Case, cases, faithful
@@ -150,6 +151,8 @@ def slack(scenario: Scenario, found: Outcome) -> float:
     """
     measures = found.measures
     if found.infeasible or not measures:
+        return -np.inf
+    if any(finding.code in SOUNDNESS and finding.code not in scenario.set_aside for finding in found.findings):
         return -np.inf
     if any(name in measures and measures[name] <= least for name, least in scenario.sound.items()):
         return -np.inf

@@ -125,6 +125,20 @@ def test_force_of_a_full_slot(examples):
     assert cell.cut.force[0, 0] < 0.0  # against the feed
 
 
+def test_force_of_a_full_slot_by_kienzles_law(examples):
+    """Mean over a turn of k_c1.1 h^(1-m), h = c sin phi: N b / 2 pi times the integral over half a turn."""
+    changes = ["material.library=kienzle_cast_al", "load.force={axial_depth: 5 mm, spindle_speed: 500 rpm}"]
+    scenario = load(examples / "machine_error_budget.yaml", changes)
+    cell = machine_assemble.machine_cell(scenario)
+    m, flutes, depth, chip = scenario.material, 4, 5e-3, 0.2e-3
+    phi = (np.arange(200_000) + 0.5) * math.pi / 200_000
+    h = chip * np.sin(phi)
+    tangential, radial = (k * (1e3 * h) ** -e * h for k, e in ((m.k_c11, m.m_c), (m.k_r11, m.m_r)))
+    scale = flutes * depth / 2.0
+    along, across = scale * (radial * np.sin(phi)).mean(), scale * (tangential * np.sin(phi)).mean()
+    assert np.abs(cell.cut.force[:, :2]) == pytest.approx(np.tile([along, across], (27, 1)), rel=1e-4)
+
+
 def with_contact(preload: float, exponent: float) -> str:
     """The x guide with the contact law; its tangent at rest is the linear spring, half from each side of the guide."""
     points = "[[90 mm, 100 mm, 0 mm], [90 mm, -100 mm, 0 mm], [-90 mm, 100 mm, 0 mm], [-90 mm, -100 mm, 0 mm]]"

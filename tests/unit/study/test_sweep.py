@@ -38,11 +38,12 @@ def test_a_sweep_is_its_runs_with_their_warnings(examples):
     scenario = load(examples / "deburr_compliant_spindle.yaml")
     table = sweep(scenario, {"operation.lead_in_time": ["2 ms", "10 ms", "0.2 s"]})
     assert table.surface_error_max.values == pytest.approx([57.108e-6, 338.60e-6, -9.466e-6], rel=1e-4)
-    said = table.warnings.values.tolist()
-    assert "dragged to the stop" in said[0]
-    assert "dragged to the stop" in said[1]
-    assert "when the time step is halved" in said[0]  # one end: run in full
-    assert "stop" not in said[2]
+    said = table.unsound.values.tolist()
+    assert "at_stop" in said[0].splitlines()
+    assert "at_stop" in said[1].splitlines()
+    assert "unconverged" in said[0].splitlines()  # one end: run in full, with half the step too
+    assert said[2] == ""
+    assert "the cutting speed is 1005 m/min" in table.warnings.values[2]
     assert table.attrs["checked"].endswith("difference of a measure is 0")
     with pytest.raises(ScenarioFault, match=r'values\["operation.lead_in_time"\]: 2 has no unit'):
         sweep(scenario, {"operation.lead_in_time": ["2"]})
@@ -91,3 +92,9 @@ def test_assumed_values_inside_of_lists_are_found(examples):
     found = {key: value for key, value, _ in assumed_quantities(load(examples / "machine_error_budget.yaml"))}
     assert found["machine.chain[2].elements[0].pads.stiffness"] == (0.0, 2e8, 3e8)
     assert found["machine.chain[4].elements[1].beam.youngs_modulus"] == 1.2e11
+
+
+def test_a_sweep_says_which_runs_are_not_sound(examples):
+    scenario = load(examples / "deburr_compliant_spindle.yaml")
+    table = sweep(scenario, {"operation.milling": ["down", "up"]})
+    assert table["unsound"].values.tolist() == ["", "at_stop"]
