@@ -33,7 +33,7 @@ def at_poses(cell, flexed, poses, contact, load, guess, seen, state, layer, tota
     structure = cell.structure
     for k in range(poses.shape[0]):
         row = poses[k]
-        pose = Pose(row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7])
+        pose = Pose(row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7], 0.0)
         if yielding(structure):
             _, looks[k] = balance(cell, flexed, pose, contact, load, guess)
         else:

@@ -45,6 +45,14 @@ Progress = Callable[[float], None]
 _MOST_SAMPLES = 20_000_000  # of the controllers in a run: some gigabytes of histories
 
 
+class StopCost(NamedTuple):
+    """What full stops cost that need not be; pauses and places where the path turns back are left out."""
+
+    share: float = 0.0  # of the cycle time
+    corners: int = 0  # stops at corners between blocks
+    asked: int = 0  # stops by exact stop (G61.1), or for a change of tool
+
+
 class MillRun(NamedTuple):
     """A finished run with everything that is read off it."""
 
@@ -61,6 +69,7 @@ class MillRun(NamedTuple):
     feed: FloatArray  # programmed, or the highest that the machine may run [m/s], shape (blocks,)
     steady: SteadyCuts
     tip_swings: bool  # whether the tool tip moves on modes in the loop
+    stop_cost: StopCost
 
     @property
     def lost(self) -> float | None:
@@ -110,6 +119,7 @@ def run(scenario: MillingScenario, substeps: int, progress: Progress | None = No
         feed,
         steady,
         tip is not None,
+        stop_cost(path, motion, scenario),
     )
 
 
@@ -131,6 +141,18 @@ def _planned(scenario: MillingScenario, program: Interpreted | None) -> tuple[Pr
             f"motion takes, more than {_MOST_SAMPLES:.0e}: raise it, or feed and limits of the motion, or shorten the path"
         ))])  # fmt: skip
     return path, motion
+
+
+def stop_cost(path: ProgramPath, motion: Plan, scenario: MillingScenario) -> StopCost:
+    """The motion once more, run through all of its corners."""
+    if motion.stops == 0:
+        return StopCost()
+    limits, axes = motion_limits(scenario.machine)
+    through = plan(path.curve, path.feed, limits, None, path.dwell_after, axes=axes, stop_at_corners=False)
+    asked = int((path.stop_at & (path.dwell_after[:-1] <= 0.0)).sum())
+    return StopCost(
+        1.0 - through.profile.duration / motion.profile.duration, max(motion.stops - through.stops - asked, 0), asked
+    )
 
 
 def prepare(scenario: MillingScenario) -> None:

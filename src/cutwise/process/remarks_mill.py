@@ -16,8 +16,7 @@ from cutwise.spec.notices import notices
 
 _LISTED = 8  # joints named in the report
 _THIN_MARGIN = math.radians(30.0)
-_STOPS = 0.5  # share of the cycle time that stops at corners may take without a word
-_MANY = 10  # stops
+_STOPS = 0.1  # share of the cycle time that full stops may cost without a warning
 
 LIMITS = (
     "The immersion is that of the commanded position; the chip load follows the actual velocity.",
@@ -48,7 +47,7 @@ def warnings(scenario: MillingScenario, done: MillRun, found: Mapping[str, float
                 f"only (gain margin {20 * math.log10(figures.sampled_gain_margin):.1f} dB); usual is "
                 f"{math.degrees(_THIN_MARGIN):.0f}° or more"
             )
-    yield from _feeds(done, found)
+    yield from _feeds(done)
     yield from _joints(done)
     yield from _stock(scenario, done)
     if "settling_overshoot" in found and "settling_time" not in found:
@@ -59,7 +58,7 @@ def warnings(scenario: MillingScenario, done: MillRun, found: Mapping[str, float
         )
 
 
-def _feeds(done: MillRun, found: Mapping[str, float]) -> Iterator[str]:
+def _feeds(done: MillRun) -> Iterator[str]:
     """A feed that the machine does not reach, and a path that is mostly stops."""
     path = done.path
     above = path.cuts & (path.feed > done.feed * (1.0 + 1e-9))
@@ -69,12 +68,13 @@ def _feeds(done: MillRun, found: Mapping[str, float]) -> Iterator[str]:
             f"the feed of {units.show(path.feed[worst], 'speed')} is above machine.limits.velocity: no more than "
             f"{units.show(done.feed[worst], 'speed')} is run, and the forces of the straight and the corner are those of it"
         )
-    time, ideal = found["cycle_time"], found["cycle_time_ideal"]
-    corners = done.plan.stops - int((path.dwell_after[:-1] > 0.0).sum() + path.stop_at.sum())
-    if corners >= _MANY and time - ideal > _STOPS * time:
+    share, corners, asked = done.stop_cost
+    if share > _STOPS:
+        parts = [f"{corners} at corners between blocks"] * (corners > 0)
+        parts += [f"{asked} by exact stop (G61.1) or for a change of tool"] * (asked > 0)
         yield (
-            f"{corners} corners between blocks are run as full stops, and {(time - ideal) / time:.0%} of the cycle time goes "
-            "into braking and starting again; blend them within a tolerance, for example path_mode: {blend: 0.01 mm} (G64 P)"
+            f"full stops cost {share:.0%} of the cycle time, which goes into braking and starting again: "
+            f"{' and '.join(parts)}; blend corners within a tolerance, for example path_mode: {{blend: 0.01 mm}} (G64 P)"
         )
 
 
@@ -133,6 +133,13 @@ def notes(scenario: MillingScenario, done: MillRun, program_notices: tuple[str, 
         told["blends"] = (
             f"{count} blend{'s take' if count > 1 else ' takes'} half of a block, and not all that the tolerance allows: the "
             "blocks are short."
+        )
+    tolerance, at = done.path.kept_feed
+    if tolerance > 0.0:
+        told["kept_feed"] = (
+            "G64 without P keeps the feed: each corner is rounded by the smallest arc over which acceleration and jerk allow "
+            "the lower feed of its blocks, by a quarter of the shorter one at most; here by up to "
+            f"{units.show(tolerance, 'small_length', 3)} (behind line {at} of the program)."
         )
     if program_notices:
         told["program"] = "; ".join(program_notices)

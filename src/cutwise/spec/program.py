@@ -96,7 +96,7 @@ class Blend(Spec):
     blend: Length = Field(description="largest distance from the programmed corner", examples=["0.02 mm"], gt=0)
     shape: Literal["arc", "clothoid"] = Field(
         default="arc",
-        description="arc, at whose ends the normal acceleration jumps, or two clothoids, which keep the jerk limit",
+        description="arc, at whose ends the normal acceleration jumps, or two clothoids, which keep the jerk limit (between lines)",
         examples=["clothoid"],
     )
 
