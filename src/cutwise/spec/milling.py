@@ -225,8 +225,8 @@ class MillingScenario(Scenario):
     implied: ClassVar[Mapping[str, float]] = {"chatter_growth_corner": 1.0, "chatter_growth_straight": 1.0}
 
     def turned(self) -> Mapping[str, tuple[str, str]]:
-        """What this cut has: a program no corner, one in a stock no depths; a corner no blend unless it is asked for."""
-        idle = {"path.corner"} if self.program is not None else set()
+        """What this cut has: a program or a robot no corner, one in a stock no depths; a corner no blend unless it is asked for."""
+        idle = {"path.corner"} if not isinstance(self.path, CornerPath) else set()
         if self.stock is not None:
             idle |= {"operation.axial_depth", "operation.radial_depth"}
         if self.program is None and not isinstance(self.path_mode, Blend):
