@@ -6,7 +6,7 @@ import numpy as np
 
 from cutwise.io.programs.given import setup_of
 from cutwise.io.programs.interpreter import Interpreted, interpret
-from cutwise.maths.linearc import join
+from cutwise.maths.linearc import join, line
 from cutwise.paths.pocket import corner
 from cutwise.physics.cutting.discs import discs
 from cutwise.physics.cutting.flute import Mill
@@ -23,7 +23,7 @@ from cutwise.process.loops_drives import NO_FORCE, Cut, DrivePair
 from cutwise.process.program_path import Pace, ProgramPath, blocks_path, moves_path, program_speed
 from cutwise.spec.drives import CncMachine, FeedDrive
 from cutwise.spec.faults import Fault, ScenarioFault
-from cutwise.spec.milling import MillingScenario
+from cutwise.spec.milling import CornerPath, MillingScenario
 from cutwise.spec.program import top_of
 
 _DISCS = 20  # where the scenario names no number
@@ -37,10 +37,15 @@ def program_path(scenario: MillingScenario, program: Interpreted | None) -> Prog
         assert scenario.program is not None
         return moves_path(
             program, feed=operation.feed, turning=operation.spindle_speed is not None, mode=mode,
-            top=top_of(scenario.program, scenario.stock), pace=_pace(scenario.machine),
+            top=top_of(scenario.program, scenario.stock), pace=_pace(scenario.drives),
         )  # fmt: skip
-    assert scenario.path is not None
     assert operation.feed is not None
+    if scenario.line is not None:
+        ends = scenario.line.line
+        return blocks_path(
+            join([line(ends.start, ends.end)]), np.full(1, operation.feed), np.ones(1, bool), "exact_path"
+        )
+    assert isinstance(scenario.path, CornerPath)
     blocks = corner(scenario.path.lead, scenario.path.turn, scenario.path.fillet)
     n = len(blocks)
     return blocks_path(join(blocks), np.full(n, operation.feed), np.ones(n, bool), scenario.path_mode)
@@ -75,8 +80,8 @@ def _pace(machine: CncMachine) -> Pace:
     return Pace(given.velocity, given.acceleration, given.jerk)
 
 
-def drive_pair(machine: CncMachine) -> DrivePair:
-    """Both drives under the reading of the gain table that the scenario chose.
+def drive_pair(machine: CncMachine, section: str = "machine") -> DrivePair:
+    """Both drives under the reading of the gain table that the scenario chose; ``section`` is their dotted key.
 
     Raises
     ------
@@ -84,7 +89,7 @@ def drive_pair(machine: CncMachine) -> DrivePair:
         A position loop is unstable; the message gives its margin.
     """
     gains = {"x": _gains(machine.x), "y": _gains(machine.y)}
-    keys = {axis: GainKeys(*(f"machine.{axis}.{key}" for key in ("K_p", "K_i", "K_d"))) for axis in "xy"}
+    keys = {axis: GainKeys(*(f"{section}.{axis}.{key}" for key in ("K_p", "K_i", "K_d"))) for axis in "xy"}
     if machine.reading != "as_printed":
         gains = {axis: (g[1], g[0], *g[2:]) for axis, g in gains.items()}
         keys = {axis: GainKeys(k.integral, k.proportional, k.derivative) for axis, k in keys.items()}
@@ -97,7 +102,7 @@ def drive_pair(machine: CncMachine) -> DrivePair:
     for axis, plant, figures in zip("xy", (pair.plant_x, pair.plant_y), loops(pair), strict=True):
         if not figures.stable:
             helps = remedies(plant, laws[axis], keys[axis])
-            faults.append(Fault(("machine", axis), _unstable(axis, figures, machine, helps)))
+            faults.append(Fault((*section.split("."), axis), _unstable(axis, figures, machine, helps, section)))
     if faults:
         raise ScenarioFault(faults)
     return pair
@@ -108,13 +113,13 @@ def loops(pair: DrivePair) -> tuple[LoopFigures, LoopFigures]:
     return loop_figures(pair.plant_x, pair.law_x), loop_figures(pair.plant_y, pair.law_y)
 
 
-def _unstable(axis: str, figures: LoopFigures, machine: CncMachine, helps: list[str]) -> str:
+def _unstable(axis: str, figures: LoopFigures, machine: CncMachine, helps: list[str], section: str) -> str:
     margin = 20.0 * math.log10(figures.sampled_gain_margin) if figures.sampled_gain_margin > 0.0 else -math.inf
     margin_text = f"gain margin {margin:.1f} dB" if math.isfinite(margin) else "no smaller gain makes it stable"
     phase = figures.sampled_phase_margin
     phase_text = f"phase margin {math.degrees(phase):.1f}°" if phase < math.pi else "the gain never crosses 1"
     late = f" and a delay of {machine.control.delay} sample" if machine.control.delay else ""
-    other = "" if len(machine.readings) == 1 else f"; or take another machine.reading (now {machine.reading})"
+    other = "" if len(machine.readings) == 1 else f"; or take another {section}.reading (now {machine.reading})"
     return (
         f"the position loop of {axis} is unstable at {1e3 * machine.control.sample_time:g} ms{late}: largest pole "
         f"|z| = {figures.largest_pole:.4g} (stable below 1), {margin_text}, {phase_text}; stable is "

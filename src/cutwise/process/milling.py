@@ -12,9 +12,12 @@ from cutwise.io.programs.interpreter import Interpreted
 from cutwise.maths.curves import FloatArray
 from cutwise.physics.cutting.wall import DELAYED
 from cutwise.physics.motion.contour import contour_errors
+from cutwise.physics.motion.driven import SetPoints
+from cutwise.physics.motion.drives import axes_of
 from cutwise.physics.motion.lookahead import Plan, highest_feeds, plan
 from cutwise.physics.motion.loop import LoopFigures, open_loop, sampled_response
 from cutwise.physics.motion.reference import Reference, central_difference, sampled
+from cutwise.process import milling_wall
 from cutwise.process.assemble_mill import (
     ProgramPath,
     cut,
@@ -30,6 +33,7 @@ from cutwise.process.labels import labelled
 from cutwise.process.loops_drives import Commands, Cut, DriveHistory, DrivePair, run_drives
 from cutwise.process.milling_contact import Contact, SteadyCuts, contact, steady_cuts
 from cutwise.process.milling_stability import TipStability, tip_stability
+from cutwise.process.milling_wall import WallRun
 from cutwise.spec.faults import Fault, ScenarioFault, all_faults
 from cutwise.spec.milling import MillingScenario
 
@@ -63,6 +67,7 @@ class MillRun(NamedTuple):
     steady: SteadyCuts
     tip_swings: bool  # whether the tool tip moves on modes in the loop
     stop_cost: StopCost
+    wall: WallRun | None  # of a straight wall that is milled in the loop
 
     @property
     def lost(self) -> float | None:
@@ -76,16 +81,24 @@ def run(scenario: MillingScenario, substeps: int, progress: Progress | None = No
     program = read_program(scenario)
     path, motion = _planned(scenario, program)
     spindle = spindle_speed(scenario, program)
-    sample_time = scenario.machine.control.sample_time
+    sample_time = scenario.drives.control.sample_time
     reference = sampled(path.curve, [motion.profile], sample_time, scenario.numerics.settling_time)
     met = contact(scenario, path, reference)
     cutting = cut(scenario, spindle, met.depth)
-    drives = drive_pair(scenario.machine)
-    tip = tip_modes(scenario) if cutting.law == DELAYED else None
-    history = run_drives(
-        _commands(reference, met.patches, sample_time), drives, cutting, substeps, progress,
-        modes=tip, tip_limit=tip_limit(scenario),
-    )  # fmt: skip
+    drives = drive_pair(scenario.drives, scenario.drives_key)
+    tip = tip_modes(scenario) if cutting.law == DELAYED and not milling_wall.on_loop(scenario) else None
+    wall = None
+    if milling_wall.on_loop(scenario):
+        axes = axes_of((drives.plant_x, drives.plant_y), (drives.law_x, drives.law_y), substeps)
+        log, wall = milling_wall.wall_run(
+            scenario, reference, set_points(reference, sample_time), axes, substeps, progress
+        )
+        history = DriveHistory(*log, np.empty((0, 3)), np.empty((0, 2)), len(reference.time))
+    else:
+        history = run_drives(
+            _commands(reference, met.patches, sample_time), drives, cutting, substeps, progress,
+            modes=tip, tip_limit=tip_limit(scenario),
+        )  # fmt: skip
     rapid = np.isinf(path.feed[reference.block])
     error = contour_errors(path.programmed, path.origin[reference.block], history.position, True)
     error[rapid] = np.nan
@@ -93,7 +106,7 @@ def run(scenario: MillingScenario, substeps: int, progress: Progress | None = No
     if path.blended:
         driven = contour_errors(path.curve, reference.block, history.position, True)
         driven[rapid] = np.nan
-    limits, axes = motion_limits(scenario.machine)
+    limits, axes = motion_limits(scenario.drives)
     feed = highest_feeds(path.curve, path.feed, limits, axes)
     steady = steady_cuts(
         scenario, path, reference, met, feed, cutting._replace(edges=cutting.edges._replace(runout=0.0))
@@ -113,6 +126,7 @@ def run(scenario: MillingScenario, substeps: int, progress: Progress | None = No
         steady,
         tip is not None,
         stop_cost(path, motion, scenario),
+        wall,
     )
 
 
@@ -125,11 +139,11 @@ def tip_limit(scenario: MillingScenario) -> float:
 def _planned(scenario: MillingScenario, program: Interpreted | None) -> tuple[ProgramPath, Plan]:
     """The commanded path and its motion, if there are not too many samples in it."""
     path = program_path(scenario, program)
-    limits, axes = motion_limits(scenario.machine)
+    limits, axes = motion_limits(scenario.drives)
     motion = plan(path.curve, path.feed, limits, path.stop_at, path.dwell_after, axes=axes)
-    step, time = scenario.machine.control.sample_time, motion.profile.duration + scenario.numerics.settling_time
+    step, time = scenario.drives.control.sample_time, motion.profile.duration + scenario.numerics.settling_time
     if not time <= _MOST_SAMPLES * step:
-        raise ScenarioFault([Fault(("machine", "control", "sample_time"), (
+        raise ScenarioFault([Fault((*scenario.drives_key.split("."), "control", "sample_time"), (
             f"of {1e3 * step:.3g} ms makes {time / step:.2g} samples of the {units.show(time, 'time', 3)} that the "
             f"motion takes, more than {_MOST_SAMPLES:.0e}: raise it, or feed and limits of the motion, or shorten the path"
         ))])  # fmt: skip
@@ -140,7 +154,7 @@ def stop_cost(path: ProgramPath, motion: Plan, scenario: MillingScenario) -> Sto
     """The motion once more, run through all of its corners."""
     if motion.stops == 0:
         return StopCost()
-    limits, axes = motion_limits(scenario.machine)
+    limits, axes = motion_limits(scenario.drives)
     through = plan(path.curve, path.feed, limits, None, path.dwell_after, axes=axes, stop_at_corners=False)
     asked = int((path.stop_at & (path.dwell_after[:-1] <= 0.0)).sum())
     return StopCost(
@@ -160,15 +174,28 @@ def prepare(scenario: MillingScenario) -> None:
     all_faults(
         lambda: _planned(scenario, program),
         lambda: spindle_speed(scenario, program),
-        lambda: drive_pair(scenario.machine),
+        lambda: drive_pair(scenario.drives, scenario.drives_key),
+        lambda: _wall(scenario),
     )
 
 
-def _commands(reference: Reference, patches: FloatArray, sample_time: float) -> Commands:
+def _wall(scenario: MillingScenario) -> None:
+    """The bodies along the wall, if there is one."""
+    if scenario.line is not None:
+        milling_wall.bodies_of(scenario, milling_wall.stations_of(scenario))
+
+
+def set_points(reference: Reference, sample_time: float) -> SetPoints:
+    """What the x and y axes are told at the servo instants."""
     point = np.ascontiguousarray(reference.point[:, :2])
     velocity = central_difference(point, sample_time)
     heading = np.arctan2(reference.direction[:, 1], reference.direction[:, 0])
-    return Commands(point, velocity, central_difference(velocity, sample_time), heading, patches)
+    return SetPoints(point, velocity, central_difference(velocity, sample_time), heading, reference.travelled)
+
+
+def _commands(reference: Reference, patches: FloatArray, sample_time: float) -> Commands:
+    point, velocity, acceleration, heading, _ = set_points(reference, sample_time)
+    return Commands(point, velocity, acceleration, heading, patches)
 
 
 def wall_left(done: MillRun) -> FloatArray:
@@ -215,6 +242,8 @@ def stages(done: MillRun, **more: xr.Dataset | None) -> xr.DataTree:
             "wall_error_min": (wall[:, 0], "m", "least error of the wall left in a sample, positive into the wall"),
             "wall_error_max": (wall[:, 1], "m", "greatest error of the wall left in a sample, positive into the wall"),
         }, axis=["x", "y"])  # fmt: skip
+    if done.wall is not None:
+        groups |= milling_wall.stages(done.wall, r)
     groups |= {name: group for name, group in more.items() if group is not None}
     return xr.DataTree.from_dict(groups)
 
@@ -259,4 +288,7 @@ def stability(scenario: MillingScenario, done: MillRun) -> TipStability | None:
     tip = tip_modes(scenario)
     if tip is None or not done.steady.width:
         return None
+    if scenario.line is not None:  # modes are along x and y of the machine, steady cuts along the feed
+        c, s = done.reference.direction[0, :2]
+        tip = tip._replace(direction=tip.direction @ np.array([[c, -s], [s, c]]))
     return tip_stability(done.cut, tip, done.steady.width)

@@ -7,7 +7,7 @@ import numpy as np
 
 from cutwise import units
 from cutwise.io.programs.block_text import block_named
-from cutwise.process import stock_moves
+from cutwise.process import milling_wall, stock_moves
 from cutwise.process.milling import MillRun
 from cutwise.process.milling_measures import SETTLED
 from cutwise.spec.drives import READINGS
@@ -18,12 +18,14 @@ _LISTED = 8  # joints named in the report
 _THIN_MARGIN = math.radians(30.0)
 _STOPS = 0.1  # share of the cycle time that full stops may cost without a warning
 
+_COMMANDED = "The immersion is that of the commanded position; the chip load follows the actual velocity."
+_RIGID = "The part is rigid, and so is the tool unless tool.modes are given; then the tip swings in the loop, tooth by tooth."
 LIMITS = (
-    "The immersion is that of the commanded position; the chip load follows the actual velocity.",
+    _COMMANDED,
     "Without a stock the previous pass has the same shape, offset by the radial depth, and a cut is taken wherever a feed "
     "move runs below z = 0. With a stock contact is what earlier moves have left; what a ramp leaves stands in steps of "
     "height, and the end of the mill does not cut.",
-    "The part is rigid, and so is the tool unless tool.modes are given; then the tip swings in the loop, tooth by tooth.",
+    _RIGID,
     "The lobe diagram leaves the helix out; Kienzle's law is taken by its slope at the mean chip thickness there.",
     "No in-position wait at stops: the next block starts at once, so that a machine that waits takes longer.",
     "Drives: rigid transmission, ideal current loop; the z axis follows exactly.",
@@ -31,9 +33,17 @@ LIMITS = (
 )
 
 
+_OF_RIGID = frozenset({_COMMANDED, _RIGID})
+
+
+def limits(done: MillRun) -> tuple[str, ...]:
+    """What the model leaves out."""
+    return LIMITS if done.wall is None else (*milling_wall.LIMITS, *(line for line in LIMITS if line not in _OF_RIGID))
+
+
 def warnings(scenario: MillingScenario, done: MillRun, found: Mapping[str, float]) -> Iterator[str]:
     """What should make the engineer doubt or change something."""
-    machine = scenario.machine
+    machine = scenario.drives
     yield from notices(scenario)
     if found.get("saturation_time", 0.0) > 0.0:
         yield (
@@ -47,9 +57,11 @@ def warnings(scenario: MillingScenario, done: MillRun, found: Mapping[str, float
                 f"only (gain margin {20 * math.log10(figures.sampled_gain_margin):.1f} dB); usual is "
                 f"{math.degrees(_THIN_MARGIN):.0f}° or more"
             )
-    yield from _feeds(done)
+    yield from _feeds(scenario, done)
     yield from _joints(done)
     yield from _stock(scenario, done)
+    if done.wall is not None:
+        yield from milling_wall.warnings(scenario, done.wall)
     if "settling_overshoot" in found and "settling_time" not in found:
         yield (
             f"the tool does not stay within {units.show(SETTLED, 'small_length')} of the end point within "
@@ -58,14 +70,14 @@ def warnings(scenario: MillingScenario, done: MillRun, found: Mapping[str, float
         )
 
 
-def _feeds(done: MillRun) -> Iterator[str]:
+def _feeds(scenario: MillingScenario, done: MillRun) -> Iterator[str]:
     """A feed that the machine does not reach, and a path that is mostly stops."""
     path = done.path
     above = path.cuts & (path.feed > done.feed * (1.0 + 1e-9))
     if above.any():
         worst = int(np.argmax(np.where(above, path.feed / done.feed, 0.0)))
         yield (
-            f"the feed of {units.show(path.feed[worst], 'speed')} is above machine.limits.velocity: no more than "
+            f"the feed of {units.show(path.feed[worst], 'speed')} is above {scenario.drives_key}.limits.velocity: no more than "
             f"{units.show(done.feed[worst], 'speed')} is run, and the forces of the straight and the corner are those of it"
         )
     share, corners, asked = done.stop_cost
@@ -108,8 +120,8 @@ def _joints(done: MillRun) -> Iterator[str]:
 
 def notes(scenario: MillingScenario, done: MillRun, program_notices: tuple[str, ...]) -> dict[str, str]:
     """The reading of the gains, margins of the loops, and where the worst place is."""
-    machine = scenario.machine
-    told = {"reading": f"machine.reading {machine.reading}: {READINGS[machine.reading]}."}
+    machine = scenario.drives
+    told = {"reading": f"{scenario.drives_key}.reading {machine.reading}: {READINGS[machine.reading]}."}
     told |= {
         f"loop_{axis}": f"{axis}: phase margin {math.degrees(f.phase_margin):.1f}° continuous, "
         f"{math.degrees(f.sampled_phase_margin):.1f}° sampled; "
@@ -128,6 +140,8 @@ def notes(scenario: MillingScenario, done: MillRun, program_notices: tuple[str, 
             f"The path is left most at x = {units.show(x, 'length')}, y = {units.show(y, 'length')}{place}, "
             f"t = {units.show(done.reference.time[worst], 'time', 4)}, {side}."
         )
+    if done.wall is not None:
+        told |= milling_wall.notes(scenario, done.wall, done.reference, done.history)
     if done.path.cut_short:
         count = done.path.cut_short
         told["blends"] = (

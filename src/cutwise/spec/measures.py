@@ -128,6 +128,12 @@ MILLING: Mapping[str, MeasureSpec] = {
     "wall_error_max": MeasureSpec("small_length", "greatest error of the wall left, drives and tip, into the wall"),
     "path_length": MeasureSpec("length", "length of the commanded path"),
     **ROBOT_MILLING,
+    **_deflections("bodies", "displacement by the bodies of the machine and the part where the wall is read"),
+    "deviation_drives_max": MeasureSpec(
+        "small_length", "largest deviation of the drives off the wall over the cut, with its sign"
+    ),
+    "share_drives": MeasureSpec("small_length", "part of the drives in the displacement off the wall, worst place"),
+    "share_bodies": MeasureSpec("small_length", "part of the bodies of the machine and the part in it"),
     "stops": MeasureSpec("dimensionless", "full stops between the first and the last point"),
 }
 

@@ -138,7 +138,7 @@ def voltages(result: "Result") -> Figure:
         motor, load = (torque * motion[name].sel(axis=axis).values for name in ("motor_torque", "cutting_torque"))
         curve(bottom, time, motor, color=colour, linewidth=1.0, label=f"{axis}, motor")
         curve(bottom, time, load, color=colour, linewidth=0.8, linestyle=":", label=f"{axis}, cutting")
-    limit = result.scenario.machine.control.saturation  # type: ignore[attr-defined]
+    limit = result.scenario.drives.control.saturation  # type: ignore[attr-defined]
     if result.measures["drive_voltage_max"].value > 0.6 * limit:
         line_note(top, limit, "limit", SERIES[5])
         line_note(top, -limit, "limit", SERIES[5], above=False)
