@@ -288,7 +288,8 @@ def _standing(
         if float(np.ptp(reference.point[:, a])) > _STILL or float(np.ptp(history.position[:, a])) > _STILL:
             continue
         torque = float(history.force_peak[:, a].max()) * drive.r_g
-        holds = min(drive.friction.stiction_plus, -drive.friction.stiction_minus)
+        pushed = float(history.force[:, a].sum()) >= 0.0
+        holds = drive.friction.stiction_plus if pushed else -drive.friction.stiction_minus
         yield (
             f"standing_{axis}",
             (

@@ -94,7 +94,7 @@ MillLine: Any = create_model(  # type: ignore[call-overload]
 class MilledPath(CarriedPath):
     """The wall that the mill passes by, in the frame of the part: of the tool centre on a machine, of a robot's tool."""
 
-    line: MillLine | None = Field(  # type: ignore[assignment]
+    line: MillLine | None = Field(
         default=None, description="a straight path",
         examples=[f"{{from: {_FROM}, angle: 30 deg, length: 100 mm}}",
                   "{from: [1900 mm, -150 mm, 800 mm], to: [1900 mm, 150 mm, 800 mm]}"],

@@ -215,6 +215,27 @@ def tip_and_wall(result: "Result") -> Figure:
     return drawn
 
 
+def wall_made_of(result: "Result") -> Figure:
+    """Error of a straight wall along the path, and what drives, bodies and tip give to it."""
+    structure, travelled = result["structure"], result["motion"]["travelled"].values
+    factor, unit = scale("small_length")
+    way, way_unit = scale("length")
+    wall = factor * structure["wall_error"].values
+    cut = np.isfinite(wall)
+    drawn = figure(3.4)
+    axes = drawn.subplots()
+    axes.axhline(0.0, color=SOFT, linewidth=0.8)
+    names = [name for name in structure.data_vars if str(name).startswith(("deviation_", "deflection_"))]
+    for name, colour in zip(names, SERIES, strict=False):
+        part = -factor * structure[name].sel(axis="y").values
+        curve(axes, way * travelled[cut], part[cut], color=colour, linewidth=1.0, label=str(name).split("_", 1)[1])
+    curve(axes, way * travelled[cut], wall[cut], color=INK, label="wall")
+    axes.set(xlabel=f"way along the path [{way_unit}]", ylabel=f"error of the wall [{unit}]")
+    axes.margins(x=0)
+    legend_above(axes, 4)
+    return drawn
+
+
 def lobes(result: "Result") -> Figure:
     """Stable and unstable pairs of spindle speed and axial depth, and where the operation is."""
     data = result["lobes"]
@@ -275,6 +296,8 @@ PLOTS: list[Plot] = [
          frequency_response, ("motion/closed_loop_gain",)),
     Plot("Tool tip and wall", "Displacement of the tip by its modes, and the wall left: error of the drives plus tip where "
          "a tooth passes the wall; positive into the wall.", tip_and_wall, ("structure/tip_peak",)),
+    Plot("Wall and what it is made of", "Error of the wall, and the parts of drives, bodies of the machine and tip modes; "
+         "positive into the part.", wall_made_of, ("structure/deviation_drives", "measures/wall_error_min")),
     Plot("Stability", "Pairs of spindle speed and axial depth at which vibration dies out.", lobes, ("lobes/growth",)),
     Plot("Vibration of the tool tip", "Steady cut of the heaviest contact, from rest.", vibration,
          ("vibration/tip_corner",)),
