@@ -12,14 +12,14 @@ from cutwise.physics.cutting.discs import discs
 from cutwise.physics.cutting.flute import Mill
 from cutwise.physics.cutting.uneven import even_and_linear
 from cutwise.physics.cutting.wall import AVERAGED, DELAYED, DISCS, FLUTES
-from cutwise.physics.motion.drives import Controller, Plant
+from cutwise.physics.motion.drives import Controller, Drive, Plant
 from cutwise.physics.motion.lookahead import AxisLimits
 from cutwise.physics.motion.loop import LoopFigures, loop_figures
 from cutwise.physics.motion.profile import Limits
 from cutwise.physics.structure.modes import Modes, modes
 from cutwise.process.assemble import edges
 from cutwise.process.drive_remedies import GainKeys, remedies
-from cutwise.process.loops_drives import NO_FORCE, Cut, DrivePair
+from cutwise.process.loops_drives import NO_FORCE, Cut
 from cutwise.process.program_path import Pace, ProgramPath, blocks_path, moves_path, program_speed
 from cutwise.spec.drives import CncMachine, FeedDrive
 from cutwise.spec.faults import Fault, ScenarioFault
@@ -80,37 +80,39 @@ def _pace(machine: CncMachine) -> Pace:
     return Pace(given.velocity, given.acceleration, given.jerk)
 
 
-def drive_pair(machine: CncMachine, section: str = "machine") -> DrivePair:
-    """Both drives under the reading of the gain table that the scenario chose; ``section`` is their dotted key.
+def feed_drives(machine: CncMachine, section: str = "machine") -> tuple[Drive, ...]:
+    """The drives of x, y and z, if it has one, under the reading of the gain table; ``section`` is their dotted key.
 
     Raises
     ------
     ScenarioFault
         A position loop is unstable; the message gives its margin.
     """
-    gains = {"x": _gains(machine.x), "y": _gains(machine.y)}
-    keys = {axis: GainKeys(*(f"{section}.{axis}.{key}" for key in ("K_p", "K_i", "K_d"))) for axis in "xy"}
+    given = {axis: drive for axis in "xyz" if (drive := getattr(machine, axis)) is not None}
+    gains = {axis: _gains(drive) for axis, drive in given.items()}
+    keys = {axis: GainKeys(*(f"{section}.{axis}.{key}" for key in ("K_p", "K_i", "K_d"))) for axis in given}
     if machine.reading != "as_printed":
         gains = {axis: (g[1], g[0], *g[2:]) for axis, g in gains.items()}
         keys = {axis: GainKeys(k.integral, k.proportional, k.derivative) for axis, k in keys.items()}
     if machine.reading == "matched":
-        gains, keys = {"x": gains["y"], "y": gains["x"]}, {"x": keys["y"], "y": keys["x"]}
+        gains |= {"x": gains["y"], "y": gains["x"]}
+        keys |= {"x": keys["y"], "y": keys["x"]}
     c = machine.control
     laws = {axis: Controller(*g, c.sample_time, c.saturation, c.encoder, float(c.delay)) for axis, g in gains.items()}
-    pair = DrivePair(_plant(machine.x), laws["x"], _plant(machine.y), laws["y"])
+    drives = tuple(Drive(_plant(drive), laws[axis]) for axis, drive in given.items())
     faults = []
-    for axis, plant, figures in zip("xy", (pair.plant_x, pair.plant_y), loops(pair), strict=True):
+    for axis, drive, figures in zip(given, drives, loops(drives), strict=True):
         if not figures.stable:
-            helps = remedies(plant, laws[axis], keys[axis])
+            helps = remedies(drive.plant, drive.law, keys[axis])
             faults.append(Fault((*section.split("."), axis), _unstable(axis, figures, machine, helps, section)))
     if faults:
         raise ScenarioFault(faults)
-    return pair
+    return drives
 
 
-def loops(pair: DrivePair) -> tuple[LoopFigures, LoopFigures]:
-    """Margins, bandwidth and poles of both axes."""
-    return loop_figures(pair.plant_x, pair.law_x), loop_figures(pair.plant_y, pair.law_y)
+def loops(drives: tuple[Drive, ...]) -> tuple[LoopFigures, ...]:
+    """Margins, bandwidth and poles of every axis."""
+    return tuple(loop_figures(*drive) for drive in drives)
 
 
 def _unstable(axis: str, figures: LoopFigures, machine: CncMachine, helps: list[str], section: str) -> str:

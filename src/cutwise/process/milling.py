@@ -13,7 +13,7 @@ from cutwise.maths.curves import FloatArray
 from cutwise.physics.cutting.wall import DELAYED
 from cutwise.physics.motion.contour import contour_errors
 from cutwise.physics.motion.driven import SetPoints
-from cutwise.physics.motion.drives import axes_of
+from cutwise.physics.motion.drives import Drive, axes_of
 from cutwise.physics.motion.lookahead import Plan, highest_feeds, plan
 from cutwise.physics.motion.loop import LoopFigures, open_loop, sampled_response
 from cutwise.physics.motion.reference import Reference, central_difference, sampled
@@ -21,7 +21,7 @@ from cutwise.process import milling_wall
 from cutwise.process.assemble_mill import (
     ProgramPath,
     cut,
-    drive_pair,
+    feed_drives,
     loops,
     motion_limits,
     program_path,
@@ -30,7 +30,7 @@ from cutwise.process.assemble_mill import (
     tip_modes,
 )
 from cutwise.process.labels import labelled
-from cutwise.process.loops_drives import Commands, Cut, DriveHistory, DrivePair, run_drives
+from cutwise.process.loops_drives import Commands, Cut, DriveHistory, run_drives
 from cutwise.process.milling_contact import Contact, SteadyCuts, contact, steady_cuts
 from cutwise.process.milling_stability import TipStability, tip_stability
 from cutwise.process.milling_wall import WallRun
@@ -57,8 +57,8 @@ class MillRun(NamedTuple):
     plan: Plan
     reference: Reference
     contact: Contact
-    drives: DrivePair
-    loops: tuple[LoopFigures, LoopFigures]
+    drives: tuple[Drive, ...]  # of x, y, and z if it has one
+    loops: tuple[LoopFigures, ...]
     cut: Cut
     history: DriveHistory
     contour_error: FloatArray  # from the programmed path [m], shape (n,), NaN on rapid moves
@@ -85,18 +85,16 @@ def run(scenario: MillingScenario, substeps: int, progress: Progress | None = No
     reference = sampled(path.curve, [motion.profile], sample_time, scenario.numerics.settling_time)
     met = contact(scenario, path, reference)
     cutting = cut(scenario, spindle, met.depth)
-    drives = drive_pair(scenario.drives, scenario.drives_key)
+    drives = feed_drives(scenario.drives, scenario.drives_key)
     tip = tip_modes(scenario) if cutting.law == DELAYED and not milling_wall.on_loop(scenario) else None
     wall = None
     if milling_wall.on_loop(scenario):
-        axes = axes_of((drives.plant_x, drives.plant_y), (drives.law_x, drives.law_y), substeps)
-        log, wall = milling_wall.wall_run(
-            scenario, reference, set_points(reference, sample_time), axes, substeps, progress
-        )
+        order = set_points(reference, sample_time, len(drives))
+        log, wall = milling_wall.wall_run(scenario, reference, order, axes_of(drives, substeps), substeps, progress)
         history = DriveHistory(*log, np.empty((0, 3)), np.empty((0, 2)), len(reference.time))
     else:
         history = run_drives(
-            _commands(reference, met.patches, sample_time), drives, cutting, substeps, progress,
+            _commands(reference, met.patches, sample_time, len(drives)), drives, cutting, substeps, progress,
             modes=tip, tip_limit=tip_limit(scenario),
         )  # fmt: skip
     rapid = np.isinf(path.feed[reference.block])
@@ -174,7 +172,7 @@ def prepare(scenario: MillingScenario) -> None:
     all_faults(
         lambda: _planned(scenario, program),
         lambda: spindle_speed(scenario, program),
-        lambda: drive_pair(scenario.drives, scenario.drives_key),
+        lambda: feed_drives(scenario.drives, scenario.drives_key),
         lambda: _wall(scenario),
     )
 
@@ -185,16 +183,16 @@ def _wall(scenario: MillingScenario) -> None:
         milling_wall.bodies_of(scenario, milling_wall.stations_of(scenario))
 
 
-def set_points(reference: Reference, sample_time: float) -> SetPoints:
-    """What the x and y axes are told at the servo instants."""
-    point = np.ascontiguousarray(reference.point[:, :2])
+def set_points(reference: Reference, sample_time: float, axes: int) -> SetPoints:
+    """What the first ``axes`` of x, y and z are told at the servo instants."""
+    point = np.ascontiguousarray(reference.point[:, :axes])
     velocity = central_difference(point, sample_time)
     heading = np.arctan2(reference.direction[:, 1], reference.direction[:, 0])
     return SetPoints(point, velocity, central_difference(velocity, sample_time), heading, reference.travelled)
 
 
-def _commands(reference: Reference, patches: FloatArray, sample_time: float) -> Commands:
-    point, velocity, acceleration, heading, _ = set_points(reference, sample_time)
+def _commands(reference: Reference, patches: FloatArray, sample_time: float, axes: int) -> Commands:
+    point, velocity, acceleration, heading, _ = set_points(reference, sample_time, axes)
     return Commands(point, velocity, acceleration, heading, patches)
 
 
@@ -207,22 +205,23 @@ def stages(done: MillRun, **more: xr.Dataset | None) -> xr.DataTree:
     """The histories of all stages as labelled arrays, with units; ``more`` are further groups, those that there are."""
     r, h = done.reference, done.history
     time = ("time", r.time, "s", "time")
-    plants = (done.drives.plant_x, done.drives.plant_y)
+    plants = [drive.plant for drive in done.drives]
+    axes = list("xyz"[: len(plants)])
     torque = h.voltage * np.array([p.current_gain * p.torque_constant for p in plants])
     travel = np.array([p.transmission for p in plants])
     groups = {
         "motion": labelled(time, {
             "travelled": (r.travelled, "m", "way along the path"),
-            "commanded": (np.ascontiguousarray(r.point[:, :2]), "m", "commanded position of the tool centre"),
+            "commanded": (np.ascontiguousarray(r.point[:, : len(axes)]), "m", "commanded position of the tool centre"),
             "actual": (h.position, "m", "actual position of the tool centre"),
             "speed_planned": (r.speed, "m/s", "planned speed along the path"),
             "speed_actual": (np.hypot(h.speed[:, 0], h.speed[:, 1]), "m/s", "actual speed"),
-            "tracking_error": (r.point[:, :2] - h.position, "m", "set point minus actual position"),
+            "tracking_error": (r.point[:, : len(axes)] - h.position, "m", "set point minus actual position"),
             "voltage": (h.voltage, "V", "output of the controllers"),
             "motor_torque": (torque, "N*m", "motor torque"),
-            "cutting_torque": (h.force[:, :2] * travel, "N*m", "mean torque of the cutting force on the motor in a sample"),
+            "cutting_torque": (h.force[:, : len(axes)] * travel, "N*m", "mean torque of the cut on the motor in a sample"),
             "saturated": (h.clipped.astype(float), "1", "controller at its limit"),
-        }, axis=["x", "y"]).merge(_frequency_response(done)),
+        }, axis=axes).merge(_frequency_response(done)),
         "engagement": _engagement(done, time),
         "cutting": labelled(time, {
             "force": (h.force, "N", "mean force on the tool over a sample"),
@@ -259,12 +258,11 @@ def _engagement(done: MillRun, time: tuple[str, FloatArray, str, str]) -> xr.Dat
 
 
 def _frequency_response(done: MillRun) -> xr.Dataset:
-    """Open and closed loop of both axes, continuous and sampled."""
-    d = done.drives
-    nyquist = 0.5 / d.law_x.sample_time
+    """Open and closed loop of every axis, continuous and sampled."""
+    pairs = done.drives
+    nyquist = 0.5 / pairs[0].law.sample_time
     hertz = np.geomspace(0.5, 0.98 * nyquist, 300)
     w = 2.0 * math.pi * hertz
-    pairs = ((d.plant_x, d.law_x), (d.plant_y, d.law_y))
     opened = np.column_stack([open_loop(w, *pair) for pair in pairs])
     held = np.column_stack([sampled_response(w, *pair) for pair in pairs])
     return labelled(("frequency", hertz, "Hz", "frequency"), {
@@ -274,7 +272,7 @@ def _frequency_response(done: MillRun) -> xr.Dataset:
         "sampled_closed_loop_gain": (np.abs(held / (1 + held)), "1", "magnitude of the sampled closed loop"),
         "sampled_open_loop_gain": (np.abs(held), "1", "magnitude of the sampled loop gain"),
         "sampled_open_loop_phase": (_phase(held), "rad", "phase of the sampled loop gain"),
-    }, axis=["x", "y"])  # fmt: skip
+    }, axis=list("xyz"[: len(pairs)]))  # fmt: skip
 
 
 def _phase(response: np.ndarray) -> FloatArray:

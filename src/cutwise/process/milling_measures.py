@@ -31,7 +31,7 @@ def measures(scenario: MillingScenario, done: MillRun) -> dict[str, float]:
         found |= _peak_forces(scenario, done)
     found |= _steady_forces(done)
     found |= _contact_measures(scenario, done)
-    for axis, figures in zip("xy", done.loops, strict=True):
+    for axis, figures in zip("xyz", done.loops, strict=False):
         found[f"bandwidth_{axis}"] = figures.sampled_bandwidth
         found[f"phase_margin_{axis}"] = figures.sampled_phase_margin
     if done.lost is None:
@@ -60,15 +60,15 @@ def _errors(done: MillRun) -> dict[str, float]:
 def _drive_measures(scenario: MillingScenario, done: MillRun) -> dict[str, float]:
     """Lag, settling, voltage and torque of the drives."""
     history, found = done.history, {}
-    lag = np.abs(done.reference.point[:, :2] - history.position).max(axis=0)
-    found["tracking_error_max_x"], found["tracking_error_max_y"] = map(float, lag)
+    lag = np.abs(done.reference.point[:, : len(done.drives)] - history.position).max(axis=0)
+    found |= {f"tracking_error_max_{axis}": float(most) for axis, most in zip("xyz", lag, strict=False)}
     found |= _settling(done)
     found["drive_voltage_max"] = float(np.abs(history.voltage).max())
     found["saturation_time"] = float(history.clipped.any(axis=1).sum()) * scenario.drives.control.sample_time
     lowest = _lowest_feed(scenario, done)
     if lowest is not None:
         found["feed_min"] = lowest
-    for i, (axis, plant) in enumerate((("x", done.drives.plant_x), ("y", done.drives.plant_y))):
+    for i, (axis, (plant, _)) in enumerate(zip("xyz", done.drives, strict=False)):
         torque = plant.current_gain * plant.torque_constant * np.abs(history.voltage[:, i]).max()
         found[f"drive_torque_max_{axis}"] = float(torque)
     return found
@@ -128,7 +128,7 @@ def _settling(done: MillRun) -> dict[str, float]:
     direction = reference.direction[-1, :2]
     if not after.any() or math.hypot(*direction) < 0.5:
         return {}
-    off = history.position[after] - end
+    off = history.position[after, :2] - end
     found = {"settling_overshoot": max(float((off @ direction).max()), 0.0)}
     outside = np.flatnonzero(np.hypot(off[:, 0], off[:, 1]) > SETTLED)
     if outside.size == 0:

@@ -284,7 +284,8 @@ def _standing(
     scenario: MillingScenario, reference: Reference, history: DriveHistory
 ) -> Iterator[tuple[str, str]]:  # fmt: skip
     """Axes that are not commanded to move, and what holds them."""
-    for a, (axis, drive) in enumerate((("x", scenario.drives.x), ("y", scenario.drives.y))):
+    for a, axis in enumerate("xyz"[: history.position.shape[1]]):
+        drive = getattr(scenario.drives, axis)
         if float(np.ptp(reference.point[:, a])) > _STILL or float(np.ptp(history.position[:, a])) > _STILL:
             continue
         torque = float(history.force_peak[:, a].max()) * drive.r_g

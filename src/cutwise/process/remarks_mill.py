@@ -28,7 +28,7 @@ LIMITS = (
     _RIGID,
     "The lobe diagram leaves the helix out; Kienzle's law is taken by its slope at the mean chip thickness there.",
     "No in-position wait at stops: the next block starts at once, so that a machine that waits takes longer.",
-    "Drives: rigid transmission, ideal current loop; the z axis follows exactly.",
+    "Drives: rigid transmission, ideal current loop; a z axis without a drive follows exactly.",
     "Linear-edge coefficients of one source; those of aluminium 7075 differ by ±40 % between sources.",
 )
 
@@ -50,7 +50,7 @@ def warnings(scenario: MillingScenario, done: MillRun, found: Mapping[str, float
             f"a controller is at its limit of {units.show(machine.control.saturation, 'voltage')} for "
             f"{units.show(found['saturation_time'], 'time', 3)}; lower feed, acceleration or jerk"
         )
-    for axis, figures in zip("xy", done.loops, strict=True):
+    for axis, figures in zip("xyz", done.loops, strict=False):
         if figures.sampled_phase_margin < _THIN_MARGIN:
             yield (
                 f"the position loop of {axis} has a phase margin of {math.degrees(figures.sampled_phase_margin):.1f}° "
@@ -103,7 +103,7 @@ def _stock(scenario: MillingScenario, done: MillRun) -> Iterator[str]:
 
 def _joints(done: MillRun) -> Iterator[str]:
     """Joints at which the jerk limit is exceeded, because the curvature jumps there."""
-    steps = done.plan.curvature_steps / done.drives.law_x.sample_time
+    steps = done.plan.curvature_steps / done.drives[0].law.sample_time
     over = np.flatnonzero(done.plan.curvature_steps > 1e-9)
     if over.size == 0:
         return
@@ -128,11 +128,11 @@ def notes(scenario: MillingScenario, done: MillRun, program_notices: tuple[str, 
         f"gain margin {_decibels(f.sampled_gain_margin)} up, {_decibels(f.least_gain)} down; "
         f"bandwidth {f.bandwidth:.1f} Hz continuous, {f.sampled_bandwidth:.1f} Hz sampled; "
         f"resonance {f.resonance:.2f}; damping {f.damping:.3f}; largest pole |z| {f.largest_pole:.5f}."
-        for axis, f in zip("xy", done.loops, strict=True)
+        for axis, f in zip("xyz", done.loops, strict=False)
     }
     if done.lost is None and np.isfinite(done.contour_error).any():
         worst = int(np.nanargmax(np.abs(done.contour_error)))
-        x, y = done.history.position[worst]
+        x, y = done.history.position[worst, :2]
         line = int(done.path.source[done.reference.block[worst]])
         place = f", {block_named(_text(scenario), line)}" if line else ""
         side = "into the wall" if done.contour_error[worst] > 0 else "away from the wall"

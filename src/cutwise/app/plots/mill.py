@@ -32,7 +32,7 @@ _POINTS = 4000
 def worst_place(result: "Result") -> Figure:
     """Commanded path and actual path where the path is left most, the error magnified."""
     motion, error = result["motion"], result["surface"]["contour_error"].values
-    commanded, actual = motion["commanded"].values, motion["actual"].values
+    commanded, actual = motion["commanded"].values[:, :2], motion["actual"].values[:, :2]
     largest = float(np.nanmax(np.abs(error)))
     worst = int(np.nanargmax(np.abs(error)))
     times = _round_down(_LENGTH_OF_ERROR / largest) if largest > 0.0 else 1.0
@@ -133,7 +133,7 @@ def voltages(result: "Result") -> Figure:
     torque, torque_unit = scale("moment")
     drawn = figure(4.6)
     top, bottom = drawn.subplots(2, sharex=True)
-    for axis, colour in zip("xy", SERIES, strict=False):
+    for axis, colour in zip(motion["axis"].values, SERIES, strict=False):
         curve(top, time, motion["voltage"].sel(axis=axis).values, color=colour, linewidth=1.0, label=axis)
         motor, load = (torque * motion[name].sel(axis=axis).values for name in ("motor_torque", "cutting_torque"))
         curve(bottom, time, motor, color=colour, linewidth=1.0, label=f"{axis}, motor")
@@ -156,7 +156,7 @@ def frequency_response(result: "Result") -> Figure:
     hertz = motion["frequency"].values
     drawn = figure(4.8)
     closed, opened, phase = drawn.subplots(3, sharex=True)
-    for axis, colour in zip("xy", SERIES, strict=False):
+    for axis, colour in zip(motion["axis"].values, SERIES, strict=False):
         for kind, style, name in (("", "--", "continuous"), ("sampled_", "-", "sampled")):
             label = f"{axis}, {name}"
             gain = motion[f"{kind}closed_loop_gain"].sel(axis=axis).values

@@ -43,8 +43,15 @@ class Controller(NamedTuple):
     delay: float  # 0 or 1: the output of the last sample is applied
 
 
+class Drive(NamedTuple):
+    """A feed drive of one axis."""
+
+    plant: Plant
+    law: Controller
+
+
 class Axis(NamedTuple):
-    """A feed drive with its position controller, stepped by a fixed time; see :func:`axes_of`."""
+    """A feed drive that is stepped by a fixed time; see :func:`axes_of`."""
 
     plant: Plant
     law: Controller
@@ -207,20 +214,22 @@ def played(output: float, motor_side: float, play: float) -> float:
     return min(max(output, motor_side - half), motor_side + half)
 
 
-def axes_of(plants: Sequence[Plant], laws: Sequence[Controller], substeps: int) -> tuple[Axis, ...]:
+def axes_of(drives: Sequence[Drive], substeps: int) -> tuple[Axis, ...]:
     """Axes that are stepped ``substeps`` times in a sample of their controllers.
 
     Raises
     ------
     ValueError
-        The sample times differ, or there are no substeps.
+        The sample times differ, there are no substeps, or more axes than x, y and z.
     """
-    if len({law.sample_time for law in laws}) != 1:
+    if not 2 <= len(drives) <= 3:
+        raise ValueError(f"a force acts along x, y and z; there are {len(drives)} drives")
+    if len({drive.law.sample_time for drive in drives}) != 1:
         raise ValueError("all axes need the same sample time")
     if substeps < 1:
         raise ValueError("at least one substep per servo step is needed")
     found = []
-    for plant, law in zip(plants, laws, strict=True):
+    for plant, law in drives:
         step = law.sample_time / substeps
         found.append(Axis(plant, law, step, *response_integrals(plant.viscous / plant.inertia, step)))
     return tuple(found)
