@@ -132,6 +132,13 @@ def test_up_milling_has_the_work_on_the_left(scenario):
     assert measures(scenario, up)["engagement_angle_straight"] == pytest.approx(np.arccos(0.6))
 
 
+def test_a_slot_has_two_walls(scenario):
+    run = milling.run(revised(scenario, ["operation.radial_depth=20 mm", "operation.axial_depth=2 mm"]), 10)
+    found = measures(scenario, run)
+    assert found["wall_error_max"] == -found["wall_error_min"] == np.abs(run.wall.wall[run.wall.counted]).max()
+    assert found["wall_error_max"] > 20 * UM
+
+
 def test_teeth_one_by_one_have_the_mean_of_the_average(scenario, done):
     """Rigid mill, tooth by tooth beside the bodies: the mean over a tooth period is that of the averaged force."""
     teeth = milling.run(revised(scenario, ["numerics.force=tooth_resolved", "tool.modes=[]"]), 40)
@@ -177,6 +184,16 @@ def test_a_run_can_be_read_back(scenario):
         (["load.weights=true"], "load.weights: true is for process: machine"),
         (["path={corner: sharp}"], "path: bodies of a machine yield along a straight wall"),
         (["path.line.to=[0 mm, 0 mm]"], "path.line.angle: says where the line ends"),
+        (
+            [
+                "machine={library: fadal2216}",
+                "part=null",
+                "numerics.force=tooth_resolved",
+                "operation.milling=up",
+                "path.work=left",
+            ],
+            "operation.milling: up is not covered for a tip that swings",
+        ),
         (["path.tool_axis=[0, 0, 1]"], "path.tool_axis: leans"),
         (["machine.tip=null"], "machine.tip: missing"),
         (["robot={library: kr270_r2700}"], "robot: the tool has one carrier"),

@@ -48,6 +48,7 @@ class WallRun(NamedTuple):
     drives: FloatArray  # deviation by the drives [m], shape (n, 3)
     turned: FloatArray  # tilt of the tool about the feed [rad], shape (n,)
     counted: npt.NDArray[np.bool_]  # where the tool is in the cut, shape (n,)
+    slot: bool  # both sides are walls
     height: float  # over the tip, where the wall is read [m]
 
     @property
@@ -162,7 +163,7 @@ def wall_run(
         at += width(term)
     counted = (reference.travelled >= begins) & (reference.travelled < ends)
     drives = _deviation(reference, order, motion.log, motion.side)
-    return motion.log, WallRun(path, bodies, terms, moved, drives, turned, counted, height)
+    return motion.log, WallRun(path, bodies, terms, moved, drives, turned, counted, slot, height)
 
 
 def _deviation(reference: Reference, order: SetPoints, log: DriveLog, side: float) -> FloatArray:
@@ -187,6 +188,9 @@ def measures(done: WallRun) -> dict[str, float]:
         "deviation_drives_max": _largest(done.drives[done.counted, 1]),
         "share_drives": float(done.drives[done.worst, 1]),
     }
+    if done.slot:  # its two walls are off the same way, which is into one of them
+        most = float(np.abs(wall).max())
+        found["wall_error_min"], found["wall_error_max"] = 0.0 - most, most
     if done.terms or done.drives[:, 2].any():
         found |= {"floor_error_min": float(floor.min()), "floor_error_max": float(floor.max())}
     for name, of_term in done.moved.items():

@@ -313,6 +313,9 @@ class MillingScenario(Scenario):
         if isinstance(self.path, MilledPath):
             yield from machine_faults(self.path)
             yield from self._side_faults(self.path)
+            if self.operation.milling == "up" and self.numerics.force == "tooth_resolved" and self.tool.modes:
+                yield Remark(("operation", "milling"), "up is not covered for a tip that swings tooth by tooth (tool.modes); "
+                             "write numerics.force: averaged, or mill down")  # fmt: skip
         if self.path is not None:
             for key, sample in (("feed", "40 mm/s"), ("spindle_speed", "8000 rpm")):
                 if getattr(self.operation, key) is None:
@@ -431,6 +434,8 @@ class MillingScenario(Scenario):
             for key in ("runout",) if still else ("modes", "runout"):
                 if getattr(self.tool, key):
                     yield Remark(("tool", key), f"does not count with numerics.force: {self.numerics.force}")
+        if self.line is not None and self.numerics.discs and not self.tool.modes:
+            yield Remark(("numerics", "discs"), "does not count along a line: the flutes are taken in closed form")
         depth, length = self.operation.axial_depth, self.tool.flute_length
         if depth is not None and length is None and depth > _LONG_FLUTES * self.tool.diameter:
             yield Remark(
