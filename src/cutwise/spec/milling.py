@@ -8,6 +8,7 @@ from annotated_types import Gt
 from pydantic import Discriminator, Field
 
 from cutwise import units
+from cutwise.spec import needs
 from cutwise.spec.base import (
     Angle,
     AngularSpeed,
@@ -29,6 +30,7 @@ from cutwise.spec.material import Material
 from cutwise.spec.measures import MILLING
 from cutwise.spec.milled_path import MilledPath, machine_faults, robot_faults
 from cutwise.spec.milling_machine import MillingLoad, MillingMachine, machine_kind
+from cutwise.spec.needs import Needs
 from cutwise.spec.part_block import PartBlock
 from cutwise.spec.program import Blend, PathMode, Program, StockBlock
 from cutwise.spec.scenario import MeasureSpec, Scenario
@@ -48,12 +50,6 @@ def _corner_kind(value: Any) -> str:
 
 
 _LONG_FLUTES = 5.0  # diameters
-_TOOTH_BY_TOOTH = frozenset({
-    "force_xy_peak", "force_x_peak", "force_y_peak", "force_z_peak", "tip_deflection_max", "wall_error_min",
-    "wall_error_max",
-})  # fmt: skip
-
-_OF_WALL = frozenset({"wall_error_min", "wall_error_max"})
 
 CornerShape = Annotated[
     Annotated[Literal["sharp"], tag("sharp")] | Annotated[Length, Gt(0), tag("fillet")], Discriminator(_corner_kind)
@@ -204,6 +200,7 @@ class MillingScenario(Scenario):
     """Milling a pocket with a CNC machine (Ozcan et al. 2017)."""
 
     measures: ClassVar[Mapping[str, MeasureSpec]] = MILLING
+    needs: ClassVar[Needs] = needs.MILLING
     either: ClassVar[tuple[tuple[str, ...], ...]] = (("path",), ("program",))
     starts: ClassVar[Mapping[str, str]] = {
         "path.corner": "2 mm",
@@ -229,6 +226,21 @@ class MillingScenario(Scenario):
     }
     focus: ClassVar[str] = "contour_error_max"
     implied: ClassVar[Mapping[str, float]] = {"chatter_growth_corner": 1.0, "chatter_growth_straight": 1.0}
+
+    def turned(self) -> Mapping[str, tuple[str, str]]:
+        """What this cut has: a program no corner, one in a stock no depths; a corner no blend unless it is asked for."""
+        idle = set() if isinstance(self.path, CornerPath) else {"path.corner"}
+        if self.stock is not None:
+            idle |= {"operation.axial_depth", "operation.radial_depth"}
+        if self.program is None and not isinstance(self.path_mode, Blend):
+            idle.add("path_mode.blend")
+        return {key: ends for key, ends in self.levers.items() if key not in idle}
+
+    def unasked(self) -> int:
+        """A program takes seconds, one that is followed through its stock or on a vibrating tip many."""
+        if self.program is None:
+            return 100
+        return 5 if self.stock is not None or self.tool.modes else 12
 
     process: Literal["mill"] = Field(description="which operation is simulated", examples=["mill"])
     path: (
@@ -428,8 +440,6 @@ class MillingScenario(Scenario):
                 if getattr(self.operation, key) is not None:
                     yield Remark(("operation", key), "is not used: the stock says what the program meets")
         if self.robot is None and self.numerics.force != "tooth_resolved":
-            for name in (_TOOTH_BY_TOOTH - (_OF_WALL if self.line else frozenset())).intersection(self.requirements):
-                yield Remark(("requirements", name), "needs numerics.force: tooth_resolved")
             still = isinstance(self.machine, MillingMachine) and self.numerics.force == "averaged"  # modes are F/k
             for key in ("runout",) if still else ("modes", "runout"):
                 if getattr(self.tool, key):
