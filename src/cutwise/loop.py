@@ -14,6 +14,7 @@ from cutwise.balance import TRIALS, balance, look
 from cutwise.maths.compiled import inlined_stepping, stepping
 from cutwise.records import CONTACT, FIXED, Contact, History, Load
 from cutwise.stages import (
+    driven,
     left,
     moved,
     noted,
@@ -100,6 +101,7 @@ def advance(cell, flexed, contact, load, guess, table, starts, row, first, steps
         effort = stepped(structure, flexed, pose, load, dt)
         effort = max(effort, LOST if trials == TRIALS else trials)
         record(table, row, k - begun, 1.0 / (end - begun), pose, contact, load, structure, flexed, effort)
+        driven(cell.motion, pose, load, dt)
         if k + 1 == end and row + 2 < starts.size:
             row += 1
             begun, end = end, starts[row + 1]
@@ -107,7 +109,7 @@ def advance(cell, flexed, contact, load, guess, table, starts, row, first, steps
 
 def march(
     cell: Cell, flexed: NamedTuple, *, duration: float, time_step: float, seen: int, state: int, layers: int,
-    contacts: int, starts: IntArray | None = None, progress: Callable[[float], None] | None = None,
+    contacts: int, stride: int = 0, starts: IntArray | None = None, progress: Callable[[float], None] | None = None,
 ) -> History:  # fmt: skip
     """A whole run, in portions between which progress is told and Ctrl-C is heard.
 
@@ -121,13 +123,14 @@ def march(
         Columns that the engagement shows, that the structure notes, and layers of the work.
     contacts : int
         Largest number of rows of contact.
+    stride : int
+        Steps in a row of the history; left out, as many as make no more than ``ROWS`` rows.
     starts : array, optional
-        First step of each row of the history, and the end of the run, shape (rows + 1,), rising from zero; without it
-        all rows are of one length, as short as :data:`ROWS` allows, and the duration counts.
+        Instead, the first step of each row, and the end of the run, shape (rows + 1,), rising from zero.
     """
     if starts is None:
         steps = max(1, round(duration / time_step))
-        stride = max(1, math.ceil(steps / ROWS))
+        stride = stride or max(1, math.ceil(steps / ROWS))
         starts = np.arange(0, math.ceil(steps / stride) * stride + 1, stride)
     steps = int(starts[-1])
     table = np.zeros((len(starts) - 1, FIXED + seen + state + 9 * layers + 2))

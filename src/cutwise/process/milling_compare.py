@@ -1,14 +1,21 @@
 """Corner strategies side by side."""
 
-from collections.abc import Mapping
+from __future__ import annotations
 
-import xarray as xr
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 from cutwise import units
+from cutwise.later import later
 from cutwise.process.milling import run
 from cutwise.process.milling_measures import measures
-from cutwise.spec.milling import MillingScenario
+from cutwise.spec.milling import CornerPath, MillingScenario
 from cutwise.spec.program import Blend
+
+if TYPE_CHECKING:
+    import xarray as xr
+else:
+    xr = later("xarray")
 
 COMPARED = (
     "cycle_time", "contour_error_max", "drive_error_max", "contour_error_rms", "force_xy_peak", "force_xy_mean_corner",
@@ -22,7 +29,7 @@ def compare(scenario: MillingScenario) -> dict[str, Mapping[str, float]]:
     Where blends are among them, what the drives alone are off by is told of all: the contour error of a fillet is measured
     from the fillet, that of a blend from the corner that it rounds.
     """
-    if scenario.path is None:
+    if not isinstance(scenario.path, CornerPath):
         return {}
     rows: dict[str, Mapping[str, float]] = {}
     for strategy in scenario.path.compare:

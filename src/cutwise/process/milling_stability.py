@@ -1,13 +1,15 @@
 """Whether the tool tip of a milling run chatters: growth in time, limiting depths, and the map over speed and depth."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from cutwise import units
+from cutwise.later import later
 from cutwise.maths.curves import FloatArray
 from cutwise.physics.cutting import stability
 from cutwise.physics.cutting.flute import EdgeCoefficients
@@ -20,6 +22,11 @@ from cutwise.process.loops_regenerative import Chatter, SteadyCut, run_regenerat
 from cutwise.process.milling_contact import SteadyPatch
 from cutwise.results import Remedy
 from cutwise.spec.milling import MillingScenario
+
+if TYPE_CHECKING:
+    import xarray as xr
+else:
+    xr = later("xarray")
 
 _PERIODS = 150
 _TRIED = 4  # speeds that are run before the depth is looked at
@@ -162,7 +169,7 @@ def lobe_diagram(scenario: MillingScenario, found: TipStability) -> xr.Dataset:
 
 def vibration(found: TipStability) -> xr.Dataset:
     """The tip in a steady cut of the heaviest contact, from rest until it swings by more than the radius of the mill."""
-    c = found.cases["corner"].chatter
+    c = (found.cases.get("corner") or found.cases["straight"]).chatter
     within = np.logical_and.accumulate(np.abs(c.tip).max(axis=1) <= found.cut.mill.radius)
     return labelled(("vibration_time", c.time[within], "s", "time"), {
         "tip_corner": (c.tip[within], "m", "vibration of the tool tip in the heaviest contact"),

@@ -7,10 +7,10 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field
 
 from cutwise import units
+from cutwise.spec import needs
 from cutwise.spec.base import (
     Count,
     Elasticity,
-    Force,
     Length,
     LibrarySpec,
     Number,
@@ -27,34 +27,11 @@ from cutwise.spec.machine_checks import chain_faults
 from cutwise.spec.machine_pass import AxisPosition, CutSurface, FromCutting, MachineLoad, MachinePath, ProgramPass
 from cutwise.spec.material import Material
 from cutwise.spec.measures import MACHINE
+from cutwise.spec.needs import Needs
+from cutwise.spec.part_block import PartBlock
 from cutwise.spec.program import StockBlock
 from cutwise.spec.scenario import MeasureSpec, Scenario
 from cutwise.spec.tables import Table
-
-
-class PartBlock(Spec):
-    """The part: a block standing on its clamping, its frame in the middle of its lower face."""
-
-    width_x: Length = Field(description="size in x", examples=["260 mm"], gt=0)
-    width_y: Length = Field(description="size in y", examples=["90 mm"], gt=0)
-    height: Length = Field(description="size in z", examples=["300 mm"], gt=0)
-    weight: Force = Field(description="weight, at half its height", examples=["540 N"], ge=0)
-    flexible: bool = Field(description="bends under the reaction to the cutting force", examples=[True])
-    youngs_modulus: Elasticity | None = Field(
-        default=None, description="Young's modulus", examples=["210 kN/mm^2"], gt=0
-    )
-    poisson_ratio: Annotated[Number, Usual(0.2, 0.4)] | None = Field(
-        default=None, description="Poisson's ratio", examples=[0.3], gt=-1, lt=0.5
-    )
-    shear_factor: Number | None = Field(
-        default=None, description="share of the section that carries shear", examples=[0.8333333], gt=0, le=1
-    )
-
-    def contradictions(self) -> Iterator[Remark]:
-        """What a flexible part needs."""
-        for key in ("youngs_modulus", "poisson_ratio", "shear_factor"):
-            if self.flexible and getattr(self, key) is None:
-                yield Remark((key,), "missing")
 
 
 class MachineTool(LibrarySpec):
@@ -133,6 +110,7 @@ class MachineScenario(Scenario):
     """Error budget of a machine tool along a pass, and its volumetric error (Demeč and Madáč; ISO 230)."""
 
     measures: ClassVar[Mapping[str, MeasureSpec]] = MACHINE
+    needs: ClassVar[Needs] = needs.MACHINE
     either: ClassVar[tuple[tuple[str, ...], ...]] = (("path",), ("program",))
     starts: ClassVar[Mapping[str, str]] = {
         "machine.library": "demec_mill",
@@ -198,6 +176,10 @@ class MachineScenario(Scenario):
         if not isinstance(self.load.force, FromCutting):
             levers.pop("path.feed")  # a prescribed force does not ask for it
         return {**levers, **(stiffer if self.has_pass else {})}
+
+    def unasked(self) -> int:
+        """A program, a map of the working space or a chain with rotary axes takes ten times a simple pass."""
+        return 100 if self.volume is None and self.program is None else 40
 
     def contradictions(self) -> Iterator[Remark]:
         """Everything wrong with the chain, the errors and the travel, at once."""
