@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from cutwise.maths.curves import FloatArray, segment
 from cutwise.records import Pose
-from cutwise.stages import moved
+from cutwise.stages import driven, moved
 
 
 class Led(NamedTuple):
@@ -49,3 +49,9 @@ def _(motion, time):
     vx = stay * velocity[i, 0] + part * velocity[onward, 0]
     vy = stay * velocity[i, 1] + part * velocity[onward, 1]
     return Pose(time, motion.along[knot] + part * motion.stretch[knot], x, y, z, vx, vy, motion.climb[i], 0.0)
+
+
+@driven.of(Led)
+def _(motion, pose, load, dt):
+    """The programmed motion knows no load."""
+    return 0
