@@ -21,6 +21,7 @@ class Pose(NamedTuple):
     vx: float  # [m/s]
     vy: float
     vz: float
+    spin: float  # [rad/s] at which the process axes turn about z, clockwise: with the edge, where the tool follows it
 
 
 class Tip(NamedTuple):

@@ -303,3 +303,23 @@ DUMAS2011 = register(
         implements=("Cartesian compliance J K^-1 J^T of elastic joints",),
     )
 )
+
+RAGHAVAN_ROTH1993 = register(
+    Source(
+        "raghavan_roth1993",
+        "M. Raghavan, B. Roth, Inverse kinematics of the general 6R manipulator and related linkages, Journal of "
+        "Mechanical Design 115 (1993) 502-508",
+        implements=(
+            "14 equations of a pose in which sines and cosines stand to first power, without two of the joints",
+        ),
+    )
+)
+
+MANOCHA_CANNY1994 = register(
+    Source(
+        "manocha_canny1994",
+        "D. Manocha, J. F. Canny, Efficient inverse kinematics for general 6R manipulators, IEEE Transactions on Robotics "
+        "and Automation 10 (1994) 648-657",
+        implements=("the postures as eigenvalues of order 24",),
+    )
+)

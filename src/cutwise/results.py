@@ -1,18 +1,102 @@
 """What a run gives back: labelled histories per stage, measures, verdict, and where every input came from."""
 
+import io
 import json
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import xarray as xr
 
 from cutwise import units
+from cutwise.disk import write_bytes
+from cutwise.run_file import DamagedRun, sealed, tree_of
 from cutwise.spec.scenario import Scenario
 
-if TYPE_CHECKING:
-    from collections.abc import Iterable
+Certainty = Literal["sure", "not_every_history", "unknown"]
+
+SOUNDNESS: Mapping[str, str] = {
+    "unstable": "vibration grows from tooth to tooth",
+    "untouched": "the tool meets no material where it should",
+    "contact_lost": "the tool leaves the work in the middle of the cut",
+    "tip_lost": "the tool is no longer where its contact is taken",
+    "at_stop": "the spindle has used its whole stroke",
+    "unsettled": "the state that is judged is not reached",
+    "unconverged": "the verdict depends on the step of the computation",
+    "unsolved": "the step of the computation is too long in places",
+    "edge_stands": "the chamfer is not complete",
+    "collides": "a rapid move runs through the stock",
+    "at_rest": "the spindle does not turn in a move that would cut",
+    "rubs": "the rod runs into the part",
+    "unreached": "a measure that is required does not exist in this run",
+}
+"""Codes of findings that leave nothing to be judged: a run with one of them is never a pass."""
+
+
+class Place(NamedTuple):
+    """Where something was found; what is not known is left out."""
+
+    name: str = ""  # a contact, a path, a hole
+    time: float | None = None  # [s]
+    position: float | None = None  # [m] along the edge or path
+    line: int = 0  # of the program, from 1
+
+
+NOWHERE = Place()
+
+
+class Remedy(NamedTuple):
+    """What to change; ``tried`` when a computation with it is sound."""
+
+    key: str
+    value: str
+    tried: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """Something that a run found out about itself; words are made of it in the app layer.
+
+    It decides the verdict if its code stands in :data:`SOUNDNESS`.
+    """
+
+    code: str
+    where: Place = NOWHERE
+    value: float | None = None  # SI
+    limit: float | None = None
+    dimension: str = "dimensionless"
+    measure: str = ""  # the measure that it is about
+    remedy: Remedy | None = None
+
+    def as_json(self) -> dict[str, Any]:
+        """The record in SI, without what it does not say."""
+        told: dict[str, Any] = {"code": self.code, "decides": self.code in SOUNDNESS}
+        where = {name: value for name, value in self.where._asdict().items() if value not in (None, "", 0)}
+        told |= {"measure": self.measure} if self.measure else {}
+        told |= {"where": where} if where else {}
+        told |= {name: value for name in ("value", "limit") if (value := getattr(self, name)) is not None}
+        told |= {"unit": units.DIMENSIONS[self.dimension].si, "dimension": self.dimension}
+        told |= {"remedy": self.remedy._asdict()} if self.remedy else {}
+        return told
+
+    @classmethod
+    def from_json(cls, told: Mapping[str, Any]) -> "Finding":
+        """A finding as :meth:`as_json` wrote it."""
+        remedy = told.get("remedy")
+        return cls(
+            told["code"], Place(**told.get("where", {})), told.get("value"), told.get("limit"), told["dimension"],
+            told.get("measure", ""), Remedy(**remedy) if remedy else None,
+        )  # fmt: skip
+
+
+class Histories(NamedTuple):
+    """Between which values a measure may come out, because of what the run cannot know."""
+
+    low: float | None  # SI; None: no bound is known
+    high: float | None
+    cause: str  # friction, setup
 
 
 class SolverFailure(Exception):
@@ -42,7 +126,7 @@ class Measure:
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """A requirement of the scenario and how the run did against it."""
+    """A requirement of the scenario, or one that every run has, and how the run did against it."""
 
     measure: str
     value: float
@@ -50,17 +134,55 @@ class Check:
     minimum: float | None
     maximum: float | None
     passed: bool
+    implied: bool = False  # nobody wrote it: it comes with the process
+    whole_band: bool = False  # every history has to keep the limits
+    histories: Histories | None = None
+    off: tuple[str, float] | None = None  # an assumed value that, off by a tenth, moves the measure to this one
+
+    def keeps(self, value: float | None) -> bool:
+        """Whether a value is within the limits; one that is not known is not."""
+        if value is None:
+            return False
+        return (self.minimum is None or value >= self.minimum) and (self.maximum is None or value <= self.maximum)
+
+    @property
+    def certainty(self) -> Certainty:
+        """Whether the same verdict holds for every history, and with each assumed value off by a tenth."""
+        if self.value is None or (self.histories is None and self.off is None):
+            return "unknown"
+        low, high = self.span
+        if self.keeps(low) and self.keeps(high):
+            return "sure"
+        missed = (self.minimum is not None and high < self.minimum) or (self.maximum is not None and low > self.maximum)
+        return "sure" if missed else "not_every_history"
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Least and greatest value of all histories and of assumed values off by a tenth; an unknown end is infinite."""
+        ends = [(self.value, self.value)]
+        if self.histories is not None:
+            low, high, _ = self.histories
+            ends.append((-math.inf if low is None else low, math.inf if high is None else high))
+        if self.off is not None:
+            ends.append((self.off[1], self.off[1]))
+        return min(low for low, _ in ends), max(high for _, high in ends)
 
     def as_json(self) -> dict[str, Any]:
-        """``{measure, value, min, max, pass}`` in SI."""
-        return {
+        """``{measure, value, min, max, pass, certainty}`` in SI, with the histories where they are known."""
+        told: dict[str, Any] = {
             "measure": self.measure,
             "value": self.value,
             "unit": units.DIMENSIONS[self.dimension].si,
             "min": self.minimum,
             "max": self.maximum,
             "pass": self.passed,
+            "certainty": self.certainty,
         }
+        told |= {"implied": True} if self.implied else {}
+        told |= {"whole_band": True} if self.whole_band else {}
+        told |= {"histories": self.histories._asdict()} if self.histories else {}
+        told |= {"off": {"key": self.off[0], "value": self.off[1]}} if self.off else {}
+        return told
 
 
 @dataclass(frozen=True)
@@ -75,6 +197,7 @@ class Result:
     stages: xr.DataTree
     measures: Mapping[str, Measure]
     checks: tuple[Check, ...] = ()
+    findings: tuple[Finding, ...] = ()  # what the run found out about itself; some decide the verdict
     warnings: tuple[str, ...] = ()
     infeasible: tuple[str, ...] = ()  # violated inequalities of an operation that cannot be done, with margins
     limits: tuple[str, ...] = ()  # what the model leaves out
@@ -89,10 +212,28 @@ class Result:
 
     @property
     def verdict(self) -> Literal["pass", "fail", "none"]:
-        """``fail`` if a requirement is missed or the operation cannot be done; ``none`` without requirements."""
-        if self.infeasible or any(not check.passed for check in self.checks):
+        """``fail`` if a requirement is missed, the operation cannot be done or the run is not sound.
+
+        ``none`` without requirements, and where the scenario sets stability aside.
+        """
+        if self.infeasible or self.unsound or any(not check.passed for check in self.checks):
             return "fail"
-        return "pass" if self.checks else "none"
+        if self.scenario.set_aside:
+            return "none"
+        return "pass" if any(not check.implied for check in self.checks) else "none"
+
+    @property
+    def unsound(self) -> tuple[Finding, ...]:
+        """The findings that leave nothing to be judged, but for those that the scenario sets aside."""
+        return tuple(f for f in self.findings if f.code in SOUNDNESS and f.code not in self.scenario.set_aside)
+
+    @property
+    def certainty(self) -> Certainty:
+        """Whether the verdict holds for every history of friction and set-up, and near the assumed values."""
+        told = {check.certainty for check in self.checks if not check.implied}
+        if self.unsound or self.infeasible or "not_every_history" not in told:
+            return "sure" if "sure" in told else "unknown"
+        return "not_every_history"
 
     @property
     def assumed(self) -> tuple[str, ...]:
@@ -104,12 +245,15 @@ class Result:
         focus = self.measures.get(self.scenario.focus)
         return focus.unit if focus is not None else ""
 
-    def summary(self, files: Mapping[str, str] | None = None) -> dict[str, Any]:
-        """The object that ``run --json`` prints: SI values, no NaN."""
+    def summary(self, files: Mapping[str, str] | None = None, reasons: Iterable[str] = ()) -> dict[str, Any]:
+        """The object that ``run --json`` prints: SI values, no NaN; ``reasons``: why it is not sound, in words."""
         return {
             "scenario": self.scenario.name,
             "process": self.scenario.process,
             "verdict": self.verdict,
+            "certainty": self.certainty,
+            "reasons": list(reasons),
+            "findings": [finding.as_json() for finding in self.findings],
             "measures": {name: {"value": m.value, "unit": m.unit} for name, m in self.measures.items()},
             "requirements": [check.as_json() for check in self.checks],
             "assumed": list(self.assumed),
@@ -122,10 +266,8 @@ class Result:
             "files": dict(files or {}),
         }
 
-    def save(self, path: str | Path) -> Path:
-        """Write one netCDF-4 file with the whole result and the scenario; nothing is left behind if that fails."""
-        path = Path(path)
-        partial = path.with_name(path.name + ".part")
+    def to_bytes(self) -> bytes:
+        """A netCDF-4 file with the whole result and the scenario, made in memory: HDF5 does not survive a full disk."""
         tree = self.stages.copy()
         tree.attrs = {
             "title": self.scenario.name,
@@ -137,53 +279,130 @@ class Result:
             "references": json.dumps(list(self.references)),
             "notes": json.dumps(dict(self.notes)),
         }
-        try:
-            tree.to_netcdf(partial, engine="h5netcdf")
-            partial.replace(path)
-        finally:
-            partial.unlink(missing_ok=True)
-        return path
+        stream = io.BytesIO()
+        tree.to_netcdf(stream, engine="h5netcdf")
+        return sealed(stream.getvalue())
+
+    def save(self, path: str | Path) -> Path:
+        """Write one netCDF-4 file with the whole result and the scenario, whole or not at all."""
+        return write_bytes(Path(path), self.to_bytes())
 
     @classmethod
     def from_file(cls, path: str | Path, scenario: Scenario) -> "Result":
-        """Read back a file written by :meth:`save`; the scenario comes from ``cutwise.io.scenario``."""
-        tree = xr.open_datatree(Path(path), engine="h5netcdf").load()
-        tree.close()
+        """Read back a file written by :meth:`save`; the scenario comes from ``cutwise.io.scenario``.
+
+        Raises
+        ------
+        DamagedRun
+            It is no run file, or damaged.
+        """
+        return cls.from_bytes(Path(path).read_bytes(), scenario)
+
+    @classmethod
+    def from_bytes(cls, content: bytes, scenario: Scenario) -> "Result":
+        """As :meth:`from_file`, of what the file holds."""
+        tree = tree_of(content)
+        try:
+            return cls._from_tree(tree, scenario)
+        except Exception as error:  # a file that another program has changed may say anything
+            raise DamagedRun(
+                f"is not a run file of cutwise, or was changed since ({type(error).__name__}: {error})"
+            ) from None
+
+    @classmethod
+    def _from_tree(cls, tree: xr.DataTree, scenario: Scenario) -> "Result":
         summary = json.loads(tree.attrs["summary"])
-        measures = {n: Measure(v, d, t) for n, (v, d, t) in json.loads(tree.attrs["measures"]).items()}
+        measures = {str(n): _measure_from_json(*entry) for n, entry in json.loads(tree.attrs["measures"]).items()}
         return cls(
             scenario=scenario,
             stages=tree,
             measures=measures,
             checks=tuple(_check_from_json(c, measures) for c in summary["requirements"]),
-            warnings=tuple(summary["warnings"]),
-            infeasible=tuple(summary["infeasible"]),
-            limits=tuple(json.loads(tree.attrs["limits"])),
-            convergence=summary["convergence"],
-            advice=tuple(summary["advice"]),
-            sensitivity=summary["sensitivity"]["change"],
-            references=tuple(json.loads(tree.attrs["references"])),
+            findings=tuple(Finding.from_json(told) for told in summary.get("findings", ())),
+            warnings=_texts(summary["warnings"]),
+            infeasible=_texts(summary["infeasible"]),
+            limits=_texts(json.loads(tree.attrs["limits"])),
+            convergence=_numbers(summary["convergence"]),
+            advice=_texts(summary["advice"]),
+            sensitivity=_numbers(summary["sensitivity"]["change"]),
+            references=_texts(json.loads(tree.attrs["references"])),
             notes=json.loads(tree.attrs["notes"]),
         )
+
+
+def _measure_from_json(value: Any, dimension: str, description: str) -> Measure:
+    if dimension not in units.DIMENSIONS:
+        raise ValueError(f"{dimension} is no dimension")
+    return Measure(_number(value), dimension, str(description))
+
+
+def _number(value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise TypeError(f"{value!r:.40} is no number")
+    if not math.isfinite(value):
+        raise ValueError(f"{value} is not finite")
+    return value
+
+
+def _numbers(entries: Mapping[str, Any]) -> dict[str, float]:
+    return {str(name): _number(value) for name, value in entries.items()}
+
+
+def _texts(entries: Any) -> tuple[str, ...]:
+    if not isinstance(entries, list) or not all(isinstance(entry, str) for entry in entries):
+        raise TypeError("a list of texts is something else")
+    return tuple(entries)
 
 
 def _check_from_json(entry: Mapping[str, Any], measures: Mapping[str, Measure]) -> Check:
     name = entry["measure"]
     dimension = measures[name].dimension if name in measures else "dimensionless"
-    return Check(name, entry["value"], dimension, entry["min"], entry["max"], entry["pass"])
+    value, low, high = (None if entry[key] is None else _number(entry[key]) for key in ("value", "min", "max"))
+    if not isinstance(entry["pass"], bool):
+        raise TypeError(f"pass is {entry['pass']!r:.40}")
+    histories, off = entry.get("histories"), entry.get("off")
+    return Check(
+        str(name), value, dimension, low, high, entry["pass"], entry.get("implied", False),  # type: ignore[arg-type]
+        entry.get("whole_band", False), Histories(**histories) if histories else None,
+        (off["key"], off["value"]) if off else None,
+    )  # fmt: skip
 
 
-def judge(scenario: Scenario, measures: Mapping[str, Measure]) -> "Iterable[Check]":
-    """Hold the measures against the requirements of the scenario; a measure that the run lacks fails its limit."""
+def judge(
+    scenario: Scenario, measures: Mapping[str, Measure], bands: Mapping[str, Histories] | None = None
+) -> Iterator[Check]:
+    """Hold the measures against the requirements of the scenario, then against those that every run has.
+
+    A measure that the run lacks fails its limit. ``bands``: between which values measures may come out; a requirement
+    on the whole band fails where a part of it is outside, or not known.
+    """
+    bands = bands or {}
     for name, limit in scenario.requirements.items():
-        measure = measures.get(name)
-        dimension = scenario.measures[name].dimension
-        if measure is None:
-            yield Check(name, None, dimension, limit.min, limit.max, False)  # type: ignore[arg-type]
-            continue
-        above = limit.min is None or measure.value >= limit.min
-        below = limit.max is None or measure.value <= limit.max
-        yield Check(name, measure.value, dimension, limit.min, limit.max, above and below)
+        found = measures.get(name)
+        check = Check(
+            name, found.value if found else None, scenario.measures[name].dimension, limit.min, limit.max, False,  # type: ignore[arg-type]
+            whole_band=bool(limit.whole_band), histories=bands.get(name) if found else None,
+        )  # fmt: skip
+        histories = check.histories
+        whole = histories is not None and check.keeps(histories.low) and check.keeps(histories.high)
+        yield replace(check, passed=check.keeps(check.value) and (whole or not check.whole_band))
+    for name, least in scenario.implied.items():
+        if name in measures and not _written_as_strictly(scenario, name, least) and not scenario.set_aside:
+            value = measures[name].value
+            yield Check(name, value, scenario.measures[name].dimension, None, least, value < least, implied=True)
+
+
+def _written_as_strictly(scenario: Scenario, name: str, most: float) -> bool:
+    written = scenario.requirements.get(name)
+    return written is not None and written.max is not None and written.max <= most
+
+
+def unreached(checks: Iterable[Check]) -> Iterator[Finding]:
+    """The requirements whose measure does not exist in the run, or whose band is not known where all of it is asked for."""
+    for check in checks:
+        bounds = check.histories[:2] if check.histories else (None, None)
+        if check.value is None or (check.whole_band and None in bounds):
+            yield Finding("unreached", measure=check.measure, dimension=check.dimension)
 
 
 def judge_values(scenario: Scenario, values: Mapping[str, float]) -> bool:

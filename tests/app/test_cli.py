@@ -14,9 +14,10 @@ from pathlib import Path
 import pytest
 import typer.testing
 
-from cutwise.app import cli, writing
+from cutwise.app import cli
+from cutwise.disk import file_name
 from cutwise.io.scenario import load
-from cutwise.results import SolverFailure
+from cutwise.results import Finding, Place, SolverFailure
 
 SOURCES = Path(cli.__file__).parent.parent.parent
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(SOURCES), "COLUMNS": "80"}
@@ -81,6 +82,28 @@ def test_run_that_meets_its_requirements(cutwise, quick, example):
     assert sorted(file.name for file in folder.iterdir()) == ["report.html", "run.nc"]
     for file in folder.iterdir():
         assert str(file) in said.out
+
+
+def test_run_that_is_not_sound_fails_with_its_reason_first(cutwise, quick, example):
+    stopped = Finding("at_stop", Place(time=0.324), 5e-3, 5e-3, "length")
+    quick(error=1e-5, findings=(stopped, Finding("moves", value=1e-6, measure="surface_error_max", dimension="length")))
+    said = cutwise("run", example)
+    assert said.code == 1
+    assert (
+        "FAIL: the tool is dragged to the stop of the spindle: a piston used its whole stroke (t = 0.324 s)" in said.out
+    )
+    assert "warning: surface_error_max moves by 0.001 mm (10 %)" in said.out
+    page = (Path("cutwise-runs") / "deburr_compliant_spindle" / "report.html").read_text(encoding="utf-8")
+    assert "Not sound:</b> the tool is dragged to the stop" in page
+    told = json.loads(cutwise("run", example, "--json", "--no-report").out)
+    assert list(told)[2:5] == ["verdict", "certainty", "reasons"]
+    assert told["reasons"] == [
+        "the tool is dragged to the stop of the spindle: a piston used its whole stroke (t = 0.324 s)"
+    ]
+    assert told["findings"][0] == {
+        "code": "at_stop", "decides": True, "where": {"time": 0.324}, "value": 5e-3, "limit": 5e-3, "unit": "m",
+        "dimension": "length",
+    }  # fmt: skip
 
 
 def test_run_that_fails_a_requirement(cutwise, quick, example, tmp_path):
@@ -152,8 +175,8 @@ def test_disk_that_fails_while_writing(cutwise, quick, example, monkeypatch):
     monkeypatch.setattr("xarray.DataTree.to_netcdf", full)
     said = cutwise("run", example, "-o", "out")
     assert said.code == 2
-    assert said.err == "run.nc: No space left on device\n"
-    assert list(Path("out").iterdir()) == []
+    assert said.err == "run.nc: the disk is full; nothing was written: free some room, or write elsewhere\n"
+    assert list(Path().iterdir()) == []
 
 
 def test_solver_that_fails(cutwise, quick, example):
@@ -282,9 +305,9 @@ def test_new_scenario_is_without_fault(cutwise):
 
 
 def test_names_that_are_no_folder_names():
-    assert writing.folder_name("..") == "unnamed"
-    assert writing.folder_name("a:b*c") == "a_b_c"
-    assert writing.folder_name("Kante 1") == "Kante 1"
+    assert file_name("..") == "unnamed"
+    assert file_name("a:b*c") == "a_b_c"
+    assert file_name("Kante 1") == "Kante 1"
 
 
 def test_library(cutwise):

@@ -44,7 +44,7 @@ def test_a_program_runs_again_from_its_run_file(cutwise, examples, tmp_path):
     ("change", "words"),
     [
         ("machine.limits.acceleration=0 mm/s^2", "must be above 0"),
-        ("operation.radial_depth=11 mm", "not below the radius of the mill (10 mm)"),
+        ("operation.radial_depth=21 mm", "is more than the diameter of the mill (20 mm)"),
         ("machine.x.K_d=0 V s/mm", "position loop of x is unstable"),
         ("path.corner=40 mm", "takes the whole lead"),
         ("machine.reading=printed", "as_printed"),

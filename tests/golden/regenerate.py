@@ -17,6 +17,9 @@ def golden(scenario: Path) -> dict[str, object]:
     return {
         "verdict": result.verdict,
         "warnings": list(result.warnings),
+        "findings": [
+            " ".join(filter(None, (found.code, found.where.name, found.measure))) for found in result.findings
+        ],
         "measures": {name: float(f"{measure.value:.9g}") for name, measure in result.measures.items()},
     }
 

@@ -19,4 +19,5 @@ def test_example(scenario):
     found = MAKER["golden"](scenario)
     assert found["verdict"] == kept["verdict"]
     assert found["warnings"] == kept["warnings"]
+    assert found["findings"] == kept["findings"]
     assert found["measures"] == pytest.approx(kept["measures"], rel=TOLERANCE, abs=1e-9)

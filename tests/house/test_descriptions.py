@@ -19,11 +19,13 @@ WITHOUT_PHYSICS = {
     "eccentricity", "holes", "edges", "definition", "tier", "tilt", "clearance", "pole_limit_angle", "axis", "retract",
     "preset", "part_error", "position", "radius", "wall", "angle", "ball_radius",
     "slices", "seed", "force", "time_step", "runout", "runout_angle", "gravity", "numerics", "engagement",
-    "samples", "points", "diagonal_points", "orders", "convention", "weights", "feed_moment", "load", "at", "elements",
+    "stability", "samples", "points", "diagonal_points", "orders", "convention", "weights", "feed_moment", "load", "at", "elements",
     # drilling: flat plate where it lies, frames without a turn, one hole, the simple lip, postures by search
     "inclination", "slope_direction", "x", "y", "z", "steps", "rotation", "flange_origin", "flange_rotation",
     "urdf_remarks", "solid_remarks", "columns", "rows", "others", "lip_model", "lip_elements", "azimuths", "angle_step",
     "redundancy_angle", "singularity_margin", "drill_torque_on_arm",
+    # followers as a URDF has them, no joint held, no linkage
+    "multiplier", "offset", "held_joints", "linkages",
     "lead", "turn", "compare", "path_mode", "reading", "readings", "modes", "substeps", "settling_time", "text", "act_on",
     # a carrier: where the part stands, how postures are chosen, which model of the arm
     "origin", "objective", "dynamics", "sag", "station", "mode",

@@ -152,3 +152,12 @@ def test_pictures_are_drawn_by_the_program():
         for frequency, (height, mean) in list(zip(draw.FREQUENCIES, said, strict=True))[1:]:
             found = draw.absorbed(frequency, law)
             assert found == pytest.approx((height, mean), abs=1.5e-3), (law, frequency)
+
+
+def test_the_source_archive_holds_everything():
+    root = Path(__file__).parent.parent.parent
+    lines = [line.split() for line in (root / "MANIFEST.in").read_text().splitlines() if line and line[0] != "#"]
+    named = {name for word, *names in lines if word in ("include", "graft") for name in names}
+    kept = {"docs", "tests", "examples", "benchmarks", "CHANGELOG.md", "README.md", "LICENSE", "constraints.txt"}
+    assert kept <= named
+    assert all((root / name).exists() for name in named)

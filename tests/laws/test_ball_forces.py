@@ -7,13 +7,14 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from cutwise.physics.cutting.ball import disc_coefficients
+from cutwise.physics.cutting.ball import disc_coefficients, disc_force
 from cutwise.physics.cutting.flute import EdgeCoefficients
+from cutwise.physics.cutting.uneven import Kienzle, even_edges, kienzle_edges
 from cutwise.physics.engagement.ball import burr_sides, pass_frames, wedge_sides
 from cutwise.process.chamfer_loop import BallEnd, ball_cut
 
 K = EdgeCoefficients(2000e6, 1200e6, 800e6, 0.0, 0.0, 0.0)
-BALL = BallEnd(0.002, 20, 40000 * 2 * math.pi / 60, K)
+BALL = BallEnd(0.002, 20, 40000 * 2 * math.pi / 60, even_edges(K))
 FEED = 0.08
 
 
@@ -131,3 +132,36 @@ def test_feed_directions_where_the_edge_plunges_are_those_of_their_neighbours():
     assert found.plunge.tolist() == [0.0, 1.0, 0.0]
     assert found.feed[1].tolist() in ([0.0, 1.0, 0.0], [1.0, 0.0, 0.0])
     np.testing.assert_allclose(np.linalg.norm(found.off, axis=1), 1.0)
+
+
+KIENZLE = Kienzle(700e6, 0.25, 175e6, 0.25, 90e6, 0.3)
+
+
+def brute(lo, hi, chi, chip, thick, theta, length, k=KIENZLE, panels=5000):
+    """The integral of the force over an arc as the equations read, by the midpoint rule."""
+    phi = lo + (np.arange(panels) + 0.5) * (hi - lo) / panels
+    h = chip * np.sin(phi - theta) + thick
+    law = lambda k11, m: np.where(h > 0.0, k11 * (np.maximum(h, 1e-7) * 1e3) ** -m * h, 0.0)  # noqa: E731
+    ft, fn, fm = law(k.k_c11, k.m_c), law(k.k_r11, k.m_r), law(k.k_a11, k.m_a)
+    fr, fa = fn * math.sin(chi) + fm * math.cos(chi), fm * math.sin(chi) - fn * math.cos(chi)
+    x, y = -ft * np.cos(phi) - fr * np.sin(phi), ft * np.sin(phi) - fr * np.cos(phi)
+    return [length * float(part.mean()) for part in (x, y, fa, ft)]
+
+
+@pytest.mark.parametrize(("lo", "rise"), [(0.4, 1e-7), (0.0, 0.0), (0.2, 4e-6)])
+def test_disc_by_kienzle_is_its_integral(lo, rise):
+    z, height, radius, flutes = -0.0008, 1e-5, 0.002, 3
+    found = disc_force(lo, 1.7, z, height, radius, 20e-6, 0.0, rise, flutes, kienzle_edges(KIENZLE))
+    chi = math.acos(z / radius)
+    s = math.sin(chi)
+    length = flutes * height / s * (1.7 - lo) / (2.0 * math.pi)
+    expected = brute(lo, 1.7, chi, 20e-6 * s, rise * math.cos(chi), 0.0, length)
+    assert list(found) == pytest.approx(expected, rel=3e-4)
+
+
+def test_kienzle_without_exponent_is_the_linear_law_without_edge_force():
+    flat = kienzle_edges(Kienzle(K.K_tc, 0.0, K.K_rc, 0.0, K.K_ac, 0.0))
+    for side in (-1.0, 1.0):
+        linear, power_law = level(edge(side)), level(edge(side), BALL._replace(edges=flat))
+        assert power_law.force == pytest.approx(linear.force, rel=1e-6)
+        assert power_law.power == pytest.approx(linear.power, rel=1e-6)

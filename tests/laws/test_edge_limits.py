@@ -13,6 +13,12 @@ def test_stiff_seals_are_coulomb():
     assert end_error(law=PRESLIDING, travel=0.1e-6) == pytest.approx(end_error(), abs=1e-4)
 
 
+def test_stiff_seals_are_coulomb_with_a_stribeck_fall_too():
+    """The fall from static to dynamic friction belongs to both laws, or presliding would not become the set-valued one."""
+    coulomb = end_error(law=SET_VALUED, stribeck=1e-3)
+    assert end_error(law=PRESLIDING, travel=0.1e-6, stribeck=1e-3) == pytest.approx(coulomb, abs=1e-4)
+
+
 def test_slow_regularised_friction_is_no_friction():
     assert end_error(law=REGULARISED, stribeck=10.0) == pytest.approx(end_error(law=NO_FRICTION), abs=2e-3)
 

@@ -5,12 +5,12 @@ import math
 import numpy as np
 
 from cutwise.maths.chains import chain, frames, jacobian
+from cutwise.maths.frames import rotation_about
 from cutwise.physics.cutting.drill import DrillPoint, ZoneLaw, cone_height, stress_at_feed
-from cutwise.physics.motion.wrist import spherical_wrist
 from cutwise.physics.structure.joint_compliance import cartesian_compliance
 from cutwise.process.drill_profile import depth_profile, no_elements
 from cutwise.process.loops_drilling import DrillCycle, arm_dynamics
-from cutwise.process.postures import Arm
+from cutwise.process.postures import Arm, arm_with
 
 MPA, MICRO = 1e6, 1e-6
 STIFFNESS = np.array([3.8e6, 6.6e6, 3.9e6, 5.6e5, 6.6e5, 4.7e5])
@@ -36,7 +36,7 @@ def arm() -> Arm:
     """The reference arm with its drill."""
     serial = kuka()
     tip = np.array([0.2, 0.0, -0.3])
-    return Arm(serial, spherical_wrist(serial), KUKA_LIMITS, STIFFNESS, np.diag([1.0, -1.0, -1.0]), tip)
+    return arm_with(serial, KUKA_LIMITS, STIFFNESS, np.diag([1.0, -1.0, -1.0]), tip)
 
 
 HOLE, DOWN = np.array([1.9, 0.3, 0.8]), np.array([0.0, 0.0, -1.0])
@@ -79,3 +79,38 @@ def cycle(material: str, *, wall: float = 5e6, inclination: float = 0.0):
 def dynamics(posture: str, *, with_torque: bool = False):
     """The arm at the tip: 150 kg, 5 % damping."""
     return arm_dynamics(compliance(posture), 150.0, 0.05, with_torque=with_torque)
+
+
+def _by_dh(rows):
+    """A chain from Denavit and Hartenberg's a, alpha, d of every joint; its last frame is that of joint 6."""
+    origins, rotations = [np.zeros(3)], [np.eye(3)]
+    for a, alpha, d in rows[:-1]:
+        origins.append(np.array([a, 0.0, d]))
+        rotations.append(rotation_about((1, 0, 0), alpha))
+    return chain([2] * 6, [(0, 0, 1)] * 6, origins, rotations=rotations)
+
+
+def _ur(d1, a2, a3, d4, d5, d6):
+    """Universal Robots and alike: axes 2, 3 and 4 parallel."""
+    right = math.pi / 2
+    return _by_dh([(0, right, d1), (a2, 0, 0), (a3, 0, 0), (0, right, d4), (0, -right, d5), (0, 0, d6)])
+
+
+def _offset_wrist(height, upper, fore, beside, hand):
+    """A cobot whose axis 6 misses axis 4 by an offset along axis 5."""
+    origins = [(0, 0, height), (0, 0, 0), (0, 0, upper), (fore, 0, 0), (0, beside, 0), (hand, 0, 0)]
+    return chain([2] * 6, ABB_AXES, origins)
+
+
+_SKEW = np.random.default_rng(3)
+OTHER_ARMS = {
+    "UR5": _ur(0.089159, -0.425, -0.39225, 0.10915, 0.09465, 0.0823),
+    "UR10": _ur(0.1273, -0.612, -0.5723, 0.163941, 0.1157, 0.0922),
+    "CR5": _ur(0.147, -0.427, -0.357, 0.141, 0.116, 0.105),
+    "CRX": _offset_wrist(0.245, 0.71, 0.54, 0.15, 0.16),
+    "HC10": _offset_wrist(0.275, 0.7, 0.5, -0.162, 0.13),
+    "missed wrist": chain([2] * 6, KUKA_AXES, [*KUKA_ORIGINS[:5], (0.24, 0.03, 0)]),
+    "skew shoulder": chain([2] * 6, [*KUKA_AXES[:2], (0, 0.8, 0.6), *KUKA_AXES[3:]], KUKA_ORIGINS),
+    "skew": chain([2] * 6, _SKEW.normal(size=(6, 3)), _SKEW.uniform(-0.5, 0.5, (6, 3))),
+}
+"""Arms without the usual closed form."""

@@ -2,21 +2,24 @@
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn, TypeVar
 
 import typer
 
 import cutwise
-from cutwise.app import interrupt, looking
-from cutwise.app.leaving import INTERRUPTED, OK, REQUIREMENT_FAILED, explain, refuse, writable
+from cutwise.app import interrupt, leaving, looking, outputs
+from cutwise.app.leaving import INTERRUPTED, NOBODY_READS, OK, REQUIREMENT_FAILED, TERMINATED, explain, refuse
 from cutwise.app.options import Overrides, ScenarioFile
-from cutwise.app.writing import folder_name, programs, written
+from cutwise.app.writing import REPORT, RUN, programs, written
+from cutwise.disk import create_text, file_name, write_text, write_together
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from cutwise.results import Result
     from cutwise.spec.scenario import Scenario
+
+Made = TypeVar("Made")
 
 app = typer.Typer(
     name="cutwise",
@@ -27,7 +30,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
     help="Virtual machining: what an operation will do to the part before anything is cut, and what to change.",
     epilog="Exit codes: 0 ok; 1 finished, but a requirement fails or the operation is infeasible; 2 bad input; "
-    "3 the solver failed; 130 interrupted.",
+    "3 the solver failed; 130 interrupted; 143 terminated.",
 )
 
 
@@ -54,22 +57,28 @@ def new(
         Path | None,
         typer.Option("-o", "--output", metavar="FILE", help="where to write it; default KIND.yaml, - prints it"),
     ] = None,
+    schema: Annotated[
+        bool, typer.Option("--schema/--no-schema", help="put the schema beside it, for editors that complete and check")
+    ] = True,
 ) -> None:
     """Write a commented scenario to begin with."""
-    from cutwise.io.template import template
+    import json
+
+    from cutwise.io.template import SCHEMAS, schema_line, template
+    from cutwise.spec.schema import schema as json_schema
 
     text = template(kind)
     if str(output) == "-":
         print(text, end="")
         return
     path = output or Path(f"{kind}.yaml")
+    outputs.checked([path], [])
     try:
-        with path.open("x", encoding="utf-8") as file:
-            file.write(text)
+        create_text(path, f"{schema_line(kind)}\n{text}" if schema else text)
     except FileExistsError:
         refuse(f"{path}: is there already; name another file with -o")
-    except OSError as error:
-        refuse(f"{path}: cannot be written: {error.strerror}")
+    if schema and path.is_file():
+        write_text(path.parent / SCHEMAS / f"{kind}.json", json.dumps(json_schema(kind), indent=1) + "\n")
     print(f"{path}\nnext: cutwise check {path}; cutwise run {path}")
 
 
@@ -118,12 +127,11 @@ def run(
     from cutwise.io.scenario import load
 
     scenario = load(file, overrides or ())
-    folder = output or Path("cutwise-runs") / folder_name(scenario.name)
-    writable(folder)
+    folder = output or Path("cutwise-runs") / file_name(scenario.name)
+    outputs.checked([folder / RUN, folder / REPORT, gcode, apt, poses], [file, *scenario.files], folder)
     for program in filter(None, (gcode, apt, poses)):
         if scenario.process != "chamfer":
             refuse(f"{program}: a {scenario.process} run has no tool path to write")
-        writable(program.parent)
     console = Console()
     with console.progress(scenario.name) as progress:
         result = _simulated(scenario, progress, advice)
@@ -132,7 +140,9 @@ def run(
     if as_json:
         import json
 
-        print(json.dumps(result.summary(files), allow_nan=False))
+        from cutwise.app.findings import reasons
+
+        print(json.dumps(result.summary(files, reasons(result)), allow_nan=False))
     else:
         console.result(result, files)
     raise typer.Exit(REQUIREMENT_FAILED if result.verdict == "fail" else OK)
@@ -148,20 +158,14 @@ def report(
 ) -> None:
     """Write the HTML report of a finished run again."""
     from cutwise.app.report import render
-    from cutwise.io.files import write_text
-    from cutwise.io.scenario import load
-    from cutwise.results import Result
+    from cutwise.io.scenario import loaded
 
-    source = run_file / "run.nc" if run_file.is_dir() else run_file
-    scenario = load(source)
-    target = output or source.with_name("report.html")
-    writable(target.parent)
-    try:
-        result = Result.from_file(source, scenario)
-    except (OSError, KeyError, ValueError):
-        refuse(f"{source}: is not a run file of cutwise; name the run.nc of a finished run")
-    write_text(target, render(result))
-    print(target)
+    source, content = _run_file(run_file)
+    scenario = loaded(content, source)
+    target = output or source.with_name(REPORT)
+    outputs.checked([target], [source])
+    html = _of_run(source, content, lambda: render(_result(content, scenario)))
+    print(write_text(target, html))
 
 
 @app.command()
@@ -172,18 +176,15 @@ def export(
     ] = None,
 ) -> None:
     """Write the arrays of a finished run as CSV tables, and maps of the working space as VTK."""
-    import xarray as xr
+    from cutwise.io.export import tables
+    from cutwise.run_file import tree_of
 
-    from cutwise.io.export import export as write
-
-    source = run_file / "run.nc" if run_file.is_dir() else run_file
+    source, content = _run_file(run_file)
     target = output or source.with_name("export")
-    writable(target)
-    try:
-        stages = xr.open_datatree(source, engine="h5netcdf").load()
-    except (OSError, KeyError, ValueError):
-        refuse(f"{source}: is not a run file of cutwise; name the run.nc of a finished run")
-    for path in write(stages, target):
+    outputs.checked([], [source], target)
+    texts = _of_run(source, content, lambda: tables(tree_of(content)))
+    outputs.checked([target / name for name in texts], [source], target)
+    for path in write_together(target, {name: text.encode() for name, text in texts.items()}):
         print(path)
 
 
@@ -243,6 +244,7 @@ def sweep(
     names = shown_measures(scenario, measure or ())
     if output is not None and output.suffix not in (".csv", ".nc"):
         refuse(f"{output}: write a .csv or a .nc file")
+    outputs.checked([output], [file, *scenario.files])
     console = Console()
     with console.progress(f"sweep of {scenario.name}") as progress:
         table = swept(scenario, values, progress, names)
@@ -333,6 +335,38 @@ def _simulated(scenario: "Scenario", progress: Any, advice: bool) -> "Result":
     return reviewed(result) if advice else result
 
 
+def _run_file(named: Path) -> tuple[Path, bytes]:
+    """The run file that is meant, and what it holds; read once, so that a run that ends meanwhile changes nothing."""
+    from cutwise.io.files import read_bytes
+    from cutwise.run_file import is_netcdf
+
+    source = named / RUN if named.is_dir() else named
+    content = read_bytes(source, str(source))
+    if not is_netcdf(content):
+        refuse(f"{source}: is not a run file of cutwise; name the {RUN} of a finished run")
+    return source, content
+
+
+def _result(content: bytes, scenario: "Scenario") -> "Result":
+    from cutwise.results import Result
+
+    return Result.from_bytes(content, scenario)
+
+
+def _of_run(source: Path, content: bytes, made: "Callable[[], Made]") -> "Made":
+    """What is made of a run file; what cannot be made of one that another program has changed is its fault."""
+    from cutwise.run_file import DamagedRun, has_seal
+
+    try:
+        return made()
+    except DamagedRun as damage:
+        refuse(f"{source}: {damage}; name the {RUN} of a finished run")
+    except Exception as error:
+        if has_seal(content):
+            raise
+        refuse(f"{source}: was changed since cutwise wrote it, and cannot be used ({type(error).__name__}: {error})")
+
+
 def main(arguments: "Sequence[str] | None" = None) -> NoReturn:
     """Run the command line; leaves with the exit code."""
     given = list(sys.argv[1:] if arguments is None else arguments)
@@ -340,10 +374,14 @@ def main(arguments: "Sequence[str] | None" = None) -> NoReturn:
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="replace")  # a terminal that lacks a letter gets a question mark, not a traceback
-    with interrupt.watched():
-        code = _code([argument for argument in given if argument != "--debug"], debug)
-    if code == INTERRUPTED:
-        print("interrupted", file=sys.stderr)
+    out, err = sys.stdout, sys.stderr
+    with interrupt.watched(), leaving.reader_of(out) as gone:
+        code = leaving.flushed(_code([argument for argument in given if argument != "--debug"], debug), out, err)
+        if code == REQUIREMENT_FAILED and gone():  # typer and rich leave with 1 when nobody reads on
+            code = NOBODY_READS
+    words = {INTERRUPTED: "interrupted", TERMINATED: "terminated"}
+    if code in words:
+        print(words[code], file=sys.stderr)
     sys.exit(code)
 
 
@@ -351,15 +389,19 @@ def _code(arguments: "Sequence[str]", debug: bool) -> int:
     """Run a command; the exit code that it comes to."""
     try:
         app(arguments, prog_name="cutwise")
+    except interrupt.Terminated:
+        return TERMINATED
     except KeyboardInterrupt:
         return INTERRUPTED
     except SystemExit as left:
+        if interrupt.asked():
+            return interrupt.asked()
         return left.code if isinstance(left.code, int) else OK
     except BrokenPipeError:
-        sys.stderr.close()
+        return NOBODY_READS
     except Exception as error:
         if interrupt.asked():
-            return INTERRUPTED
+            return interrupt.asked()
         if debug:
             raise
         return explain(error)

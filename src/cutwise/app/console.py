@@ -1,5 +1,8 @@
 """What the command line shows: tables, verdicts and progress; plain text when it is not a terminal that reads."""
 
+import errno
+import logging
+import os
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -15,8 +18,10 @@ from rich.text import Text
 
 from cutwise import units
 from cutwise.app import interrupt
+from cutwise.app.findings import reasons, remarks
 from cutwise.app.inputs import inputs
 from cutwise.app.wording import against, compared, requirement, sensitivity_line, verdict_line
+from cutwise.spec.texts import visible
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -32,12 +37,19 @@ _SAID_ALREADY = ("remedies", "left_out")  # notes for the report: advice and war
 _COLOURS = {"pass": "bold green", "fail": "bold red", "none": "bold"}
 
 
+class _Stream(rich.console.Console):
+    """A stream whose reader may go away: rich would end the program as if a requirement had failed."""
+
+    def on_broken_pipe(self) -> None:
+        raise BrokenPipeError(errno.EPIPE, os.strerror(errno.EPIPE))
+
+
 class Console:
     """Standard output for results, standard error for everything that is not a result."""
 
     def __init__(self) -> None:
-        self.out = rich.console.Console(highlight=False, soft_wrap=True)
-        self.err = rich.console.Console(highlight=False, soft_wrap=True, stderr=True)
+        self.out = _Stream(highlight=False, soft_wrap=True)
+        self.err = _Stream(highlight=False, soft_wrap=True, stderr=True)
 
     def table(
         self, title: str, columns: Sequence[str], rows: Iterable[Sequence[str]], right: Sequence[str] = ()
@@ -55,7 +67,7 @@ class Console:
         for name in names:
             table.add_column(name, justify="right" if name in right else "left")
         for row in rows:
-            table.add_row(*row)
+            table.add_row(*map(visible, row))
         self.out.print(table, soft_wrap=False)
 
     def _plain(self, names: Sequence[str], rows: Sequence[Sequence[str]], right: Sequence[str]) -> None:
@@ -67,7 +79,7 @@ class Console:
 
     def line(self, text: str = "", style: str | None = None) -> None:
         """One line of plain text."""
-        self.out.print(text, style=style, markup=False)
+        self.out.print(visible(text), style=style, markup=False)
 
     def checked(self, file: str, scenario: "Scenario", unusual: Sequence[str]) -> None:
         """What ``check`` says about a scenario without fault."""
@@ -96,6 +108,10 @@ class Console:
             self.line()
         for reason in result.infeasible:
             self.line(f"infeasible: {reason}", "red")
+        for reason in reasons(result):
+            self.line(f"not sound: {reason}", "red")
+        for remark in remarks(result):
+            self.line(f"warning: {remark}", "yellow")
         for warning in result.warnings:
             self.line(f"warning: {warning}", "yellow")
         for name, note in result.notes.items():
@@ -116,8 +132,8 @@ class Console:
             here = table.sel(dict(zip(keys, point, strict=True)))
             found = {name: float(here[name]) for name in names if name in here}
             shown = ("-" if isnan(found.get(n, nan)) else units.show(found[n], known[n].dimension) for n in names)
-            rows.append((*map(str, point), *shown))
-        self.table(f"{scenario.name} ({scenario.process})", (*map(str, keys), *names), rows)
+            rows.append((*map(str, point), *shown, str(here["unsound"].values)))
+        self.table(f"{scenario.name} ({scenario.process})", (*map(str, keys), *names, "not sound"), rows)
         for reason in str(table.attrs.get("failed", "")).splitlines():
             self.line(f"not run: {reason}")
 
@@ -165,8 +181,22 @@ class Console:
     def progress(self, what: str) -> Iterator[Callable[[float], None]]:
         """A progress bar on standard error, if that is a terminal and it takes longer than two seconds.
 
-        What is given back also stops the work after a Ctrl-C.
+        What is given back also stops the work after a Ctrl-C. What the work has to say meanwhile goes to standard error.
         """
+        told = logging.getLogger("cutwise")
+        teller = _Teller(self.err)
+        level = told.level
+        told.addHandler(teller)
+        told.setLevel(logging.INFO)
+        try:
+            with self._bar(what) as show:
+                yield show
+        finally:
+            told.removeHandler(teller)
+            told.setLevel(level)
+
+    @contextmanager
+    def _bar(self, what: str) -> Iterator[Callable[[float], None]]:
         if not self.err.is_terminal:
             yield lambda share: interrupt.stop_if_asked()  # noqa: ARG005
             return
@@ -191,6 +221,17 @@ class Console:
             late.cancel()
             late.join()
             bar.stop()
+
+
+class _Teller(logging.Handler):
+    """Prints what a run says while it is going on."""
+
+    def __init__(self, console: rich.console.Console) -> None:
+        super().__init__(logging.INFO)
+        self.console = console
+
+    def emit(self, record: logging.LogRecord) -> None:
+        self.console.print(record.getMessage(), markup=False)
 
 
 def _assumed(scenario: "Scenario") -> str:

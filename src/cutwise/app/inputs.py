@@ -93,7 +93,7 @@ def _laid_out(value: Any) -> Any:
         block = CommentedMap({key: _laid_out(item) for key, item in value.items()})
         if block and not any(isinstance(item, CommentedMap) for item in block.values()):
             sourced = "value" in block and "status" in block
-            if sourced or set(block) <= {"min", "max"}:
+            if sourced or set(block) <= {"min", "max", "whole_band"}:
                 block.fa.set_flow_style()
         return block
     if isinstance(value, list | tuple):

@@ -1,38 +1,36 @@
 """How a command ends: exit codes, refusals before any time is spent, and plain words for what went wrong."""
 
+import os
+import select
 import sys
-from pathlib import Path
-from typing import NoReturn
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import NoReturn, TextIO
 
 import typer
 
-OK, REQUIREMENT_FAILED, BAD_INPUT, SOLVER_FAILED, INTERRUPTED = 0, 1, 2, 3, 130
+from cutwise.disk import in_words
+from cutwise.spec.texts import visible
 
-
-def writable(folder: Path) -> None:
-    """Refuse a folder that cannot be made or written to, before any time is spent on the run."""
-    import os
-
-    place = folder.absolute()
-    while not place.exists() and place != place.parent:
-        place = place.parent
-    if not place.is_dir():
-        refuse(f"{folder}: {place} is a file, not a folder; name another folder with -o")
-    if not os.access(place, os.W_OK | os.X_OK):
-        refuse(f"{folder}: may not be written to (permission denied); name another folder with -o")
+OK, REQUIREMENT_FAILED, BAD_INPUT, SOLVER_FAILED = 0, 1, 2, 3
+INTERRUPTED, NOBODY_READS, TERMINATED = 130, 141, 143
 
 
 def refuse(message: str) -> NoReturn:
-    print(message, file=sys.stderr)
+    print(visible(message), file=sys.stderr)
     raise typer.Exit(BAD_INPUT)
 
 
 def explain(error: Exception) -> int:
     """Say in plain words what went wrong; the exit code for it."""
     from cutwise.results import SolverFailure
+    from cutwise.run_file import DamagedRun
     from cutwise.spec.faults import ScenarioFault
 
     if isinstance(error, ScenarioFault):
+        print(error, file=sys.stderr)
+        return BAD_INPUT
+    if isinstance(error, DamagedRun):
         print(error, file=sys.stderr)
         return BAD_INPUT
     if type(error).__name__ == "CadFault":  # its module is not imported unless a CAD file is
@@ -43,7 +41,7 @@ def explain(error: Exception) -> int:
         return SOLVER_FAILED
     if isinstance(error, OSError):
         place = f"{error.filename}: " if error.filename else ""
-        print(f"{place}{error.strerror or error}", file=sys.stderr)
+        print(visible(f"{place}{in_words(error)}"), file=sys.stderr)
         return BAD_INPUT
     print(
         f"cutwise stopped on an error of its own, {type(error).__name__}: {error}\n"
@@ -51,3 +49,52 @@ def explain(error: Exception) -> int:
         file=sys.stderr,
     )
     return SOLVER_FAILED
+
+
+@contextmanager
+def reader_of(stream: TextIO) -> Iterator[Callable[[], bool]]:
+    """Tells, within the block, whether the reader of a pipe has gone away."""
+    try:
+        handle = os.dup(stream.fileno())
+    except (OSError, ValueError, AttributeError):  # no stream of the system
+        yield lambda: False
+        return
+
+    def gone() -> bool:
+        if not hasattr(select, "poll"):
+            return False
+        poll = select.poll()
+        poll.register(handle, 0)
+        return any(event & select.POLLERR for _, event in poll.poll(0))
+
+    try:
+        yield gone
+    finally:
+        os.close(handle)
+
+
+def flushed(code: int, *streams: TextIO) -> int:
+    """The exit code of a command once all that it said has gone out, or could not."""
+    for stream in streams:
+        try:
+            stream.flush()
+        except BrokenPipeError:
+            code = NOBODY_READS
+            _silence(stream)
+        except OSError as error:
+            code = BAD_INPUT
+            _silence(stream)
+            print(f"standard output: {in_words(error)}", file=sys.stderr)
+        except ValueError:  # closed
+            pass
+    return code
+
+
+def _silence(stream: TextIO) -> None:
+    """Let what could not go out go nowhere, or Python complains about it when it ends."""
+    try:
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, stream.fileno())
+        os.close(nowhere)
+    except (OSError, ValueError):  # no stream of the system
+        pass

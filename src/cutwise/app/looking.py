@@ -6,8 +6,10 @@ from typing import Annotated, Literal
 
 import typer
 
-from cutwise.app.leaving import refuse, writable
+from cutwise.app import outputs
+from cutwise.app.leaving import refuse
 from cutwise.app.options import Overrides, ScenarioFile
+from cutwise.disk import write_text
 
 
 def part(
@@ -17,9 +19,9 @@ def part(
 ) -> None:
     """List solids, holes and sharp edges of a STEP file, with the numbers that a chamfer scenario selects them by."""
     from cutwise.app.parts import draw, listing, shown
-    from cutwise.io.files import write_text
-    from cutwise.io.step import CadFault
+    from cutwise.io.occ import CadFault
 
+    outputs.checked([picture], [file])
     try:
         found = listing(file)
     except CadFault as fault:
@@ -51,9 +53,11 @@ def program(
 ) -> None:
     """Run through an NC program without a machine: tools, feeds, extents, lengths, time, and all its faults."""
     from cutwise.app.programs import Sketch, opened
-    from cutwise.io.files import write_text
     from cutwise.io.programs import canonical_text, summary
+    from cutwise.io.programs.given import SUBROUTINE_SUFFIXES
 
+    called = outputs.beside(file, SUBROUTINE_SUFFIXES) if picture is not None else []
+    outputs.checked([picture], [file, *([tool_table] if tool_table is not None else []), *called])
     run, setup, remarks = opened(file, tool_table, dialect)
     if canonical:
         lines = list(canonical_text.lines(run.commands()))  # first all of them: a faulty program prints none
@@ -90,6 +94,7 @@ def spindle(
     from cutwise.io.scenario import load
 
     scenario = load(file, overrides or ())
+    outputs.checked([output], [file, *scenario.files])
     try:
         found = sheets.sheet(scenario)
         tip = [units.parse(part.strip(), "length") for part in deflection.split(",")]
@@ -104,5 +109,4 @@ def spindle(
     else:
         print(sheets.shown(found))
     if output is not None:
-        writable(output.parent)
         print(sheets.export(found, output, (tip[0], tip[1])), file=sys.stderr)

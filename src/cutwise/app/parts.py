@@ -26,7 +26,7 @@ class Listing(NamedTuple):
         return {
             "file": part.name, "unit": part.unit, "solids": part.solids, "open_shells": part.open_shells,
             "faces": part.faces,
-            "edges": {"total": len(self.model.edges)} | {kind: self.model.count(kind) for kind in _KINDS},
+            "edges": {"total": self.model.whole_edges} | {kind: self.model.count(kind) for kind in _KINDS},
             "holes": [
                 {"number": n, "radius": hole.radius, "depth": hole.depth, "middle": list(hole.middle),
                  "origin": list(hole.origin), "axis": list(hole.axis)}
@@ -40,7 +40,7 @@ class Listing(NamedTuple):
                  "wedge_angle_max": float(chain.frames.wedge.max())}
                 for chain in self.chains
             ],
-            "remarks": list(part.remarks),
+            "remarks": list(self.model.remarks),
         }  # fmt: skip
 
 
@@ -60,10 +60,10 @@ def shown(found: Listing) -> str:
     """The listing as text."""
     part, model = found.model.part, found.model
     lines = [
-        f"{part.name}: {part.solids} solid(s), {counted(part.faces, 'face')}, {counted(len(model.edges), 'edge')}"
+        f"{part.name}: {part.solids} solid(s), {counted(part.faces, 'face')}, {counted(model.whole_edges, 'edge')}"
         + (f", written in {part.unit}" if part.unit else ""),
         "edges: " + ", ".join(f"{model.count(kind)} {kind}" for kind in _KINDS if model.count(kind)),
-        *part.remarks,
+        *model.remarks,
         "",
         counted(len(model.holes), "hole") + ("; the middle of their axes in mm" if model.holes else ""),
     ]

@@ -12,9 +12,10 @@ import jinja2
 import cutwise
 from cutwise import references, units
 from cutwise.app import inputs
+from cutwise.app.findings import reasons, remarks
 from cutwise.app.plots import PLOTS
 from cutwise.app.plots.figures import COLOURS, Plot, svg
-from cutwise.app.wording import against, compared, margin, requirement, verdict_line
+from cutwise.app.wording import against, compared, doubted, margin, requirement, verdict_line
 from cutwise.spec.fields import placed
 
 if TYPE_CHECKING:
@@ -53,6 +54,8 @@ def render(result: "Result", *, written: datetime | None = None) -> str:
         process=(type(scenario).__doc__ or scenario.process).strip().splitlines()[0].rstrip("."),
         result=result,
         verdict=verdict_line(result),
+        reasons=reasons(result),
+        remarks=remarks(result),
         checks=[_checked(check, result) for check in result.checks],
         headlines=list(_headlines(result)),
         compared=compared(result),
@@ -107,6 +110,8 @@ def _checked(check: "Check", result: "Result") -> dict[str, Any]:
         "requirement": requirement(check),
         "margin": "" if room is None else units.show(room, check.dimension, 3),
         "passed": check.passed,
+        "implied": check.implied,
+        "doubts": list(doubted(check, result.scenario)),
         "missed": against(check).strip(),
         "gauge": _gauge(check),
     }

@@ -6,8 +6,9 @@ from typing import Any, NamedTuple
 
 from cutwise import units
 from cutwise.io.cad_parts import SpindleSize, compliant_spindle, spindle_assembly
+from cutwise.io.occ import CadFault
 from cutwise.io.spindle_body import Misfit, cylinders
-from cutwise.io.step import CadFault, write_step
+from cutwise.io.step import write_step
 from cutwise.physics.structure.statics import Characteristic, characteristic
 from cutwise.process.assemble import piston_ring
 from cutwise.spec.scenario import Scenario

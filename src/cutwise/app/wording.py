@@ -1,9 +1,11 @@
 """Verdict and requirements in words, the same on the command line and in the report."""
 
-from collections.abc import Mapping
+import math
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from cutwise import units
+from cutwise.app.findings import reasons
 from cutwise.spec.fields import placed
 
 if TYPE_CHECKING:
@@ -27,6 +29,8 @@ def against(check: "Check") -> str:
         return ""
     if check.value is None:
         return " (the run has no such measure)"
+    if check.keeps(check.value):
+        return f" ({_band(check)}, and the whole band is asked for)"
     return f" by {units.show(-margin(check), check.dimension, 3)}"  # type: ignore[operator]
 
 
@@ -43,17 +47,68 @@ def margin(check: "Check") -> float | None:
 
 
 def verdict_line(result: "Result") -> str:
-    """The verdict in one line, with what failed."""
+    """The verdict in one line, the reason first, then what failed."""
     if result.infeasible:
         count = len(result.infeasible)
         return f"FAIL: the operation cannot be done ({count} condition{'' if count == 1 else 's'} violated)"
-    failed = [check.measure for check in result.checks if not check.passed]
+    why, written = reasons(result), [check for check in result.checks if not check.implied]
+    failed = [check for check in written if not check.passed]
+    missed = f"{len(failed)} of {len(written)} requirements not met: {', '.join(map(_missed, failed))}"
+    if why:
+        more = f" (and {len(why) - 1} more)" if len(why) > 1 else ""
+        return f"FAIL: {why[0]}{more}" + (f"; {missed}" if failed else "")
     if failed:
-        return f"FAIL: {len(failed)} of {len(result.checks)} requirements not met: {', '.join(failed)}"
-    if not result.checks:
+        return f"FAIL: {missed}"
+    if result.scenario.set_aside:
+        return "no verdict: stability is set aside (stability: ignore)"
+    if not written:
         return "no verdict: the scenario has no requirements"
-    count = len(result.checks)
+    doubts = [text for check in written for text in doubted(check, result.scenario)]
+    if doubts:
+        return f"PASS, but not by every history: {'; '.join(doubts)}"
+    count = len(written)
     return f"PASS: {'the requirement is' if count == 1 else f'all {count} requirements are'} met"
+
+
+def _missed(check: "Check") -> str:
+    if check.whole_band and check.keeps(check.value):
+        return f"{check.measure} ({_band(check)}, whole_band)"
+    return check.measure
+
+
+def doubted(check: "Check", scenario: "Scenario") -> Iterator[str]:
+    """What of friction, set-up and assumed values would give another verdict on a requirement."""
+    if check.certainty != "not_every_history":
+        return
+    limits = [end for end in (check.minimum, check.maximum) if end is not None]
+    limit = " to ".join(units.show(end, check.dimension, 3) for end in limits)
+    if check.histories is not None and not all(check.keeps(end) for end in check.histories[:2]):
+        yield f"{_band(check)}, limit {limit} ({check.measure}; {_holds(check)})"
+    if check.off is not None and not check.keeps(check.off[1]):
+        value = units.show(check.off[1], check.dimension, 3)
+        yield f"{placed(scenario, check.off[0])} off by 10 % makes {check.measure} {value}, limit {limit}"
+
+
+def _band(check: "Check") -> str:
+    if check.histories is None:
+        return "its band is not known"
+    low, high = (
+        "?" if end is None else units.show(end, check.dimension, 3)
+        for end in (check.histories.low, check.histories.high)
+    )
+    return f"{check.histories.cause} leaves {low} … {high}"
+
+
+def _holds(check: "Check") -> str:
+    """The share of the band within the limits."""
+    assert check.histories is not None
+    low, high, _ = check.histories
+    if low is None or high is None:
+        return "one end of the band is not known"
+    inside = [max(low, -math.inf if check.minimum is None else check.minimum),
+              min(high, math.inf if check.maximum is None else check.maximum)]  # fmt: skip
+    share = max(0.0, inside[1] - inside[0]) / (high - low) if high > low else 1.0
+    return f"met over {share:.0%} of the band"
 
 
 def sensitivity_line(scenario: "Scenario", sensitivity: Mapping[str, float], count: int = 3) -> str:

@@ -5,15 +5,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cutwise.app import interrupt
+from cutwise.disk import write_text, write_together
 
 if TYPE_CHECKING:
     from cutwise.results import Result
 
+RUN, REPORT = "run.nc", "report.html"
+
 
 def written(result: "Result", folder: Path, with_report: bool) -> dict[str, str]:
-    """Write the files of a run, each whole or not at all."""
-    from cutwise.io.files import write_text
-
+    """Write the files of a run, all of them or none; a report of an earlier run does not stay beside this one."""
     interrupt.stop_if_asked()
 
     html = None
@@ -21,11 +22,11 @@ def written(result: "Result", folder: Path, with_report: bool) -> dict[str, str]
         from cutwise.app.report import render
 
         html = render(result)
-    folder.mkdir(parents=True, exist_ok=True)
-    files = {"run": str(result.save(folder / "run.nc"))}
+    contents = {RUN: result.to_bytes()}
     if html is not None:
-        files["report"] = str(write_text(folder / "report.html", html))
-    return files
+        contents[REPORT] = html.encode("utf-8", errors="replace")
+    paths = write_together(folder, contents, without=() if html is not None else (REPORT,))
+    return {kind: str(path) for kind, path in zip(("run", "report"), paths, strict=False)}
 
 
 def programs(result: "Result", wanted: dict[str, Path | None]) -> dict[str, str]:
@@ -33,7 +34,6 @@ def programs(result: "Result", wanted: dict[str, Path | None]) -> dict[str, str]
     asked = {kind: path for kind, path in wanted.items() if path is not None}
     if not asked:
         return {}
-    from cutwise.io.files import write_text
     from cutwise.io.programs import post
     from cutwise.process.chamfer_program import program_of
 
@@ -52,9 +52,3 @@ def programs(result: "Result", wanted: dict[str, Path | None]) -> dict[str, str]
         except post.SetupFault as fault:
             print(f"no {kind} was written: {fault}", file=sys.stderr)
     return files
-
-
-def folder_name(name: str) -> str:
-    """A scenario name as one folder name on every system."""
-    safe = "".join("_" if letter in '<>:"/\\|?*' or ord(letter) < 32 else letter for letter in name)
-    return safe.strip(" .") or "unnamed"

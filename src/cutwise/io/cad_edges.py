@@ -7,17 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from cutwise.io.cad import (
-    CONVEX,
-    SMOOTH_ANGLE,
-    Edge,
-    Topology,
-    curve_points,
-    curve_range,
-    face_normals,
-    face_parameters,
-)
-from cutwise.io.step import occ
+from cutwise.io.cad import CONVEX, SMOOTH_ANGLE, Edge, Topology
+from cutwise.io.cad_faces import curve_points, face_normals, face_parameters
+from cutwise.io.occ import occ
 from cutwise.maths.edges import EdgeFrames, arc_lengths, edge_frames, lengths, swapped_sides
 from cutwise.maths.nurbs import CHEBYSHEV, Splines, section_heights, spline_normals
 from cutwise.maths.surfaces import CYLINDER, FREE_FORM, SECTION_TERMS
@@ -96,7 +88,7 @@ def finer_chain(model: Topology, chain: EdgeChain, share: float, *, reach: float
 
 def _intervals(model: Topology, edge: Edge, spacing: float) -> int:
     """Intervals into which an edge is divided by its samples."""
-    rough, _ = curve_points(edge.shape, np.linspace(*curve_range(edge.shape), 9))
+    rough, _ = curve_points(edge.shape, np.linspace(*edge.span, 9))
     types = occ("GeomAbs").GeomAbs_CurveType
     straight = occ("BRepAdaptor").BRepAdaptor_Curve(edge.shape).GetType() == types.GeomAbs_Line
     free = any(model.faces[i].kind == FREE_FORM for i in edge.faces)
@@ -106,7 +98,7 @@ def _intervals(model: Topology, edge: Edge, spacing: float) -> int:
 
 def _piece(model: Topology, edge: Edge, intervals: int) -> _Piece:
     """Samples of an edge; its points are moved to where both faces really are."""
-    first, last = curve_range(edge.shape)
+    first, last = edge.span
     faces = [model.faces[i] for i in edge.faces]
     count = intervals + 1
     at = np.linspace(first, last, count)

@@ -4,8 +4,8 @@ import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
+from cutwise.io.occ import MM, occ
 from cutwise.io.spindle_body import Misfit, cylinders
-from cutwise.io.step import MM, occ
 from cutwise.spec.spindle_solid import SpindleSolid
 
 

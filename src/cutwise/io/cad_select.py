@@ -6,7 +6,7 @@ import numpy as np
 
 from cutwise import units
 from cutwise.io.cad_edges import EdgeChain
-from cutwise.io.step import CadFault
+from cutwise.io.occ import CadFault
 from cutwise.spec.chamfer import SELECTORS
 
 _FACING = np.cos(np.radians(15.0))  # a face looks in a direction if its mean normal is closer to it than this

@@ -5,8 +5,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cutwise.io.cad import CONCAVE, CONVEX, Face, Topology
-from cutwise.io.step import MM, occ
+from cutwise.io.cad import CONCAVE, CONVEX, Topology
+from cutwise.io.cad_faces import Face
+from cutwise.io.occ import MM, occ
 from cutwise.maths.curves import FloatArray
 from cutwise.maths.nurbs import spline_normals
 from cutwise.maths.skins import Faces, Skin, no_limits
@@ -40,11 +41,13 @@ def cad_skin(model: Topology, outline: float = OUTLINE) -> Skin:
 def _limits(model: Topology, outline: float) -> FloatArray:
     """Where a face ends at a curved one, so that the chords of its triangles do not run into the air beyond.
 
-    Beside a convex edge a face is on the inner side of its neighbour, beside a concave one on the outer side.
+    Beside a convex edge a face is on the inner side of its neighbour, beside a concave one on the outer side; beside
+    an edge that is both it is on either.
     """
     rows = []
+    both = {piece.index for pieces in model.split for piece in pieces}
     for edge in model.edges:
-        if edge.kind not in (CONVEX, CONCAVE):
+        if edge.kind not in (CONVEX, CONCAVE) or edge.index in both:
             continue
         for f, g in (edge.faces, edge.faces[::-1]):
             other = model.faces[g]

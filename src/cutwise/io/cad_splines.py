@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from cutwise.io.step import MM, CadFault, occ
+from cutwise.io.occ import MM, CadFault, occ
 from cutwise.maths.nurbs import SplineSurface
 
 _APPROXIMATION = 1e-5  # [mm] of surfaces that are no B-splines in themselves, such as offsets

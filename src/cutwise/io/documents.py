@@ -2,22 +2,29 @@
 
 import json
 from html.parser import HTMLParser
-from pathlib import Path
 from typing import Any
 
+from cutwise.run_file import DamagedRun, attribute
 from cutwise.spec.faults import Fault, ScenarioFault
 
 
-def document_of_run(path: Path, shown: str) -> Any:
-    """Of a run file; ``shown`` is its name in messages."""
-    import h5py
-
+def document_of_run(content: bytes, shown: str) -> Any:
+    """Of the bytes of a run file; ``shown`` is its name in messages."""
     try:
-        with h5py.File(path, "r") as file:
-            text = file.attrs.get("scenario")
-        return json.loads(text)
-    except (OSError, TypeError, ValueError):
-        raise ScenarioFault([Fault((), "holds no scenario: it is not a run file of cutwise", file=shown)]) from None
+        text = attribute(content, "scenario")
+    except DamagedRun as damage:
+        raise ScenarioFault([Fault((), str(damage), file=shown)]) from None
+    return _read(text, shown, "run file")
+
+
+def _read(text: object, shown: str, kind: str) -> Any:
+    try:
+        return json.loads(text)  # type: ignore[arg-type]
+    except RecursionError:
+        message = "its scenario is nested too deeply to be one"
+    except (TypeError, ValueError):
+        message = f"holds no scenario: it is not a {kind} of cutwise"
+    raise ScenarioFault([Fault((), message, file=shown)])
 
 
 class _ScenarioScript(HTMLParser):
@@ -42,7 +49,4 @@ def document_of_report(html: str, shown: str) -> Any:
     """Of the text of a report; ``shown`` is its name in messages."""
     script = _ScenarioScript()
     script.feed(html)
-    try:
-        return json.loads(script.text)
-    except ValueError:
-        raise ScenarioFault([Fault((), "holds no scenario: it is not a report of cutwise", file=shown)]) from None
+    return _read(script.text, shown, "report")

@@ -7,7 +7,8 @@ import numpy as np
 import xarray as xr
 
 from cutwise import units
-from cutwise.io.files import write_text
+from cutwise.disk import file_name, write_together
+from cutwise.io.cells import cell
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -16,23 +17,27 @@ _VECTOR = "axis"  # dimension of the components x, y, z
 
 
 def export(stages: xr.DataTree, folder: Path) -> list[Path]:
-    """Write every group as CSV tables, one for each set of dimensions, and every map over a grid as a VTK file.
+    """Write :func:`tables` into a folder, all of them or none."""
+    return write_together(folder, {name: text.encode() for name, text in tables(stages).items()})
+
+
+def tables(stages: xr.DataTree) -> dict[str, str]:
+    """Every group as CSV tables, one for each set of dimensions, and every map over a grid as a VTK file.
 
     Returns
     -------
-    list of Path
-        The files, in the order of the groups.
+    dict
+        Texts by file names, in the order of the groups.
     """
-    folder.mkdir(parents=True, exist_ok=True)
-    written = []
+    found: dict[str, str] = {}
     for name, group in stages.children.items():
         data = group.to_dataset()
         for dimensions, names in _by_dimensions(data).items():
-            stem = "_".join((name, *(d for d in dimensions if d != _VECTOR)))
-            written.append(write_text(folder / f"{stem}.csv", csv(data[names], dimensions)))
+            stem = file_name("_".join((name, *(d for d in dimensions if d != _VECTOR))))
+            found[f"{stem}.csv"] = csv(data[names], dimensions)
             if len([d for d in dimensions if d != _VECTOR]) == 3 and "position" in names:
-                written.append(write_text(folder / f"{name}.vtk", vtk(data[names], name)))
-    return written
+                found[f"{file_name(name)}.vtk"] = vtk(data[names], name)
+    return found
 
 
 def _by_dimensions(data: xr.Dataset) -> dict[tuple[str, ...], list[str]]:
@@ -56,9 +61,9 @@ def csv(data: xr.Dataset, dimensions: tuple[str, ...]) -> str:
         name = str(key)
         for suffix, part in _components(array, dimensions):
             columns.append((_title(f"{name}{suffix}", array), part.transpose(*dimensions).values.ravel()))
-    lines = [", ".join(title for title, _ in columns)]
+    lines = [", ".join(cell(title) for title, _ in columns)]
     for row in zip(*(values for _, values in columns), strict=True):
-        lines.append(", ".join(repr(float(v)) if isinstance(v, float | np.floating) else str(v) for v in row))
+        lines.append(", ".join(map(cell, row)))
     return "\n".join(lines) + "\n"
 
 

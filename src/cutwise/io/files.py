@@ -1,4 +1,4 @@
-"""Reading the text files that an engineer names, with plain words for what can be wrong; writing them whole."""
+"""Reading the text files that an engineer names, with plain words for what can be wrong."""
 
 from difflib import get_close_matches
 from pathlib import Path
@@ -49,15 +49,3 @@ def as_text(content: bytes, shown: str) -> str:
         line, column = before.count(b"\n") + 1, error.start - (before.rfind(b"\n") + 1) + 1
         message = f"byte 0x{content[error.start]:02x} is not UTF-8 text; save the file as UTF-8"
         raise ScenarioFault([Fault((), message, line, column, shown)]) from None
-
-
-def write_text(path: Path, text: str) -> Path:
-    """Write a file whole or not at all: beside it first, then in its place."""
-    partial = path.with_name(path.name + ".part")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    try:
-        partial.write_text(text, encoding="utf-8", newline="\n")
-        partial.replace(path)
-    finally:
-        partial.unlink(missing_ok=True)
-    return path

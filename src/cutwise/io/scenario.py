@@ -7,17 +7,21 @@ from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
+from pydantic.fields import FieldInfo
 
+from cutwise import units
 from cutwise.io import library
 from cutwise.io.documents import document_of_report, document_of_run
 from cutwise.io.files import as_text, read_bytes
 from cutwise.io.processes import model_of, process_named
 from cutwise.io.program_files import ProgramFiles, named_file
+from cutwise.io.programs.given import subroutine_file
 from cutwise.io.spindle_nodes import with_solid
 from cutwise.io.tables import read_table
-from cutwise.io.tree import Node, compose, from_data, merged, origins, placed, too_short, unwrapped
+from cutwise.io.tree import Node, compose, from_data, hidden_letters, merged, origins, placed, too_short, unwrapped
 from cutwise.io.urdf import read_urdf
 from cutwise.io.wording import faults_among_sound_sections, faults_of, unknown_key
+from cutwise.run_file import is_netcdf
 from cutwise.spec import faults as spec_faults
 from cutwise.spec import fields
 from cutwise.spec.base import LibrarySpec, Spec
@@ -26,8 +30,8 @@ from cutwise.spec.kinds import KINDS
 from cutwise.spec.program import Program
 from cutwise.spec.scenario import Origin, Scenario
 from cutwise.spec.tables import Table
+from cutwise.spec.texts import HALF, visible
 
-_HDF5 = b"\x89HDF\r\n\x1a\n"
 _OVERRIDE = 2  # layer of values that are given beside the file; null takes away what the others say
 _UNNAMED = ("name", "process")  # not values with an origin
 
@@ -47,14 +51,17 @@ def load(path: str | Path, overrides: Sequence[str] = ()) -> Scenario:
     ScenarioFault
         With everything that is wrong, each fault with its place.
     """
+    return loaded(read_bytes(Path(path), str(path)), Path(path), overrides)
+
+
+def loaded(content: bytes, path: Path, overrides: Sequence[str] = ()) -> Scenario:
+    """As :func:`load`, of what the file holds."""
     shown = str(path)
-    path = Path(path)
-    content = read_bytes(path, shown)
-    if content.startswith(_HDF5):
-        return read_document(document_of_run(path, shown), shown, overrides)
+    if is_netcdf(content):
+        return read_document(document_of_run(content, shown), shown, overrides)
     if path.suffix.lower() in (".html", ".htm"):
         return read_document(document_of_report(as_text(content, shown), shown), shown, overrides)
-    return parse(as_text(content, shown), shown, overrides, folder=path.parent, title=path.stem)
+    return parse(as_text(content, shown), shown, overrides, folder=path.parent, title=visible(path.stem, lines=False))
 
 
 def parse(
@@ -91,9 +98,12 @@ def revised(scenario: Scenario, overrides: Sequence[str]) -> Scenario:
 
 def _scenario(tree: Node, faults: list[Fault], overrides: Sequence[str], folder: Path, title: str | None) -> Scenario:
     """Put the layers together (library, file, overrides), check everything, and make the scenario."""
+    faults += hidden_letters(tree)
     tree = unwrapped(tree, (), faults)
     for text in overrides:
         tree = _overridden(tree, text, faults)
+    if any(HALF in fault.message for fault in faults):  # no library takes such a text any further
+        raise ScenarioFault(_sorted(faults))
     model = model_of(tree, faults)
     if model is None:
         raise ScenarioFault(_sorted(faults))
@@ -116,7 +126,7 @@ def _scenario(tree: Node, faults: list[Fault], overrides: Sequence[str], folder:
         raise ScenarioFault(_sorted(faults)) from None
     if faults:
         raise ScenarioFault(_sorted(faults))
-    return scenario.with_origins(
+    return scenario.with_files(assembly.files).with_origins(
         {dotted(path): origin for path, origin in origins(tree) if path[0] not in _UNNAMED and path[-1] != "library"}
     )
 
@@ -149,6 +159,7 @@ def _overridden(tree: Node, text: str, faults: list[Fault]) -> Node:
         )
         return tree
     value = value or Node(None, file=file, layer=_OVERRIDE)
+    found += hidden_letters(value, path)
     value = unwrapped(value, path, found)
     faults += found
     for _, node in value.walk():
@@ -185,12 +196,25 @@ def _fitting(sections: Sequence[type[Spec]], node: Node) -> type[Spec]:
     return max(sections, key=lambda section: len(written & set(section.model_fields)))
 
 
+def _may_be_empty(info: FieldInfo) -> bool:
+    """Whether a section must be there though it asks for no key by itself: what it lacks, it says when it is empty."""
+    kinds = [kind for kind, _ in fields.of_field(info)]
+    return info.is_required() and all(
+        isinstance(kind, type)
+        and issubclass(kind, Spec)
+        and not issubclass(kind, LibrarySpec)
+        and not any(key.is_required() for key in kind.model_fields.values())
+        for kind in kinds
+    )
+
+
 class _Assembly:
     """Completes a tree from outside of it: library entries and CSV tables."""
 
     def __init__(self, model: type[Scenario], folder: Path, faults: list[Fault]) -> None:
         self.model, self.folder, self.faults = model, folder, faults
         self.incomplete: set[spec_faults.Path] = set()  # sections that lack their library entry
+        self.files: list[str] = []  # what was read
         self.meant: set[spec_faults.Path] = set()  # keys that are missing because they are misspelled in an entry
 
     def explains(self, path: spec_faults.Path) -> bool:
@@ -209,6 +233,8 @@ class _Assembly:
             return node
         value = dict(node.value)
         for name, info in section.model_fields.items():
+            if name not in value and _may_be_empty(info):
+                value[name] = Node({}, file=node.file, line=node.line, column=node.column, layer=node.layer)
             if name not in value:
                 continue
             here = (*path, name)
@@ -265,7 +291,7 @@ class _Assembly:
         place = self._file(file.text, file)
         tip = node.value.get("tip_link")
         try:
-            arm = read_urdf(place, str(place), tip.text if tip is not None and tip.text else None)
+            arm = read_urdf(place, str(place), tip.text if tip is not None and tip.text else None, _held(node))
         except ScenarioFault as fault:
             self.incomplete.add(path)
             here = (*path, "urdf")
@@ -279,7 +305,8 @@ class _Assembly:
             "flange_rotation": arm.flange["rotation"],
             "urdf_remarks": list(arm.remarks),
         }
-        inlined = {key: from_data(value, file.file, file.layer) for key, value in read.items()}
+        layer = max(node.value[key].layer for key in ("urdf", "tip_link", "held_joints") if key in node.value)
+        inlined = {key: from_data(value, file.file, layer) for key, value in read.items()}
         origin = Origin("user", source=f"URDF {file.text}")
         inlined = {key: replace(item, origin=origin) for key, item in inlined.items()}
         return replace(node, value={**node.value, **inlined})
@@ -324,14 +351,22 @@ class _Assembly:
 
     def _file(self, name: str, node: Node) -> Path:
         """A file named in the scenario, beside the scenario; one named by ``--set``, where the engineer stands."""
-        if node.layer == 2 and Path(name).exists():
-            return Path(name)
-        return self.folder / name
+        try:
+            here = node.layer == _OVERRIDE and Path(name).exists()
+        except (OSError, ValueError):  # no name of a file
+            here = False
+        place = Path(name) if here else self.folder / name
+        self.files.append(str(place))
+        return place
 
     def _program(self, node: Node, file: Node, path: spec_faults.Path) -> Node:
         """The section of a program with the texts of its files."""
         section, faults = ProgramFiles(lambda named: self._file(named.text, named)).read_in(node, file, path)
         self.faults += faults
+        place = self._file(file.text, file)
+        if "subroutines" in section.value:
+            beside = (subroutine_file(place.parent, name) for name in section.value["subroutines"].value)
+            self.files += [str(one) for one in beside if one is not None]
         return section
 
     def _table(self, node: Node, file: Node, kind: type[Table], path: spec_faults.Path) -> Node:
@@ -346,6 +381,21 @@ class _Assembly:
             return node
         inlined = from_data({"columns": columns, "file": file.text}, node.file, node.layer)
         return replace(node, value=inlined.value)
+
+
+def _held(robot: Node) -> dict[str, float | None]:
+    """Joints that stand still: where a sliding one does [m], None for a turning one; what is wrong is told later."""
+    entries = robot.value["held_joints"].value if "held_joints" in robot.value else None
+    held: dict[str, float | None] = {}
+    for entry in entries if isinstance(entries, list) else []:
+        if not isinstance(entry.value, dict) or "joint" not in entry.value:
+            continue
+        position = entry.value.get("position")
+        try:
+            held[entry.value["joint"].text] = None if position is None else units.parse(position.value, "length")
+        except units.UnitFault:
+            continue
+    return held
 
 
 def _table_file(node: Node) -> Node | None:

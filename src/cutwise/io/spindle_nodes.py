@@ -7,8 +7,8 @@ from typing import Any
 from pydantic import ValidationError
 
 from cutwise import units
+from cutwise.io.occ import CadFault
 from cutwise.io.spindle_body import DERIVED, Body, Misfit, parametric_body, step_body, text_of
-from cutwise.io.step import CadFault
 from cutwise.io.tree import Node, from_data
 from cutwise.spec import faults as spec_faults
 from cutwise.spec.faults import Fault

@@ -1,24 +1,19 @@
 """STEP files through OpenCascade (the ``cad`` extra), read with every way in which such a file can fail."""
 
-import importlib
 import math
 import re
-from functools import lru_cache
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-MM = 1e-3  # OpenCascade converts whatever the file says to millimetres
+from cutwise.io.occ import MISSING, MM, CadFault, explored, occ
+from cutwise.io.part21 import Exchange, TextFault, exchange, listed
+from cutwise.io.step_process import READER, shape_of
 
-_LARGEST = 1e6  # [mm] of a part: nothing larger is machined, and OpenCascade does not come back from 1e300
-_POINT = re.compile(r"CARTESIAN_POINT\s*\(\s*'[^']*'\s*,\s*\(([^()]*)\)", re.IGNORECASE)
-_NO_NUMBER = re.compile(r"[(,]\s*([-+]?(?:nan|inf(?:inity)?))\s*[,)]", re.IGNORECASE)
-
-# Printed once by the importing of OpenCascade if the extra is missing.
-_MISSING = "reading CAD files needs the extra: pip install 'cutwise[cad]'"
-
-
-class CadFault(ValueError):
-    """A CAD file that cannot be used, in plain words."""
+_METRES = {
+    "millimetre": 1e-3, "centimetre": 1e-2, "micrometre": 1e-6, "metre": 1.0, "inch": 0.0254, "foot": 0.3048,
+}  # fmt: skip
+_LOOSEST = 1e-4  # [m] that a file is believed when it says within which distance points are one
 
 
 class StepPart(NamedTuple):
@@ -30,6 +25,9 @@ class StepPart(NamedTuple):
     solids: int
     open_shells: int
     faces: int
+    tolerance: float = 0.0  # [m] within which the file says that points are one; 0: it does not say
+    lost: int = 0  # faces of the file that could not be translated
+    loose: tuple[str, ...] = ()  # references of the file that lead nowhere, but are not needed for the shape
 
     @property
     def remarks(self) -> tuple[str, ...]:
@@ -42,63 +40,45 @@ class StepPart(NamedTuple):
                 f"{self.name} has {self.open_shells} open shell(s): edges at the gaps have one face only and are left "
                 "out, volume and mass are unknown"
             )
+        if self.lost:
+            found.append(f"{self.name}: {self.lost} face(s) of the file could not be translated and are missing")
+        if self.loose:
+            found.append(f"{self.name} is damaged where the shape is not touched: {listed(self.loose)}")
         return tuple(found)
 
 
-@lru_cache(maxsize=64)
-def occ(module: str) -> Any:
-    """A module of the OpenCascade bindings, imported at its first use (1 to 5 s).
-
-    Raises
-    ------
-    CadFault
-        The extra is not installed.
-    """
-    try:
-        loaded = importlib.import_module(f"OCP.{module}")
-    except ImportError:
-        raise CadFault(_MISSING) from None
-    _silence()
-    return loaded
-
-
-_silent = False
-
-
-def _silence() -> None:
-    """Take the message printers of OpenCascade away: they write to standard output, between our JSON."""
-    global _silent
-    if _silent:
-        return
-    _silent = True
-    messenger = importlib.import_module("OCP.Message").Message.DefaultMessenger_s()
-    for printer in list(messenger.Printers()):
-        messenger.RemovePrinter(printer)
-
-
 def read_step(path: str | Path) -> StepPart:
-    """Read a STEP file.
+    """Read a STEP file: first as text, then by OpenCascade in a process of its own, which a bad file may end.
 
     Raises
     ------
     CadFault
-        The file is missing, empty, not STEP, truncated, without geometry, a wireframe, or has coordinates that are no
-        numbers or beyond all measure; the message says which.
+        The file is missing, empty, not STEP, truncated, refers to lines that are missing, has parameters of a wrong
+        type, has no geometry, a wireframe, or coordinates that are no numbers or beyond all measure; the message says
+        which.
     """
     path = Path(path)
-    text = _header(path)
-    reader = occ("STEPControl").STEPControl_Reader()
-    status = reader.ReadFile(str(path))
-    if status != occ("IFSelect").IFSelect_RetDone:  # asking such a reader for its roots would crash
-        raise CadFault(f"{path.name}: not a readable STEP file (damaged or cut short)")
-    if reader.NbRootsForTransfer() < 1:
-        raise CadFault(f"{path.name}: a STEP file without geometry: it has a header and no shapes")
-    reader.TransferRoots()
-    shape = reader.OneShape()
-    if shape is None or shape.IsNull():
-        raise CadFault(f"{path.name}: its shapes could not be translated; export it as AP203, AP214 or AP242 solids")
-    _check_size(shape, path.name)
-    return part_from_shape(shape, path.name, unit=_unit(text))
+    text = _text(path)
+    try:
+        found = exchange(text)
+        READER.start()  # it loads OpenCascade while this process does so too
+        occ("TopoDS")
+        shape, types = shape_of(path, [k for k, n in enumerate(found.order) if n in found.shape])
+    except (TextFault, CadFault) as fault:
+        raise CadFault(str(fault) if str(fault) == MISSING else f"{path.name}: {fault}") from None
+    if types:
+        raise CadFault(f"{path.name}: {_types_told(found, types)}")
+    part = part_from_shape(shape, path.name, unit=_unit(text))
+    tolerance = min(found.uncertainty() * _METRES.get(part.unit, MM), _LOOSEST)
+    lost = max(0, found.faces() - _written_faces(shape))
+    return part._replace(tolerance=tolerance, lost=lost, loose=found.loose)
+
+
+def _written_faces(shape: Any) -> int:
+    """Faces of a shape, those of a body that is placed several times counted once."""
+    faces = explored(shape, occ("TopAbs").TopAbs_ShapeEnum.TopAbs_FACE)
+    away = occ("TopLoc").TopLoc_Location()
+    return len({hash(face.Located(away)) for face in faces})
 
 
 def part_from_shape(shape: Any, name: str, *, unit: str = "") -> StepPart:
@@ -123,23 +103,8 @@ def part_from_shape(shape: Any, name: str, *, unit: str = "") -> StepPart:
     return StepPart(shape, name, unit, solids, sum(not closed(shell) for shell in shells), faces)
 
 
-def explored(shape: Any, kind: Any) -> list[Any]:
-    """All different sub-shapes of a kind, each with its orientation in the shape."""
-    topology = occ("TopoDS").TopoDS
-    typed = getattr(topology, kind.name.removeprefix("TopAbs_").capitalize())
-    found = shape_map(shape, kind)
-    return [typed(found.FindKey(i)) for i in range(1, found.Extent() + 1)]
-
-
-def shape_map(shape: Any, kind: Any) -> Any:
-    """All different sub-shapes of a kind, counted from 1; both uses of an edge are the same."""
-    found = occ("collections").IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher()
-    occ("TopExp").TopExp.MapShapes_s(shape, kind, found)
-    return found
-
-
-def _header(path: Path) -> str:
-    """Text of the file, after the checks that a reader may not survive."""
+def _text(path: Path) -> str:
+    """Text of the file."""
     try:
         raw = path.read_bytes()
     except FileNotFoundError:
@@ -148,44 +113,20 @@ def _header(path: Path) -> str:
         raise CadFault(f"{path}: cannot be read ({fault.strerror})") from None
     if not raw.strip():
         raise CadFault(f"{path.name}: the file is empty")
-    text = raw.decode("latin-1")
-    if "ISO-10303-21" not in text[:2000]:
-        raise CadFault(f"{path.name}: not a STEP file (it does not begin with ISO-10303-21)")
-    if "DATA;" not in text:
-        raise CadFault(f"{path.name}: a STEP file without geometry: it has a header and no data section")
-    _check_points(text, path.name)
-    return text
+    return raw.decode("latin-1")
 
 
-def _check_points(text: str, name: str) -> None:
-    """Refuse numbers that are none, and coordinates so large in any unit that reading them would not end."""
-    damaged = "the file is damaged: export it again"
-    bad = _NO_NUMBER.search(text)
-    if bad is not None:
-        line = text.count("\n", 0, bad.start()) + 1
-        raise CadFault(f"{name}: line {line}: {bad[1]} is not a number; {damaged}")
-    for found in _POINT.finditer(text):
-        for word in found[1].split(","):
-            try:
-                value = float(word)
-            except ValueError:
-                value = math.nan
-            if not math.isfinite(value) or abs(value) > 1e3 * _LARGEST:
-                line = text.count("\n", 0, found.start()) + 1
-                raise CadFault(
-                    f"{name}: line {line}: the coordinate {word.strip() or 'that is missing'} is no length of a part; {damaged}"
-                )
-
-
-def _check_size(shape: Any, name: str) -> None:
-    box = occ("Bnd").Bnd_Box()
-    occ("BRepBndLib").BRepBndLib.Add_s(shape, box, False)
-    if box.IsVoid():
-        return
-    low, high = box.CornerMin(), box.CornerMax()
-    ends = [low.X(), low.Y(), low.Z(), high.X(), high.Y(), high.Z()]
-    if not all(map(math.isfinite, ends)) or max(map(abs, ends)) > _LARGEST:
-        raise CadFault(f"{name}: the part reaches farther than {_LARGEST * MM * 1e-3:g} km: check the unit of the file")
+def _types_told(found: Exchange, types: Sequence[tuple[int, str]]) -> str:
+    """Parameters of a wrong type in words, with their lines."""
+    said = []
+    for place, what in dict.fromkeys(types):
+        number = found.order[place]
+        parameter = re.search(r"(\d+)\s*\((.*?)\)", what)
+        which = f"parameter {parameter[1]} ({parameter[2]})" if parameter else what
+        said.append(
+            f"line {found.line(number)}: #{number} = {found.instances[number].kind}: {which} is missing or not of its type"
+        )
+    return f"{listed(dict.fromkeys(said))}; the file is damaged: export it again"
 
 
 def _unit(text: str) -> str:

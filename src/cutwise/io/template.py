@@ -21,6 +21,14 @@ _WIDTH = 110
 _LEFT_OUT = ("library", "name", "process")
 
 
+SCHEMAS = ".cutwise/schema"  # folder beside a scenario
+
+
+def schema_line(kind: str) -> str:
+    """The comment by which editors find the schema of a scenario."""
+    return f"# yaml-language-server: $schema={SCHEMAS}/{kind}.json"
+
+
 def template(kind: str) -> str:
     """A commented scenario of a kind that loads without a fault.
 
@@ -53,7 +61,7 @@ def _body(section: type[Spec], path: Path, starts: Mapping[str, str]) -> Iterato
             continue
         here = (*path, name)
         inner = fields.sections(info)
-        if len(inner) == 1 and len(list(fields.of_field(info))) == 1:
+        if inner and len(inner) == len(list(fields.of_field(info))):  # of several kinds of section the first
             if _left_out(info, here, starts) and path and info.examples:
                 yield from _value(info, here, starts)
                 continue

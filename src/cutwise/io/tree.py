@@ -1,6 +1,7 @@
 """A scenario as it was written: a tree of nodes that know their place, before it is checked against a specification."""
 
 import json
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any, get_args
@@ -12,11 +13,14 @@ from ruamel.yaml.nodes import MappingNode, ScalarNode, SequenceNode
 from cutwise.spec.base import Status
 from cutwise.spec.faults import Fault, Path
 from cutwise.spec.scenario import Origin
+from cutwise.spec.texts import hidden_fault
 
 STATUSES = get_args(Status)
 _TAG = "tag:yaml.org,2002:"
 _WRAPPER = ("value", "status", "source", "library")
 _MOST_NODES = 500_000
+_LONGEST_TEXT, _MOST_MARKS = 5_000_000, 200_000  # letters, and signs between values: about 8 CPU s of reading
+_LONGEST = 18  # digits of an integer; longer ones are read as floating point numbers
 
 
 @dataclass(slots=True)
@@ -75,6 +79,8 @@ def from_data(data: Any, file: str, layer: int = 1) -> Node:
         return Node({str(k): from_data(v, file, layer) for k, v in data.items()}, file=file, layer=layer)
     if isinstance(data, list | tuple):
         return Node([from_data(v, file, layer) for v in data], file=file, layer=layer)
+    if isinstance(data, int) and not -(10**_LONGEST) < data < 10**_LONGEST:
+        return Node(math.copysign(math.inf, data), f"an integer of {data.bit_length()} bits", file, layer=layer)
     return Node(data, _written(data), file, layer=layer)
 
 
@@ -107,9 +113,10 @@ class _Reader:
 
     def _fill(self, ours: Node, node: Any, path: Path) -> None:
         if isinstance(node, ScalarNode):
-            ours.text = node.value
+            folded = node.style in ("|", ">") and not _has_lines(path)  # its line ends are layout
+            ours.text = " ".join(node.value.split()) if folded else node.value
             try:
-                ours.value = _scalar(str(node.tag), node.value)
+                ours.value = _scalar(str(node.tag), ours.text)
             except ValueError:
                 tag = str(node.tag).replace(_TAG, "!!")
                 self.faults.append(
@@ -151,6 +158,8 @@ def _scalar(tag: str, text: str) -> Any:
     kind = tag.removeprefix(_TAG)
     if kind == "int":
         digits = text.replace("_", "")
+        if len(digits) > _LONGEST:
+            return float(digits) if digits.lstrip("+-").isdecimal() else math.inf
         return int(digits, 0) if digits.lstrip("+-")[:2].lower() in ("0x", "0o", "0b") else int(digits, 10)
     if kind == "float":
         return float(text.replace("_", "").replace(".inf", "inf").replace(".nan", "nan").replace(".Inf", "inf"))
@@ -165,6 +174,13 @@ def _scalar(tag: str, text: str) -> Any:
 
 def compose(text: str, file: str, layer: int = 1) -> tuple[Node | None, list[Fault]]:
     """The tree of a YAML 1.2 (or JSON) text and what is wrong with it; None for an empty or unreadable text."""
+    marks = sum(map(text.count, ",:[{\n"))
+    if len(text) > _LONGEST_TEXT or marks > _MOST_MARKS:
+        message = (
+            f"is too large for a scenario ({len(text) / 1e6:.1f} MB, about {marks:,} values): write tables (CSV) and "
+            "programs into files of their own and name them"
+        )
+        return None, [Fault((), message, file=file)]
     yaml = YAML(typ="safe", pure=True)
     try:
         composed = yaml.compose(text)
@@ -203,6 +219,27 @@ def _in_words(error: MarkedYAMLError) -> str:
     if "flow" in str(error.context):
         return f"not YAML: a bracket that is opened before here is not closed ({problem})"
     return f"not YAML: {problem}"
+
+
+_WITH_LINES = ("text", "subroutines")  # of a program
+
+
+def _has_lines(path: Path) -> bool:
+    return any(step in _WITH_LINES for step in path)
+
+
+def hidden_letters(node: Node, before: Path = ()) -> list[Fault]:
+    """Texts and keys that hold control characters: names, sources and titles stand in programs, tables and reports."""
+    faults = []
+    for path, one in node.walk(before):
+        key = hidden_fault(path[-1]) if path and isinstance(path[-1], str) else None
+        if key is not None:
+            faults.append(one.fault(path[:-1], f"a key {key}", at_key=True))
+        text = one.value if isinstance(one.value, str) else ""
+        fault = hidden_fault(text, lines=_has_lines(path))
+        if fault is not None:
+            faults.append(one.fault(path, fault))
+    return faults
 
 
 def unwrapped(node: Node, path: Path, faults: list[Fault]) -> Node:

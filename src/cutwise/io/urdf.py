@@ -1,10 +1,11 @@
-"""Robots from URDF files: the six turning joints of an arm, with everything that such files are known to get wrong.
+"""Robots from URDF files: the turning joints of an arm, with everything that such files are known to get wrong.
 
 Only kinematics is read. Public models copy data sheets: masses are often made up and effort limits zero, so neither is
 used, and both are pointed out.
 """
 
 import math
+import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -16,7 +17,9 @@ from cutwise.spec.faults import Fault, ScenarioFault
 _MOVING = ("revolute", "continuous", "prismatic", "planar", "floating")
 _ARM_AXES = 6
 _HEAVIEST_ARM = 3000.0  # kg: the heaviest usual arms (500 kg payload) have about 2500 kg
-_WIDEST_LIMIT = 4.0 * math.pi  # rad: more is usually degrees taken for radians
+_WIDEST_LIMIT = 12.0 * math.pi  # rad: more is degrees taken for radians; wrists turn three times either way at most
+_COMMENT = re.compile(rb"<!--.*?-->", re.DOTALL)
+_MACRO = re.compile(rb"<\s*/?\s*xacro:|\$\{|\$\(")
 
 Matrix = tuple[tuple[float, ...], ...]
 Vector = tuple[float, ...]
@@ -33,7 +36,7 @@ class _Joint(NamedTuple):
     lower: float | None
     upper: float | None
     effort: float | None
-    mimics: str
+    mimic: Mapping[str, Any] | None  # joint, multiplier, offset as a scenario writes them
 
 
 class UrdfArm(NamedTuple):
@@ -44,7 +47,9 @@ class UrdfArm(NamedTuple):
     remarks: tuple[str, ...]  # what is unusual about the file
 
 
-def read_urdf(path: Path, shown: str, tip_link: str | None = None) -> UrdfArm:
+def read_urdf(
+    path: Path, shown: str, tip_link: str | None = None, held: Mapping[str, float | None] | None = None
+) -> UrdfArm:
     """Read the arm of a URDF file.
 
     Parameters
@@ -52,30 +57,64 @@ def read_urdf(path: Path, shown: str, tip_link: str | None = None) -> UrdfArm:
     tip_link : str, optional
         Link that carries the tool. Left out: the last moving link; frames fixed to it, such as ``tool0``, are then not
         used, since they are often turned by 90 degrees.
+    held : mapping, optional
+        Joints that do not move: position of a sliding one [m], None for a turning one.
 
     Raises
     ------
     ScenarioFault
-        With everything that keeps the file from being a six-axis arm, each fault with the joint it is about.
+        With everything that keeps the file from being an arm with six motors, each fault with the joint it is about.
     """
     root = _root(read_bytes(path, shown), shown)
     faults: list[str] = []
     joints = [joint for element in root.findall("joint") if (joint := _joint(element, faults)) is not None]
     if faults:
         raise _fault(faults, shown)
+    held = held or {}
     chain = list(_chain(joints, tip_link, faults))
     moving = [joint for joint in chain if joint.kind != "fixed"]
     for joint in moving:
-        faults += _joint_faults(joint)
-    if not faults and len(moving) != _ARM_AXES:
-        fixed = ", ".join(joint.name for joint in chain if joint.kind == "fixed") or "none"
-        faults.append(
-            f"has {len(moving)} moving joints from base to tip, an arm needs six; moving: "
-            f"{', '.join(joint.name for joint in moving) or 'none'}; fixed: {fixed}"
-        )
+        faults += _joint_faults(joint, moving, held)
+    faults += [f"has no joint {name} to hold between base and tip" for name in held if name not in _names(chain)]
+    if not faults and len(_own(moving, held)) != _ARM_AXES:
+        faults.append(_count(chain, moving, held))
     if faults:
         raise _fault(faults, shown)
-    return _arm(chain, tip_link is not None, tuple(_remarks(root, chain, moving)))
+    return _arm(chain, held, tip_link is not None, tuple(_remarks(root, chain, moving)))
+
+
+def _names(joints: list[_Joint]) -> list[str]:
+    return [joint.name for joint in joints]
+
+
+def _own(moving: list[_Joint], held: Mapping[str, float | None]) -> list[_Joint]:
+    """Joints that move on their own."""
+    return [joint for joint in moving if joint.mimic is None and joint.name not in held]
+
+
+def _count(chain: list[_Joint], moving: list[_Joint], held: Mapping[str, float | None]) -> str:
+    """Too many or too few joints, and what to write."""
+    own = _own(moving, held)
+    fixed = ", ".join(joint.name for joint in chain if joint.kind == "fixed") or "none"
+    text = (
+        f"has {len(own)} moving joints from base to tip, an arm needs six; moving: {', '.join(_names(own)) or 'none'}; "
+        f"fixed: {fixed}"
+    )
+    if len(own) <= _ARM_AXES:
+        return text
+    behind = own[_ARM_AXES - 1].child
+    return (
+        f"{text}; hold the others, for example robot.held_joints: [{{joint: {own[2].name}, angle: 0 deg}}], or, if the "
+        f"tool sits behind the sixth, write robot.tip_link: {behind}"
+    )
+
+
+def _behind_six(before: list[_Joint]) -> str:
+    """The remedy for what hangs on an arm: the link behind its sixth turning joint, if six stand before it."""
+    six = [joint for joint in before if joint.mimic is None][:_ARM_AXES]
+    if len(six) < _ARM_AXES or any(joint.kind == "prismatic" for joint in six):
+        return ""
+    return f"if the tool sits behind the sixth, write robot.tip_link: {six[-1].child}; or "
 
 
 def _fault(messages: list[str], shown: str) -> ScenarioFault:
@@ -83,15 +122,16 @@ def _fault(messages: list[str], shown: str) -> ScenarioFault:
 
 
 def _root(content: bytes, shown: str) -> ElementTree.Element:
-    if b"<!ENTITY" in content:
+    plain = _COMMENT.sub(b"", content)
+    if b"<!ENTITY" in plain:
         raise _fault(["declares XML entities, which a URDF has no use for"], shown)
+    if _MACRO.search(plain):
+        raise _fault(["holds xacro macros; expand it first: xacro robot.xacro > robot.urdf"], shown)
     try:
         root = ElementTree.fromstring(content)
     except ElementTree.ParseError as error:
         line, column = error.position
         raise ScenarioFault([Fault((), f"is not well-formed XML: {error}", line, column + 1, shown)]) from None
-    if b"xacro:" in content:
-        raise _fault(["holds xacro macros; expand it first: xacro robot.xacro > robot.urdf"], shown)
     if root.tag != "robot":
         raise _fault([f"begins with <{root.tag}>, a URDF begins with <robot>"], shown)
     return root
@@ -116,9 +156,14 @@ def _joint(element: ElementTree.Element, faults: list[str]) -> _Joint | None:
         text = limit.get(key) if limit is not None else None
         ends[key] = None if text is None else _numbers(limit, key, "0", name, faults, count=1)[0]
     mimic = element.find("mimic")
+    follows = None
+    if mimic is not None:
+        defaults = (("multiplier", "1"), ("offset", "0"))
+        multiplier, offset = (_numbers(mimic, key, text, name, faults, count=1)[0] for key, text in defaults)
+        follows = {"joint": mimic.get("joint", ""), "multiplier": multiplier, "offset": f"{offset!r} rad"}
     return _Joint(
         name, kind, parent.get("link", ""), child.get("link", ""), position, _from_rpy(angles), direction,
-        ends["lower"], ends["upper"], ends["effort"], "" if mimic is None else mimic.get("joint", "another joint"),
+        ends["lower"], ends["upper"], ends["effort"], follows,
     )  # fmt: skip
 
 
@@ -163,21 +208,40 @@ def _chain(joints: list[_Joint], tip_link: str | None, faults: list[str]) -> Ite
         faults.append("its joints form a ring without a base")
         return
     if found:
-        yield from max(found, key=lambda path: (sum(joint.kind != "fixed" for joint in path), -len(path)))
+        yield from _longest(found, faults)
 
 
-def _joint_faults(joint: _Joint) -> Iterator[str]:
+def _longest(found: list[list[_Joint]], faults: list[str]) -> list[_Joint]:
+    """The path with most moving joints; two arms on one base are no arm until one of them is named."""
+    moved = [[joint for joint in path if joint.kind != "fixed"] for path in found]
+    most = max(map(len, moved))
+    arms = {tuple(_names(joints)): joints for joints in moved if len(joints) == most}
+    first = next(iter(arms.values()))
+    if any(joints[:_ARM_AXES] != first[:_ARM_AXES] for joints in arms.values()):  # not two fingers of one hand
+        tips = " or ".join(f"robot.tip_link: {joints[-1].child}" for joints in arms.values())
+        faults.append(f"has {len(arms)} tips with {most} moving joints each; write which carries the tool: {tips}")
+        return []
+    return max(found, key=lambda path: (sum(joint.kind != "fixed" for joint in path), -len(path)))
+
+
+def _joint_faults(joint: _Joint, moving: list[_Joint], held: Mapping[str, float | None]) -> Iterator[str]:
     """Why a joint cannot be one of an arm."""
     what = f"joint {joint.name}"
     if joint.kind in ("floating", "planar"):
         yield f"{what}: is {joint.kind}, held by nothing; an arm has revolute joints (or is it meant to be fixed?)"
-    if joint.kind == "prismatic":
-        yield f"{what}: is prismatic; posture search and stiffness in N m/rad need six turning joints"
-    if joint.mimics:
-        yield f"{what}: follows {joint.mimics} (mimic); coupled joints are not supported"
+    if joint.kind == "prismatic" and held.get(joint.name) is None:
+        remedy = _behind_six(moving[: moving.index(joint)])
+        yield (
+            f"{what}: is prismatic; posture search and stiffness in N m/rad need six turning joints; {remedy}hold it: "
+            f"robot.held_joints: [{{joint: {joint.name}, position: 0 mm}}]"
+        )
+    if joint.kind != "prismatic" and held.get(joint.name) is not None:
+        yield f"{what}: turns; robot.held_joints holds it by an angle, not by a position"
+    if joint.mimic is not None and joint.mimic["joint"] not in _names(moving):
+        yield f"{what}: follows {joint.mimic['joint'] or 'nothing'} (mimic), which is not between base and tip"
     if math.hypot(*joint.axis) < 1e-9:
         yield f"{what}: its axis has no length"
-    if joint.kind == "revolute":
+    if joint.kind == "revolute" and joint.mimic is None:
         if joint.lower is None or joint.upper is None:
             yield f"{what}: has no limits; a revolute joint needs lower and upper (or is it continuous?)"
         elif joint.lower >= joint.upper:
@@ -215,8 +279,8 @@ def _mass(link: ElementTree.Element) -> float | None:
         return None
 
 
-def _arm(chain: list[_Joint], to_tip: bool, remarks: tuple[str, ...]) -> UrdfArm:
-    """Fold fixed joints into the next moving one, and those behind the last one into the flange."""
+def _arm(chain: list[_Joint], held: Mapping[str, float | None], to_tip: bool, remarks: tuple[str, ...]) -> UrdfArm:
+    """Fold fixed joints and held slides into the next turning one, and those behind the last one into the flange."""
     joints = []
     position: Vector = (0.0, 0.0, 0.0)
     rotation = _IDENTITY
@@ -225,10 +289,17 @@ def _arm(chain: list[_Joint], to_tip: bool, remarks: tuple[str, ...]) -> UrdfArm
         rotation = _product(rotation, joint.rotation)
         if joint.kind == "fixed":
             continue
-        ends = (-2 * math.pi, 2 * math.pi) if joint.kind == "continuous" else (joint.lower, joint.upper)
+        if joint.kind == "prismatic":
+            travel = (held[joint.name] or 0.0) / math.hypot(*joint.axis)
+            along = tuple(travel * x for x in joint.axis)
+            position = tuple(p + q for p, q in zip(position, _turned(rotation, along), strict=True))
+            continue
+        ends = (joint.lower, joint.upper)
+        if joint.kind == "continuous" or None in ends:  # a follower has the limits of its leader
+            ends = (-2 * math.pi, 2 * math.pi)
         joints.append({
             "name": joint.name, **_placed(position, rotation), "axis": list(joint.axis),
-            "limits": [f"{end!r} rad" for end in ends],
+            "limits": [f"{end!r} rad" for end in ends], **({"mimic": dict(joint.mimic)} if joint.mimic else {}),
         })  # fmt: skip
         position, rotation = (0.0, 0.0, 0.0), _IDENTITY
     if not to_tip:

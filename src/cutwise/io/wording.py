@@ -1,6 +1,6 @@
 """Faults in plain words: from what pydantic found to what the engineer has to change."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from difflib import get_close_matches
 from typing import Annotated, Any, Literal, get_args, get_origin
 
@@ -21,17 +21,21 @@ _BOUNDS = {
     "less_than": ("lt", "below"),
     "less_than_equal": ("le", "at most"),
 }
+_LONG_TEXT = 80  # letters of a value that a message repeats
 
 
 def faults_of(error: ValidationError, model: type[Spec], root: Node) -> Iterator[Fault]:
     """Every fault of a scenario that did not validate, at its place in the tree as written."""
     suggested: set[Path] = set()
     found: list[tuple[Path, str, bool]] = []
+    between: set[tuple[Path, str]] = set()  # faults of values that do not go together
     for item in error.errors():
         path = fields.without_tags(item["loc"])
         kind, context = item["type"], item.get("ctx") or {}
         if kind == "contradiction":
-            found += [_contradiction(remark, path, model) for remark in context["found"]]
+            said = [_contradiction(remark, path, model) for remark in context["found"]]
+            between |= {(where, message) for where, message, _ in said}
+            found += said
         elif kind == "extra_forbidden":
             message, meant = unknown_key(model, path)
             suggested.add(meant)
@@ -44,7 +48,24 @@ def faults_of(error: ValidationError, model: type[Spec], root: Node) -> Iterator
             found.append((path, _wrong_value(item, model, path, root), False))
     for path, message, at_key in dict.fromkeys(found):
         if not (path in suggested and message.startswith("missing")):  # the misspelled key says it already
-            yield root.nearest(path).fault(path, message, at_key=at_key)
+            if (path, message) in between:
+                yield _between(root, path, message, at_key)
+            else:
+                yield root.nearest(path).fault(path, message, at_key=at_key)
+
+
+def _between(root: Node, path: Path, message: str, at_key: bool) -> Fault:
+    """A fault of values that do not go together, where the engineer wrote: an entry of the library is sound by itself."""
+    node = root.nearest(path)
+    section = root.nearest(path[:-1]) if path else node
+    own = isinstance(section.value, dict) and any(
+        below.layer > 0 for key, one in section.value.items() if key != "library" for _, below in one.walk()
+    )
+    if node.layer > 0 or not own:
+        return node.fault(path, message, at_key=at_key)
+    entry = f" {node.origin.library}" if node.origin is not None and node.origin.library else ""
+    written = next((one for key, one in section.value.items() if key != "library" and one.layer > 0), section)
+    return written.fault(path, f"{message} ({path[-1]} is that of the library entry{entry})", at_key=True)
 
 
 def faults_among_sound_sections(
@@ -62,7 +83,7 @@ def faults_among_sound_sections(
             sections[name] = TypeAdapter(kind).validate_python(given)
     for remark in model.contradictions_among(sections):
         path, message, at_key = _contradiction(remark, (), model)
-        yield root.nearest(path).fault(path, message, at_key=at_key)
+        yield _between(root, path, message, at_key)
 
 
 def _contradiction(remark: Remark, before: Path, model: type[Spec]) -> tuple[Path, str, bool]:
@@ -195,14 +216,14 @@ def _wrong_value(item: Any, model: type[Spec], path: Path, root: Node) -> str:
     return f"{text}: {item['msg']}" if text else str(item["msg"])
 
 
-def _numbers(keys: Iterable[str]) -> bool:
+def _numbers(keys: Collection[str]) -> bool:
     """Whether keys are those of entries that a list does not have."""
-    return all(key.isdigit() for key in keys)
+    return bool(keys) and all(key.isdigit() for key in keys)
 
 
 def _as_written(node: Node | None, value: Any) -> str:
     if node is not None and not isinstance(node.value, dict | list):
-        return node.text
+        return node.text if len(node.text) <= _LONG_TEXT else f"{node.text[:_LONG_TEXT]}..."
     return str(value) if not isinstance(value, dict | list) else "a section" if isinstance(value, dict) else "a list"
 
 

@@ -93,18 +93,43 @@ def arc(
 
     Raises ``ValueError`` if radius or sweep is zero.
     """
-    p, axis_unit = np.asarray(_triple(start)), np.asarray(_triple(axis)) / math.hypot(*axis)
-    to_centre = np.asarray(_triple(centre)) - p
-    to_centre = to_centre - axis_unit * float(axis_unit @ to_centre)
-    radius = float(np.linalg.norm(to_centre))
-    if radius <= 0.0 or sweep == 0.0:
+    one = arcs(
+        *(np.array([_triple(v)]) for v in (start, centre)),
+        np.array([sweep]),
+        np.array([_triple(axis)]),
+        np.array([rise]),
+    )
+    return block_at(one, 0)
+
+
+def arcs(start: FloatArray, centre: FloatArray, sweep: FloatArray, axis: FloatArray, rise: FloatArray) -> LineArc:
+    """Arcs and helices as :func:`arc` makes them, one a row: vectors of shape (n, 3), numbers of shape (n,)."""
+    unit = axis / np.linalg.norm(axis, axis=1)[:, None]
+    to_centre = centre - start
+    to_centre = to_centre - unit * np.einsum("ij,ij->i", unit, to_centre)[:, None]
+    radius = np.linalg.norm(to_centre, axis=1)
+    if not ((radius > 0.0) & (sweep != 0.0)).all():
         raise ValueError("an arc block needs a radius and a sweep")
-    inward = to_centre / radius
-    along = math.copysign(1.0, sweep) * np.cross(inward, axis_unit)
-    flat = radius * abs(sweep)
-    length = math.hypot(flat, rise)
-    climb = axis_unit * (rise / length)
-    return Block(_triple(p), _triple(along), _triple(inward), _triple(climb), flat / length, radius, length)
+    inward = to_centre / radius[:, None]
+    along = np.copysign(1.0, sweep)[:, None] * np.cross(inward, unit)
+    flat = radius * np.abs(sweep)
+    length = np.hypot(flat, rise)
+    return LineArc(
+        start, along, inward, unit * (rise / length)[:, None], flat / length, radius, length, np.zeros(len(sweep))
+    )
+
+
+def lines(start: FloatArray, end: FloatArray) -> LineArc:
+    """Straight blocks between points, one a row of shape (n, 3); raises ``ValueError`` if one has no length."""
+    along = end - start
+    length = np.linalg.norm(along, axis=1)
+    if not (length > 0.0).all():
+        raise ValueError("a line block has no length")
+    along /= length[:, None]
+    n = len(length)
+    return LineArc(
+        start, along, np.zeros((n, 3)), np.zeros((n, 3)), np.ones(n), np.full(n, math.inf), length, np.zeros(n)
+    )
 
 
 def clothoid(

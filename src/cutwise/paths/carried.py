@@ -20,6 +20,7 @@ class CarriedPath(NamedTuple):
     at: FloatArray  # [m] of the path, shape (n,)
     point: FloatArray  # [m] of the nominal edge or wall, shape (n, 3)
     axes: FloatArray  # shape (n, 3, 3)
+    followed: bool = False  # the tool turns with the path
 
     @property
     def tool_axis(self) -> FloatArray:
@@ -63,6 +64,42 @@ def line(
     return CarriedPath(at, point, axes)
 
 
+def arc(
+    centre: FloatArray, radius: float, first: float, sweep: float, tool_axis: FloatArray, pitch: float, *,
+    work_on_left: bool = False, follow: bool = True,
+) -> CarriedPath:  # fmt: skip
+    """An arc around the work, in the plane at a right angle to the tool axis.
+
+    With the work on the right the tool runs clockwise, seen from the motor.
+
+    Parameters
+    ----------
+    centre : array (3,)
+        [m]
+    radius : float
+        [m]
+    first, sweep : float
+        Where it starts, from x of the part (from y where that is the tool axis) towards the left, and how far it goes
+        round [rad].
+    follow : bool
+        Process axes turn with the edge; else they keep those of the start.
+    """
+    up = -np.asarray(tool_axis, dtype=float) / np.linalg.norm(tool_axis)
+    world = np.array([1.0, 0.0, 0.0]) if abs(up[0]) < 0.999 else np.array([0.0, 1.0, 0.0])
+    right = world - (world @ up) * up
+    right /= np.linalg.norm(right)
+    ahead = np.cross(up, right)
+    at = stations(radius * sweep, pitch)
+    sense = 1.0 if work_on_left else -1.0
+    angle = first + sense * at / radius
+    outward = np.outer(np.cos(angle), right) + np.outer(np.sin(angle), ahead)
+    feed = sense * np.cross(up, outward)
+    axes = process_axes(feed, -up, work_on_left=work_on_left)
+    if not follow:
+        axes = np.repeat(axes[:1], len(at), axis=0)
+    return CarriedPath(at, np.asarray(centre) + radius * outward, axes, follow)
+
+
 def placed(path: CarriedPath, rotation: FloatArray, origin: FloatArray) -> CarriedPath:
     """The path of a part that stands at an origin [m] with a rotation in the base frame."""
-    return CarriedPath(path.at, path.point @ rotation.T + origin, rotation @ path.axes)
+    return path._replace(point=path.point @ rotation.T + origin, axes=rotation @ path.axes)

@@ -14,6 +14,9 @@ from cutwise.paths.chamfer import ChamferPath
 _LONGEST = 1e-3  # [m] between points, however straight the path
 
 
+Tolerance = float | FloatArray  # chord error [m], everywhere or at each sample of a path
+
+
 class Feeds(NamedTuple):
     """Speeds along a path, one per segment."""
 
@@ -53,6 +56,23 @@ def chord_error(path: ChamferPath) -> float:
     return float((kappa * step**2 / 8.0).max())
 
 
+def chord_share(path: ChamferPath, tolerance: Tolerance) -> float:
+    """Largest share of its tolerance that a chord error takes."""
+    curve, at = _centre_curve(path)
+    error = _curvature(curve, 0.5 * (at[1:] + at[:-1])) * lengths(path.centre, closed=path.frames.closed) ** 2 / 8.0
+    return float((error / _between(_at(tolerance, path))).max())
+
+
+def _at(tolerance: Tolerance, path: ChamferPath) -> FloatArray:
+    """A tolerance at each sample of a path, once more at the first of a closed one."""
+    every = np.broadcast_to(np.asarray(tolerance, float), (len(path.centre),))
+    return np.append(every, every[0]) if path.frames.closed else every
+
+
+def _between(tolerance: FloatArray) -> FloatArray:
+    return np.asarray(np.minimum(tolerance[1:], tolerance[:-1]))
+
+
 def points_for(path: ChamferPath, tolerance: float) -> int:
     r"""Number of evenly spaced parameters at which the chord error stays below a tolerance.
 
@@ -68,21 +88,23 @@ def points_for(path: ChamferPath, tolerance: float) -> int:
     return max(8, math.ceil(len(path.centre) * math.sqrt(chord_error(path) / tolerance)))
 
 
-def coarseness(path: ChamferPath, tolerance: float) -> float:
+def coarseness(path: ChamferPath, tolerance: Tolerance) -> float:
     r"""Largest distance of samples over the distance :math:`\sqrt{8 \varepsilon / \kappa_S}` of the points wanted."""
     curve, at = _centre_curve(path)
-    kappa = np.maximum(_curvature(curve, 0.5 * (at[1:] + at[:-1])), 8.0 * tolerance / _LONGEST**2)
-    return float((lengths(path.centre, closed=path.frames.closed) * np.sqrt(kappa / (8.0 * tolerance))).max())
+    most = _between(_at(tolerance, path))
+    kappa = np.maximum(_curvature(curve, 0.5 * (at[1:] + at[:-1])), 8.0 * most / _LONGEST**2)
+    return float((lengths(path.centre, closed=path.frames.closed) * np.sqrt(kappa / (8.0 * most))).max())
 
 
-def samples_for(path: ChamferPath, tolerance: float) -> NDArray[np.int64]:
+def samples_for(path: ChamferPath, tolerance: Tolerance) -> NDArray[np.int64]:
     r"""Samples of a path to keep, at distances :math:`\Delta s \approx \sqrt{8 \varepsilon / \kappa_S}`, at most 1 mm.
 
     Never more than every other sample, so that there are samples between the kept ones to prove the path at.
     """
     curve, at = _centre_curve(path)
-    kappa = np.maximum(_curvature(curve, at), 8.0 * tolerance / _LONGEST**2)
-    density = np.linalg.norm(curve(at, 1), axis=1) * np.sqrt(kappa / (8.0 * tolerance))
+    most = _at(tolerance, path)
+    kappa = np.maximum(_curvature(curve, at), 8.0 * most / _LONGEST**2)
+    density = np.linalg.norm(curve(at, 1), axis=1) * np.sqrt(kappa / (8.0 * most))
     count = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]) * np.diff(at))])
     closed = path.frames.closed
     wanted = max(8 if closed else 3, math.ceil(1.15 * count[-1]) + (0 if closed else 1))

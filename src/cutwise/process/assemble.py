@@ -20,7 +20,7 @@ from cutwise.physics.structure.pistons import (
     piston_directions,
 )
 from cutwise.process.carried import GRAVITY, ArmAlong, arm_along, path_in_base, terms_of
-from cutwise.process.loops import AVERAGED, TOOTH_RESOLVED, Cutter, EdgeCell, Layers, Strips, cell_of, loads_at
+from cutwise.process.loops import AVERAGED, TOOTH_RESOLVED, Arc, Cutter, EdgeCell, Layers, Strips, cell_of, loads_at
 from cutwise.spec.carrier import Standing
 from cutwise.spec.deburring import DeburringScenario
 from cutwise.spec.material import KIENZLE as KIENZLE_KEYS
@@ -58,6 +58,11 @@ def deburring_cell(scenario: DeburringScenario) -> EdgeCell:
     alone = EdgeCell(
         edge_pass(operation, top), layers, cutter, piston_ring(scenario.spindle), scenario.spindle.tool_reach
     )
+    if scenario.path is not None and scenario.path.arc is not None:
+        follow = scenario.path.orientation == "follow" or (
+            scenario.robot is not None and scenario.path.orientation is None
+        )
+        alone = alone._replace(arc=Arc(scenario.path.arc.radius, follow))
     if scenario.robot is None:
         return alone
     along, height = robot_along(scenario, alone), surface_height(alone)
@@ -155,9 +160,13 @@ def linear_coefficients(material: Material) -> EdgeCoefficients:
 
 def edges(material: Material, tool: HelicalMill) -> Edges:
     """How the edges cut; an unknown axial pair counts as zero, and no axial force is reported then."""
-    linear = linear_coefficients(material)
+    return edges_alike(material)._replace(runout=tool.runout, runout_angle=tool.runout_angle)
+
+
+def edges_alike(material: Material) -> Edges:
+    """The edges of a tool without run-out."""
     kienzle = Kienzle(*(getattr(material, key) or 0.0 for key in KIENZLE_KEYS))
-    return Edges(_FORCE_LAW[material.law], linear, kienzle, tool.runout, tool.runout_angle)
+    return Edges(_FORCE_LAW[material.law], linear_coefficients(material), kienzle, 0.0, 0.0)
 
 
 def piston_ring(spindle: CompliantSpindle) -> PistonRing:

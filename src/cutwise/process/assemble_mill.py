@@ -6,6 +6,7 @@ import numpy as np
 
 from cutwise.io.programs.given import setup_of
 from cutwise.io.programs.interpreter import Interpreted, interpret
+from cutwise.maths.linearc import join
 from cutwise.paths.pocket import corner
 from cutwise.physics.cutting.discs import discs
 from cutwise.physics.cutting.flute import Mill
@@ -19,7 +20,7 @@ from cutwise.physics.structure.modes import Modes, modes
 from cutwise.process.assemble import edges
 from cutwise.process.drive_remedies import GainKeys, remedies
 from cutwise.process.loops_drives import NO_FORCE, Cut, DrivePair
-from cutwise.process.program_path import ProgramPath, blocks_path, moves_path, program_speed
+from cutwise.process.program_path import Pace, ProgramPath, blocks_path, moves_path, program_speed
 from cutwise.spec.drives import CncMachine, FeedDrive
 from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.spec.milling import MillingScenario
@@ -36,13 +37,13 @@ def program_path(scenario: MillingScenario, program: Interpreted | None) -> Prog
         assert scenario.program is not None
         return moves_path(
             program, feed=operation.feed, turning=operation.spindle_speed is not None, mode=mode,
-            top=top_of(scenario.program, scenario.stock),
+            top=top_of(scenario.program, scenario.stock), pace=_pace(scenario.machine),
         )  # fmt: skip
     assert scenario.path is not None
     assert operation.feed is not None
     blocks = corner(scenario.path.lead, scenario.path.turn, scenario.path.fillet)
     n = len(blocks)
-    return blocks_path(blocks, np.full(n, operation.feed), np.ones(n, bool), scenario.path_mode)
+    return blocks_path(join(blocks), np.full(n, operation.feed), np.ones(n, bool), scenario.path_mode)
 
 
 def read_program(scenario: MillingScenario) -> Interpreted | None:
@@ -66,6 +67,12 @@ def motion_limits(machine: CncMachine) -> tuple[Limits, AxisLimits | None]:
     if given.act_on == "path":
         return Limits(*values), None
     return Limits(math.inf, math.inf, math.inf), AxisLimits(*(np.full(3, value) for value in values))
+
+
+def _pace(machine: CncMachine) -> Pace:
+    """What the path may do in any direction."""
+    given = machine.limits
+    return Pace(given.velocity, given.acceleration, given.jerk)
 
 
 def drive_pair(machine: CncMachine) -> DrivePair:

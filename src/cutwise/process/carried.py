@@ -6,15 +6,14 @@ from typing import NamedTuple
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from cutwise.maths.chains import frames
 from cutwise.maths.frames import FloatArray, rotation_from_rpy
-from cutwise.paths.carried import CarriedPath, line, placed
+from cutwise.paths.carried import CarriedPath, arc, line, placed
 from cutwise.physics.motion.along import Blocked, Postures, cheapest_way, followed, joint_rates
 from cutwise.physics.structure.joint_compliance import cartesian_compliance
 from cutwise.physics.structure.series_compliance import carried_to, in_axes, translation_at
 from cutwise.physics.structure.terms import Compliance, swinging
-from cutwise.process.drilling import robot_arm
-from cutwise.process.postures import Arm, candidates, posture_jacobian, tool_axes
+from cutwise.process.postures import Arm, candidates, posture_frames, posture_jacobian, tool_axes
+from cutwise.process.robot_arms import robot_arm
 from cutwise.results import Infeasible
 from cutwise.spec.carrier import CarriedPath as PathSpec
 from cutwise.spec.carrier import CarryingRobot, Standing
@@ -40,7 +39,14 @@ class ArmAlong(NamedTuple):
 
 def path_in_base(spec: PathSpec, standing: Standing, pitch: float, *, work_on_left: bool) -> CarriedPath:
     """Stations of the path in the base frame, no farther apart than a pitch [m]."""
-    nominal = line(getattr(spec.line, "from"), spec.line.to, np.array(spec.tool_axis), pitch, work_on_left=work_on_left)
+    axis = np.array(spec.tool_axis)
+    if spec.arc is not None:
+        nominal = arc(
+            np.array(spec.arc.centre), spec.arc.radius, spec.arc.start, spec.arc.sweep, axis, pitch,
+            work_on_left=work_on_left, follow=spec.orientation != "fixed",
+        )  # fmt: skip
+    else:
+        nominal = line(np.array(spec.line.start), np.array(spec.line.end), axis, pitch, work_on_left=work_on_left)
     return placed(nominal, rotation_from_rpy(*standing.rotation), np.array(standing.origin))
 
 
@@ -102,14 +108,14 @@ def _sag(robot: CarryingRobot, arm: Arm, path: CarriedPath, q: FloatArray, jacob
 
     ``relative`` takes off that of the first station, at which the path was taught.
     """
-    torque = np.zeros_like(q)
+    torque = np.zeros((len(q), len(arm.chain.kinds)))
     for joint, mass, centre in weights(robot):
-        at = frames(arm.chain, q)
+        at = posture_frames(arm, q)
         axis = np.einsum("mkij,kj->mki", at.rotations[:, 1:], arm.chain.axes)
         point = at.origins[:, joint + 1] + at.rotations[:, joint + 1] @ centre
         lifted = np.cross(axis, point[:, None] - at.origins[:, 1:])[:, : joint + 1, 2]
         torque[:, : joint + 1] -= GRAVITY * mass * lifted
-    twist = np.einsum("nij,nj->ni", jacobians, torque / arm.stiffness)
+    twist = np.einsum("nij,nj->ni", jacobians, torque @ arm.drives.elastic / arm.stiffness)
     if robot.sag == "ignored":
         return np.zeros_like(twist)
     side = np.linalg.det(path.axes)[:, None]
@@ -135,9 +141,15 @@ def base_compliance(robot: CarryingRobot, point: FloatArray) -> FloatArray:
     return carried_to(np.diag([*given, *([0.0] * (6 - len(given)))]), point)
 
 
+def _zeros(path: CarriedPath) -> list[FloatArray | None]:
+    """Where the angle of the tool counts from at each station: x of the base, or the feed where the tool turns with it."""
+    return [axes[:, 0] if path.followed else None for axes in path.axes]
+
+
 def candidates_of(arm: Arm, path: CarriedPath, angles: FloatArray):  # type: ignore[no-untyped-def]
     """All solutions of the stations, with one angle of the tool for each."""
-    poses = np.array([tool_axes(axis, angle) for axis, angle in zip(path.tool_axis, angles, strict=True)])
+    each = zip(path.tool_axis, angles, _zeros(path), strict=True)
+    poses = np.array([tool_axes(axis, angle, zero) for axis, angle, zero in each])
     return candidates(arm, path.point, poses)
 
 
@@ -155,7 +167,7 @@ def _chosen(
             q = _stiffest_branch(arm, path, found.q, allowed, wrench, height, q)
         return Postures(q, angles), math.nan, math.nan
     tried = np.unique(np.linspace(0, len(path.at) - 1, min(len(path.at), STATIONS)).round().astype(int))
-    few = CarriedPath(path.at[tried], path.point[tried], path.axes[tried])
+    few = CarriedPath(path.at[tried], path.point[tried], path.axes[tried], path.followed)
     angles = np.arange(-math.pi, math.pi - 0.5 * GRID, GRID)
     q, cost = _all(robot, arm, few, angles, wrench, height)
     reach = speed * np.diff(few.at).min() / feed
@@ -198,9 +210,10 @@ def _yielding(arm: Arm, path: CarriedPath, q: FloatArray, wrench: FloatArray, he
 
 
 def _all(robot, arm, path, angles, wrench, height):  # type: ignore[no-untyped-def]
-    """Joint angles (n, a, 8, 6) and cost (n, a, 8) of every station, angle and branch."""
+    """Motor angles (n, a, b, 6) and cost (n, a, b) of every station, angle and branch."""
     count, turns = len(path.at), len(angles)
-    poses = np.concatenate([tool_axes(axis, angles) for axis in path.tool_axis])
+    each = zip(path.tool_axis, _zeros(path), strict=True)
+    poses = np.concatenate([tool_axes(axis, angles, zero) for axis, zero in each])
     found = candidates(arm, np.repeat(path.point, turns, axis=0), poses)
     allowed = found.within & (found.wrist_sine >= robot.singularity_margin)
     cost = np.full(allowed.shape, math.inf)
@@ -217,15 +230,16 @@ def _all(robot, arm, path, angles, wrench, height):  # type: ignore[no-untyped-d
         1.0 / arm.stiffness
     )
     cost[station, branch] = np.abs(moved)
-    return found.q.reshape(count, turns, 8, 6), cost.reshape(count, turns, 8)
+    return found.q.reshape(count, turns, -1, 6), cost.reshape(count, turns, -1)
 
 
 def jacobians_of(arm: Arm, q: FloatArray) -> FloatArray:
-    """Jacobians at the tip of many postures, in base axes, shape (m, 6, 6)."""
-    at = frames(arm.chain, q)
+    """Jacobians at the tip of many postures over everything that yields, in base axes, shape (m, 6, k)."""
+    at = posture_frames(arm, q)
     axis = np.einsum("mkij,kj->mki", at.rotations[:, 1:], arm.chain.axes)
     tip = at.origins[:, -1] + at.rotations[:, -1] @ arm.tool_tip
-    return np.concatenate([np.cross(axis, tip[:, None] - at.origins[:, 1:]), axis], axis=2).swapaxes(1, 2)
+    each = np.concatenate([np.cross(axis, tip[:, None] - at.origins[:, 1:]), axis], axis=2).swapaxes(1, 2)
+    return np.asarray(each @ arm.drives.elastic)
 
 
 def _best_constant(q: FloatArray, cost: FloatArray, reach: FloatArray) -> tuple[int, int, float] | None:

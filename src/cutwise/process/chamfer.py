@@ -1,6 +1,6 @@
 """A chamfer run: paths planned and proved, then forces along them, a spindle that yields, and set-up errors."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from cutwise.paths import reach
@@ -9,7 +9,7 @@ from cutwise.paths.pipe import NoEdgeError, PipeHole, edge_margin
 from cutwise.process import chamfer_proof as proof
 from cutwise.process.chamfer_chains import EdgePlan, plan_chains
 from cutwise.process.chamfer_corners import Link, links
-from cutwise.process.chamfer_cut import Deflected, ball_end, deflected, rigid
+from cutwise.process.chamfer_cut import Deflected, ball_end, deflected, mounted, rigid
 from cutwise.process.chamfer_loop import PassForces
 from cutwise.process.chamfer_plan import EdgePath, plan_pipe
 from cutwise.process.chamfer_remedies import remedies
@@ -72,17 +72,19 @@ def prepare(scenario: ChamferScenario) -> None:
         cad_work(scenario, read_part(scenario), outline=False)
 
 
-def run(scenario: ChamferScenario, *, wanted: frozenset[str] = EVERYTHING) -> ChamferRun:
+def run(
+    scenario: ChamferScenario, *, wanted: frozenset[str] = EVERYTHING, progress: Callable[[float], None] | None = None
+) -> ChamferRun:  # fmt: skip
     """Plan and prove the paths of a scenario, then the forces along them and what a spindle makes of those.
 
     ``wanted``: what is worked out besides: the band of set-up errors, the outline of the part for pictures, and what
-    helps where something is infeasible.
+    helps where something is infeasible. ``progress`` is called with the share of the planning done so far.
     """
     part = pipe_hole(scenario)
     found = (
         _pipe(scenario, part, helped="remedies" in wanted)
         if part is not None
-        else _cad(scenario, outline="outline" in wanted)
+        else _cad(scenario, outline="outline" in wanted, progress=progress)
     )
     paths = [path for plan in found.plans for path in plan.paths]
     forces: list[PassForces] = []
@@ -91,7 +93,7 @@ def run(scenario: ChamferScenario, *, wanted: frozenset[str] = EVERYTHING) -> Ch
         ball = ball_end(scenario)
         forces = [rigid(scenario, path, ball) for path in paths]
         if scenario.spindle is not None:
-            aside = [deflected(scenario, path, ball) for path in paths]
+            aside = [deflected(scenario, path, ball, mounted(path, paths)) for path in paths]
     band = None
     if "band" in wanted and scenario.setup is not None and paths and not found.infeasible:
         band = setup_band(scenario, part, paths)
@@ -151,11 +153,13 @@ def _pipe_edge(scenario: ChamferScenario, part: PipeHole, *, inner: bool) -> _Pl
     return _Planned((EdgePlan(work, (path,), ()),), (member,), tuple(str(m) for m in path.failed))
 
 
-def _cad(scenario: ChamferScenario, *, outline: bool) -> _Planned:
+def _cad(
+    scenario: ChamferScenario, *, outline: bool, progress: Callable[[float], None] | None = None
+) -> _Planned:  # fmt: skip
     """The selected edges of a CAD part; edges that cannot be done are refused with the reason, and the rest is done."""
     part = read_part(scenario)
     work = cad_work(scenario, part, outline=outline)
-    plans, members = plan_chains(scenario, work)
+    plans, members = plan_chains(scenario, work, progress)
     infeasible = tuple(_refused(plan) for plan in plans if not plan.paths)
     remedies: tuple[str, ...] = ()
     if infeasible:
@@ -167,7 +171,9 @@ def _cad(scenario: ChamferScenario, *, outline: bool) -> _Planned:
             else "the best of all tool axes (tool.axis: auto)",
             "leave these edges out (part.edges)",
         )  # fmt: skip
-    return _Planned(tuple(plans), tuple(members), infeasible, remedies, (*part.remarks, *work.remarks), work.outline)
+    return _Planned(
+        tuple(plans), tuple(members), infeasible, remedies, (*work.model.remarks, *work.remarks), work.outline
+    )
 
 
 def _refused(plan: EdgePlan) -> str:

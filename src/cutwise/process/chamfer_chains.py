@@ -4,7 +4,7 @@ All selected edges are looked at together: what the ball takes off a neighbour t
 paths run up to the corners that they share. Where a path is trimmed, the reason is kept with the length.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -20,15 +20,19 @@ from cutwise.maths.surfaces import IntArray
 from cutwise.paths import feed as feeds
 from cutwise.paths.chamfer import ChamferPath, NoPathError, chamfer_path, path_of, possible
 from cutwise.physics.surface.approach import cut_places
+from cutwise.process import chamfer_fading as fading
 from cutwise.process import chamfer_proof as proof
 from cutwise.process.chamfer_plan import Candidate, EdgePath, candidate, chamfer_of, plan_piece, sharpened
 from cutwise.process.chamfer_work import CadWork, EdgeWork
+from cutwise.process.pace import Pace
 from cutwise.spec.chamfer import ChamferScenario
 
 _SHORTEST = 4  # samples of a path worth having
-_ROUNDS = 4  # of trimming
+_ROUNDS = 4  # of trimming where the ball cuts too much
+_FADES = 8  # and where an edge fades
 _PER_POINT = 3.0  # samples of an edge for each point of its path
 _FINEST = 16.0  # more samples than at first, where a chord tolerance asks for them
+_DRAFTED = 0.1  # share of the time that the drafts of all paths take
 _SPACING = 0.1  # of gouges that are looked for, in ball radii
 
 BENDS_AWAY = "the faces meet tangentially or end before the chamfer does"
@@ -101,12 +105,14 @@ def draft(scenario: ChamferScenario, work: EdgeWork) -> Draft:
     if tolerance is None:
         share = _PER_POINT * (scenario.path.points or 0) / len(work.nodes.point)
         return _draft(scenario, work.finer(share)) if share > 1.0 else found
-    coarse = max(feeds.coarseness(path, tolerance) for _, path in found.pieces)
+    coarse = max(feeds.coarseness(path, fading.chord_tolerance(scenario, path)) for _, path in found.pieces)
     share = min(_FINEST, _PER_POINT * coarse)
     if share <= 1.0:
         return found
     fine = _draft(scenario, work.finer(share))
-    left = max((feeds.coarseness(path, tolerance) for _, path in fine.pieces), default=coarse)
+    left = max(
+        (feeds.coarseness(path, fading.chord_tolerance(scenario, path)) for _, path in fine.pieces), default=coarse
+    )
     return fine if left < 0.7 * coarse else found  # a path that jumps is no smoother on more samples
 
 
@@ -115,6 +121,12 @@ def _draft(scenario: ChamferScenario, work: EdgeWork) -> Draft:
     radius = scenario.tool.ball_radius
     good = possible(work.nodes, cut, radius)
     reason = ["" if fine else BENDS_AWAY for fine in good]
+    shallow = fading.too_shallow(scenario, work.nodes)
+    for run in runs(shallow, closed=work.nodes.closed):
+        why = fading.shallow_reason(work.nodes, run)
+        for i in run:
+            reason[i] = why
+    good = good & ~shallow
     pieces = []
     for samples in runs(good, closed=work.nodes.closed):
         why = TOO_SHORT
@@ -163,15 +175,30 @@ class Surroundings:
         return {int(self.number[i]) for i in self.tree.query_ball_point(point, reach)}
 
 
-def plan_chains(scenario: ChamferScenario, found: CadWork) -> tuple[list[EdgePlan], list[proof.EdgeZone]]:
+def plan_chains(
+    scenario: ChamferScenario, found: CadWork, progress: Callable[[float], None] | None = None
+) -> tuple[list[EdgePlan], list[proof.EdgeZone]]:
     """Plan all selected edges of a part together; with the zones in which the tool is meant to cut."""
     around = Surroundings(found.model, found.chains, [work.number for work in found.chosen])
-    drafts = [draft(scenario, work) for work in found.chosen]
+    length = {work.number: float(edge_lengths(work.nodes).sum()) for work in found.chosen}
+    total = sum(length.values())
+    drafts = []
+    for work in found.chosen:
+        drafts.append(draft(scenario, work))
+        if progress is not None:
+            progress(_DRAFTED * len(drafts) / len(found.chosen))
     width = scenario.chamfer.width
     members = [
         proof.edge_zone(d.work, max(float(path.leg.max()) for _, path in d.pieces), width) for d in drafts if d.pieces
     ]
-    plans = [_plan(scenario, d, members, around) for d in drafts]
+    pace = Pace(
+        total, "Fewer edges (part.edges) or a larger path.chord_tolerance make it shorter.",
+        progress and (lambda share: progress(_DRAFTED + (1.0 - _DRAFTED) * share)),
+    )  # fmt: skip
+    plans = []
+    for d in drafts:
+        plans.append(_plan(scenario, d, members, around))
+        pace.advance(length[d.work.number])
     lost = {plan.work.number for plan in plans if not plan.paths}
     if lost:  # what is not chamfered must not be cut by its neighbours
         around.selected -= lost
@@ -184,6 +211,11 @@ def plan_chains(scenario: ChamferScenario, found: CadWork) -> tuple[list[EdgePla
         members = kept
     exact = iter(sharpened([path for plan in plans for path in plan.paths]))
     return [plan._replace(paths=tuple(next(exact) for _ in plan.paths)) for plan in plans], members
+
+
+def edge_lengths(frames: EdgeFrames) -> FloatArray:
+    """Lengths between the samples of an edge [m]."""
+    return arc_lengths(frames.point, frames.tangent, closed=frames.closed)
 
 
 def _touches(one: Draft, other: proof.EdgeZone, reach: float) -> bool:
@@ -221,31 +253,33 @@ def _clean(
 
     What is left after trimming is looked at again, since a shallow cut can hide behind a deep one.
     """
-    waiting = [np.arange(len(dense.centre))]
+    waiting = [(np.arange(len(dense.centre)), 0, 0)]
     good: list[tuple[IntArray, Candidate]] = []
     why: dict[int, str] = {}
-    for _ in range(_ROUNDS):
-        again = []
-        for part in waiting:
-            if len(part) < _SHORTEST:
-                why |= dict.fromkeys(part.tolist(), TOO_SHORT)
-                continue
-            piece = path_of(dense, piece_of(dense.frames, part), part)
-            try:
-                found = candidate(scenario, work, piece, members, enough=proof.GOUGE_LIMIT + work.shape.skin.error)
-            except NoPathError as fault:
-                why |= dict.fromkeys(part.tolist(), str(fault))
-                continue
-            if found.gouge.value <= proof.GOUGE_LIMIT + work.shape.skin.error:
-                good.append((part, found))
-                continue
-            bad = _clear(scenario, work, piece, members, around, found)
-            why |= {int(part[i]): text for i, text in bad.items()}
-            fine = np.array([i not in bad for i in range(len(part))])
-            again += [part[kept] for kept in runs(fine, closed=piece.frames.closed)]
-        waiting = again
-    for part in waiting:
-        why |= dict.fromkeys(part.tolist(), "the ball would cut the part beyond the chamfer")
+    while waiting:
+        part, cuts, fades = waiting.pop(0)
+        if cuts == _ROUNDS:
+            why |= dict.fromkeys(part.tolist(), "the ball would cut the part beyond the chamfer")
+            continue
+        if len(part) < _SHORTEST:
+            why |= dict.fromkeys(part.tolist(), TOO_SHORT)
+            continue
+        piece = path_of(dense, piece_of(dense.frames, part), part)
+        try:
+            found = candidate(scenario, work, piece, members, enough=proof.GOUGE_LIMIT + work.shape.skin.error)
+        except NoPathError as fault:
+            why |= dict.fromkeys(part.tolist(), str(fault))
+            continue
+        if found.faded and fades < _FADES:
+            bad, fades = found.faded, fades + 1
+        elif found.gouge.value <= proof.GOUGE_LIMIT + work.shape.skin.error:
+            good.append((part, found))
+            continue
+        else:
+            bad, cuts = _clear(scenario, work, piece, members, around, found), cuts + 1
+        why |= {int(part[i]): text for i, text in bad.items()}
+        fine = np.array([i not in bad for i in range(len(part))])
+        waiting += [(part[kept], cuts, fades) for kept in runs(fine, closed=piece.frames.closed)]
     return good, why
 
 

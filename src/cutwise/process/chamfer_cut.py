@@ -1,16 +1,17 @@
 """Cutting along a chamfer path: the burr on the edge, forces with a rigid tool, and a spindle that yields to them."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from cutwise.maths.curves import FloatArray
 from cutwise.maths.edges import arc_lengths, lengths
-from cutwise.physics.cutting.flute import EdgeCoefficients
+from cutwise.physics.engagement.ball import PassFrames
 from cutwise.physics.structure.pistons import PistonRing
 from cutwise.physics.surface.sweep import swept_chamfer
 from cutwise.process import chamfer_proof as proof
-from cutwise.process.assemble import edge_profile, piston_ring, weight
+from cutwise.process.assemble import edge_profile, edges_alike, piston_ring, weight
 from cutwise.process.chamfer_loop import (
     SLICES,
     BallEnd,
@@ -27,10 +28,11 @@ from cutwise.process.chamfer_loop import (
 from cutwise.process.chamfer_plan import EdgePath
 from cutwise.spec.chamfer import ChamferScenario
 from cutwise.spec.faults import Fault, ScenarioFault
-from cutwise.spec.material import LINEAR
 from cutwise.spec.tables import Table
 
 TIME_STEP = 20e-6  # [s] of the compliant pass
+FAR_ROUND = 1.0  # [rad] dragged so far round the bends of a path, planes say nothing about the material
+_STOP = 1e-9  # share of the stroke
 
 
 class Deflected(NamedTuple):
@@ -40,7 +42,13 @@ class Deflected(NamedTuple):
     width: FloatArray  # [m] at the measured places
     rod: float | None  # [m] clearance of the rod as it is carried aside; None: nothing beside it
     travel: float  # [m] of the piston that gives way most
+    stopped: bool  # whether that is all that it has
     round_bend: float  # [rad] how far round the path the ball is dragged along the feed at most
+
+    @property
+    def believed(self) -> bool:
+        """Whether what is left of the chamfer can be said: not at the stop, nor dragged far round the bends."""
+        return not self.stopped and self.round_bend <= FAR_ROUND
 
 
 def ball_end(scenario: ChamferScenario) -> BallEnd:
@@ -49,16 +57,24 @@ def ball_end(scenario: ChamferScenario) -> BallEnd:
     assert material is not None
     assert tool.flutes is not None
     assert scenario.operation.spindle_speed is not None
-    coefficients = EdgeCoefficients(*(getattr(material, key) or 0.0 for key in LINEAR))
-    return BallEnd(tool.ball_radius, tool.flutes, scenario.operation.spindle_speed, coefficients)
+    return BallEnd(tool.ball_radius, tool.flutes, scenario.operation.spindle_speed, edges_alike(material))
 
 
-def ring_on(scenario: ChamferScenario, axis: FloatArray) -> PistonRing:
-    """The compliance device with its axis along the rod; gravity has its direction in the frame of the part here."""
+def mounted(path: EdgePath, paths: Sequence[EdgePath]) -> FloatArray:
+    """Axes of the process frame in which the spindle hangs: x feed, y off the work, z along the rod; shape (3, 3).
+
+    The frame at the start of the first path with this rod: the spindle does not turn with the path.
+    """
+    first = next((other for other in paths if np.allclose(other.axis, path.axis)), path)
+    return np.array([first.local.feed[0], first.local.off[0], first.axis])
+
+
+def ring_on(scenario: ChamferScenario, frame: FloatArray) -> PistonRing:
+    """The compliance device with its axis along the rod; gravity has its direction in the process frame given."""
     spindle = scenario.spindle
     assert spindle is not None
-    moment = weight(spindle)
-    ex, ey = across_rod(axis)
+    moment = weight(spindle) @ frame
+    ex, ey = across_rod(frame[2])
     return piston_ring(spindle)._replace(moment_x=float(moment @ ex), moment_y=float(moment @ ey))
 
 
@@ -100,30 +116,47 @@ def rigid(scenario: ChamferScenario, path: EdgePath, ball: BallEnd, slices: int 
 
 
 def deflected(
-    scenario: ChamferScenario, path: EdgePath, ball: BallEnd, *, time_step: float = TIME_STEP, slices: int = SLICES
-) -> Deflected:
-    """A path with the spindle yielding, and the chamfer that it leaves."""
+    scenario: ChamferScenario, path: EdgePath, ball: BallEnd, frame: FloatArray, *, time_step: float = TIME_STEP,
+    every: int = 1,
+) -> Deflected:  # fmt: skip
+    """A path with the spindle yielding, mounted in a process frame, and the chamfer that it leaves.
+
+    With ``every`` above 1 the path is led through every second, third ... of its samples only, to see what they matter;
+    the rod is not looked at then.
+    """
     assert scenario.spindle is not None
-    closed = path.path.frames.closed
-    run = Pass(path.feeds.centre, scenario.operation.preset + scenario.operation.part_error, time_step)
-    moves = yielding_pass(
-        material_along(scenario, path), path.path, path.local, path.axis, ball, ring_on(scenario, path.axis),
-        scenario.spindle.tool_reach, run, slices,
-    )  # fmt: skip
-    centre = path.path.centre + moves.offset
+    ring = ring_on(scenario, frame)
+    closed, centre = path.path.frames.closed, path.path.centre[::every]
+    run = Pass(path.feeds.centre[::every], scenario.operation.preset + scenario.operation.part_error, time_step)
+    run = run._replace(centre_speed=run.centre_speed[: len(centre) - (not closed)])
+    section = _every(material_along(scenario, path), every)
+    local = path.local._replace(
+        feed=path.local.feed[::every], off=path.local.off[::every], plunge=path.local.plunge[::every]
+    )
+    led = path.path._replace(centre=centre)
+    moves = yielding_pass(section, led, local, path.axis, ball, ring, scenario.spindle.tool_reach, run, SLICES)
+    aside = led._replace(centre=centre + moves.offset)
     span = 2.0 * float(path.path.leg.max()) + 2.0 * float(np.linalg.norm(moves.offset, axis=1).max())
-    width = swept_chamfer(path.at, centre, ball.ball_radius, span, closed=closed).width
-    aside = path.path._replace(centre=centre)
-    rod = path.rod_at(aside, proof.CLOSE)
-    ring = ring_on(scenario, path.axis)
+    width = swept_chamfer(path.at, aside.centre, ball.ball_radius, span, closed=closed).width
+    rod = path.rod_at(aside, proof.CLOSE) if every == 1 else None
     travel = ring.arm * float((moves.tilt @ ring.direction.T).max())
-    return Deflected(moves, width, None if rod is None else rod.value, travel, _round_bend(path, moves))
+    stopped = travel >= ring.piston.stroke * (1.0 - _STOP)
+    bend = _round_bend(local, centre, moves, closed=closed)
+    return Deflected(moves, width, None if rod is None else rod.value, travel, stopped, bend)
 
 
-def _round_bend(path: EdgePath, moves: Yielding) -> float:
+def _every(section: Section, every: int) -> Section:
+    """Every second, third ... sample of the material."""
+    return section._replace(
+        edge=section.edge[::every], wedge=section.wedge[::every], burr=section.burr[::every],
+        speed=section.speed[::every], rise=section.rise[::every],
+    )  # fmt: skip
+
+
+def _round_bend(local: PassFrames, centre: FloatArray, moves: Yielding, *, closed: bool) -> float:
     """Largest angle between the feed of the nominal place and that of the place to which the ball is dragged."""
-    feed, closed = path.local.feed, path.path.frames.closed
+    feed = local.feed
     turn = np.linalg.norm(np.diff(np.vstack([feed, feed[:1]]) if closed else feed, axis=0), axis=1)
-    step = lengths(path.path.centre, closed=closed)
+    step = lengths(centre, closed=closed)
     bend = turn / np.maximum(step, 1e-12)
     return float((np.abs(moves.tip[: len(bend), 0]) * bend).max())

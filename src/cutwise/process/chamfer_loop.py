@@ -10,11 +10,12 @@ from cutwise.maths.curves import FloatArray
 from cutwise.maths.edges import lengths
 from cutwise.paths.chamfer import ChamferPath
 from cutwise.physics.cutting.ball import disc_force
-from cutwise.physics.cutting.flute import EdgeCoefficients, FluteForce
+from cutwise.physics.cutting.flute import FluteForce
+from cutwise.physics.cutting.uneven import Edges
 from cutwise.physics.engagement.ball import (
-    ARCS,
     SIDE,
     PassFrames,
+    arc_room,
     burr_sides,
     disc_arcs,
     height_limits,
@@ -23,7 +24,7 @@ from cutwise.physics.engagement.ball import (
     wedge_sides,
 )
 from cutwise.physics.engagement.feed import feed_direction, feed_per_tooth
-from cutwise.physics.structure.pistons import PistonRing, RingState, at_rest
+from cutwise.physics.structure.pistons import SWEEPS, PistonRing, RingState, at_rest
 from cutwise.physics.structure.pistons import step as piston_step
 
 SLICES = 48  # discs over the height of the contact, and as many over that of the burr
@@ -37,7 +38,7 @@ class BallEnd(NamedTuple):
     ball_radius: float  # [m]
     flutes: int
     spindle_speed: float  # [rad/s]
-    coefficients: EdgeCoefficients
+    edges: Edges
 
 
 class Section(NamedTuple):
@@ -145,14 +146,14 @@ def ball_cut(
     sides[m, 0], sides[m, 1], sides[m, 2], sides[m, 3] = nx, ny, nz, 0.0
     low, high = height_limits(sides, radius)
     dz = (high - low) / slices
-    arcs, lean = np.empty((ARCS, 2)), leans(sides)
+    arcs, lean = np.empty((arc_room(m + 1), 2)), leans(sides)
     fx = fy = fz = tangential = power = area = 0.0
     for k in range(slices if dz > 0.0 else 0):
         z = low + (k + 0.5) * dz
         rho = math.sqrt(max(0.0, radius * radius - z * z))
         for i in range(disc_arcs(sides, lean, rho, z, arcs)):
             lo, hi = arcs[i, 0], arcs[i, 1]
-            f = disc_force(lo, hi, z, dz, radius, chip, theta, rise, ball.flutes, ball.coefficients)
+            f = disc_force(lo, hi, z, dz, radius, chip, theta, rise, ball.flutes, ball.edges)
             fx, fy, fz, tangential = fx + f.x, fy + f.y, fz + f.z, tangential + f.tangential
             power += f.tangential * rho * ball.spindle_speed
             ahead = nx * (math.cos(hi) - math.cos(lo)) - ny * (math.sin(hi) - math.sin(lo))
@@ -190,6 +191,7 @@ class Yielding(NamedTuple):
     offset: FloatArray  # [m] displacement of the ball from the nominal path, shape (n, 3)
     tilt: FloatArray  # [rad] of the motor across the rod, along the two unit vectors of the spindle, shape (n, 2)
     force: FloatArray  # [N] in the frame of the pass where the ball is, shape (n, 3)
+    unsolved: int  # time steps whose piston forces were not found
 
 
 class Pass(NamedTuple):
@@ -265,7 +267,7 @@ def yielding_pass(
     off = _clear(section, ball) + run.approach
     pull = off * np.clip(1.0 - np.arange(before + n) / max(1.0, _LEAD_IN * before), 0.0, 1.0)
     out = np.zeros((n, 5))
-    _yield(section, course, order, pull, ball, ring, at_rest(ring), reach, run.time_step, slices, out)
+    unsolved = _yield(section, course, order, pull, ball, ring, at_rest(ring), reach, run.time_step, slices, out)
     tilt = out[:, :2]
     arm = reach - ball.ball_radius
     ex, ey = across_rod(axis)
@@ -273,7 +275,7 @@ def yielding_pass(
     tip = reach * np.column_stack(
         [np.einsum("ij,ij->i", moved, local.feed), np.einsum("ij,ij->i", moved, local.off)]
     )  # fmt: skip
-    return Yielding(tip, arm * moved - run.approach * local.off, tilt, out[:, 2:])
+    return Yielding(tip, arm * moved - run.approach * local.off, tilt, out[:, 2:], unsolved)
 
 
 def _clear(section: Section, ball: BallEnd) -> float:
@@ -314,32 +316,45 @@ def _foot(course: Course, x: float, y: float, start: int) -> tuple[int, int, flo
 def _yield(
     section: Section, course: Course, order: FloatArray, pull: FloatArray, ball: BallEnd, ring: PistonRing,
     pistons: RingState, reach: float, dt: float, slices: int, out: FloatArray,
-) -> None:  # fmt: skip
+) -> int:  # fmt: skip
+    """Time steps of one length along the whole way, the tool led on between the samples; how many were not solved."""
     qx = qy = vx = vy = 0.0
+    fx = fy = fz = 0.0
     arm = reach - ball.ball_radius
-    left = 0.0
-    place, frame = course.place, course.frame
+    ahead = 0.0  # time from a sample to the next step
+    unsolved = 0
+    place, frame, lead, velocity = course.place, course.frame, course.lead, course.velocity
     f = np.empty(4)
     j = order[0]
     for number in range(order.size):
         i = order[number]
-        lead_x, lead_y = course.lead[i, 0] + pull[number] * frame[i, 2], course.lead[i, 1] + pull[number] * frame[i, 3]
-        left += course.spans[i]
-        steps = max(1, int(left / dt))
-        left -= steps * dt
-        fx = fy = fz = 0.0
-        for _ in range(steps):
-            x, y = place[i, 0] + lead_x + arm * qx, place[i, 1] + lead_y + arm * qy
+        onward = order[number + 1] if number + 1 < order.size else i
+        pull_on = pull[number + 1] if number + 1 < order.size else pull[number]
+        out[i, 0], out[i, 1] = qx, qy
+        out[i, 2], out[i, 3], out[i, 4] = fx, fy, fz
+        span = course.spans[i]
+        while ahead < span:
+            part_way = ahead / span
+            ahead += dt
+            stay = 1.0 - part_way
+            pulled = stay * pull[number] + part_way * pull_on
+            home_x = stay * (place[i, 0] + lead[i, 0]) + part_way * (place[onward, 0] + lead[onward, 0])
+            home_y = stay * (place[i, 1] + lead[i, 1]) + part_way * (place[onward, 1] + lead[onward, 1])
+            home_z = stay * place[i, 2] + part_way * place[onward, 2]
+            home_x += pulled * (stay * frame[i, 2] + part_way * frame[onward, 2])
+            home_y += pulled * (stay * frame[i, 3] + part_way * frame[onward, 3])
+            x, y = home_x + arm * qx, home_y + arm * qy
             j, k, share, faster = _foot(course, x, y, j)
             for m in range(4):
                 f[m] = frame[j, m] + share * (frame[k, m] - frame[j, m])
             near = (x - place[j, 0]) * frame[j, 2] + (y - place[j, 1]) * frame[j, 3]
             far = (x - place[k, 0]) * frame[k, 2] + (y - place[k, 1]) * frame[k, 3]
             dy = near + share * (far - near)
-            dz = place[i, 2] - (place[j, 2] + share * (place[k, 2] - place[j, 2]))
-            ux, uy = course.velocity[i, 0] + arm * vx, course.velocity[i, 1] + arm * vy
+            dz = home_z - (place[j, 2] + share * (place[k, 2] - place[j, 2]))
+            ux = stay * velocity[i, 0] + part_way * velocity[onward, 0] + arm * vx
+            uy = stay * velocity[i, 1] + part_way * velocity[onward, 1] + arm * vy
             foot_speed = (ux * f[0] + uy * f[1]) * faster
-            speed_x = foot_speed * course.contact[j]
+            speed_x = foot_speed * (course.contact[j] + share * (course.contact[k] - course.contact[j]))
             speed_y = ux * f[2] + uy * f[3]
             speed_z = course.climb[i]  # what of it does not follow the path there goes into the work or off it
             way = math.hypot(place[k, 0] - place[j, 0], place[k, 1] - place[j, 1])
@@ -354,6 +369,7 @@ def _yield(
                 fx, fy, fz = fx + force.x, fy + force.y, fz + force.z
             mx = arm * (fx * f[0] + fy * f[2])
             my = arm * (fx * f[1] + fy * f[3])
-            qx, qy, vx, vy, _ = piston_step(ring, pistons, qx, qy, vx, vy, mx, my, dt)
-        out[i, 0], out[i, 1] = qx, qy
-        out[i, 2], out[i, 3], out[i, 4] = fx, fy, fz
+            qx, qy, vx, vy, sweeps = piston_step(ring, pistons, qx, qy, vx, vy, mx, my, dt)
+            unsolved += sweeps >= SWEEPS
+        ahead -= span
+    return unsolved

@@ -14,14 +14,16 @@ from cutwise.physics.structure.statics import characteristic
 from cutwise.physics.surface.approach import Approach
 from cutwise.process.assemble import piston_ring
 from cutwise.process.chamfer import ChamferRun
-from cutwise.process.chamfer_cut import TIME_STEP, ball_end, deflected, rigid
+from cutwise.process.chamfer_cut import TIME_STEP, Deflected, ball_end, deflected, mounted, rigid
 from cutwise.process.chamfer_loop import SLICES
 from cutwise.process.chamfer_plan import EdgePath, chamfer_of, swept
 from cutwise.process.convergence import change_on_halved_step
+from cutwise.results import Histories
 from cutwise.spec.chamfer import ChamferScenario
+from cutwise.spec.notices import notices
 
+_LED = frozenset({"width_deflected_min", "width_deflected_max"})
 _SLENDER = 10.0  # rod radii that may stick out without a warning
-_FAR_ROUND = 1.0  # [rad] beyond which faces seen as planes say little
 _SHOWN = 8  # trimmed edges that are warned about one by one
 
 
@@ -81,6 +83,16 @@ def _proof(paths: Sequence[EdgePath]) -> dict[str, float]:
     return found
 
 
+def histories(done: ChamferRun, found: Mapping[str, float]) -> Mapping[str, Histories]:
+    """Widths that 90 % of the set-ups leave."""
+    if done.band is None:
+        return {}
+    return {
+        "width_min": Histories(done.band.low, found["width_min"], "set-up"),
+        "width_max": Histories(found["width_max"], done.band.high, "set-up"),
+    }
+
+
 def force_measures(scenario: ChamferScenario, done: ChamferRun) -> dict[str, float]:
     """Forces, and what a compliant spindle makes of them."""
     if not done.forces:
@@ -99,11 +111,12 @@ def force_measures(scenario: ChamferScenario, done: ChamferRun) -> dict[str, flo
     found["chip_area"] = max(float(forces.chip_area.max()) for forces in done.forces)
     found["cutting_power_mean"] = float(np.average(power, weights=weight))
     if done.deflected and scenario.spindle is not None:
-        found |= _widths([one.width for one in done.deflected], "_deflected")
+        if all(one.believed for one in done.deflected):
+            found |= _widths([one.width for one in done.deflected], "_deflected")
         found["tip_deflection_max"] = max(float(np.hypot(*one.moves.tip.T).max()) for one in done.deflected)
         found["stroke_margin"] = scenario.spindle.stroke - max(one.travel for one in done.deflected)
         rods = [one.rod for one in done.deflected if one.rod is not None]
-        if rods:
+        if rods and all(one.believed for one in done.deflected):
             found["rod_clearance_deflected_min"] = min(rods)
         ring = piston_ring(scenario.spindle)
         found["breakaway_force"] = characteristic(ring, scenario.spindle.tool_reach).loading.breakaway
@@ -111,18 +124,27 @@ def force_measures(scenario: ChamferScenario, done: ChamferRun) -> dict[str, flo
 
 
 def convergence(scenario: ChamferScenario, done: ChamferRun) -> dict[str, float]:
-    """Change of widths with twice the points (pipe), of forces with twice the discs, of deflection with half the step."""
+    """Change of widths with twice the points (pipe), of forces with twice the discs, of deflection with half the step.
+
+    Of the deflected widths also what the number of points matters, from a run through every second one.
+    """
     change = _finer_path(scenario, done)
     if not done.forces:
         return change
     ball = ball_end(scenario)
-    finer = done._replace(
-        forces=tuple(rigid(scenario, path, ball, 2 * SLICES) for path in done.paths),
-        deflected=tuple(
-            deflected(scenario, path, ball, time_step=0.5 * TIME_STEP) for path in done.paths if done.deflected
-        ),
-    )  # fmt: skip
-    return change | change_on_halved_step(force_measures(scenario, done), force_measures(scenario, finer))
+
+    def passes(**how: float) -> tuple[Deflected, ...]:
+        paths = done.paths if done.deflected else ()
+        return tuple(deflected(scenario, path, ball, mounted(path, done.paths), **how) for path in paths)  # type: ignore[arg-type]
+
+    now = force_measures(scenario, done)
+    forces = tuple(rigid(scenario, path, ball, 2 * SLICES) for path in done.paths)
+    finer = done._replace(forces=forces, deflected=passes(time_step=0.5 * TIME_STEP))
+    change |= change_on_halved_step(now, force_measures(scenario, finer))
+    coarser = force_measures(scenario, done._replace(deflected=passes(every=2))) if done.deflected else {}
+    for name in _LED.intersection(now, coarser):  # the error that is left, which falls with the square of the distance
+        change[name] = max(change.get(name, 0.0), (now[name] - coarser[name]) / 3.0, key=abs)
+    return change
 
 
 def _finer_path(scenario: ChamferScenario, done: ChamferRun) -> dict[str, float]:
@@ -156,7 +178,7 @@ def warnings(
     scenario: ChamferScenario, done: ChamferRun, found: Mapping[str, float], unproven: Sequence[str]
 ) -> tuple[str, ...]:
     """What the user should know about the result."""
-    said = [*done.remarks, *_trimmed(done)]
+    said = [*notices(scenario), *done.remarks, *_trimmed(done)]
     if found.get("leg_ratio_max", 0.0) > reach.LOPSIDED:
         said.append(
             f"the legs differ by a factor of {found['leg_ratio_max']:.2g}: the width is constant, but the chamfer is "
@@ -172,10 +194,11 @@ def warnings(
             f"the path bends or jumps too sharply for path.chord_tolerance: {units.show(found['chord_error'], 'length', 3)}"
             f" instead of {units.show(wanted, 'length', 3)}"
         )
-    if found.get("width_min") == 0.0:
-        said.append("somewhere along the edge the sweep left no complete chamfer: the edge still stands there")
     if unproven and not done.infeasible:
-        said.append(f"the lead to or from {', '.join(unproven[:_SHOWN])} may touch the part: check it in the program")
+        more = f" and {len(unproven) - _SHOWN} more" if len(unproven) > _SHOWN else ""
+        said.append(
+            f"the lead to or from {', '.join(unproven[:_SHOWN])}{more} may touch the part: check it in the program"
+        )
     far = max(done.paths, key=lambda path: np.nan_to_num(path.stick_out), default=None)
     if far is not None and far.stick_out > _SLENDER * scenario.tool.rod_radius:
         said.append(
@@ -186,11 +209,11 @@ def warnings(
     slope = found.get("setup_sensitivity_z")
     if slope is not None and not done.infeasible:
         change = units.show(abs(slope) * 50e-6, "length", 3)
-        said.append(
-            f"50 µm of set-up error along the tool axis change the width by {change}: probe the part, or use a "
-            "compliant spindle"
-        )
-    return (*said, *_yielding(done, found))
+        instead = "probe the part, or use a compliant spindle"
+        if scenario.spindle is not None:
+            instead = "probe the part; how far the spindle makes up for it, a run with operation.part_error shows"
+        said.append(f"50 µm of set-up error along the tool axis change the width by {change}: {instead}")
+    return (*said, *_yielding(found))
 
 
 def _trimmed(done: ChamferRun) -> Iterator[str]:
@@ -200,23 +223,7 @@ def _trimmed(done: ChamferRun) -> Iterator[str]:
         yield f"{len(trimmed) - _SHOWN} more edges have parts left out; the report lists them"
 
 
-def _yielding(done: ChamferRun, found: Mapping[str, float]) -> Iterator[str]:
-    if found.get("stroke_margin", 1.0) < 1e-9:
-        yield (
-            "the tool is dragged to the stop of the spindle: what is left of the chamfer is not to be believed; lower "
-            "the feed or the width, or raise the pressure"
-        )
-    elif done.deflected and max(one.round_bend for one in done.deflected) > _FAR_ROUND:
-        yield (
-            f"the cut drags the ball {units.show(found['tip_deflection_max'], 'length', 3)} aside, far round the bends of "
-            "its path: widths under deflection are rough; lower the feed, or raise the pressure"
-        )
-    rod = found.get("rod_clearance_deflected_min")
-    if rod is not None and rod < 0.0 <= found.get("rod_clearance_min", 0.0):
-        yield (
-            f"the yielding spindle carries the rod {units.show(-rod, 'length', 3)} into the part: it would rub there; "
-            "a thinner rod, or more pressure so that the spindle stays"
-        )
+def _yielding(found: Mapping[str, float]) -> Iterator[str]:
     if "tip_deflection_max" in found and found["tip_deflection_max"] < 1e-7:
         yield (
             f"the spindle does not move: the lateral force stays below breakaway "

@@ -27,6 +27,7 @@ from cutwise.paths.pipe import PipeHole, one_turn
 from cutwise.physics.engagement.ball import PassFrames, pass_frames
 from cutwise.physics.surface.approach import Approach, Wanted
 from cutwise.physics.surface.sweep import SweptChamfer, swept_chamfer
+from cutwise.process import chamfer_fading as fading
 from cutwise.process import chamfer_proof as proof
 from cutwise.process.chamfer_work import EdgeWork, cutter
 from cutwise.spec.chamfer import ChamferScenario
@@ -164,6 +165,7 @@ class Candidate(NamedTuple):
     at: EdgeFrames  # between them
     found: SweptChamfer
     gouge: Approach
+    faded: dict[int, str]  # samples where the wedge is too blunt for the width, and why that is said
 
 
 def candidate(
@@ -193,7 +195,7 @@ def candidate(
         work.shape, kept, scenario.tool.ball_radius, members, work.number, float(found.beyond.max(initial=0.0)),
         enough=enough,
     )  # fmt: skip
-    return Candidate(dense, kept, at, found, gouge)
+    return Candidate(dense, kept, at, found, gouge, fading.faded(scenario, dense, keep, inside, found))
 
 
 def plan_piece(
@@ -352,12 +354,13 @@ def _some(path: ChamferPath, keep: NDArray[np.int64]) -> ChamferPath:
 
 def _kept(scenario: ChamferScenario, work: EdgeWork, dense: ChamferPath) -> NDArray[np.int64]:
     """Samples that are the points of a path: within the chord tolerance, or this piece's share of the points."""
-    closed, total, tolerance = dense.frames.closed, len(dense.centre), scenario.path.chord_tolerance
-    if tolerance is not None:
+    closed, total = dense.frames.closed, len(dense.centre)
+    if scenario.path.chord_tolerance is not None:
+        tolerance = fading.chord_tolerance(scenario, dense)
         first = feeds.samples_for(dense, tolerance)
         finer = (feeds.samples_for(dense, tolerance * 0.7**k) for k in range(1, _TRIES))
         tries = chain([first], finer)
-        return next((k for k in tries if len(k) < 4 or feeds.chord_error(_some(dense, k)) <= tolerance), first)
+        return next((k for k in tries if len(k) < 4 or feeds.chord_share(_some(dense, k), tolerance[k]) <= 1.0), first)
     points = round((scenario.path.points or 2) * total / len(work.nodes.point))
     wanted = np.linspace(0, total if closed else total - 1, max(2, points) + closed)
     return feeds.thinned(total, wanted[:-1] if closed else wanted, closed=closed)

@@ -10,18 +10,21 @@ from typing import NamedTuple
 import numpy as np
 
 from cutwise.io import cad, cad_edges, cad_parts, cad_select, cad_skin, step
+from cutwise.io.occ import CadFault
 from cutwise.maths.curves import FloatArray
 from cutwise.maths.edges import EdgeFrames
 from cutwise.maths.skins import Boxes, Skin, boxes
 from cutwise.paths.pipe import NoEdgeError, PipeHole, one_turn, pipe_edge
 from cutwise.paths.pipe_skin import own_faces, pipe_skin
 from cutwise.paths.reach import BallCutter
+from cutwise.process.pace import TOLD
 from cutwise.spec.chamfer import Block, ChamferScenario
 from cutwise.spec.faults import Fault, ScenarioFault
 
 _NODES = 512  # of the analytic edge, from which the envelope interpolates
 ROD_LENGTH = 0.06  # [m] of the rod above the ball that is looked at
 SECTION_REACH = 4.0  # how far sections of free-form faces hold, in chamfer widths
+_LONG = 10.0  # [m] of edges from which on it is said how many there are, before anything else is done
 _AXES = {
     "+z": (0.0, 0.0, 1.0), "-z": (0.0, 0.0, -1.0), "+x": (1.0, 0.0, 0.0),
     "-x": (-1.0, 0.0, 0.0), "+y": (0.0, 1.0, 0.0), "-y": (0.0, -1.0, 0.0),
@@ -161,7 +164,7 @@ def read_part(scenario: ChamferScenario) -> step.StepPart:
     if scenario.part.step is not None:
         try:
             return step.read_step(scenario.part.step)
-        except step.CadFault as fault:
+        except CadFault as fault:
             raise ScenarioFault([Fault(("part", "step"), str(fault))]) from None
     assert scenario.part.block is not None  # checked by the specification
     with tempfile.TemporaryDirectory() as folder:
@@ -191,8 +194,14 @@ def cad_work(scenario: ChamferScenario, part: step.StepPart, *, outline: bool = 
     chains = cad_edges.sharp_chains(model, reach=_section_reach(scenario), spacing=spacing)
     try:
         chosen = cad_select.select(chains, scenario.part.edges)
-    except step.CadFault as fault:
+    except CadFault as fault:
         raise ScenarioFault([Fault(("part", "edges"), str(fault))]) from None
+    length = sum(chain.length for chain in chosen)
+    if length > _LONG:
+        TOLD.info(
+            "%s of %.1f m in all are to be planned on a part of %d faces; how long that takes is said when the first of "
+            "them are done", cad_select.counted(len(chosen), "edge"), length, part.faces,
+        )  # fmt: skip
     shape = shape_of(cad_skin.cad_skin(model), tuple(face.name for face in model.faces))
     works = tuple(_chain_work(scenario, model, chain, shape) for chain in chosen)
     said = cad_select.left_out(chains, scenario.part.edges, chosen)

@@ -21,13 +21,16 @@ from cutwise.process.labels import labelled
 from cutwise.process.loops import (
     TOOTH_RESOLVED,
     EdgeCell,
+    axis_over_edge,
     columns_carry,
+    programmed_heights,
     run_compliant_edge,
     run_swept_edge,
     tooth_resolved_forces,
 )
 from cutwise.process.plateaus import Band, band
 from cutwise.records import EdgeHistory, Surface
+from cutwise.results import Histories
 from cutwise.spec.deburring import DeburringScenario
 
 _SETTLED = 5e-6  # [m] band of the settling time
@@ -63,7 +66,8 @@ def run_for(scenario: DeburringScenario, cell: EdgeCell) -> Callable[..., EdgeHi
         return run_compliant_edge
     if wanted == "swept":
         return run_swept_edge
-    return run_swept_edge if memory_needed(cell) and columns_carry(cell) else run_compliant_edge
+    kept = memory_needed(cell) and cell.arc is None and columns_carry(cell)
+    return run_swept_edge if kept else run_compliant_edge
 
 
 def evaluate(cell: EdgeCell, history: EdgeHistory) -> EdgeRun:
@@ -74,8 +78,8 @@ def evaluate(cell: EdgeCell, history: EdgeHistory) -> EdgeRun:
     moved = arm[:, None] * history.response.tilt + sum(
         (of_term[:, :2] for of_term in displacements(cell, history).values()), np.zeros(2)
     )
-    lowest = history.motion.height + moved[:, 1]
-    centre = np.column_stack([history.motion.position + moved[:, 0], lowest + radius])
+    along, lowest = axis_over_edge(cell, history.motion.time, moved[:, 0], moved[:, 1])
+    centre = np.column_stack([along, lowest + radius])
     burr = cell.layers.burr_height
     time = history.motion.time
     end = cell.path.duration - cell.path.lead_out
@@ -195,14 +199,45 @@ def measures(scenario: DeburringScenario, run: EdgeRun, *, tooth: bool = True) -
 
 def _fractions(scenario: DeburringScenario, run: EdgeRun) -> dict[str, float]:
     """Shares of the edge length after the lead-in that come out partial, ideal and excessive."""
-    error = after_lead_in(run)
-    tolerance = scenario.operation.tolerance
+    return _shares(after_lead_in(run), scenario.operation.tolerance)
+
+
+def _shares(error: FloatArray, tolerance: float) -> dict[str, float]:
     partial, excessive = float((error > tolerance).mean()), float((error < -tolerance).mean())
     return {
         "fraction_partial": partial,
         "fraction_ideal": 1.0 - partial - excessive,
         "fraction_excessive": excessive,
     }
+
+
+def histories(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, float]) -> Mapping[str, Histories]:
+    """Where friction may leave the edge: the measures with the whole edge shifted to both plateaus of the band.
+
+    An end without an equilibrium is not known. Without friction there is no band.
+    """
+    if run.cell.ring.piston.law == 0:
+        return {}
+    mean = found["surface_error_mean"]
+    shifts = [None if end is None else end.error - mean for end in (run.band.loaded, run.band.unloaded)]
+    bands: dict[str, Histories] = {}
+    for name in ("surface_error_mean", "surface_error_min", "surface_error_max"):
+        ends = [None if shift is None else found[name] + shift for shift in shifts]
+        bands[name] = _between(ends, found[name])
+    error, tolerance = after_lead_in(run), scenario.operation.tolerance
+    for name in ("fraction_partial", "fraction_ideal", "fraction_excessive"):
+        ends = [None if shift is None else _shares(error + shift, tolerance)[name] for shift in shifts]
+        bands[name] = _between(ends, found[name], share=True)
+    return bands
+
+
+def _between(ends: list[float | None], value: float, *, share: bool = False) -> Histories:
+    """The span of the ends and the value; an end that is not known bounds nothing, but a share is between 0 and 1."""
+    first, last = ends
+    known = [value, *(end for end in ends if end is not None)]
+    if share and None in ends:
+        return Histories(0.0, 1.0, "friction")
+    return Histories(None if first is None else min(known), None if last is None else max(known), "friction")
 
 
 def settling_time(time: FloatArray, error: FloatArray) -> float:
@@ -254,7 +289,9 @@ def stages(run: EdgeRun) -> xr.DataTree:
     groups = {
         "motion": labelled(time, {
             "feed_position": (h.motion.position, "m", "programmed position along the edge"),
-            "programmed_height": (h.motion.height, "m", "lowest point of the undeflected mill above the edge"),
+            "programmed_height": (
+                programmed_heights(run.cell, h.motion.time), "m", "lowest point of the undeflected mill above the edge",
+            ),
         }),
         "engagement": labelled(time, {
             "burr_depth": (h.engagement.burr_depth, "m", "radial depth in the burr"),

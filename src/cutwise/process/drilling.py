@@ -6,8 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cutwise.maths.chains import REVOLUTE, chain
-from cutwise.maths.frames import FloatArray, rotation_from_rpy
+from cutwise.maths.frames import FloatArray
 from cutwise.physics.cutting.drill import (
     DrillPoint,
     ZoneLaw,
@@ -18,8 +17,7 @@ from cutwise.physics.cutting.drill import (
     stress_at_feed,
 )
 from cutwise.physics.cutting.drill_elements import LipElements, oblique_elements
-from cutwise.physics.motion.wrist import NotSphericalError, spherical_wrist
-from cutwise.physics.structure.joint_compliance import axis_tilt
+from cutwise.physics.structure.joint_compliance import axis_tilt, worst_skating
 from cutwise.physics.surface.hole import perpendicularity, whirl_amplitudes
 from cutwise.process.drill_profile import DepthProfile, depth_profile, no_elements
 from cutwise.process.loops_drilling import (
@@ -40,13 +38,24 @@ from cutwise.process.posture_search import (
     predicted,
     scan,
     search,
-    skating,
+    skating_on_slope,
 )
-from cutwise.process.postures import Arm, Posture, Reach, candidates, posture_at, reach, tool_axes
+from cutwise.process.postures import (
+    Arm,
+    Posture,
+    Reach,
+    candidates,
+    least_missing,
+    posture_at,
+    reach,
+    tool_axes,
+    turned_towards,
+)
+from cutwise.process.robot_arms import robot_arm
 from cutwise.spec.drilling import Drill, DrillingScenario, Hole, Placement
-from cutwise.spec.robot import Robot
 
 _ROWS = 2000  # of the history that is kept
+_CHECKED = 8  # redundancy angles at which a hole is looked at once more before it is called out of reach
 _COARSE = math.radians(4.0)  # step of the redundancy angle while places of the part are compared
 
 # How the worst hole of a pattern is told: the smallest of these, the largest magnitude of all others.
@@ -67,6 +76,7 @@ class DrillCell(NamedTuple):
     profile: DepthProfile
     cycle: DrillCycle
     slope_direction: float  # [rad] from redundancy angle zero
+    side: FloatArray  # side force over thrust while the point enters, axes of the slope, shape (h, 2); flat: no rows
     modal_mass: float  # [kg]
     damping: float
     with_torque: bool
@@ -116,7 +126,8 @@ def drill_cell(scenario: DrillingScenario) -> DrillCell:
     )  # fmt: skip
     arm, reason = robot_arm(scenario.robot)
     return DrillCell(
-        arm, point, law, stress, elements, profile, cycle, scenario.part.slope_direction, scenario.robot.modal_mass,
+        arm, point, law, stress, elements, profile, cycle, scenario.part.slope_direction,
+        side_over_thrust(profile, tool.cone_height), scenario.robot.modal_mass,
         scenario.robot.damping, contact.drill_torque_on_arm, reason,
     )  # fmt: skip
 
@@ -129,25 +140,12 @@ def drill_point(tool: Drill) -> DrillPoint:
     )  # fmt: skip
 
 
-def robot_arm(robot: Robot) -> tuple[Arm, str]:
-    """The arm with its tool, and why it has no closed-form inverse kinematics (empty if it has)."""
-    joints = robot.joints
-    serial = chain(
-        [REVOLUTE] * len(joints),
-        [joint.axis for joint in joints],
-        [joint.origin for joint in joints],
-        rotations=[rotation_from_rpy(*joint.rotation) for joint in joints],
-    )
-    try:
-        wrist, reason = spherical_wrist(serial), ""
-    except NotSphericalError as fault:
-        wrist, reason = None, str(fault)
-    flange = rotation_from_rpy(*robot.flange_rotation)
-    return Arm(
-        serial, wrist, np.array([joint.limits for joint in joints]), np.array(robot.joint_stiffness),
-        np.ascontiguousarray(flange @ rotation_from_rpy(*robot.tool_rotation)),
-        np.array(robot.flange_origin) + flange @ np.array(robot.tool_position),
-    ), reason  # fmt: skip
+def side_over_thrust(profile: DepthProfile, cone: float) -> FloatArray:
+    """Side force over thrust at the depths at which only friction holds the tip, shape (h, 2); flat: no rows."""
+    entering = (profile.depth > 0.0) & (profile.depth <= cone) & (profile.thrust > 0.0)
+    if not np.any(profile.lateral[entering]):
+        return np.zeros((0, 2))
+    return np.asarray(profile.lateral[entering] / profile.thrust[entering, None])
 
 
 def targets(hole: Hole) -> list[PoseTarget]:
@@ -197,7 +195,13 @@ def score_of_choice(cell: DrillCell, choice: str, step: float) -> Score:
         )  # fmt: skip
         return hole_error(outcome)
 
-    return {"stiffest": axial_compliance, "least_skating": skating, "best": predicted(error)}[choice]
+    least_skating = skating_on_slope(cell.side, cell.slope_direction)
+    return {"stiffest": axial_compliance, "least_skating": least_skating, "best": predicted(error)}[choice]
+
+
+def skating_of(cell: DrillCell, posture: Posture) -> float:
+    """Skating ratio of a posture, with the side force of lips that enter a slope."""
+    return float(worst_skating(posture.holding, cell.side, np.asarray(slope_angle(cell, posture))))
 
 
 def choose(scenario: DrillingScenario, cell: DrillCell, target: PoseTarget) -> tuple[Posture | None, Reach, bool]:
@@ -207,16 +211,24 @@ def choose(scenario: DrillingScenario, cell: DrillCell, target: PoseTarget) -> t
         step = scenario.numerics.angle_step
         score = score_of_choice(cell, choice, scenario.numerics.time_step)
         posture = search(cell.arm, target, score, margin=robot.singularity_margin, grid=step)
+        if posture is None and choice == "best":  # reached, but drilled through in none: show that
+            posture = search(cell.arm, target, axial_compliance, margin=robot.singularity_margin, grid=step)
         angles = np.linspace(-math.pi, math.pi, max(round(2.0 * math.pi / step), 8) + 1)
     else:
         posture = fixed(scenario, cell, target, choice)
         angles = np.array([choice])
+    few = angles[:: max(1, len(angles) // _CHECKED)]
+    if posture is None and cell.arm.general is not None:
+        offered = [fixed(scenario, cell, target, angle) for angle in few]
+        posture = next((one for one in offered if one is not None), None)
     if posture is not None:
-        at = reach(cell.arm, target.position, tool_axes(target.axis, posture.angle))
-        return posture, at, False
+        return posture, reach(cell.arm, target.position, tool_axes(target.axis, posture.angle)), False
     found = scan(cell.arm, target, angles)
-    tried = [reach(cell.arm, target.position, pose) for pose in tool_axes(target.axis, angles)]
-    best = max(tried, key=lambda r: (r.joint >= 0, r.margin))
+    best = least_missing(cell.arm, found)
+    if best is None:
+        few = few if cell.arm.general is not None else angles
+        tried = [reach(cell.arm, target.position, pose) for pose in tool_axes(target.axis, few)]
+        best = max(tried, key=lambda r: (r.motor >= 0, r.margin))
     return None, best, bool(np.any(found.within))
 
 
@@ -225,7 +237,7 @@ def fixed(scenario: DrillingScenario, cell: DrillCell, target: PoseTarget, angle
     pose = tool_axes(target.axis, np.array([angle]))
     given = scenario.robot.joint_angles
     near = None if given is None else np.array(given)
-    found = candidates(cell.arm, target.position[None, :], pose, near=near)
+    found = candidates(cell.arm, target.position[None, :], pose, thorough=True)
     allowed = found.within[0] & (found.wrist_sine[0] >= scenario.robot.singularity_margin)
     if not np.any(allowed):
         return None
@@ -235,7 +247,8 @@ def fixed(scenario: DrillingScenario, cell: DrillCell, target: PoseTarget, angle
     else:
         order = np.where(allowed, np.round(found.compliance[0] * 1e15), math.inf)
         order = np.where(order <= order.min(), np.abs(q[:, 3]) + np.abs(q[:, 5]), math.inf)
-    return posture_at(cell.arm, angle, q[int(np.argmin(order))])
+    chosen = q[int(np.argmin(order))]
+    return posture_at(cell.arm, angle, chosen if near is None else turned_towards(cell.arm, chosen, near))
 
 
 def drill_one(scenario: DrillingScenario, cell: DrillCell, target: PoseTarget, step: float) -> DrilledHole:
@@ -284,6 +297,7 @@ def hole_measures(scenario: DrillingScenario, cell: DrillCell, hole: DrilledHole
         cell.modal_mass, cell.damping, scenario.operation.spindle_speed,
     )  # fmt: skip
     room = np.minimum(posture.q - cell.arm.limits[:, 0], cell.arm.limits[:, 1] - posture.q)
+    skates = skating_of(cell, posture)
     found = {
         "thrust_max": outcome.thrust_max,
         "thrust_mean": outcome.thrust_mean,
@@ -293,17 +307,15 @@ def hole_measures(scenario: DrillingScenario, cell: DrillCell, hole: DrilledHole
         "axial_deflection_mean": outcome.axial_mean,
         "lateral_deflection_max": outcome.lateral_max,
         "lateral_deflection_mean": outcome.lateral_mean,
-        "hole_position_error_entry": float(np.hypot(*outcome.entry)),
-        "hole_position_error_exit": float(np.hypot(*outcome.exit)),
-        "perpendicularity_error": perpendicularity(outcome.entry, outcome.exit, cell.cycle.thickness),
+        **_position(scenario, cell, outcome),
         "drill_tilt": axis_tilt(posture.compliance, outcome.thrust_mean),
         "circularity_estimate": abs(whirl[0] - whirl[1]),
         "oversize_estimate": whirl[0] + whirl[1],
         "feed_per_rev_max": outcome.feed_max,
         "feed_per_rev_min": outcome.feed_min,
         "depth_error": outcome.rest,
-        "skating_ratio": posture.skating,
-        "skating_margin": scenario.contact.friction - posture.skating,
+        "skating_ratio": skates,
+        "skating_margin": scenario.contact.friction - skates,
         "compliance_axial": float(posture.compliance[2, 2]),
         "redundancy_angle": posture.angle,
         "wrist_margin": posture.wrist_sine,
@@ -314,7 +326,25 @@ def hole_measures(scenario: DrillingScenario, cell: DrillCell, hole: DrilledHole
     if outcome.thrust_mean == 0.0:  # no full cut: the plate is thinner than the drill point
         for name in ("thrust_mean", "axial_deflection_mean", "lateral_deflection_mean", "drill_tilt"):
             del found[name]
+    if outcome.feed_max == 0.0:  # it never breaks through
+        del found["feed_per_rev_max"]
     return {name: value for name, value in found.items() if math.isfinite(value)}
+
+
+def _position(scenario: DrillingScenario, cell: DrillCell, outcome: HoleOutcome) -> dict[str, float]:
+    """Where the hole is, as far as there is one: what was not reached is left out."""
+    found, own = {}, scenario.robot.accuracy
+    if outcome.entered:
+        found["hole_position_error_entry"] = float(np.hypot(*outcome.entry))
+    if outcome.through:
+        found["hole_position_error_exit"] = float(np.hypot(*outcome.exit))
+    if own is not None:
+        found["hole_position_error_arm"] = own
+    if own is not None and outcome.through:
+        found["hole_position_error_total"] = own + hole_error(outcome)
+    if outcome.through:
+        found["perpendicularity_error"] = perpendicularity(outcome.entry, outcome.exit, cell.cycle.thickness)
+    return found
 
 
 def measures(scenario: DrillingScenario, run: DrillRun) -> dict[str, float]:

@@ -6,14 +6,15 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from cutwise.maths.chains import frames
 from cutwise.maths.frames import FloatArray
 from cutwise.physics.cutting.drill import lip_force, margin_torque
 from cutwise.physics.cutting.drill_elements import elements_force
 from cutwise.physics.engagement.lip import lip_contact
+from cutwise.physics.structure.joint_compliance import worst_skating
 from cutwise.process.drilling import DrillCell, DrilledHole, DrillRun
 from cutwise.process.loops_drilling import HISTORY
 from cutwise.process.posture_search import scan
+from cutwise.process.postures import posture_frames
 from cutwise.results import judge_values
 from cutwise.spec.drilling import DrillingScenario
 
@@ -32,13 +33,24 @@ def stages(scenario: DrillingScenario, run: DrillRun, each: list[dict[str, float
     groups["holes"] = _holes(scenario, run, each)
     groups["map"] = _map(run)
     if drilled:
-        history = np.stack([hole.history for hole in drilled])
+        history = _of_one_length([hole.history for hole in drilled])
         index = [k + 1 for k, hole in enumerate(run.holes) if hole.outcome is not None]
         groups["motion"] = _motion(run, drilled, history, index)
         groups["cutting"] = groups["cutting"].merge(_forces(history, index))
         groups["structure"] = _structure(drilled, history, index)
         groups["surface"] = _surface(history, index)
     return xr.DataTree.from_dict(groups)
+
+
+def _of_one_length(histories: list[FloatArray]) -> FloatArray:
+    """Histories of all holes over the time of the longest, shape (hole, time, column); a shorter one stays at its end."""
+    longest = max(histories, key=len)
+    same = []
+    for history in histories:
+        rest = np.repeat(history[-1:], len(longest) - len(history), axis=0)
+        rest[:, 0] = longest[len(history) :, 0]
+        same.append(np.concatenate([history, rest]))
+    return np.stack(same)
 
 
 def _column(history: FloatArray, *names: str) -> FloatArray:
@@ -122,10 +134,10 @@ def _motion(run: DrillRun, drilled: list[DrilledHole], history: FloatArray, inde
     """Depth and feed over time; the arm in its posture."""
     arm = run.cell.arm
     postures = np.stack([hole.posture.q for hole in drilled if hole.posture is not None])
-    at = frames(arm.chain, postures)
+    at = posture_frames(arm, postures)
     tip = at.origins[:, -1] + np.einsum("kij,j->ki", at.rotations[:, -1], arm.tool_tip)
     points = np.concatenate([at.origins, tip[:, None]], axis=1)
-    names = ["base", *(f"joint {k}" for k in range(1, 7)), "drill tip"]
+    names = ["base", *(f"joint {k}" for k in range(1, len(arm.chain.kinds) + 1)), "drill tip"]
     return xr.Dataset(
         {
             "depth": _variable(("hole", "time"), _column(history, "depth"), "m", "depth of the tip"),
@@ -178,14 +190,18 @@ def _map(run: DrillRun) -> xr.Dataset:
     angles = np.linspace(-math.pi, math.pi, _ANGLES)
     found = scan(run.cell.arm, run.holes[0].target, angles)
     both = ("redundancy_angle", "branch")
+    skating = worst_skating(found.holding, run.cell.side, (run.cell.slope_direction - angles)[:, None])
     return xr.Dataset(
         {
             "compliance_axial": _variable(both, found.compliance, "m/N", "compliance along the drill axis"),
-            "skating_ratio": _variable(both, found.skating, "1", "skating ratio"),
+            "skating_ratio": _variable(both, skating, "1", "skating ratio"),
             "wrist_sine": _variable(both, found.wrist_sine, "1", "|sin| of the wrist angle"),
             "within_limits": _variable(both, found.within, "1", "within the joint limits"),
         },
-        {"redundancy_angle": _variable("redundancy_angle", angles, "rad", "redundancy angle"), "branch": np.arange(8)},
+        {
+            "redundancy_angle": _variable("redundancy_angle", angles, "rad", "redundancy angle"),
+            "branch": np.arange(found.q.shape[1]),
+        },
     )
 
 

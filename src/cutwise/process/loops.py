@@ -11,13 +11,15 @@ from cutwise.maths.curves import FloatArray
 from cutwise.physics.cutting.flute import Mill
 from cutwise.physics.cutting.flutes import ChipFlutes, MeanFlutes, ToothFlutes
 from cutwise.physics.cutting.uneven import Edges
+from cutwise.physics.engagement.burred_arc import BurredArc
 from cutwise.physics.engagement.burred_edge import PIECES, SEEN, BurredEdge, Layers, Round, Strips
 from cutwise.physics.engagement.swept import ColumnEdge, most_columns, stand
+from cutwise.physics.motion.arc_edge import ArcFixed, ArcFollowed
 from cutwise.physics.motion.edge import EdgePass, programmed_motion
 from cutwise.physics.structure.pistons import PistonRing, at_rest
 from cutwise.physics.structure.terms import Pistons, PistonsState, in_series, relaxed, width
-from cutwise.records import Contact, EdgeHistory, Load, Pose, edge_history
-from cutwise.stages import cut, met
+from cutwise.records import Contact, EdgeHistory, Load, edge_history
+from cutwise.stages import cut, met, moved
 
 __all__ = ["Layers", "Strips"]
 
@@ -37,6 +39,13 @@ class Cutter(NamedTuple):
     force_law: int  # AVERAGED or TOOTH_RESOLVED
 
 
+class Arc(NamedTuple):
+    """A convex edge of constant radius."""
+
+    radius: float  # [m]
+    follow: bool  # the tool turns with the edge; else it keeps its attitude
+
+
 class EdgeCell(NamedTuple):
     """Everything that takes part in a pass along an edge."""
 
@@ -45,6 +54,7 @@ class EdgeCell(NamedTuple):
     cutter: Cutter
     ring: PistonRing
     reach: float  # [m] from the joint to the tool tip
+    arc: Arc | None = None  # the edge is an arc
     behind: tuple[tuple[str, NamedTuple], ...] = ()  # terms of the structure behind the spindle, by name
 
 
@@ -57,9 +67,14 @@ def cell_of(cell: EdgeCell) -> loop.Cell:
     """The records of the loop, for a surface that need not be kept."""
     cutter = cell.cutter
     law = ToothFlutes if cutter.force_law == TOOTH_RESOLVED else MeanFlutes
+    motion, engagement = cell.path, BurredEdge(cell.layers, round_tool(cutter))
+    if cell.arc is not None:
+        carried = ArcFollowed if cell.arc.follow else ArcFixed
+        motion = carried(cell.path, cell.arc.radius, cutter.mill.radius)
+        engagement = BurredArc(cell.layers, round_tool(cutter), cell.arc.radius)
     return loop.Cell(
-        cell.path,
-        BurredEdge(cell.layers, round_tool(cutter)),
+        motion,
+        engagement,
         (),
         law(cutter.mill, cutter.edges, cutter.spindle_speed, cutter.up_milling),
         in_series([Pistons(cell.ring, cell.reach), *(term for _, term in cell.behind)]),
@@ -67,11 +82,12 @@ def cell_of(cell: EdgeCell) -> loop.Cell:
 
 
 def run_cell(
-    cell: loop.Cell, time_step: float, contacts: int, progress: Callable[[float], None] | None = None
-) -> EdgeHistory:
+    cell: loop.Cell, duration: float, time_step: float, contacts: int,
+    progress: Callable[[float], None] | None = None,
+) -> EdgeHistory:  # fmt: skip
     """Time stepping of a pass along an edge, from rest."""
     history = loop.march(
-        cell, relaxed(cell.structure), duration=cell.motion.duration, time_step=time_step,
+        cell, relaxed(cell.structure), duration=duration, time_step=time_step,
         seen=SEEN, state=width(cell.structure), layers=2, contacts=contacts, progress=progress,
     )  # fmt: skip
     structure = cell.structure
@@ -83,7 +99,7 @@ def run_compliant_edge(
     cell: EdgeCell, time_step: float, progress: Callable[[float], None] | None = None
 ) -> EdgeHistory:
     """Time stepping of a whole pass (Berselli et al. 2016, Fig. 8)."""
-    return run_cell(cell_of(cell), time_step, PIECES * cell.layers.strips.slices, progress)
+    return run_cell(cell_of(cell), cell.path.duration, time_step, PIECES * cell.layers.strips.slices, progress)
 
 
 def _yield(cell: EdgeCell) -> float:
@@ -107,6 +123,8 @@ def run_swept_edge(
     ValueError
         The mill is immersed beyond its axis, which columns cannot carry.
     """
+    if cell.arc is not None:
+        raise ValueError("a surface with memory is for straight edges")
     if not columns_carry(cell):
         raise ValueError("a swept surface needs the burr to end below the axis of the mill")
     burr, cutter, slices = cell.layers.burr_height, cell.cutter, cell.layers.strips.slices
@@ -119,7 +137,7 @@ def run_swept_edge(
     )
     flutes = ChipFlutes(cutter.mill, edges, cutter.up_milling)
     kept = cell_of(cell)._replace(engagement=engagement, stock=columns, cutting=flutes)
-    return run_cell(kept, time_step, most_columns(cutter.mill.radius, columns), progress)
+    return run_cell(kept, cell.path.duration, time_step, most_columns(cutter.mill.radius, columns), progress)
 
 
 @compiled
@@ -128,8 +146,7 @@ def forces_at(cell, tilt, flexed, time, contact, load, out):  # type: ignore[no-
     motion, engagement, stock, cutting, structure = cell
     state = flexed.tilt
     for k in range(time.size):
-        tool = programmed_motion(motion, time[k])
-        pose = Pose(time[k], tool.position, tool.position, tool.height, 0.0, motion.feed, tool.climb, 0.0)
+        pose = moved(motion, time[k])
         state[:] = tilt[k]
         load.layer[:] = 0.0
         load.total[:] = 0.0
@@ -156,3 +173,30 @@ def tooth_resolved_forces(cell: EdgeCell, time: FloatArray, tilt: FloatArray) ->
     """
     resolved = cell._replace(cutter=cell.cutter._replace(force_law=TOOTH_RESOLVED), behind=())
     return loads_at(cell_of(resolved), time, tilt, cell.layers.strips.slices)[:, :6]
+
+
+def programmed_heights(cell: EdgeCell, time: FloatArray) -> FloatArray:
+    """Height of the undeflected mill above the nominal edge over time [m]."""
+    return np.array([programmed_motion(cell.path, t).height for t in time])
+
+
+def axis_over_edge(
+    cell: EdgeCell, time: FloatArray, moved_x: FloatArray, moved_y: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Where the deflected mill stands: place along the edge and height of its lowest point above it [m].
+
+    ``moved_x``, ``moved_y``: displacement in process axes [m], shape (n,).
+    """
+    position, height = cell.path.feed * time, programmed_heights(cell, time)
+    if cell.arc is None:
+        return position + moved_x, height + moved_y
+    radius, mill = cell.arc.radius, cell.cutter.mill.radius
+    turn = position / radius
+    distance = radius + mill + height
+    if cell.arc.follow:
+        x, y = moved_x, distance + moved_y
+        angle = turn + np.arctan2(x, y)
+    else:
+        x, y = distance * np.sin(turn) + moved_x, distance * np.cos(turn) + moved_y
+        angle = np.unwrap(np.arctan2(x, y))
+    return radius * angle, np.hypot(x, y) - radius - mill

@@ -17,6 +17,7 @@ from cutwise.process.drill_profile import DepthProfile, profile_at
 
 _APPROACH = 0.5e-3  # m above the surface where the feed starts
 _OVERRUN = 1e-3  # m beyond the point where the corner is through
+_FARTHEST = 0.5  # m that is drilled on at most
 _DWELL = 0.4  # s of rest at the end
 _FULL_CUT_MARGIN = 0.3e-3  # m left out at both ends of the full cut
 _TOUCH = 0.2e-3  # m of contact transient left out of the feed minimum
@@ -52,6 +53,9 @@ class HoleOutcome(NamedTuple):
     entry: FloatArray  # [m] lateral position of the hole at the entry surface, shape (2,)
     exit_tip: FloatArray  # [m] when the tip reaches the exit surface, shape (2,)
     exit: FloatArray  # [m] when the corner reaches it, shape (2,)
+    entered: bool  # the corner has passed the entry surface; without that there is no entry error
+    through: bool  # the corner has passed the exit surface; without that there is no hole
+    extra: float  # [m] commanded beyond the usual overrun until it was
     thrust_mean: float  # [N] over the full cut
     axial_mean: float  # [m] mean u_z over the full cut
     lateral_mean: float  # [m] mean |u_l| over the full cut
@@ -61,7 +65,7 @@ class HoleOutcome(NamedTuple):
     axial_max: float  # [m] largest |u_z|
     lateral_max: float  # [m] largest |u_l|
     feed_min: float  # [m] per revolution while the point enters
-    feed_max: float  # [m] per revolution while the point breaks through
+    feed_max: float  # [m] per revolution while the point breaks through; 0 if it does not
     rest: float  # [m] u_z at the end of the dwell
     time: float  # [s]
 
@@ -128,6 +132,7 @@ def _run(
     turn_slope: tuple[float, float],
     step: float,
     steps: int,
+    farthest: float,
     every: int,
     history: FloatArray,
 ) -> HoleOutcome:
@@ -140,9 +145,15 @@ def _run(
     thrust_sum, axial_sum, lateral_sum = 0.0, 0.0, 0.0
     thrust_max, torque_max, wall_max, axial_max, lateral_max = 0.0, 0.0, 0.0, 0.0, 0.0
     feed_min, feed_max = math.inf, 0.0
-    for k in range(steps):
+    usual, steps_in_all, k = bottom, steps, -1
+    while k + 1 < steps_in_all:
+        k += 1
         t = k * step
-        commanded = min(-_APPROACH + v_feed * t, bottom)
+        wanted = -_APPROACH + v_feed * t
+        if wanted >= bottom and not reached[2] and bottom < farthest:  # the arm lags: drill on until it is through
+            bottom = min(wanted + v_feed * step, farthest)
+            steps_in_all = steps + math.ceil((bottom - usual) / (v_feed * step))
+        commanded = min(wanted, bottom)
         moving = v_feed if commanded < bottom else 0.0
         depth = commanded + u[2]
         feed = max((moving + rate[2]) / cycle.turns, 0.0)
@@ -190,8 +201,9 @@ def _run(
             u[i] += step * rate[i]
     count = max(rows, 1.0)
     return HoleOutcome(
-        marks[0], marks[1], marks[2], thrust_sum / count, axial_sum / count, lateral_sum / count,
-        thrust_max, torque_max, wall_max, axial_max, lateral_max, feed_min, feed_max, u[2], steps * step,
+        marks[0], marks[1], marks[2], reached[0], reached[2], bottom - usual,
+        thrust_sum / count, axial_sum / count, lateral_sum / count,
+        thrust_max, torque_max, wall_max, axial_max, lateral_max, feed_min, feed_max, u[2], steps_in_all * step,
     )  # fmt: skip
 
 
@@ -211,7 +223,10 @@ def drill_hole(
         \dot u_{k+1} = \dot u_k + \frac{\Delta t}{m}\bigl(F(u_k) - K u_k - D \dot u_k\bigr), \qquad
         u_{k+1} = u_k + \Delta t\,\dot u_{k+1}
 
-    with :math:`F = (F_l, -T)` and, on an inclined surface, the lateral cutting force. Thrust and torque go with
+    The feed ends 1 mm beyond the place where the corner of an arm that does not yield would be through; while the corner
+    is not, it goes on, as far as :func:`farthest`.
+
+    With :math:`F = (F_l, -T)` and, on an inclined surface, the lateral cutting force. Thrust and torque go with
     :math:`(f_a/f)^{1-m_c}`, :math:`f_a = \max((v + \dot u_z)/n, 0)`.
 
     Parameters
@@ -232,9 +247,28 @@ def drill_hole(
     """
     end = cycle_time(cycle) - (0.0 if dwell else _DWELL)
     steps = max(1, round(end / step))
-    history = np.zeros((-(-steps // every) if every else 0, len(HISTORY)))
+    last = farthest(cycle, arm, profile)
+    most = steps + math.ceil((last - bottom(cycle)) / (cycle.feed * cycle.turns * step)) + 1
+    history = np.zeros((-(-most // every) if every else 0, len(HISTORY)))
     turn = (math.cos(slope_angle), math.sin(slope_angle))
-    return _run(cycle, arm, profile, turn, step, steps, every, history), history
+    outcome = _run(cycle, arm, profile, turn, step, steps, last, every, history)
+    return outcome, history[: -(-round(outcome.time / step) // every) if every else 0]
+
+
+def bottom(cycle: DrillCycle) -> float:
+    """Commanded depth at which the feed usually ends [m]."""
+    return cycle.thickness + cycle.cone + _OVERRUN
+
+
+def farthest(cycle: DrillCycle, arm: ArmDynamics, profile: DepthProfile) -> float:
+    """Commanded depth beyond which a hole that is not through counts as one that never will be [m].
+
+    The tip lags by the compliance times the force; three times that, and the overrun, is enough for every hole that
+    comes to an end.
+    """
+    force = np.hypot(profile.thrust.max(), np.hypot(profile.lateral[:, 0], profile.lateral[:, 1]).max())
+    lag = force / float(np.linalg.eigvalsh(arm.stiffness)[0])
+    return float(bottom(cycle) + min(3.0 * lag, _FARTHEST))
 
 
 def step_limit(cycle: DrillCycle, arm: ArmDynamics, thrust: float) -> float:
@@ -250,7 +284,12 @@ def step_limit(cycle: DrillCycle, arm: ArmDynamics, thrust: float) -> float:
 
 
 def hole_error(outcome: HoleOutcome) -> float:
-    """The larger of the position errors at entry and exit [m]: what the posture `best` makes small."""
+    """The larger of the position errors at entry and exit [m]: what the posture `best` makes small.
+
+    A hole that is never through has no error, it is infinitely bad.
+    """
+    if not outcome.through:
+        return math.inf
     return float(max(np.hypot(*outcome.entry), np.hypot(*outcome.exit)))
 
 

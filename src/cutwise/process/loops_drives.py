@@ -22,6 +22,7 @@ NO_FORCE = 0  # the laws that cut are those of cutting/wall.py
 STANDSTILL = 0.05e-3  # [m/s]
 CHUNK = 200_000  # servo steps between two looks at the keyboard
 STEPS_PER_OSCILLATION = 60  # of the quickest mode, at ten substeps of the drives
+STEPS_PER_TOOTH = 200  # of a rigid mill whose chips depend on earlier teeth, at ten substeps
 _STATE = 8  # per axis: motor side x, w, integral, last error, held voltage, load side x, load x one substep before
 _DELAYS_PER_TURN = 2  # how many turns back a tooth that jumped out of the cut may matter
 _AT_WALL = 1e-6  # [rad] from the wall side: an arc of contact that begins nearer leaves a wall
@@ -91,9 +92,15 @@ class DriveHistory(NamedTuple):
 
 
 def tip_dynamics(modes: Modes | None, cut: Cut, step: float, substeps: int, limit: float = math.inf) -> Tip:
-    """Modes ready for a substep of ``step`` / ``substeps`` [s]; at ten substeps 60 micro steps per oscillation."""
-    quickest = float(modes.frequency.max()) if modes is not None else 0.0
-    nominal = step / 10.0 * quickest / (2.0 * math.pi) * STEPS_PER_OSCILLATION
+    """Modes ready for a substep of ``step`` / ``substeps`` [s]; at ten substeps 60 micro steps per oscillation.
+
+    A rigid mill whose teeth cut deeper than they are fed, as under run-out, has 200 of them per tooth instead.
+    """
+    if modes is not None:
+        rate = float(modes.frequency.max()) / (2.0 * math.pi) * STEPS_PER_OSCILLATION
+    else:
+        rate = STEPS_PER_TOOTH * cut.spindle * cut.mill.flutes / (2.0 * math.pi) if cut.law == DELAYED else 0.0
+    nominal = step / 10.0 * rate
     micro = max(1, math.ceil(nominal))
     dt = step / substeps / micro
     count = _DELAYS_PER_TURN * cut.mill.flutes

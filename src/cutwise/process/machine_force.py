@@ -10,13 +10,12 @@ from cutwise.maths.frames import FloatArray
 from cutwise.maths.linearc import carried
 from cutwise.physics.cutting.discs import discs
 from cutwise.physics.cutting.flute import Mill
-from cutwise.physics.cutting.uneven import even_edges
 from cutwise.physics.cutting.wall import AVERAGED, wall_force
 from cutwise.physics.engagement.corner import straight_immersion
 from cutwise.physics.engagement.path_sweep import swept_path
 from cutwise.physics.engagement.stock import contact_patches, immersion
 from cutwise.physics.engagement.wall import path_contact, wall_patches
-from cutwise.process.assemble import linear_coefficients
+from cutwise.process.assemble import edges_alike
 from cutwise.process.machine_way import Way
 from cutwise.process.stock_moves import stock_of
 from cutwise.spec.faults import Fault, ScenarioFault
@@ -58,7 +57,7 @@ def cut_force(scenario: MachineScenario, way: Way, at: Frames) -> CutForce:
     patches = _patches(scenario, given, way, at)
     mill, flutes = Mill(0.5 * scenario.tool.diameter, scenario.tool.flutes, 0.0), scenario.tool.flutes
     none = discs(mill.radius, 0.0, 1e-3, flutes, 1)  # the mean needs none
-    cutting = even_edges(linear_coefficients(scenario.material))
+    cutting = edges_alike(scenario.material)
     local = np.zeros((len(way.travel), 3))
     ahead = way.direction - np.einsum("mi,mi->m", way.direction, upward)[:, None] * upward
     across = np.linalg.norm(ahead, axis=1)  # what goes along the axis makes no chip

@@ -201,7 +201,7 @@ def _missing_axes(scenario: MachineScenario, program: ProgramPass, moves: Interp
     """Rotary words for axes that the machine does not have, each axis once."""
     there = scenario.machine.axes()
     for k, letter in enumerate(ROTARY_AXES):
-        line = next((move.line for move in moves.moves if move.rotary_start[k] != move.rotary_end[k]), None)
+        line = next((move.line for move in moves.moves.turning() if move.rotary_start[k] != move.rotary_end[k]), None)
         if letter not in there and line is not None:
             message = f"turns axis {letter}, which the machine does not have; it has {', '.join(there)}"
             yield Fault((), message, file=program.file, line=line, column=1)

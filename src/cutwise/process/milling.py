@@ -28,7 +28,7 @@ from cutwise.process.assemble_mill import (
 )
 from cutwise.process.labels import labelled
 from cutwise.process.loops_drives import Commands, Cut, DriveHistory, DrivePair, run_drives
-from cutwise.process.milling_contact import Contact, contact
+from cutwise.process.milling_contact import Contact, SteadyCuts, contact, steady_cuts
 from cutwise.process.milling_stability import TipStability, tip_stability
 from cutwise.spec.faults import Fault, ScenarioFault, all_faults
 from cutwise.spec.milling import MillingScenario
@@ -36,6 +36,14 @@ from cutwise.spec.milling import MillingScenario
 Progress = Callable[[float], None]
 
 _MOST_SAMPLES = 20_000_000  # of the controllers in a run: some gigabytes of histories
+
+
+class StopCost(NamedTuple):
+    """What full stops cost that need not be; pauses and places where the path turns back are left out."""
+
+    share: float = 0.0  # of the cycle time
+    corners: int = 0  # stops at corners between blocks
+    asked: int = 0  # stops by exact stop (G61.1), or for a change of tool
 
 
 class MillRun(NamedTuple):
@@ -52,8 +60,9 @@ class MillRun(NamedTuple):
     contour_error: FloatArray  # from the programmed path [m], shape (n,), NaN on rapid moves
     drive_error: FloatArray  # from the path that is driven, its blends included [m], shape (n,), NaN on rapid moves
     feed: FloatArray  # programmed, or the highest that the machine may run [m/s], shape (blocks,)
-    chip: float  # feed per tooth at the fastest of these that cuts [m]
+    steady: SteadyCuts
     tip_swings: bool  # whether the tool tip moves on modes in the loop
+    stop_cost: StopCost
 
     @property
     def lost(self) -> float | None:
@@ -86,8 +95,9 @@ def run(scenario: MillingScenario, substeps: int, progress: Progress | None = No
         driven[rapid] = np.nan
     limits, axes = motion_limits(scenario.machine)
     feed = highest_feeds(path.curve, path.feed, limits, axes)
-    fastest = float(feed[path.cuts].max(initial=0.0))
-    chip = fastest * 2.0 * math.pi / (spindle * scenario.tool.flutes)
+    steady = steady_cuts(
+        scenario, path, reference, met, feed, cutting._replace(edges=cutting.edges._replace(runout=0.0))
+    )
     return MillRun(
         path,
         motion,
@@ -100,8 +110,9 @@ def run(scenario: MillingScenario, substeps: int, progress: Progress | None = No
         error,
         driven,
         feed,
-        chip,
+        steady,
         tip is not None,
+        stop_cost(path, motion, scenario),
     )
 
 
@@ -123,6 +134,18 @@ def _planned(scenario: MillingScenario, program: Interpreted | None) -> tuple[Pr
             f"motion takes, more than {_MOST_SAMPLES:.0e}: raise it, or feed and limits of the motion, or shorten the path"
         ))])  # fmt: skip
     return path, motion
+
+
+def stop_cost(path: ProgramPath, motion: Plan, scenario: MillingScenario) -> StopCost:
+    """The motion once more, run through all of its corners."""
+    if motion.stops == 0:
+        return StopCost()
+    limits, axes = motion_limits(scenario.machine)
+    through = plan(path.curve, path.feed, limits, None, path.dwell_after, axes=axes, stop_at_corners=False)
+    asked = int((path.stop_at & (path.dwell_after[:-1] <= 0.0)).sum())
+    return StopCost(
+        1.0 - through.profile.duration / motion.profile.duration, max(motion.stops - through.stops - asked, 0), asked
+    )
 
 
 def prepare(scenario: MillingScenario) -> None:
@@ -234,6 +257,6 @@ def _phase(response: np.ndarray) -> FloatArray:
 def stability(scenario: MillingScenario, done: MillRun) -> TipStability | None:
     """Whether the tip chatters in steady cuts; None for a rigid tool."""
     tip = tip_modes(scenario)
-    if tip is None or not done.contact.steady:
+    if tip is None or not done.steady.width:
         return None
-    return tip_stability(done.cut, tip, done.chip, done.contact.steady)
+    return tip_stability(done.cut, tip, done.steady.width)

@@ -1,31 +1,32 @@
 """What the mill meets along its path: a wall by closed form, or the stock that the program has left so far."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
 from cutwise.maths.curves import FloatArray
+from cutwise.physics.cutting.wall import place_loads
 from cutwise.physics.engagement.corner import Corner, greatest_immersion, straight_immersion
 from cutwise.physics.engagement.path_sweep import swept_path
-from cutwise.physics.engagement.stock import (
-    Stock,
-    contact_patches,
-    immersion,
-    removal_area,
-)
+from cutwise.physics.engagement.rim import SLIGHT
+from cutwise.physics.engagement.stock import Stock, contact_patches, immersion, removal_area
 from cutwise.physics.engagement.wall import greatest_contact, path_contact, wall_patches
 from cutwise.physics.motion.reference import Reference
+from cutwise.process.loops_drives import Cut
 from cutwise.process.program_path import ProgramPath
 from cutwise.process.stock_moves import FLAT, StockMoves, moves_into_stock, stock_of
 from cutwise.spec.milling import MillingScenario
 
 
 class SteadyPatch(NamedTuple):
-    """A contact that is looked at by itself."""
+    """A contact that is looked at by itself, with the feed that it is run at."""
 
-    low: float  # arc from the wall side [rad]
+    low: float  # arc of the patch that takes the most, from the wall side [rad]
     high: float
-    depth: float  # [m]
+    depth: float  # of that patch [m]
+    chip: float  # feed per tooth [m]
+    whole: FloatArray  # all patches of the place, rows as those of ``Contact``, shape (p, 4)
 
 
 class Contact(NamedTuple):
@@ -34,7 +35,6 @@ class Contact(NamedTuple):
     patches: FloatArray  # arc from, to [rad], heights above the tip from, to [m]; shape (n, p, 4)
     immersion: FloatArray  # largest sum of arcs at one height [rad], shape (n,)
     greatest: float  # largest immersion [rad]
-    steady: dict[str, SteadyPatch]  # "straight", where there is one such contact, and "corner", the heaviest
     removal: FloatArray | None  # cross-section taken per length of feed [m^2], where a stock is known, shape (n,)
     into: StockMoves  # program lines that run into the stock as they should not
 
@@ -67,11 +67,7 @@ def _wall_contact(scenario: MillingScenario, path: ProgramPath, reference: Refer
             greatest = greatest_contact(path.curve, radius, width)
         else:
             greatest = greatest_immersion(Corner(radius, width, scenario.path.turn, scenario.path.fillet))
-    steady = {}
-    if path.cuts.any():
-        angles = {"straight": float(straight_immersion(width, radius)), "corner": greatest}
-        steady = {name: SteadyPatch(0.0, angle, depth) for name, angle in angles.items()}
-    return Contact(patches, alpha, greatest, steady, None, StockMoves())
+    return Contact(patches, alpha, greatest, None, StockMoves())
 
 
 def stock_contact(path: ProgramPath, reference: Reference, radius: float, stock: Stock) -> Contact:
@@ -90,13 +86,70 @@ def stock_contact(path: ProgramPath, reference: Reference, radius: float, stock:
     upright = np.hypot(reference.direction[:, 0], reference.direction[:, 1]) < FLAT
     patches[rapid | upright] = 0.0
     angle = np.where(rapid | upright, 0.0, angle)
-    steady = {}
-    if angle.any():
-        heavy = removal_area(patches[:, :, None], radius)  # of each patch by itself
-        k, p = np.unravel_index(int(np.argmax(heavy)), heavy.shape)
-        steady["corner"] = SteadyPatch(
-            float(patches[k, p, 0]), float(patches[k, p, 1]), float(patches[k, p, 3] - patches[k, p, 2])
-        )
+    flat = np.hypot(reference.direction[:, 0], reference.direction[:, 1])  # of a ramp only what it goes in the plane
     return Contact(
-        patches, angle, float(angle.max()), steady, removal_area(patches, radius), moves_into_stock(path, swept, stock)
+        patches, angle, float(angle.max()), removal_area(patches, radius) * flat, moves_into_stock(path, swept, stock)
     )
+
+
+class SteadyCuts(NamedTuple):
+    """Contacts that are looked at by themselves: "straight", if there is one on the path, and "corner", the heaviest."""
+
+    force: dict[str, SteadyPatch]  # the heaviest by its mean force in the plane, with the feed of its own place
+    width: dict[str, SteadyPatch]  # the heaviest by its cross-section, in which a tool chatters first
+
+
+def steady_cuts(
+    scenario: MillingScenario, path: ProgramPath, reference: Reference, met: Contact, feed: FloatArray, cut: Cut
+) -> SteadyCuts:
+    """Contacts to look at by themselves, each at its own feed.
+
+    Forces are compared place by place: where feed and contact together make the largest mean force. ``feed`` is the speed
+    of each block [m/s], shape (blocks,).
+    """
+    if not path.cuts.any() or not met.immersion.any():
+        return SteadyCuts({}, {})
+    per_tooth = 2.0 * math.pi / (cut.spindle * cut.mill.flutes)
+    radius, depth = 0.5 * scenario.tool.diameter, met.depth
+    straight = {}
+    if met.removal is None:
+        lines = path.cuts & path.curve.straight
+        chip = float(feed[lines if lines.any() else path.cuts].max()) * per_tooth
+        straight["straight"] = _one_patch(
+            straight_immersion(scenario.operation.radial_depth or 0.0, radius), depth, chip
+        )
+        if scenario.path is not None:  # of a corner: one feed, and the geometric maximum
+            both = straight | {"corner": _one_patch(met.greatest, depth, chip)}
+            return SteadyCuts(both, both)
+    flat = np.hypot(reference.direction[:, 0], reference.direction[:, 1])  # what goes along the axis makes no chip
+    chips = np.where(met.immersion > 0.0, feed[reference.block], 0.0) * flat * per_tooth
+    loads = place_loads(met.patches, chips, cut.mill, cut.discs, cut.edges)
+    widths = np.where(chips > 0.0, removal_area(met.patches, radius), 0.0)
+    return SteadyCuts(*(straight | _heaviest(met, chips, weight) for weight in (loads, widths)))
+
+
+def _heaviest(met: Contact, chips: FloatArray, weight: FloatArray) -> dict[str, SteadyPatch]:
+    """The contact with the largest weight."""
+    place = int(np.argmax(weight))
+    if not weight[place] > 0.0:
+        return {}
+    whole = met.patches[place]
+    return {"corner": SteadyPatch(*_largest(whole[whole[:, 1] > whole[:, 0]]), float(chips[place]), whole)}
+
+
+def _one_patch(angle: float, depth: float, chip: float) -> SteadyPatch:
+    return SteadyPatch(0.0, angle, depth, chip, np.array([[0.0, angle, 0.0, depth]]))
+
+
+def _largest(rows: FloatArray) -> tuple[float, float, float]:
+    """The arc from, to [rad] and depth [m] that takes the most, of patches that stand on one floor beside one another."""
+    found = []
+    for first in range(len(rows)):
+        last = first
+        while last + 1 < len(rows) and rows[last + 1, 0] - rows[last, 1] < SLIGHT:
+            last += 1
+        for end in range(first, last + 1):
+            low, high = float(rows[first, 0]), float(rows[end, 1])
+            depth = float((rows[first : end + 1, 3] - rows[first : end + 1, 2]).min())
+            found.append(((math.cos(low) - math.cos(high)) * depth, low, high, depth))
+    return max(found)[1:]

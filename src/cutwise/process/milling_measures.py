@@ -4,12 +4,16 @@ import math
 
 import numpy as np
 
+from cutwise import units
+from cutwise.maths.curves import FloatArray
 from cutwise.physics.cutting.uneven import even_and_linear
 from cutwise.physics.cutting.wall import AVERAGED, DELAYED, FLUTES, tooth_period, wall_force
 from cutwise.physics.motion.lookahead import time_without_limits
 from cutwise.process.loops_drives import NO_FORCE
 from cutwise.process.milling import MillRun, wall_left
 from cutwise.process.milling_contact import SteadyPatch
+from cutwise.process.milling_peaks import largest_forces
+from cutwise.results import SolverFailure
 from cutwise.spec.milling import MillingScenario
 
 NEAR_CORNER = 10e-3  # [m] within which the lowest feed is looked for
@@ -25,7 +29,7 @@ def measures(scenario: MillingScenario, done: MillRun) -> dict[str, float]:
         found |= _drive_measures(scenario, done)
         found |= _peak_forces(scenario, done)
     found |= _steady_forces(done)
-    found |= _contact_measures(done)
+    found |= _contact_measures(scenario, done)
     for axis, figures in zip("xy", done.loops, strict=True):
         found[f"bandwidth_{axis}"] = figures.sampled_bandwidth
         found[f"phase_margin_{axis}"] = figures.sampled_phase_margin
@@ -67,18 +71,38 @@ def _drive_measures(scenario: MillingScenario, done: MillRun) -> dict[str, float
     return found
 
 
-def _contact_measures(done: MillRun) -> dict[str, float]:
+def _contact_measures(scenario: MillingScenario, done: MillRun) -> dict[str, float]:
     """Immersion angles, and what is taken of a stock."""
     met, found = done.contact, {}
-    if met.steady:
+    if done.steady.width:
         found["engagement_angle_max"] = met.greatest
-    if "straight" in met.steady:
-        found["engagement_angle_straight"] = met.steady["straight"].high
+    if "straight" in done.steady.width:
+        found["engagement_angle_straight"] = done.steady.width["straight"].high
     if met.removal is not None:
-        step = np.diff(done.reference.travelled, append=done.reference.travelled[-1])
-        found["removed_volume"] = float(met.removal @ step)
+        found["removed_volume"] = _removed(scenario, done, met.removal)
         found["removal_rate_max"] = float((met.removal * done.reference.speed).max())
     return found
+
+
+def _removed(scenario: MillingScenario, done: MillRun, removal: FloatArray) -> float:
+    """Volume that is taken, the sum over the servo steps [m^3].
+
+    Raises
+    ------
+    SolverFailure
+        It is more than the block has: beyond 1 %, and a whole servo step at each place where the mill comes into contact.
+    """
+    step = np.diff(done.reference.travelled, append=done.reference.travelled[-1])
+    removed, stock = float(removal @ step), scenario.stock
+    if stock is not None:
+        block = math.prod(high - low for low, high in (stock.x, stock.y, stock.z))
+        entries = int(np.count_nonzero((removal[1:] > 0.0) & (removal[:-1] == 0.0))) + 1
+        if removed > 1.01 * block + entries * float(step.max()) * float(removal.max()):
+            raise SolverFailure(
+                f"the mill takes {units.show(removed, 'volume', 4)} of a block of {units.show(block, 'volume', 4)}: its contact "
+                "with the stock is wrong; please report this program"
+            )
+    return removed
 
 
 def _tip_measures(done: MillRun) -> dict[str, float]:
@@ -129,34 +153,42 @@ def _lowest_feed(scenario: MillingScenario, done: MillRun) -> float | None:
 
 def _peak_forces(scenario: MillingScenario, done: MillRun) -> dict[str, float]:
     """Peaks over the run; a force averaged over a revolution has none."""
-    if done.cut.law in (NO_FORCE, AVERAGED) or not done.contact.steady:
+    if done.cut.law in (NO_FORCE, AVERAGED) or not done.steady.width:
         return {}
-    peak = done.history.force_peak
+    peak = largest_forces(done, scenario.machine.control.sample_time)
     axial = scenario.material.K_ac is not None or scenario.material.k_a11 is not None
-    found = {"force_xy_peak": float(peak[:, 3].max())}
+    found = {"force_xy_peak": float(peak[3])}
     for i, axis in enumerate("xyz" if axial else "xy"):
-        found[f"force_{axis}_peak"] = float(peak[:, i].max())
+        found[f"force_{axis}_peak"] = float(peak[i])
     return found
 
 
 def _steady_forces(done: MillRun) -> dict[str, float]:
-    """The static figures of straight and corner at the feed per tooth of the fastest cut."""
+    """The static figures of straight and corner, each at the feed per tooth of its own place."""
     if done.cut.law == NO_FORCE:
         return {}
     c, found = done.cut, {}
     law = c.law if c.law != AVERAGED else FLUTES if even_and_linear(c.edges) else DELAYED
-    for name, patch in done.contact.steady.items():
-        mean = static_force(done, patch)
+    for name, place in done.steady.force.items():
+        mean = static_force(done, place)
         found[f"force_xy_mean_{name}"] = math.hypot(mean[0], mean[1])
-        tooth = tooth_period(law, patch.low, patch.high, done.chip, patch.depth, c.mill, c.discs, c.edges, 720)
+        tooth = sum(
+            tooth_period(law, low, high, place.chip, top - bottom, c.mill, c.discs, c.edges, 720)
+            for low, high, bottom, top in place.whole
+            if high > low
+        )
+        assert isinstance(tooth, np.ndarray)
         found[f"force_xy_peak_{name}"] = float(np.hypot(tooth[:, 0], tooth[:, 1]).max())
     return found
 
 
-def static_force(done: MillRun, patch: SteadyPatch) -> tuple[float, float, float]:
-    """Mean force of a steady cut along +x at the feed per tooth of the fastest cut, run-out left out [N]."""
+def static_force(done: MillRun, place: SteadyPatch) -> FloatArray:
+    """Mean force of a steady cut along +x with the contact and feed per tooth of one place, run-out left out [N], (3,)."""
     c = done.cut
     even = c.edges._replace(runout=0.0)
-    return wall_force(
-        AVERAGED, 0.0, 0.0, patch.low, patch.high, 0.0, patch.depth, done.chip, 0.0, c.mill, c.discs, even
-    )
+    patches = [
+        wall_force(AVERAGED, 0.0, 0.0, low, high, bottom, top, place.chip, 0.0, c.mill, c.discs, even)
+        for low, high, bottom, top in place.whole
+        if high > low
+    ]
+    return np.sum(patches, axis=0)

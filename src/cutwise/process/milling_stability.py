@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from cutwise import units
 from cutwise.maths.curves import FloatArray
 from cutwise.physics.cutting import stability
 from cutwise.physics.cutting.flute import EdgeCoefficients
@@ -17,9 +18,12 @@ from cutwise.process.labels import labelled
 from cutwise.process.loops_drives import Cut
 from cutwise.process.loops_regenerative import Chatter, SteadyCut, run_regenerative
 from cutwise.process.milling_contact import SteadyPatch
+from cutwise.results import Remedy
 from cutwise.spec.milling import MillingScenario
 
 _PERIODS = 150
+_TRIED = 4  # speeds that are run before the depth is looked at
+_INSIDE = 0.95  # of the depth at which it becomes unstable
 _DEEPEST = 20.0  # of the axial depth: how far a limit is looked for
 
 
@@ -36,7 +40,6 @@ class TipStability(NamedTuple):
 
     cut: Cut
     tip: Modes
-    chip: float  # programmed feed per tooth [m]
     cases: dict[str, SteadyStability]  # "straight", where there is one, and "corner", the heaviest
 
 
@@ -55,24 +58,66 @@ def measures(found: TipStability) -> dict[str, float]:
     return values
 
 
-def tip_stability(cut: Cut, tip: Modes, chip: float, steady: Mapping[str, SteadyPatch]) -> TipStability:
-    """Steady cuts of given contacts, at the programmed feed per tooth [m]."""
-    return TipStability(cut, tip, chip, {name: _steady(cut, tip, chip, patch) for name, patch in steady.items()})
+def tip_stability(cut: Cut, tip: Modes, steady: Mapping[str, SteadyPatch]) -> TipStability:
+    """Steady cuts of given contacts, each at its own feed per tooth."""
+    return TipStability(cut, tip, {name: _steady(cut, tip, patch) for name, patch in steady.items()})
 
 
-def _steady(cut: Cut, tip: Modes, chip: float, patch: SteadyPatch) -> SteadyStability:
-    k, lag = _coefficients(cut, chip, patch), math.tan(cut.mill.helix) / cut.mill.radius
+def _steady_cut(cut: Cut, patch: SteadyPatch) -> SteadyCut:
+    k, lag = _coefficients(cut, patch), math.tan(cut.mill.helix) / cut.mill.radius
     entry, out = math.pi - patch.high, math.pi - patch.low
-    case = SteadyCut(cut.mill.flutes, cut.spindle, entry, out, chip, patch.depth, lag, cut.discs.count, k)
+    return SteadyCut(cut.mill.flutes, cut.spindle, entry, out, patch.chip, patch.depth, lag, cut.discs.count, k)
+
+
+def _steady(cut: Cut, tip: Modes, patch: SteadyPatch) -> SteadyStability:
+    k, case = _coefficients(cut, patch), _steady_cut(cut, patch)
     limit = limit_depth(
         cut.spindle, _milling(cut, patch, k), stability.Tip(*tip), lambda t: free_motion(tip, t), _DEEPEST * patch.depth
     )
     return SteadyStability(patch, run_regenerative(case, tip, _PERIODS), limit if math.isfinite(limit) else None)
 
 
-def _coefficients(cut: Cut, chip: float, patch: SteadyPatch) -> EdgeCoefficients:
+def stable_settings(scenario: MillingScenario, found: TipStability) -> Remedy | None:
+    """The nearest drawn spindle speed at which all contacts are stable at their depths, else the depth that is.
+
+    Both are run before they are said; None if neither holds.
+    """
+    cut, tip = found.cut, found.tip
+    speeds = drawn_speeds(scenario, cut)
+    growth = np.zeros(len(speeds))
+    for case in found.cases.values():
+        met = _milling(cut, case.patch, _coefficients(cut, case.patch))
+        one = stability.lobes(
+            speeds, np.array([case.patch.depth]), met, stability.Tip(*tip), lambda t: free_motion(tip, t)
+        )
+        growth = np.maximum(growth, one[:, 0])
+    near = sorted(np.flatnonzero(growth < 1.0), key=lambda i: abs(speeds[i] - cut.spindle))[:_TRIED]
+    for speed in (float(f"{speeds[i] * 30.0 / math.pi:.4g}") for i in near):
+        if _stable(found, speed * math.pi / 30.0, 1.0):
+            return Remedy("operation.spindle_speed", f"{speed:g} rpm", tried=True)
+    limits = [case.stable_depth / case.patch.depth for case in found.cases.values() if case.stable_depth is not None]
+    share = _INSIDE * min([*limits, 1.0])
+    if not _stable(found, cut.spindle, share):
+        return None
+    depth = share * max(case.patch.depth for case in found.cases.values())
+    key = "operation.axial_depth" if scenario.operation.axial_depth is not None else "axial depth of the program"
+    return Remedy(key, units.show(depth, "length", 2), tried=True)
+
+
+def _stable(found: TipStability, spindle: float, share: float) -> bool:
+    """Whether all contacts die out in the run at a spindle speed [rad/s] and a share of their depths."""
+    cut = found.cut._replace(spindle=spindle)
+    slower = found.cut.spindle / spindle
+    patches = [
+        case.patch._replace(depth=share * case.patch.depth, chip=slower * case.patch.chip)
+        for case in found.cases.values()
+    ]
+    return all(run_regenerative(_steady_cut(cut, patch), found.tip, _PERIODS).stable for patch in patches)
+
+
+def _coefficients(cut: Cut, patch: SteadyPatch) -> EdgeCoefficients:
     """Slopes of the force law at the mean chip thickness of the arc."""
-    mean = chip * (math.cos(patch.low) - math.cos(patch.high)) / (patch.high - patch.low)
+    mean = patch.chip * (math.cos(patch.low) - math.cos(patch.high)) / (patch.high - patch.low)
     return tangent_coefficients(cut.edges, mean)
 
 
@@ -80,17 +125,23 @@ def _milling(cut: Cut, patch: SteadyPatch, k: EdgeCoefficients) -> Milling:
     return Milling(cut.mill.flutes, math.pi - patch.high, math.pi - patch.low, k.K_tc, k.K_rc)
 
 
+def drawn_speeds(scenario: MillingScenario, cut: Cut) -> FloatArray:
+    """Spindle speeds of the map [rad/s]."""
+    given = scenario.lobes
+    return np.linspace(
+        given.spindle_speed_min or 0.5 * cut.spindle, given.spindle_speed_max or 1.5 * cut.spindle, given.speeds
+    )
+
+
 def lobe_diagram(scenario: MillingScenario, found: TipStability) -> xr.Dataset:
     """Growth of tip vibration per tooth over spindle speed and axial depth, for each contact; stable below 1."""
     given, cut, tip = scenario.lobes, found.cut, found.tip
-    speeds = np.linspace(
-        given.spindle_speed_min or 0.5 * cut.spindle, given.spindle_speed_max or 1.5 * cut.spindle, given.speeds
-    )
+    speeds = drawn_speeds(scenario, cut)
     deepest = given.depth_max or 3.0 * max(case.patch.depth for case in found.cases.values())
     depths = deepest * np.arange(1, given.depths + 1) / given.depths
 
     def growth(patch: SteadyPatch) -> FloatArray:
-        case = _milling(cut, patch, _coefficients(cut, found.chip, patch))
+        case = _milling(cut, patch, _coefficients(cut, patch))
         return stability.lobes(speeds, depths, case, stability.Tip(*tip), lambda t: free_motion(tip, t))
 
     return xr.Dataset(

@@ -40,8 +40,8 @@ def equilibrium(cell: EdgeCell, piston_force: float, burr_height: float, burr_wi
     undeflected height and the top of the burr. None if the pistons have no force left, if the tool is carried to a
     stop, or if the force does not push it off the work at all.
     """
-    if piston_force <= 0.0:
-        return None
+    if piston_force <= 0.0 or (cell.arc is not None and not cell.arc.follow):
+        return None  # a tool that keeps its attitude on an arc is nowhere at rest
     low = -cell.path.preset
     profile = constant(burr_height)
     arm = cell.reach - cell.layers.strips.burr_start - 0.5 * burr_width

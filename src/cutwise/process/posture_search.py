@@ -8,10 +8,12 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from cutwise.maths.frames import FloatArray
+from cutwise.physics.motion.coupled import is_direct
+from cutwise.physics.structure.joint_compliance import worst_skating
 from cutwise.process.postures import Arm, Candidates, Posture, candidates, posture_at, tool_axes
 
 Score = Callable[[Arm, Candidates, FloatArray], FloatArray]
-"""Figure of merit of candidates at redundancy angles, shape (m, 8); the smallest wins, infinite is no candidate."""
+"""Figure of merit of candidates at redundancy angles, shape (m, b); the smallest wins, infinite is no candidate."""
 
 _TIE = 1e-9  # relative: the two wrist flips are equal but for rounding
 _BETTER = 1e-5  # relative: postures mirrored in the plane of hole and axis 1 are equal too; the grid decides for one
@@ -36,13 +38,24 @@ def skating(arm: Arm, found: Candidates, angles: FloatArray) -> FloatArray:
     return found.skating
 
 
+def skating_on_slope(side: FloatArray, direction: float) -> Score:
+    """Score of the least skating posture on an inclined surface: side force over thrust (h, 2), direction [rad]."""
+
+    def score(arm: Arm, found: Candidates, angles: FloatArray) -> FloatArray:
+        del arm
+        return worst_skating(found.holding, side, (direction - np.asarray(angles))[:, None])
+
+    return score
+
+
 def predicted(error: Callable[[Posture], float]) -> Score:
     """Score by a prediction for each posture; of the two wrist flips, which yield alike, only one is computed."""
 
     def score(arm: Arm, found: Candidates, angles: FloatArray) -> FloatArray:
         result = np.full(found.within.shape, math.inf)
+        flips = arm.wrist is not None and is_direct(arm.drives) and found.within.shape[1] > 1
         for m, branch in np.argwhere(found.within):
-            if branch % 2 and arm.wrist is not None and found.within[m, branch - 1]:
+            if branch % 2 and flips and found.within[m, branch - 1]:
                 result[m, branch] = result[m, branch - 1]
             else:
                 result[m, branch] = error(posture_at(arm, angles[m], found.q[m, branch]))
@@ -222,6 +235,6 @@ def score_of(arm: Arm, score: Score, posture: Posture) -> float:
     """Score of one posture."""
     single = Candidates(
         posture.q[None, None, :], np.ones((1, 1), dtype=np.bool_), posture.compliance[2:3, 2:3],
-        np.array([[posture.skating]]), np.array([[posture.wrist_sine]]),
+        posture.holding[None, None, :], np.array([[posture.wrist_sine]]),
     )  # fmt: skip
     return float(score(arm, single, np.array([posture.angle]))[0, 0])

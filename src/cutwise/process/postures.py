@@ -1,7 +1,8 @@
 """Postures in which an arm can drill: every solution of every pose, with its axial compliance and skating ratio.
 
-The drill may be turned about its axis (redundancy angle), and every pose has up to eight solutions. A candidate is one
-of these solutions within the limits, with its axial compliance and skating ratio.
+The drill may be turned about its axis (redundancy angle), and every pose has up to 8 solutions with a spherical wrist,
+up to 16 otherwise. A candidate is one of these solutions within the limits, with its axial compliance and skating
+ratio. Angles are those of the motors, which are the joint angles unless joints are coupled.
 """
 
 import math
@@ -9,44 +10,88 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cutwise.maths.chains import Chain, fill_frames, fill_jacobian, frames, jacobian
+from cutwise.maths.chains import Chain, Frames, fill_frames, fill_jacobian, frames, jacobian
 from cutwise.maths.compiled import compiled
 from cutwise.maths.frames import FloatArray
-from cutwise.physics.motion.inverse import numeric_posture
+from cutwise.physics.motion.coupled import Drives, SixAxes, direct, is_direct, six_axes
+from cutwise.physics.motion.elimination import MOST, Elimination, all_postures, elimination
+from cutwise.physics.motion.inverse import polished
 from cutwise.physics.motion.wrist import (
     BRANCHES,
-    REACHED,
+    NotSphericalError,
     WristArm,
     fill_branches,
     reach_margin,
+    spherical_wrist,
     wrapped,
     wrist_sine,
 )
-from cutwise.physics.structure.joint_compliance import axial_and_skating, cartesian_compliance, skating_ratio
+from cutwise.physics.structure.joint_compliance import (
+    axial_and_holding,
+    cartesian_compliance,
+    holding_ratio,
+)
+
+_CHECKS = 64  # starts by numbers before a pose is called out of reach
 
 
 class Arm(NamedTuple):
-    """A six-axis robot with its drill."""
+    """A robot with its drill; :func:`arm_with` finds its inverse kinematics."""
 
-    chain: Chain
-    wrist: WristArm | None  # None: no spherical wrist, solved by numbers
-    limits: FloatArray  # [rad], shape (6, 2)
-    stiffness: FloatArray  # K_theta [N m/rad] at the output, shape (6,)
+    chain: Chain  # all joints, n
+    drives: Drives  # how motors turn them
+    axes: SixAxes  # six turning axes that do the same
+    wrist: WristArm | None  # of these, in closed form; None: no spherical wrist
+    general: Elimination | None  # of these, if there is no closed form
+    not_spherical: str  # why there is no closed form; empty if there is one
+    limits: FloatArray  # [rad] of the motors, shape (6, 2)
+    stiffness: FloatArray  # [N m/rad] at the output of everything that yields, shape (k,)
     tool_rotation: FloatArray  # tool axes in the last frame, as columns, shape (3, 3)
     tool_tip: FloatArray  # [m] drill tip in the last frame, shape (3,)
 
 
+def arm_with(
+    chain: Chain,
+    limits: FloatArray,
+    stiffness: FloatArray,
+    tool_rotation: FloatArray,
+    tool_tip: FloatArray,
+    *,
+    drives: Drives | None = None,
+) -> Arm:
+    """An arm with its inverse kinematics: closed form for a spherical wrist, elimination for every other.
+
+    Raises
+    ------
+    NotSixAxesError
+        Coupled joints that do not reduce to six axes.
+    """
+    drives = direct(len(chain.kinds)) if drives is None else drives
+    axes = six_axes(chain, drives)
+    wrist, general, reason = None, None, ""
+    try:
+        wrist = spherical_wrist(axes.chain)
+    except NotSphericalError as fault:
+        reason, general = str(fault), elimination(axes.chain)
+    return Arm(chain, drives, axes, wrist, general, reason, limits, stiffness, tool_rotation, tool_tip)
+
+
 class Candidates(NamedTuple):
-    """All solutions of m poses; NaN where a branch does not exist or is beyond a limit."""
+    """All solutions of m poses, b for each; NaN where a branch does not exist or is beyond a limit."""
 
-    q: FloatArray  # [rad], shape (m, 8, 6); given also beyond the limits
-    within: np.ndarray  # within the joint limits, bool, shape (m, 8)
-    compliance: FloatArray  # C_zz [m/N] along the drill axis, shape (m, 8)
-    skating: FloatArray  # skating ratio, shape (m, 8)
-    wrist_sine: FloatArray  # |sin| of the wrist angle, shape (m, 8)
+    q: FloatArray  # [rad] of the motors, shape (m, b, 6); given also beyond the limits
+    within: np.ndarray  # within the joint limits, bool, shape (m, b)
+    compliance: FloatArray  # C_zz [m/N] along the drill axis, shape (m, b)
+    holding: FloatArray  # lateral force over thrust that holds the tip, tool axes, shape (m, b, 2)
+    wrist_sine: FloatArray  # |sin| of the wrist angle, shape (m, b)
+
+    @property
+    def skating(self) -> FloatArray:
+        """Skating ratio at a flat entry, shape (m, b)."""
+        return np.asarray(np.hypot(self.holding[..., 0], self.holding[..., 1]))
 
 
-def tool_axes(axis: FloatArray, angles: FloatArray | float) -> FloatArray:
+def tool_axes(axis: FloatArray, angles: FloatArray | float, zero: FloatArray | None = None) -> FloatArray:
     r"""Tool axes, as columns, of a drill axis and redundancy angles.
 
     .. math::
@@ -59,6 +104,8 @@ def tool_axes(axis: FloatArray, angles: FloatArray | float) -> FloatArray:
         Feed direction in the base frame, any length. If it lies along x of the base, y of the base takes its place.
     angles : array (...)
         Redundancy angle :math:`\alpha` [rad].
+    zero : array (3,), optional
+        Direction from which the angle counts, instead of x of the base.
 
     Returns
     -------
@@ -66,6 +113,7 @@ def tool_axes(axis: FloatArray, angles: FloatArray | float) -> FloatArray:
     """
     z = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
     world = np.array([1.0, 0.0, 0.0]) if abs(z[0]) < 0.999 else np.array([0.0, 1.0, 0.0])
+    world = world if zero is None else zero
     x0 = world - (world @ z) * z
     x0 /= np.linalg.norm(x0)
     y0 = np.cross(z, x0)
@@ -74,15 +122,20 @@ def tool_axes(axis: FloatArray, angles: FloatArray | float) -> FloatArray:
 
 
 @compiled
-def _translation_measures(jac: FloatArray, axes: FloatArray, stiffness: FloatArray, result: FloatArray) -> None:
-    """Axial compliance and skating ratio of one posture: the translation block of C alone, in tool axes."""
+def _translation_measures(
+    jac: FloatArray, elastic: FloatArray, axes: FloatArray, stiffness: FloatArray, result: FloatArray
+) -> None:
+    """Axial compliance and holding force over thrust of one posture: the translation block of C, in tool axes."""
     xx, xy, yy, xz, yz, zz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(len(stiffness)):
         x, y, z = 0.0, 0.0, 0.0
         for k in range(3):
-            x += axes[k, 0] * jac[k, i]
-            y += axes[k, 1] * jac[k, i]
-            z += axes[k, 2] * jac[k, i]
+            along = 0.0
+            for joint in range(len(elastic)):
+                along += jac[k, joint] * elastic[joint, i]
+            x += axes[k, 0] * along
+            y += axes[k, 1] * along
+            z += axes[k, 2] * along
         yielding = 1.0 / stiffness[i]
         xx += x * x * yielding
         xy += x * y * yielding
@@ -91,31 +144,22 @@ def _translation_measures(jac: FloatArray, axes: FloatArray, stiffness: FloatArr
         yz += y * z * yielding
         zz += z * z * yielding
     result[0] = zz
-    result[1] = axial_and_skating(xx, xy, yy, xz, yz)
+    result[1], result[2] = axial_and_holding(xx, xy, yy, xz, yz)
 
 
 @compiled
-def _fill_candidates(
-    arm: WristArm,
-    kinds: np.ndarray,
-    axes: FloatArray,
-    rotations: FloatArray,
-    origins: FloatArray,
-    limits: FloatArray,
-    stiffness: FloatArray,
+def _fill_closed(
+    wrist: WristArm,
     tool_rotation: FloatArray,
     tip: FloatArray,
     positions: FloatArray,
     poses: FloatArray,
     q: FloatArray,
-    within: np.ndarray,
-    measures: FloatArray,
+    bent: FloatArray,
 ) -> None:
-    """Closed-form candidates of every pose. The two wrist flips share one compliance: only axis 5 is reversed."""
+    """Closed-form solutions of every pose of the tool, and the |sin| of their wrists."""
     flange, place = np.empty((3, 3)), np.empty(3)
     n, work = np.empty((3, 3)), np.empty((3, 3))
-    frame_rotations, frame_origins = np.empty((1, 7, 3, 3)), np.empty((1, 7, 3))
-    jac, pair = np.empty((6, 6)), np.empty(2)
     for m in range(len(positions)):
         for row in range(3):
             place[row] = positions[m, row]
@@ -125,28 +169,67 @@ def _fill_candidates(
                     flange[row, column] += poses[m, row, k] * tool_rotation[column, k]
             for column in range(3):
                 place[row] -= flange[row, column] * tip[column]
-        if fill_branches(arm, flange, place, q[m], n, work) != REACHED:
-            continue
-        for branch in range(8):
+        fill_branches(wrist, flange, place, q[m], n, work)
+        for branch in range(len(q[m])):
+            bent[m, branch] = abs(math.sin(q[m, branch, 4] + wrist.bend))
+
+
+@compiled
+def _rate(
+    chain: Chain,
+    drives: Drives,
+    to_motors: FloatArray,
+    limits: FloatArray,
+    stiffness: FloatArray,
+    tip: FloatArray,
+    poses: FloatArray,
+    in_pairs: bool,
+    q: FloatArray,
+    within: np.ndarray,
+    measures: FloatArray,
+) -> None:
+    """Axis angles become motor angles within the limits where they can; what is within them is measured.
+
+    ``in_pairs``: two wrist flips stand next to one another and share one compliance, only axis 5 is reversed.
+    """
+    count = len(chain.kinds)
+    frame_rotations, frame_origins = np.empty((1, count + 1, 3, 3)), np.empty((1, count + 1, 3))
+    jac, found, motors, joints = np.empty((6, count)), np.empty(3), np.empty(6), np.empty((1, count))
+    for m in range(q.shape[0]):
+        for branch in range(q.shape[1]):
             if math.isnan(q[m, branch, 0]):
                 continue
             inside = True
-            for joint in range(6):
-                angle = wrapped(q[m, branch, joint], limits[joint, 0], limits[joint, 1])
-                q[m, branch, joint] = angle
-                inside = inside and limits[joint, 0] <= angle <= limits[joint, 1]
+            for motor in range(6):
+                angle = 0.0
+                for axis in range(6):
+                    angle += to_motors[motor, axis] * q[m, branch, axis]
+                motors[motor] = wrapped(angle, limits[motor, 0], limits[motor, 1])
+                inside = inside and limits[motor, 0] <= motors[motor] <= limits[motor, 1]
+            for row in range(len(drives.bounded)):
+                angle = 0.0
+                for motor in range(6):
+                    angle += drives.bounded[row, motor] * motors[motor]
+                angle = wrapped(angle, drives.bounds[row, 0], drives.bounds[row, 1])
+                inside = inside and drives.bounds[row, 0] <= angle <= drives.bounds[row, 1]
+            q[m, branch] = motors
             within[m, branch] = inside
             if not inside:
                 continue
-            if branch % 2 == 0 or not within[m, branch - 1]:
-                fill_frames(kinds, axes, rotations, origins, q[m, branch : branch + 1], frame_rotations, frame_origins)
-                fill_jacobian(kinds, axes, frame_rotations[0], frame_origins[0], tip, jac)
-                _translation_measures(jac, poses[m], stiffness, pair)
-            measures[m, branch, 0], measures[m, branch, 1] = pair[0], pair[1]
-            measures[m, branch, 2] = abs(math.sin(q[m, branch, 4] + arm.bend))
+            if not in_pairs or branch % 2 == 0 or not within[m, branch - 1]:
+                for joint in range(count):
+                    joints[0, joint] = drives.offsets[joint]
+                    for motor in range(6):
+                        joints[0, joint] += drives.rows[joint, motor] * motors[motor]
+                fill_frames(
+                    chain.kinds, chain.axes, chain.rotations, chain.origins, joints, frame_rotations, frame_origins
+                )
+                fill_jacobian(chain.kinds, chain.axes, frame_rotations[0], frame_origins[0], tip, jac)
+                _translation_measures(jac, drives.elastic, poses[m], stiffness, found)
+            measures[m, branch] = found
 
 
-def candidates(arm: Arm, positions: FloatArray, poses: FloatArray, *, near: FloatArray | None = None) -> Candidates:
+def candidates(arm: Arm, positions: FloatArray, poses: FloatArray, *, thorough: bool = False) -> Candidates:
     """All solutions of poses of the tool.
 
     Parameters
@@ -155,103 +238,170 @@ def candidates(arm: Arm, positions: FloatArray, poses: FloatArray, *, near: Floa
         Drill tip in the base frame [m].
     poses : array (m, 3, 3)
         Tool axes as columns, from :func:`tool_axes`.
-    near : array (6,), optional
-        Posture from which an arm without closed form is solved first [rad].
+    thorough : bool
+        Look for a pose that has no solution once more by numbers, from many starts: what was only not found is not
+        called out of reach.
     """
+    positions, poses = np.ascontiguousarray(positions, dtype=float), np.ascontiguousarray(poses, dtype=float)
     count = len(positions)
-    if arm.wrist is None:
-        return _numeric_candidates(arm, positions, poses, near)
-    q, measures = np.empty((count, BRANCHES, 6)), np.full((count, BRANCHES, 3), math.nan)
-    within = np.zeros((count, BRANCHES), dtype=np.bool_)
-    _fill_candidates(
-        arm.wrist, *arm.chain.arrays, arm.limits, arm.stiffness, arm.tool_rotation, arm.tool_tip,
-        np.ascontiguousarray(positions, dtype=float), np.ascontiguousarray(poses, dtype=float), q, within, measures,
+    rotation, tip = arm.axes.rotation @ arm.tool_rotation, arm.axes.origin + arm.axes.rotation @ arm.tool_tip
+    if arm.wrist is not None:
+        q, bent = np.empty((count, BRANCHES, 6)), np.empty((count, BRANCHES))
+        _fill_closed(arm.wrist, np.ascontiguousarray(rotation), tip, positions, poses, q, bent)
+    else:
+        q = _eliminated(arm, positions, poses, rotation, tip, thorough=thorough)
+        bent = _bend(arm, q)
+    within, measures = np.zeros(q.shape[:2], dtype=np.bool_), np.full((*q.shape[:2], 3), math.nan)
+    _rate(
+        arm.chain, arm.drives, arm.axes.to_motors, arm.limits, arm.stiffness, arm.tool_tip, poses,
+        arm.wrist is not None and is_direct(arm.drives), q, within, measures,
     )  # fmt: skip
-    return Candidates(q, within, measures[..., 0], measures[..., 1], measures[..., 2])
+    return Candidates(q, within, measures[..., 0], measures[..., 1:], np.where(within, bent, math.nan))
+
+
+def _eliminated(
+    arm: Arm, positions: FloatArray, poses: FloatArray, rotation: FloatArray, tip: FloatArray, *, thorough: bool
+) -> FloatArray:
+    """Axis angles (m, 16, 6) of an arm without closed form; a branch keeps its place from pose to pose."""
+    assert arm.general is not None
+    turned = poses @ rotation.T
+    places = positions - turned @ tip
+    q = all_postures(arm.general, turned, places).q
+    for m in np.flatnonzero(np.isnan(q[:, 0, 0])) if thorough else ():
+        found, _ = _by_numbers(arm, turned[m], places[m])
+        q[m, : len(found)] = found[:MOST]
+    for m in range(1, len(q)):
+        q[m] = _in_the_order_of(q[m - 1], q[m])
+    return q
+
+
+def _by_numbers(arm: Arm, rotation: FloatArray, place: FloatArray) -> tuple[FloatArray, float]:
+    """Axis angles (k, 6) from many starts, and the residual that stays at the best [m; 1 rad counts as the reach]."""
+    assert arm.general is not None
+    starts = np.random.default_rng(6).uniform(-math.pi, math.pi, (_CHECKS, 6))
+    scale = arm.general.scale
+    q, errors = polished(arm.axes.chain, rotation, place, starts, length=scale, iterations=100)
+    return q[errors < 1e-10 * scale][:1], float(errors.min())
+
+
+def _in_the_order_of(before: FloatArray, q: FloatArray) -> FloatArray:
+    """The solutions of a pose, each in the place of its nearest neighbour among those of the pose before."""
+    ordered = np.full_like(q, math.nan)
+    left = [row for row in q if not np.isnan(row[0])]
+    if left and not np.isnan(before[:, 0]).all():
+        apart = np.abs((np.array(left)[:, None] - before + math.pi) % (2.0 * math.pi) - math.pi).max(axis=2)
+        for _ in left:
+            if np.isnan(apart).all():
+                break
+            new, place = np.unravel_index(np.nanargmin(apart), apart.shape)
+            ordered[place] = left[int(new)]
+            apart[new], apart[:, place] = math.nan, math.nan
+        left = [row for row in left if not (ordered == row).all(axis=1).any()]
+    free = np.flatnonzero(np.isnan(ordered[:, 0]))
+    for place, row in zip(free, left, strict=False):
+        ordered[place] = row
+    return ordered
+
+
+def _bend(arm: Arm, q: FloatArray) -> FloatArray:
+    r"""How far axes 4, 5 and 6 are from one plane, :math:`|a_4\cdot(a_5\times a_6)|` over its largest value.
+
+    For axes at right angles, as all offset wrists have them, this is :math:`|\sin q_5|`. Where 4 and 5, or 5 and 6, are
+    parallel it says nothing, and the smallest singular value of the Jacobian over its largest takes its place.
+    """
+    known = ~np.isnan(q[..., 0])
+    result = np.full(known.shape, math.nan)
+    rows = q[known]
+    chain = arm.axes.chain
+    turned = np.einsum("kjab,jb->kja", frames(chain, rows).rotations[:, 1:], chain.axes)
+    a4, a5, a6 = turned[:, 3], turned[:, 4], turned[:, 5]
+    first, second = np.cross(a4, a5), np.cross(a5, a6)
+    largest = np.linalg.norm(first, axis=1) * np.linalg.norm(second, axis=1)
+    if len(rows) and largest.max() < 1e-6:
+        values = np.linalg.svd(jacobian(chain, rows, np.zeros(3)), compute_uv=False)
+        result[known] = values[:, -1] / values[:, 0]
+    elif len(rows):
+        result[known] = np.abs(np.sum(first * a6, axis=1)) / largest
+    return result
 
 
 class Posture(NamedTuple):
     """One way to stand at a hole."""
 
     angle: float  # redundancy angle [rad]
-    q: FloatArray  # [rad], shape (6,)
+    q: FloatArray  # [rad] of the motors, shape (6,)
     compliance: FloatArray  # in tool axes, shape (6, 6)
-    skating: float  # skating ratio
+    holding: FloatArray  # lateral force over thrust that holds the tip at a flat entry, tool axes, shape (2,)
     wrist_sine: float  # |sin| of the wrist angle; 0 is singular
+
+    @property
+    def skating(self) -> float:
+        """Skating ratio at a flat entry."""
+        return float(np.hypot(*self.holding))
 
 
 def posture_jacobian(arm: Arm, q: FloatArray) -> FloatArray:
-    """Jacobian at the drill tip in base axes, shape (6, 6)."""
-    return jacobian(arm.chain, q, arm.tool_tip)
+    """Jacobian at the drill tip over everything that yields, in base axes, shape (6, k)."""
+    return np.asarray(jacobian(arm.chain, arm.drives.joints(q), arm.tool_tip) @ arm.drives.elastic)
+
+
+def posture_frames(arm: Arm, q: FloatArray) -> Frames:
+    """Frames of all joints in postures (..., 6)."""
+    return frames(arm.chain, arm.drives.joints(q))
 
 
 def posture_at(arm: Arm, angle: float, q: FloatArray) -> Posture:
-    """The posture of known joint angles, with its whole compliance at the drill tip in tool axes."""
-    rotation = frames(arm.chain, q).rotations[-1] @ arm.tool_rotation
+    """The posture of known motor angles, with its whole compliance at the drill tip in tool axes."""
+    rotation = posture_frames(arm, q).rotations[-1] @ arm.tool_rotation
     compliance = cartesian_compliance(posture_jacobian(arm, q), arm.stiffness, rotation)
-    return Posture(float(angle), np.asarray(q), compliance, skating_ratio(compliance), _singularity(arm, q))
-
-
-def _singularity(arm: Arm, q: FloatArray) -> float:
-    """|sin| of the wrist angle; for other arms the smallest singular value of the Jacobian over its largest."""
+    axis_angles = np.linalg.solve(arm.axes.to_motors, q)
     if arm.wrist is not None:
-        return float(wrist_sine(arm.wrist, q[4]))
-    values = np.linalg.svd(posture_jacobian(arm, q), compute_uv=False)
-    return float(values[-1] / values[0])
+        bent = float(wrist_sine(arm.wrist, axis_angles[4]))
+    else:
+        bent = float(_bend(arm, axis_angles[None, None, :])[0, 0])
+    return Posture(float(angle), np.asarray(q), compliance, holding_ratio(compliance), bent)
 
 
-def flange_pose(arm: Arm, position: FloatArray, pose: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Pose of the last frame, in frame 0, that puts the drill tip at a position with given tool axes."""
-    rotation = pose @ arm.tool_rotation.T
-    return rotation, position - rotation @ arm.tool_tip
-
-
-def _numeric_candidates(arm: Arm, positions: FloatArray, poses: FloatArray, near: FloatArray | None) -> Candidates:
-    """Candidates of an arm without closed form: poses start from their neighbour's solutions and from fixed seeds."""
-    count = len(positions)
-    q = np.full((count, BRANCHES, 6), math.nan)
-    within = np.zeros((count, BRANCHES), dtype=np.bool_)
-    measures = np.full((count, BRANCHES, 3), math.nan)
-    low, high = np.maximum(arm.limits[:, 0], -math.pi), np.minimum(arm.limits[:, 1], math.pi)
-    seeds = low + (high - low) * np.random.default_rng(6).random((2 * BRANCHES, 6))
-    if near is not None:
-        seeds = np.concatenate([near[None, :], seeds])
-    for m in range(count):
-        rotation, place = flange_pose(arm, positions[m], poses[m])
-        known = [row for row in q[m - 1] if m and not np.isnan(row[0])]
-        found: list[FloatArray] = []
-        for start in [*known, *(seeds if m % 16 == 0 or not known else ())]:
-            angles, error = numeric_posture(arm.chain, rotation, place, start[None, :], iterations=60)
-            angles = np.array([wrapped(a, *limit) for a, limit in zip(angles, arm.limits, strict=True)])
-            if error < 1e-10 and all(np.abs(angles - other).max() > 1e-6 for other in found):
-                found.append(angles)
-        for branch, angles in enumerate(found[:BRANCHES]):
-            q[m, branch] = angles
-            within[m, branch] = np.all((arm.limits[:, 0] <= angles) & (angles <= arm.limits[:, 1]))
-            if within[m, branch]:
-                at = posture_at(arm, 0.0, angles)
-                measures[m, branch] = at.compliance[2, 2], at.skating, at.wrist_sine
-    return Candidates(q, within, measures[..., 0], measures[..., 1], measures[..., 2])
+def turned_towards(arm: Arm, q: FloatArray, near: FloatArray) -> FloatArray:
+    """The same posture with every motor on the turn next to a given angle, as far as the limits allow."""
+    turns = np.round((near - q) / (2.0 * math.pi))
+    moved = q + 2.0 * math.pi * turns
+    moved = np.where((arm.limits[:, 0] <= moved) & (moved <= arm.limits[:, 1]), moved, q)
+    same = np.allclose(np.exp(1j * arm.drives.joints(moved)), np.exp(1j * arm.drives.joints(q)), atol=1e-9)
+    return np.asarray(moved if same else q)
 
 
 class Reach(NamedTuple):
     """How a pose can be reached, or by how much it cannot; the best branch."""
 
     reached: bool
-    joint: int  # the joint with the least room, 0 to 5; -1: the wrist centre is out of reach
+    motor: int  # the one with the least room, 0 to 5; -1: no posture puts the tool there, whatever the limits
     margin: float  # room to its limit [rad], or to the reach of the arm [m]; negative is what is missing
+    between: bool = False  # the limit of an angle between coupled links is the one in the way
 
 
 def reach(arm: Arm, position: FloatArray, pose: FloatArray) -> Reach:
     """Margin of the branch with the most room."""
-    rotation, place = flange_pose(arm, position, pose)
-    found = candidates(arm, position[None, :], pose[None, :])
-    exists = ~np.isnan(found.q[0, :, 0])
+    rotation = pose @ (arm.axes.rotation @ arm.tool_rotation).T
+    place = position - rotation @ (arm.axes.origin + arm.axes.rotation @ arm.tool_tip)
+    found = candidates(arm, position[None, :], pose[None, :], thorough=True)
+    best = least_missing(arm, found)
+    if best is not None:
+        return best
+    if arm.wrist is not None:
+        return Reach(False, -1, min(reach_margin(arm.wrist, rotation, place)))
+    return Reach(False, -1, -_by_numbers(arm, rotation, place)[1])
+
+
+def least_missing(arm: Arm, found: Candidates) -> Reach | None:
+    """Margin of the branch with the most room, of all poses; None where no branch exists."""
+    exists = ~np.isnan(found.q[..., 0])
     if not np.any(exists):
-        margin = min(reach_margin(arm.wrist, rotation, place)) if arm.wrist is not None else math.nan
-        return Reach(False, -1, margin)
-    q = found.q[0, exists]
+        return None
+    q = found.q[exists]
     room = np.minimum(q - arm.limits[:, 0], arm.limits[:, 1] - q)
     branch = int(np.argmax(room.min(axis=1)))
-    joint = int(np.argmin(room[branch]))
-    return Reach(bool(room[branch, joint] >= 0.0), joint, float(room[branch, joint]))
+    motor = int(np.argmin(room[branch]))
+    within = bool(found.within[exists].any())
+    free = bool(room[branch, motor] >= 0.0)
+    return Reach(within, motor, float(room[branch, motor]), between=free and not within)

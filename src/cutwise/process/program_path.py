@@ -1,7 +1,5 @@
 """From the moves of a program, or the blocks of a path, to the commanded path with its feeds, stops and blends."""
 
-import math
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -9,10 +7,9 @@ import numpy.typing as npt
 
 from cutwise.io.programs.block_text import block_named
 from cutwise.io.programs.interpreter import Interpreted
-from cutwise.io.programs.moves import Move
-from cutwise.maths.curves import FloatArray
-from cutwise.maths.linearc import Block, LineArc, arc, join, line
-from cutwise.paths.pocket import blended
+from cutwise.io.programs.move_table import CUTTING, KINDS, MODES, Moves
+from cutwise.maths.linearc import FloatArray, LineArc, arcs, lines
+from cutwise.paths.blends import blended, feed_tolerances
 from cutwise.spec.faults import Fault, ScenarioFault, dotted
 from cutwise.spec.program import Blend
 
@@ -31,23 +28,33 @@ class ProgramPath(NamedTuple):
     rotary: FloatArray  # A, B, C at its start and end [rad], shape (n, 2, 3)
     still: tuple[int, ...]  # lines of moves that would cut if the spindle turned
     cut_short: int  # blends that are smaller than their tolerance allows, because the blocks are short
+    kept_feed: tuple[float, int]  # largest tolerance that G64 without P was given [m], and the line; 0 where it is not
 
     @property
     def blended(self) -> bool:
         """Whether a corner was blended, so that the path driven is not the programmed one."""
-        return self.curve.count != self.programmed.count
+        return self.curve is not self.programmed
 
 
 class PathModes(NamedTuple):
-    """How each block ends."""
+    """How each block ends, ``n`` of them."""
 
-    mode: Sequence[str]  # exact_path, exact_stop or blend
-    tolerance: Sequence[float]  # of a blend [m]
+    stops: npt.NDArray[np.bool_]  # in any case (G61.1)
+    tolerance: FloatArray  # of a blend [m]; 0: none, infinite: as the feed asks for
     shape: str = "arc"  # of the blends
 
 
+class Pace(NamedTuple):
+    """What bounds the speed through a corner whose tolerance is not given."""
+
+    speed: float  # [m/s]
+    acceleration: float  # [m/s^2]
+    jerk: float  # [m/s^3]
+
+
 def moves_path(
-    program: Interpreted, *, feed: float | None, turning: bool, mode: str | Blend | None, top: float, rotary: bool = False
+    program: Interpreted, *, feed: float | None, turning: bool, mode: str | Blend | None, top: float,
+    rotary: bool = False, pace: Pace | None = None,
 ) -> ProgramPath:  # fmt: skip
     """The path of a program; moves of rotary axes alone are left out.
 
@@ -65,6 +72,8 @@ def moves_path(
         Top of the material [m]: feed moves below it cut, if they are no plunges.
     rotary : bool
         Whether rotary axes may move; then plunges are not told from other moves.
+    pace : Pace, optional
+        What the machine may do, for corners whose tolerance is not given (G64 without P); left out: such corners stay.
 
     Raises
     ------
@@ -72,39 +81,45 @@ def moves_path(
         The spindle turns to the left, or a rotary axis moves that may not.
     """
     _check_covered(program, rotary)
-    moves, dwell = [], []
-    for move in program.moves:
-        if move.kind == "dwell" and moves:
-            dwell[-1] += move.dwell
-        elif move.kind == "arc" or (move.kind != "dwell" and move.start != move.end):
-            moves.append(move)
-            dwell.append(0.0)
-    within = np.array([_within(move, top, rotary) for move in moves], dtype=bool)
-    turns = np.array([turning or move.spindle > 0.0 for move in moves], dtype=bool)
-    given = PathModes([move.mode for move in moves], [move.tolerance for move in moves])
-    path = blocks_path(
-        [_block(move) for move in moves],
-        np.array([move.feed if math.isinf(move.feed) or feed is None else feed for move in moves]),
-        within & turns,
-        given if mode is None else _all_alike(mode, len(moves)),
-        dwell=np.array(dwell),
-        source=np.array([move.line for move in moves]),
+    table = program.moves
+    keep, dwell = _kept(table)
+    curve = _curve(table, keep)
+    cutting = np.isin(table.kinds[keep], CUTTING)
+    within = cutting & _within(curve, table.ends[keep, 2], top, rotary)
+    turns = turning | (table.spindles[keep] > 0.0)
+    modes = table.modes[keep]
+    given = PathModes(
+        modes == MODES.index("exact_stop"), np.where(modes == MODES.index("blend"), table.tolerances[keep], 0.0)
     )
-    ends = np.array([(move.rotary_start, move.rotary_end) for move in moves])
-    still = tuple(sorted({move.line for move, idle in zip(moves, within & ~turns, strict=True) if idle}))
-    return path._replace(rotary=ends[path.origin], still=still)
+    if mode is not None:
+        given = _all_alike(mode, len(keep))
+    given.stops[:-1] |= np.diff(table.tools[keep]) != 0  # the tool is changed at rest
+    given.tolerance[table.kinds[keep] == KINDS.index("probe")] = 0.0
+    feeds = table.feeds[keep]
+    path = blocks_path(
+        curve,
+        feeds if feed is None else np.where(np.isinf(feeds), feeds, feed),
+        within & turns,
+        given,
+        dwell=dwell,
+        source=table.lines[keep].astype(np.int64),
+        pace=pace,
+    )
+    still = tuple(int(line) for line in np.unique(table.lines[keep[within & ~turns]]))
+    if rotary:
+        path = path._replace(rotary=table.rotary(keep)[path.origin])
+    return path._replace(still=still)
 
 
 def _check_covered(program: Interpreted, rotary: bool) -> None:
     """Cuts are those of a spindle that turns to the right, and of x, y and z unless rotary axes may move."""
     faults = []
-    left = next((move for move in program.moves if move.spindle < 0.0), None)
-    if left is not None:
-        faults.append(
-            f"{block_named(program.text, left.line)}: the spindle turns to the left (M4); milling is covered for M3 only"
-        )
-    turned = next((move for move in program.moves if move.rotary_start != move.rotary_end), None)
-    if turned is not None and not rotary:
+    left = np.flatnonzero(program.moves.spindles < 0.0)
+    if left.size:
+        where = block_named(program.text, int(program.moves.lines[left[0]]))
+        faults.append(f"{where}: the spindle turns to the left (M4); milling is covered for M3 only")
+    turned = None if rotary else next((m for m in program.moves.turning() if m.rotary_start != m.rotary_end), None)
+    if turned is not None:
         faults.append(
             f"{block_named(program.text, turned.line)}: a rotary axis moves; milling is covered for x, y and z only"
         )
@@ -113,28 +128,35 @@ def _check_covered(program: Interpreted, rotary: bool) -> None:
 
 
 def blocks_path(
-    blocks: list[Block], feed: FloatArray, cuts: npt.NDArray[np.bool_], modes: PathModes | str | Blend, *,
-    dwell: FloatArray | None = None, source: npt.NDArray[np.int64] | None = None,
+    curve: LineArc, feed: FloatArray, cuts: npt.NDArray[np.bool_], modes: PathModes | str | Blend, *,
+    dwell: FloatArray | None = None, source: npt.NDArray[np.int64] | None = None, pace: Pace | None = None,
 ) -> ProgramPath:  # fmt: skip
     """The path of blocks, its corners blended where the path mode asks for it."""
-    count = len(blocks)
-    mode, tolerances, shape = modes if isinstance(modes, PathModes) else _all_alike(modes, count)
+    count = curve.count
+    given = modes if isinstance(modes, PathModes) else _all_alike(modes, count)
     pause = np.zeros(count) if dwell is None else dwell
     lines = np.zeros(count, np.int64) if source is None else source
-    free = np.isfinite(feed[:-1]) & np.isfinite(feed[1:]) & (pause[:-1] == 0.0)
-    allowed = [
-        tolerance if name == "blend" and ok else 0.0
-        for name, tolerance, ok in zip(mode[:-1], tolerances[:-1], free, strict=True)
-    ]
-    path, origin, cut_short = blended(blocks, allowed, shape)
-    index = np.array(origin)
+    allowed = np.where(given.stops[:-1] | (pause[:-1] > 0.0), 0.0, given.tolerance[:-1])
+    asked = np.isinf(allowed)
+    kept = (0.0, 0)
+    if pace is None:
+        allowed[asked] = 0.0
+    elif asked.any():
+        allowed = feed_tolerances(curve, allowed, np.minimum(feed, pace.speed), pace.acceleration, pace.jerk)
+    parted = (feed[:-1] != feed[1:]) | (cuts[:-1] != cuts[1:])
+    path, index, cut_short, rounded = blended(curve, allowed, given.shape, parted)
+    if (asked & rounded).any():
+        worst = int(np.argmax(np.where(asked & rounded, allowed, 0.0)))
+        kept = float(allowed[worst]), int(lines[worst])
+        cut_short = 0 if asked[rounded].all() else cut_short
     last_of_origin = np.append(index[1:] != index[:-1], True)
-    stop = np.array([mode[i] == "exact_stop" for i in origin[:-1]], dtype=bool) & last_of_origin[:-1]
+    last_of_origin[:-1][np.append(rounded, False)[index[:-1]]] = False
+    stop = given.stops[index[:-1]] & last_of_origin[:-1]
     rest = np.where(last_of_origin, pause[index], 0.0)
     stop |= rest[:-1] > 0.0
     return ProgramPath(
-        join(path), feed[index], cuts[index], stop, rest, lines[index], join(blocks), index,
-        np.zeros((len(index), 2, 3)), (), cut_short,
+        path, feed[index], cuts[index], stop, rest, lines[index], curve, index, np.zeros((len(index), 2, 3)), (),
+        cut_short, kept,
     )  # fmt: skip
 
 
@@ -146,7 +168,8 @@ def program_speed(program: Interpreted, key: tuple[str, ...]) -> float:
     ScenarioFault
         There is none, or more than one; the fault names the ``key`` to write instead.
     """
-    speeds = {abs(move.spindle) for move in program.moves if move.kind in ("feed", "arc") and move.spindle}
+    table = program.moves
+    speeds = set(np.unique(np.abs(table.spindles[np.isin(table.kinds, CUTTING)])).tolist()) - {0.0}
     if len(speeds) != 1:
         found = "no spindle speed (S with M3)" if not speeds else f"{len(speeds)} spindle speeds"
         raise ScenarioFault([Fault(key, f"the program has {found}; write {dotted(key)}")])
@@ -154,19 +177,41 @@ def program_speed(program: Interpreted, key: tuple[str, ...]) -> float:
 
 
 def _all_alike(mode: str | Blend, count: int) -> PathModes:
-    if isinstance(mode, Blend):
-        return PathModes(["blend"] * count, [mode.blend] * count, mode.shape)
-    return PathModes([mode] * count, [0.0] * count)
+    shape = mode.shape if isinstance(mode, Blend) else "arc"
+    tolerance = mode.blend if isinstance(mode, Blend) else 0.0
+    return PathModes(np.full(count, mode == "exact_stop"), np.full(count, tolerance), shape)
 
 
-def _block(move: Move) -> Block:
-    if move.kind == "arc":
-        rise = sum((b - a) * c for a, b, c in zip(move.start, move.end, move.axis, strict=True))
-        return arc(move.start, move.centre, move.sweep, move.axis, rise)
-    return line(move.start, move.end)
+def _kept(table: Moves) -> tuple[npt.NDArray[np.intp], FloatArray]:
+    """Which moves lead somewhere, and the time at rest behind each of them [s]."""
+    pauses = table.kinds == KINDS.index("dwell")
+    somewhere = (table.kinds == KINDS.index("arc")) | (table.starts != table.ends).any(axis=1)
+    keep = np.flatnonzero(somewhere & ~pauses)
+    dwell = np.zeros(len(keep))
+    rests = np.flatnonzero(pauses)
+    behind = np.searchsorted(keep, rests) - 1
+    np.add.at(dwell, behind[behind >= 0], table.dwells[rests[behind >= 0]])
+    return keep, dwell
 
 
-def _within(move: Move, top: float, rotary: bool) -> bool:
-    """A feed move below the top of the material, and not a plunge unless the tool may be tilted."""
-    flat = move.kind == "arc" or math.hypot(move.end[0] - move.start[0], move.end[1] - move.start[1]) > 1e-9
-    return move.kind in ("feed", "arc") and (flat or rotary) and min(move.start[2], move.end[2]) < top
+def _curve(table: Moves, keep: npt.NDArray[np.intp]) -> LineArc:
+    """Lines, arcs and helices of the moves."""
+    start, end = table.starts[keep], table.ends[keep]
+    number, centre, axis, sweep = table.arcs
+    which = np.searchsorted(keep, number)
+    if which.size == 0:
+        return lines(start, end)
+    rise = np.einsum("ij,ij->i", end[which] - start[which], axis)
+    found = arcs(start[which], centre, sweep, axis, rise)
+    end[which] = start[which] + 1.0  # any line will do: it is written over
+    curve = lines(start, end)
+    for column, values in zip(curve, found, strict=True):
+        column[which] = values
+    return curve
+
+
+def _within(curve: LineArc, ends: FloatArray, top: float, rotary: bool) -> npt.NDArray[np.bool_]:
+    """Blocks below the top of the material, and no plunges unless the tool may be tilted."""
+    across = np.hypot(curve.along[:, 0], curve.along[:, 1]) * curve.length
+    flat = ~curve.straight | (across > 1e-9)
+    return np.asarray((flat | rotary) & (np.minimum(curve.start[:, 2], ends) < top))

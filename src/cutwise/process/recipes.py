@@ -1,7 +1,8 @@
 """The recipes: one short function for each process, side by side, from scenario to result."""
 
 import math
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
+from typing import NamedTuple
 
 from cutwise.process import (
     arm_milling,
@@ -23,9 +24,12 @@ from cutwise.process import (
     milling_stability,
     remarks,
     remarks_mill,
+    soundness,
+    weights,
 )
+from cutwise.process import convergence as converged
 from cutwise.process.convergence import change_on_halved_step
-from cutwise.results import Infeasible, Measure, Result, SolverFailure, judge
+from cutwise.results import SOUNDNESS, Finding, Histories, Infeasible, Measure, Result, SolverFailure, judge, unreached
 from cutwise.spec.chamfer import ChamferScenario
 from cutwise.spec.deburring import DeburringScenario
 from cutwise.spec.drilling import DrillingScenario
@@ -34,6 +38,13 @@ from cutwise.spec.milling import MillingScenario
 from cutwise.spec.scenario import Scenario
 
 Progress = Callable[[float], None]
+
+
+class Outcome(NamedTuple):
+    """What studies need of a run: the measures in SI, and the findings about them."""
+
+    measures: Mapping[str, float]
+    findings: tuple[Finding, ...]
 
 
 def deburr(scenario: DeburringScenario, progress: Progress | None = None) -> Result:
@@ -47,7 +58,9 @@ def deburr(scenario: DeburringScenario, progress: Progress | None = None) -> Res
         scenario,
         found,
         stages=deburring.stages(edge),
-        warnings=(*remarks.warnings(scenario, edge, found), *remarks.halved_step(change)),
+        findings=(*soundness.deburr(scenario, edge), *weights.deburr(edge)),
+        bands=deburring.histories(scenario, edge, found),
+        warnings=remarks.warnings(scenario, edge, found),
         limits=remarks.LIMITS,
         convergence=change,
         notes=remarks.notes(scenario, edge, found),
@@ -64,12 +77,13 @@ def _deburring_pass(
     return edge, deburring.measures(scenario, edge, tooth=tooth)
 
 
-def deburring_measures(scenario: DeburringScenario, wanted: Collection[str] = ()) -> Mapping[str, float]:
-    """The measures alone, for studies: at least 100 µs of step with averaged forces over arcs, as given otherwise."""
+def deburring_quick(scenario: DeburringScenario, wanted: Collection[str] = ()) -> Outcome:
+    """What studies need: at least 100 µs of step with averaged forces over arcs, as given otherwise."""
     step = scenario.numerics.time_step
     coarse = scenario.numerics.force == "averaged" and scenario.tool.runout == 0.0
     tooth = any(name.startswith("tooth_") for name in (*scenario.requirements, *wanted))
-    return _deburring_pass(scenario, max(step, _STUDY_STEP) if coarse else step, tooth=tooth)[1]
+    edge, found = _deburring_pass(scenario, max(step, _STUDY_STEP) if coarse else step, tooth=tooth)
+    return Outcome(found, tuple(soundness.deburr(scenario, edge)))
 
 
 def machine_errors(scenario: MachineScenario, progress: Progress | None = None) -> Result:
@@ -88,6 +102,7 @@ def machine_errors(scenario: MachineScenario, progress: Progress | None = None) 
         scenario,
         found,
         stages=machine_stages.stages(one_pass, volume),
+        findings=soundness.machine(one_pass),
         warnings=machine_stages.warnings(scenario, one_pass),
         infeasible=infeasible,
         limits=machine_stages.LIMITS,
@@ -119,7 +134,8 @@ def mill(scenario: MillingScenario, progress: Progress | None = None) -> Result:
             lobes=milling_stability.lobe_diagram(scenario, steady) if steady is not None else None,
             vibration=milling_stability.vibration(steady) if steady is not None else None,
         ),
-        warnings=(*remarks_mill.warnings(scenario, done, found), *remarks_mill.changed(change, found)),
+        findings=soundness.mill(scenario, done, steady),
+        warnings=tuple(remarks_mill.warnings(scenario, done, found)),
         limits=remarks_mill.LIMITS,
         convergence=change,
         notes=remarks_mill.notes(scenario, done, program.notices if program else ()),
@@ -141,6 +157,7 @@ def mill_by_robot(scenario: MillingScenario, progress: Progress | None = None) -
         scenario,
         found,
         stages=arm_milling.stages(scenario, done),
+        findings=soundness.arm_mill(found),
         warnings=arm_milling.warnings(scenario, found),
         infeasible=arm_milling.infeasible(scenario, found),
         limits=arm_milling.LIMITS,
@@ -150,25 +167,27 @@ def mill_by_robot(scenario: MillingScenario, progress: Progress | None = None) -
     )
 
 
-def mill_quick(scenario: MillingScenario, wanted: Collection[str] = ()) -> Mapping[str, float]:
-    """The measures alone, for studies; stability only if a requirement or ``wanted`` names one of its measures."""
+def mill_quick(scenario: MillingScenario, wanted: Collection[str] = ()) -> Outcome:
+    """What studies need; whether the tool chatters always belongs to it."""
+    del wanted
     if scenario.robot is not None:
-        wants = {"stable_depth_min", "depth_margin"}.intersection((*scenario.requirements, *wanted))
-        return arm_milling.measures(scenario, arm_milling.run(scenario, limits=bool(wants)))
+        by_arm = arm_milling.measures(scenario, arm_milling.run(scenario))
+        return Outcome(by_arm, tuple(soundness.arm_mill(by_arm)))
     done = milling.run(scenario, scenario.numerics.substeps)
-    found = milling_measures.measures(scenario, done)
-    if not milling_stability.MEASURES.intersection((*scenario.requirements, *wanted)):
-        return found
     steady = milling.stability(scenario, done)
-    return {**found, **(milling_stability.measures(steady) if steady is not None else {})}
+    found = milling_measures.measures(scenario, done)
+    return Outcome(
+        {**found, **(milling_stability.measures(steady) if steady is not None else {})},
+        tuple(soundness.mill(scenario, done, steady, helped=False)),
+    )
 
 
-def machine_measures(scenario: MachineScenario, wanted: Collection[str] = ()) -> Mapping[str, float]:
-    """The measures alone, for studies; the Monte Carlo only if a requirement or ``wanted`` names one of its measures."""
+def machine_quick(scenario: MachineScenario, wanted: Collection[str] = ()) -> Outcome:
+    """What studies need; the Monte Carlo only if a requirement or ``wanted`` names one of its measures."""
     if not machine.MONTE_CARLO.intersection((*scenario.requirements, *wanted)):
         scenario = scenario.model_copy(update={"uncertainty": None})
     one_pass = machine.evaluate_pass(scenario) if scenario.has_pass else None
-    return _machine_found(one_pass, machine.evaluate_volume(scenario))
+    return Outcome(_machine_found(one_pass, machine.evaluate_volume(scenario)), tuple(soundness.machine(one_pass)))
 
 
 def _machine_found(one_pass: machine.MachinePass | None, volume: machine.VolumeMap | None) -> Mapping[str, float]:
@@ -176,6 +195,8 @@ def _machine_found(one_pass: machine.MachinePass | None, volume: machine.VolumeM
     return {**of_pass, **(machine.volume_measures(volume) if volume is not None else {})}
 
 
+_MOOT = frozenset({"unstable", "tip_lost"})  # whose numbers no finer step settles
+_ELIMINATION = ("raghavan_roth1993", "manocha_canny1994")  # postures of arms without a spherical wrist
 _STUDY_STEP = 100e-6  # [s] moves the edge error of the reference case by 0.07 µm
 
 
@@ -189,12 +210,13 @@ def drill(scenario: DrillingScenario, progress: Progress | None = None) -> Resul
         scenario,
         found,
         stages=drilling_stages.stages(scenario, run, each),
-        warnings=(*drilling_remarks.warnings(scenario, run), *drilling_remarks.halved_step(found, change)),
+        findings=soundness.drill(run, scenario.numerics.time_step),
+        warnings=drilling_remarks.warnings(scenario, run),
         infeasible=drilling_remarks.infeasible(scenario, run),
         limits=drilling_remarks.LIMITS,
         convergence=change,
         notes=drilling_remarks.notes(scenario, run),
-        references=("garnier2017", "dumas2011", "chen_kao2000"),
+        references=("garnier2017", "dumas2011", "chen_kao2000", *_ELIMINATION[: 2 * bool(run.cell.not_spherical)]),
     )
 
 
@@ -211,15 +233,16 @@ def _drilling_run(scenario: DrillingScenario, progress: Progress | None = None) 
     return drilling.DrillRun(cell, tuple(holes), shift, places)
 
 
-def drilling_measures(scenario: DrillingScenario, wanted: Collection[str] = ()) -> Mapping[str, float]:
-    """The measures alone, for studies."""
+def drilling_quick(scenario: DrillingScenario, wanted: Collection[str] = ()) -> Outcome:
+    """What studies need."""
     del wanted
-    return drilling.measures(scenario, _drilling_run(scenario))
+    run = _drilling_run(scenario)
+    return Outcome(drilling.measures(scenario, run), tuple(soundness.drill(run, scenario.numerics.time_step)))
 
 
 def chamfer_path(scenario: ChamferScenario, progress: Progress | None = None) -> Result:
     """Chamfer of constant width: path, proof by sweep, forces along it, and a spindle that yields to them."""
-    done = chamfer.run(scenario)
+    done = chamfer.run(scenario, progress=_part(progress, 0.0, 0.6))
     if progress is not None:
         progress(0.6)
     found = chamfer_measures.measures(scenario, done)
@@ -228,6 +251,8 @@ def chamfer_path(scenario: ChamferScenario, progress: Progress | None = None) ->
         scenario,
         found,
         stages=chamfer_stages.stages(scenario, done, program.table if program else None),
+        findings=(*soundness.chamfer(done, found), *weights.chamfer(scenario, done)),
+        bands=chamfer_measures.histories(done, found),
         warnings=chamfer_measures.warnings(scenario, done, found, program.unproven if program else ()),
         infeasible=done.infeasible,
         advice=done.remedies,
@@ -238,17 +263,19 @@ def chamfer_path(scenario: ChamferScenario, progress: Progress | None = None) ->
     )
 
 
-def chamfer_quick(scenario: ChamferScenario, wanted: Collection[str] = ()) -> Mapping[str, float]:
-    """The measures alone, for studies; the band of set-up errors only if a requirement or ``wanted`` names it."""
+def chamfer_quick(scenario: ChamferScenario, wanted: Collection[str] = ()) -> Outcome:
+    """What studies need; the band of set-up errors only if a requirement or ``wanted`` names it."""
     band = any(name.startswith("setup_width") for name in (*scenario.requirements, *wanted))
-    return chamfer_measures.measures(scenario, chamfer.run(scenario, wanted=frozenset({"band"} if band else ())))
+    done = chamfer.run(scenario, wanted=frozenset({"band"} if band else ()))
+    found = chamfer_measures.measures(scenario, done)
+    return Outcome(found, tuple(soundness.chamfer(done, found)))
 
 
-MEASURES: Mapping[str, Callable[..., Mapping[str, float]]] = {
+OUTCOMES: Mapping[str, Callable[..., Outcome]] = {
     "chamfer": chamfer_quick,
-    "deburr": deburring_measures,
-    "drill": drilling_measures,
-    "machine": machine_measures,
+    "deburr": deburring_quick,
+    "drill": drilling_quick,
+    "machine": machine_quick,
     "mill": mill_quick,
 }
 PREPARATIONS: Mapping[str, Callable[..., object]] = {
@@ -297,15 +324,29 @@ def prepare(scenario: Scenario) -> None:
 
 
 def quick_measures(scenario: Scenario, wanted: Collection[str] = ()) -> Mapping[str, float]:
-    """The measures of a scenario in SI, without histories and convergence: what sweeps and advice run many times.
+    """The measures of :func:`quick_outcome` alone."""
+    return quick_outcome(scenario, wanted).measures
 
-    Measures that take long are left out unless a requirement or ``wanted`` names them.
+
+def quick_outcome(scenario: Scenario, wanted: Collection[str] = ()) -> Outcome:
+    """The measures of a scenario in SI and whether it is sound, without histories and convergence.
+
+    What sweeps and advice run many times. Measures that take long are left out unless a requirement or ``wanted`` names
+    them.
     """
-    return MEASURES[scenario.process](scenario, wanted)
+    return OUTCOMES[scenario.process](scenario, wanted)
 
 
-def collect(scenario: Scenario, found: Mapping[str, float], **parts: object) -> Result:
-    """A result: measures with their dimension and meaning, held against the requirements."""
+def collect(
+    scenario: Scenario,
+    found: Mapping[str, float],
+    *,
+    findings: Iterable[Finding] = (),
+    bands: Mapping[str, Histories] | None = None,
+    convergence: Mapping[str, float] | None = None,
+    **parts: object,
+) -> Result:
+    """A result: measures with their dimension and meaning, held against the requirements; findings, the worst first."""
     known = type(scenario).measures
     wild = [name for name, value in found.items() if not math.isfinite(value)]
     if wild:
@@ -313,8 +354,14 @@ def collect(scenario: Scenario, found: Mapping[str, float], **parts: object) -> 
             f"no finite number came out for {', '.join(wild)}: a load, a size or a stiffness is out of scale"
         )
     measures = {name: Measure(value, *known[name]) for name, value in found.items()}
-    checks = tuple(judge(scenario, measures))
-    return Result(scenario=scenario, measures=measures, checks=checks, **parts)  # type: ignore[arg-type]
+    checks, change = tuple(judge(scenario, measures, bands)), convergence or {}
+    sound = tuple(findings)
+    moved = () if any(f.code in _MOOT for f in sound) else converged.findings(scenario, found, change)
+    said = (*sound, *unreached(checks), *moved)
+    return Result(
+        scenario=scenario, measures=measures, checks=checks, convergence=change,
+        findings=tuple(sorted(said, key=lambda finding: finding.code not in SOUNDNESS)), **parts,  # type: ignore[arg-type]
+    )  # fmt: skip
 
 
 def _part(progress: Progress | None, start: float, end: float) -> Progress | None:

@@ -1,19 +1,16 @@
 """What a run has to say beyond its numbers: situations that do not settle, with the remedy; where it ended, and why."""
 
-import math
 from collections.abc import Iterator, Mapping
 
 import numpy as np
 
 from cutwise import units
-from cutwise.physics.structure.pistons import SWEEPS
 from cutwise.process.deburring import EdgeRun, after_lead_in, between, memory_needed, places_after_lead_in, run_for
 from cutwise.process.loops import EdgeCell, run_swept_edge
 from cutwise.spec.deburring import DeburringScenario
 from cutwise.spec.notices import notices
 
 _LATCHED = 0.05  # share of the band above the loading plateau
-_MOVED = 1e-6  # [m] change with the halved step that is worth a warning
 
 LIMITS = (
     "The motor is rigid and tilts by small angles about its joint; the mill and the part do not bend.",
@@ -26,24 +23,7 @@ LIMITS = (
 
 def warnings(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, float]) -> tuple[str, ...]:
     """Everything that the engineer should know before he trusts the numbers."""
-    return (*notices(scenario), *_structure(run), *_process(scenario, run, found), *_numerics(run))
-
-
-def _structure(run: EdgeRun) -> Iterator[str]:
-    ring, travel = run.cell.ring, run.history.response.travel
-    piston = ring.piston
-    if travel.max() >= piston.stroke * (1.0 - 1e-9):
-        yield (
-            "the tool is dragged to the stop of the spindle: a piston used its whole stroke of "
-            f"{units.show(piston.stroke, 'length')}; lower the preset, raise the pressure, or mill down instead of up"
-        )
-    weight = math.hypot(ring.moment_x, ring.moment_y) / run.cell.reach
-    if weight > run.statics.unloading.breakaway:
-        yield (
-            f"the motor droops: its weight is {units.show(weight, 'force')} at the tip, more than the "
-            f"{units.show(run.statics.unloading.breakaway, 'force')} with which the pistons re-centre it; "
-            "raise the pressure or mount the spindle upright"
-        )
+    return (*notices(scenario), *_process(scenario, run, found))
 
 
 def _process(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, float]) -> Iterator[str]:
@@ -55,9 +35,7 @@ def _process(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, floa
             "slow down or stall; reduce feed or burr height"
         )
     depth = run.history.engagement.burr_depth[steady] + run.history.engagement.work_depth[steady]
-    if depth.max() <= 0.0:
-        yield "the mill does not touch the edge in the steady part; increase the preset"
-    elif np.abs(run.history.response.tilt[steady]).max() * run.cell.reach < 1e-6:
+    if depth.max() > 0.0 and np.abs(run.history.response.tilt[steady]).max() * run.cell.reach < 1e-6:
         yield (
             "the spindle does not break away: the mill cuts like a rigid tool, to the preset; lower the pressure if "
             "compliance is wanted"
@@ -110,21 +88,9 @@ def _beyond_the_steady_part(scenario: DeburringScenario, run: EdgeRun) -> Iterat
             )
 
 
-def _numerics(run: EdgeRun) -> Iterator[str]:
-    if run.history.response.sweeps.max() >= SWEEPS:
-        yield "the piston forces were not found to 1 mN in some steps; use a smaller time step"
-
-
 def swept(scenario: DeburringScenario, run: EdgeRun) -> bool:
     """Whether the pass ran over a surface with memory."""
     return run_for(scenario, run.cell) is run_swept_edge
-
-
-def halved_step(change: Mapping[str, float]) -> Iterator[str]:
-    """A result that still moves when the step is halved."""
-    moved = {k: v for k, v in change.items() if k.startswith("surface_error_") and abs(v) > _MOVED}
-    for name, value in moved.items():
-        yield f"{name} moves by {units.show(value, 'small_length', 3)} when the time step is halved; use a smaller one"
 
 
 def band_share(found: Mapping[str, float]) -> float | None:

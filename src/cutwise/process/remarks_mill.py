@@ -8,22 +8,21 @@ import numpy as np
 from cutwise import units
 from cutwise.io.programs.block_text import block_named
 from cutwise.process import stock_moves
-from cutwise.process.milling import MillRun, tip_limit
+from cutwise.process.milling import MillRun
 from cutwise.process.milling_measures import SETTLED
 from cutwise.spec.drives import READINGS
 from cutwise.spec.milling import MillingScenario
+from cutwise.spec.notices import notices
 
 _LISTED = 8  # joints named in the report
 _THIN_MARGIN = math.radians(30.0)
-_STOPS = 0.5  # share of the cycle time that stops at corners may take without a word
-_MANY = 10  # stops
-_MOVED = 0.05e-6  # [m] change of the contour error with twice the substeps that is worth a warning
+_STOPS = 0.1  # share of the cycle time that full stops may cost without a warning
 
 LIMITS = (
     "The immersion is that of the commanded position; the chip load follows the actual velocity.",
     "Without a stock the previous pass has the same shape, offset by the radial depth, and a cut is taken wherever a feed "
-    "move runs below z = 0. With a stock contact is what earlier moves have left; ramps clear by steps of height, and the "
-    "end of the mill does not cut.",
+    "move runs below z = 0. With a stock contact is what earlier moves have left; what a ramp leaves stands in steps of "
+    "height, and the end of the mill does not cut.",
     "The part is rigid, and so is the tool unless tool.modes are given; then the tip swings in the loop, tooth by tooth.",
     "The lobe diagram leaves the helix out; Kienzle's law is taken by its slope at the mean chip thickness there.",
     "No in-position wait at stops: the next block starts at once, so that a machine that waits takes longer.",
@@ -35,6 +34,7 @@ LIMITS = (
 def warnings(scenario: MillingScenario, done: MillRun, found: Mapping[str, float]) -> Iterator[str]:
     """What should make the engineer doubt or change something."""
     machine = scenario.machine
+    yield from notices(scenario)
     if found.get("saturation_time", 0.0) > 0.0:
         yield (
             f"a controller is at its limit of {units.show(machine.control.saturation, 'voltage')} for "
@@ -47,7 +47,7 @@ def warnings(scenario: MillingScenario, done: MillRun, found: Mapping[str, float
                 f"only (gain margin {20 * math.log10(figures.sampled_gain_margin):.1f} dB); usual is "
                 f"{math.degrees(_THIN_MARGIN):.0f}° or more"
             )
-    yield from _feeds(done, found)
+    yield from _feeds(done)
     yield from _joints(done)
     yield from _stock(scenario, done)
     if "settling_overshoot" in found and "settling_time" not in found:
@@ -56,23 +56,9 @@ def warnings(scenario: MillingScenario, done: MillRun, found: Mapping[str, float
             f"{units.show(scenario.numerics.settling_time, 'time')}: there is no settling_time (friction that sticks, encoder "
             "and backlash may hold it off for good; or lengthen numerics.settling_time)"
         )
-    if done.lost is not None:
-        yield (
-            f"the tip swings by more than {units.show(tip_limit(scenario), 'length', 3)} at t = "
-            f"{units.show(done.lost, 'time', 4)}: from there on the tool is not "
-            "where its contact is taken, so that errors, forces and voltages of this run are left out"
-        )
-    for where, name in (("on the straight", "straight"), ("in the heaviest contact", "corner")):
-        growth, stable = found.get(f"chatter_growth_{name}", 0.0), found.get(f"stable_depth_{name}")
-        if growth >= 1.0:
-            limit = f" (stable below {units.show(stable, 'length', 3)})" if stable is not None else ""
-            yield (
-                f"the tool chatters {where}: vibration grows by {growth:.3g} per tooth; reduce the axial depth{limit} or "
-                "change the spindle speed"
-            )
 
 
-def _feeds(done: MillRun, found: Mapping[str, float]) -> Iterator[str]:
+def _feeds(done: MillRun) -> Iterator[str]:
     """A feed that the machine does not reach, and a path that is mostly stops."""
     path = done.path
     above = path.cuts & (path.feed > done.feed * (1.0 + 1e-9))
@@ -82,12 +68,13 @@ def _feeds(done: MillRun, found: Mapping[str, float]) -> Iterator[str]:
             f"the feed of {units.show(path.feed[worst], 'speed')} is above machine.limits.velocity: no more than "
             f"{units.show(done.feed[worst], 'speed')} is run, and the forces of the straight and the corner are those of it"
         )
-    time, ideal = found["cycle_time"], found["cycle_time_ideal"]
-    corners = done.plan.stops - int((path.dwell_after[:-1] > 0.0).sum() + path.stop_at.sum())
-    if corners >= _MANY and time - ideal > _STOPS * time:
+    share, corners, asked = done.stop_cost
+    if share > _STOPS:
+        parts = [f"{corners} at corners between blocks"] * (corners > 0)
+        parts += [f"{asked} by exact stop (G61.1) or for a change of tool"] * (asked > 0)
         yield (
-            f"{corners} corners between blocks are run as full stops, and {(time - ideal) / time:.0%} of the cycle time goes "
-            "into braking and starting again; blend them within a tolerance, for example path_mode: {blend: 0.01 mm} (G64 P)"
+            f"full stops cost {share:.0%} of the cycle time, which goes into braking and starting again: "
+            f"{' and '.join(parts)}; blend corners within a tolerance, for example path_mode: {{blend: 0.01 mm}} (G64 P)"
         )
 
 
@@ -119,15 +106,6 @@ def _joints(done: MillRun) -> Iterator[str]:
     )
 
 
-def changed(change: Mapping[str, float], found: Mapping[str, float]) -> Iterator[str]:
-    """A result that still moves with more substeps; where the tool chatters no number of them settles it."""
-    moved = change.get("contour_error_max", 0.0)
-    chatters = max(found.get(f"chatter_growth_{where}", 0.0) for where in ("straight", "corner")) >= 1.0
-    if abs(moved) > _MOVED and not chatters:
-        shown = units.show(moved, "small_length", 3)
-        yield f"contour_error_max moves by {shown} with twice the substeps; use more of them"
-
-
 def notes(scenario: MillingScenario, done: MillRun, program_notices: tuple[str, ...]) -> dict[str, str]:
     """The reading of the gains, margins of the loops, and where the worst place is."""
     machine = scenario.machine
@@ -155,6 +133,13 @@ def notes(scenario: MillingScenario, done: MillRun, program_notices: tuple[str, 
         told["blends"] = (
             f"{count} blend{'s take' if count > 1 else ' takes'} half of a block, and not all that the tolerance allows: the "
             "blocks are short."
+        )
+    tolerance, at = done.path.kept_feed
+    if tolerance > 0.0:
+        told["kept_feed"] = (
+            "G64 without P keeps the feed: each corner is rounded by the smallest arc over which acceleration and jerk allow "
+            "the lower feed of its blocks, by a quarter of the shorter one at most; here by up to "
+            f"{units.show(tolerance, 'small_length', 3)} (behind line {at} of the program)."
         )
     if program_notices:
         told["program"] = "; ".join(program_notices)

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from cutwise.io.programs.block_text import blocks_named
 from cutwise.maths.curves import FloatArray
@@ -13,6 +14,8 @@ from cutwise.physics.engagement.path_sweep import Swept
 from cutwise.physics.engagement.stock import Stock, block_stock, contact_patches, immersion, stands_in_material
 from cutwise.process.program_path import ProgramPath
 from cutwise.spec.program import StockBlock
+
+IntArray = npt.NDArray[np.int64]
 
 FLAT = 1e-6  # a direction of feed with less than this in the plane goes straight up or down
 _TOUCH = math.radians(0.5)  # contact that counts
@@ -36,39 +39,44 @@ class StockMoves(NamedTuple):
 
 def moves_into_stock(path: ProgramPath, swept: Swept, stock: Stock) -> StockMoves:
     """Look at all rapid moves and all moves straight down, with what the moves before them have left."""
-    curve, rapid = path.curve, np.isinf(path.feed)
-    hit, plunged = [], []
-    for i in np.flatnonzero(rapid | curve.straight):
-        upright = bool(curve.straight[i] and np.hypot(*curve.along[i, :2]) < FLAT)
-        if upright and curve.along[i, 2] < 0.0:
-            if _goes_down(curve, int(i), swept, stock):
-                (hit if rapid[i] else plunged).append(path.source[i])
-        elif rapid[i] and not upright and _goes_through(curve, int(i), swept, stock):
-            hit.append(path.source[i])
-    return StockMoves(_lines(hit), _lines(plunged))
+    curve, rapid, source = path.curve, np.isinf(path.feed), path.source
+    upright = curve.straight & (np.hypot(curve.along[:, 0], curve.along[:, 1]) < FLAT)
+    down = upright & (curve.along[:, 2] < 0.0)
+    into = _goes_down(curve, np.flatnonzero(down), swept, stock)
+    through = _goes_through(curve, np.flatnonzero(rapid & ~upright), swept, stock)
+    hit = np.concatenate((into[rapid[into]], through))
+    return StockMoves(_lines(source[hit]), _lines(source[into[~rapid[into]]]))
 
 
-def _places(curve: LineArc, i: int, radius: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Way along the block [m], points [m] and directions."""
-    count = max(1, math.ceil(float(curve.length[i]) / (_STEP * radius)))
-    along = np.linspace(0.0, float(curve.length[i]), count + 1)
-    return along, *at_blocks(curve, np.full(count + 1, i), along)
+def _places(curve: LineArc, blocks: IntArray, radius: float) -> tuple[IntArray, FloatArray]:
+    """Blocks of places close to one another along given blocks, and the way along them [m]."""
+    count = np.maximum(1, np.ceil(curve.length[blocks] / (_STEP * radius))).astype(np.int64) + 1
+    block, number = np.repeat(blocks, count), np.arange(int(count.sum())) - np.repeat(np.cumsum(count) - count, count)
+    return block, curve.length[block] * number / (np.repeat(count, count) - 1)
 
 
-def _goes_down(curve: LineArc, i: int, swept: Swept, stock: Stock) -> bool:
-    _, point, _ = _places(curve, i, swept.radius)
-    before = np.full(len(point), curve.knots[i])
-    return bool((stands_in_material(point, before, swept, stock) > _TOUCH).any())
+def _goes_down(curve: LineArc, blocks: IntArray, swept: Swept, stock: Stock) -> IntArray:
+    """Those of the blocks straight down that meet material."""
+    block, along = _places(curve, blocks, swept.radius)
+    point, _ = at_blocks(curve, block, along)
+    near = point[:, 2] < stock.top
+    block, point = block[near], point[near]
+    met = stands_in_material(point, curve.knots[block], swept, stock)
+    return np.unique(block[met > _TOUCH])
 
 
-def _goes_through(curve: LineArc, i: int, swept: Swept, stock: Stock) -> bool:
-    along, point, direction = _places(curve, i, swept.radius)
+def _goes_through(curve: LineArc, blocks: IntArray, swept: Swept, stock: Stock) -> IntArray:
+    """Those of the blocks that meet material ahead of the mill."""
+    block, along = _places(curve, blocks, swept.radius)
+    point, direction = at_blocks(curve, block, along)
+    near = point[:, 2] < stock.top
+    block, point, direction, way = block[near], point[near], direction[near], (curve.knots[block] + along)[near]
     heading = np.arctan2(direction[:, 1], direction[:, 0])
-    return bool((immersion(contact_patches(point, heading, curve.knots[i] + along, swept, stock)) > _TOUCH).any())
+    return np.unique(block[immersion(contact_patches(point, heading, way, swept, stock)) > _TOUCH])
 
 
-def _lines(source: list[np.int64]) -> tuple[int, ...]:
-    return tuple(sorted({int(line) for line in source}))
+def _lines(source: IntArray) -> tuple[int, ...]:
+    return tuple(int(line) for line in np.unique(source))
 
 
 def said(moves: StockMoves, text: str) -> Iterator[str]:

@@ -10,6 +10,7 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from cutwise import units
 from cutwise.spec.faults import Path, dotted
+from cutwise.spec.texts import hidden_fault
 
 Status = Literal["measured", "catalogue", "paper", "assumed", "derived", "user"]
 
@@ -39,6 +40,9 @@ class Spec(BaseModel):
     listed: ClassVar[bool] = True
     """Whether lists of all keys go into it; not where the keys are many and follow a rule."""
 
+    many_lines: ClassVar[tuple[str, ...]] = ()
+    """Keys whose texts have lines; all others are written into comments, titles and tables, where a line end is harm."""
+
     def contradictions(self) -> Iterator[Remark]:
         """Values that cannot hold together."""
         yield from ()
@@ -49,10 +53,32 @@ class Spec(BaseModel):
 
     @model_validator(mode="after")
     def _holds_together(self) -> Self:
-        found = tuple(self.contradictions())
+        found = tuple(self._hidden_letters()) or tuple(self.contradictions())
         if found:
             raise contradiction(found)
         return self
+
+    def _hidden_letters(self) -> Iterator[Remark]:
+        """Texts that hold control characters."""
+        for name, value in self.__dict__.items():
+            for path, text in _texts(value, (name,)):
+                fault = hidden_fault(text, lines=name in self.many_lines)
+                if fault is not None:
+                    yield Remark(path, fault)
+
+
+def _texts(value: Any, path: Path) -> Iterator[tuple[Path, str]]:
+    """Every text in a value that is no section, keys of mappings included."""
+    if isinstance(value, str):
+        yield path, value
+    elif isinstance(value, tuple):
+        if value and not isinstance(value[0], float):
+            for place, entry in enumerate(value):
+                yield from _texts(entry, (*path, place))
+    elif isinstance(value, dict):
+        for key, entry in value.items():
+            yield from _texts(key, path)
+            yield from _texts(entry, (*path, key))
 
 
 class LibrarySpec(Spec):

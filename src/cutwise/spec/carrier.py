@@ -7,6 +7,7 @@ from typing import Annotated, Any, ClassVar, Literal
 import numpy as np
 from pydantic import Discriminator, Field, create_model
 
+from cutwise import units
 from cutwise.spec.base import Angle, AngularCompliance, AngularSpeed, Compliance, Length, Mass, Remark, Spec, Usual
 from cutwise.spec.fields import tag
 from cutwise.spec.robot import AXES, Angles, Direction, Position, Robot
@@ -50,11 +51,44 @@ Line: Any = create_model(  # type: ignore[call-overload]
 )
 
 
+class _Arc(Spec):
+    """An arc."""
+
+    @property
+    def start(self) -> float:
+        """Angle of the first point [rad]."""
+        return self.__dict__["from"]  # type: ignore[no-any-return]
+
+
+Arc: Any = create_model(  # type: ignore[call-overload]
+    "Arc",
+    __base__=_Arc,
+    __doc__="An arc around the work, at a right angle to the tool axis; with the work on the right it runs clockwise.",
+    **{
+        "centre": (Position, Field(description="centre of the arc", examples=["[1900 mm, 0 mm, 800 mm]"])),
+        "radius": (Length, Field(description="radius of the edge", examples=["50 mm"], gt=0)),
+        "from": (Angle, Field(description="where it starts, from x of the part to the left", examples=["90 deg"])),
+        "sweep": (
+            Angle, Field(description="how far it goes round", examples=["180 deg"], gt=0, le=2 * math.pi * (1 + 1e-9)),
+        ),
+    },
+)  # fmt: skip
+
+
 class CarriedPath(Spec):
     """The nominal edge or wall that the tool is carried along, in the frame of the part."""
 
     line: Line | None = Field(
         default=None, description="a straight path", examples=[f"{{from: {_EXAMPLES['from']}, to: {_EXAMPLES['to']}}}"]
+    )
+    arc: Arc | None = Field(
+        default=None, description="a round edge",
+        examples=["{centre: [1900 mm, 0 mm, 800 mm], radius: 50 mm, from: 90 deg, sweep: 180 deg}"],
+    )  # fmt: skip
+    orientation: Literal["follow", "fixed"] | None = Field(
+        default=None,
+        description="on an arc: the tool turns with the edge (follow; default with a robot), or keeps its attitude (fixed)",
+        examples=["follow"],
     )
     tool_axis: Direction = Field(description="direction from the motor to the tool tip", examples=["[0, 0, -1]"])
     work: Literal["right", "left"] | None = Field(
@@ -65,12 +99,18 @@ class CarriedPath(Spec):
 
     def contradictions(self) -> Iterator[Remark]:
         """A path, and an axis at a right angle to it."""
-        if self.line is None:
-            yield Remark(("line",), f"missing; write {{from: {_EXAMPLES['from']}, to: {_EXAMPLES['to']}}}")
+        if self.line is not None and self.arc is not None:
+            yield Remark(("arc",), "a path is a line or an arc; write one of them")
+        if self.line is None and self.arc is None:
+            yield Remark(("line",), f"missing; write {{from: {_EXAMPLES['from']}, to: {_EXAMPLES['to']}}}, or an arc")
             return
+        if self.orientation is not None and self.arc is None:
+            yield Remark(("orientation",), "is for arcs: on a line there is nothing to turn with")
         axis = np.array(self.tool_axis)
         if np.linalg.norm(axis) < 1e-9:
             yield Remark(("tool_axis",), "has no length; write for example [0, 0, -1]")
+            return
+        if self.line is None:
             return
         way = np.subtract(self.line.end, self.line.start)
         lean = abs(float(way @ axis)) / float(np.linalg.norm(way) * np.linalg.norm(axis))
@@ -84,6 +124,8 @@ class CarriedPath(Spec):
     @property
     def length(self) -> float:
         """Length of the path [m]."""
+        if self.arc is not None:
+            return float(self.arc.radius * self.arc.sweep)
         return float(self.line.length) if self.line is not None else 0.0
 
 
@@ -186,6 +228,16 @@ class CarryingRobot(Robot):
         if (self.tool_mass is None) != (self.tool_centre is None):
             missing = "tool_centre" if self.tool_centre is None else "tool_mass"
             yield Remark((missing,), "missing; mass and centre of the tool go together")
+
+    def remarks(self) -> Iterator[Remark]:
+        """What the errors of the surface do not hold."""
+        yield from super().remarks()
+        if self.accuracy is not None:
+            own = units.show(self.accuracy, "length", 3)
+            yield Remark(
+                ("accuracy",),
+                f"{own} is the error of the arm itself; errors of the surface hold what it yields by, and this adds to them",
+            )
 
 
 def not_carrying(value: Any) -> str | None:

@@ -255,7 +255,7 @@ class ChamferOperation(Spec):
     def contradictions(self) -> Iterator[Remark]:
         """One feed."""
         if (self.contact_feed is None) == (self.centre_feed is None):
-            yield Remark((), "give exactly one of contact_feed and centre_feed")
+            yield Remark((), "give exactly one of contact_feed and centre_feed, for example contact_feed: 200 mm/min")
 
 
 class PathResolution(Spec):
@@ -273,7 +273,7 @@ class PathResolution(Spec):
     def contradictions(self) -> Iterator[Remark]:
         """One of them."""
         if (self.chord_tolerance is None) == (self.points is None):
-            yield Remark((), "give exactly one of chord_tolerance and points")
+            yield Remark((), "give exactly one of chord_tolerance and points, for example chord_tolerance: 2 um")
 
 
 class SetupErrors(Spec):
@@ -308,7 +308,7 @@ class ChamferScenario(Scenario):
         "part.edges": "inner",
         "chamfer.width": "0.3 mm",
         "tool.library": "sato2016",
-        "operation.spindle_speed": "10000 rpm",
+        "operation.spindle_speed": "20000 rpm",
         "material.library": "deburr_aluminium",
         "operation.contact_feed": "200 mm/min",
         "path.points": "720",
@@ -346,9 +346,6 @@ class ChamferScenario(Scenario):
             yield Remark(
                 ("spindle",), "needs forces to yield to: give material, operation.spindle_speed and tool.flutes"
             )
-        if self.material is not None and self.material.law != "linear":
-            yield Remark(("material",), "chamfer forces need linear coefficients (K_tc, K_rc, ...), not Kienzle's")
-
         if self.part.pipe is None and (self.path.points or 0) > _MOST_ON_CAD:
             yield Remark(
                 ("path", "points"), f"is more than {_MOST_ON_CAD} points, the most along an edge of a CAD part"
@@ -359,8 +356,20 @@ class ChamferScenario(Scenario):
         """Whether everything that cutting forces need is given."""
         return None not in (self.material, self.operation.spindle_speed, self.tool.flutes)
 
+    def _chip_remarks(self) -> Iterator[Remark]:
+        """Chips for which the coefficients do not hold; no chip is thicker than the feed per tooth."""
+        feed = self.operation.contact_feed or self.operation.centre_feed
+        if self.has_forces and feed is not None:
+            assert self.material is not None
+            assert self.operation.spindle_speed is not None
+            assert self.tool.flutes is not None
+            chip = 2.0 * math.pi * feed / (self.operation.spindle_speed * self.tool.flutes)
+            if beyond := self.material.beyond(chip):
+                yield Remark(("material",), beyond)
+
     def remarks(self) -> Iterator[Remark]:
-        """Half of what forces need."""
+        """Half of what forces need; coefficients that do not hold."""
+        yield from self._chip_remarks()
         given = [self.material is not None, self.operation.spindle_speed is not None, self.tool.flutes is not None]
         if any(given) and not all(given):
             yield Remark((), "forces need all of material, operation.spindle_speed and tool.flutes: none are reported")

@@ -40,6 +40,7 @@ class DeburringScenario(Scenario):
         "tool.library": "berselli2016",
         "material.library": "deburr_aluminium",
         "spindle.library": "default",
+        "spindle.gravity": "-z",
         "requirements": "{surface_error_max: {max: 0.1 mm}, surface_error_min: {min: -0.1 mm}}",
     }
     levers: ClassVar[Mapping[str, tuple[str, str]]] = {
@@ -97,8 +98,9 @@ class DeburringScenario(Scenario):
             if self.placement is not None:
                 yield Remark(("placement",), "has nothing to place: there is no path")
             return
-        if self.robot is None:
+        if self.robot is None and path.arc is None:
             yield Remark(("path",), "is followed by a robot; write robot.library, or operation.length alone")
+        yield from self._arc_faults(path)
         if (operation.length or operation.duration) and operation.run_length > path.length * (1 + 1e-9):
             key = "length" if operation.length is not None else "duration"
             yield Remark(
@@ -111,6 +113,25 @@ class DeburringScenario(Scenario):
                 f"{path.work} contradicts operation.milling: a right-hand tool mills {operation.milling} with the work on "
                 f"the {side} of the feed",
             )
+
+    def _arc_faults(self, path: CarriedPath) -> Iterator[Remark]:
+        """What an arc needs to be told, and what is not modelled along one."""
+        if path.arc is None:
+            return
+        if self.robot is None and path.orientation is None:
+            yield Remark(
+                ("path", "orientation"),
+                "missing; fixed (the tool keeps its attitude) or follow (it turns with the edge)",
+            )
+        if self.numerics.engagement == "swept":
+            yield Remark(("numerics", "engagement"), "a surface with memory is for straight edges; write arcs")
+        if self.operation.milling == "up":
+            yield Remark(("operation", "milling"), "up milling along an arc is not modelled; write down")
+        if path.orientation == "fixed" and self.robot is not None and self.robot.dynamics == "static":
+            yield Remark(
+                ("path", "orientation"), "fixed with robot.dynamics: static is not modelled: the normal turns through all "
+                "directions of the arm; let the robot turn the spindle (follow), or write robot.dynamics: modal",
+            )  # fmt: skip
 
     def _edge_faults(self) -> Iterator[Remark]:
         """Burr and part outside the flutes; tables that end before the run does."""

@@ -247,8 +247,6 @@ class DrillingScenario(Scenario):
         "operation.spindle_speed": ("300 rpm", "8000 rpm"),
         "robot.redundancy_angle": ("-180 deg", "180 deg"),
     }
-    focus: ClassVar[str] = "hole_position_error_exit"
-
     process: Literal["drill"] = Field(description="which operation is simulated", examples=["drill"])
     operation: DrillingOperation = Field(description="feed and speed")
     hole: Hole = Field(description="where to drill")
@@ -258,6 +256,11 @@ class DrillingScenario(Scenario):
     contact: Contact = Field(description="how the hole holds the drill")
     robot: Robot = Field(description="the robot and its posture")
     numerics: DrillingNumerics = Field(default_factory=DrillingNumerics, description="how the computation is done")
+
+    @property
+    def focus(self) -> str:  # type: ignore[override]
+        """The position of the hole, with the error of the arm itself where that is known."""
+        return "hole_position_error_exit" if self.robot.accuracy is None else "hole_position_error_total"
 
     def contradictions(self) -> Iterator[Remark]:
         """A drill that does not get through; a slope that the point meets with its corner first."""

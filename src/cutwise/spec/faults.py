@@ -4,6 +4,8 @@ import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
+from cutwise.spec.texts import visible
+
 _STEP = re.compile(r"([^.\[\]]+)|\[(\d+)\]")
 
 Path = tuple[str | int, ...]
@@ -37,7 +39,7 @@ class Fault:
         key = dotted(self.path)
         if place == f"--set {key}":
             key = ""
-        return ": ".join(part for part in (place, key, self.message) if part)
+        return visible(": ".join(part for part in (place, key, self.message) if part), lines=False)
 
 
 class ScenarioFault(Exception):

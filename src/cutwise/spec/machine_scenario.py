@@ -272,8 +272,6 @@ class MachineScenario(Scenario):
             return
         if self.material is None:
             yield Remark(("material",), "missing")
-        elif self.material.law != "linear":
-            yield Remark(("material",), "the mean force of a cut needs the linear law (K_tc, K_rc, K_te, K_re)")
         if self.tool.flutes is None:
             yield Remark(("tool", "flutes"), "missing")
         if self.stock is None and cut.axial_depth is None:

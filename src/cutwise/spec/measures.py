@@ -100,9 +100,11 @@ MILLING: Mapping[str, MeasureSpec] = {
     "force_y_peak": MeasureSpec("force", "largest magnitude of the force on the tool, y direction"),
     "force_z_peak": MeasureSpec("force", "largest magnitude of the force on the tool, z direction"),
     "force_xy_mean_straight": MeasureSpec("force", "mean force vector in the xy plane on the straight, at the feed"),
-    "force_xy_mean_corner": MeasureSpec("force", "mean force vector in the xy plane in the heaviest contact"),
+    "force_xy_mean_corner": MeasureSpec(
+        "force", "largest mean force vector in the xy plane, each place at its own feed"
+    ),
     "force_xy_peak_straight": MeasureSpec("force", "peak over a tooth in the xy plane on the straight, at the feed"),
-    "force_xy_peak_corner": MeasureSpec("force", "peak over a tooth in the xy plane in the same contact"),
+    "force_xy_peak_corner": MeasureSpec("force", "peak over a tooth in the xy plane at the same place"),
     "engagement_angle_max": MeasureSpec("angle", "largest immersion angle on the path"),
     "engagement_angle_straight": MeasureSpec("angle", "immersion angle on the straight"),
     "removed_volume": MeasureSpec("volume", "volume of the stock that the mill takes"),
@@ -114,11 +116,11 @@ MILLING: Mapping[str, MeasureSpec] = {
     "phase_margin_x": MeasureSpec("angle", "phase margin of the sampled x position loop"),
     "phase_margin_y": MeasureSpec("angle", "phase margin of the sampled y position loop"),
     "chatter_growth_straight": MeasureSpec("dimensionless", "growth of tip vibration per tooth on the straight"),
-    "chatter_growth_corner": MeasureSpec("dimensionless", "growth of tip vibration per tooth in the heaviest contact"),
+    "chatter_growth_corner": MeasureSpec("dimensionless", "growth of tip vibration per tooth in the widest contact"),
     "stable_depth_straight": MeasureSpec(
         "length", "least axial depth that chatters on the straight at the spindle speed"
     ),
-    "stable_depth_corner": MeasureSpec("length", "the same in the heaviest contact"),
+    "stable_depth_corner": MeasureSpec("length", "the same in the widest contact"),
     "tip_deflection_max": MeasureSpec("small_length", "largest displacement of the tool tip by its modes"),
     "wall_error_min": MeasureSpec(
         "small_length", "least error of the wall left, drives and tip, positive into the wall"
@@ -205,8 +207,16 @@ DRILLING: Mapping[str, MeasureSpec] = {
     "axial_deflection_mean": MeasureSpec("small_length", "mean axial deflection in full cut; negative: pushed back"),
     "lateral_deflection_max": MeasureSpec("small_length", "largest deflection of the tool tip across the drill axis"),
     "lateral_deflection_mean": MeasureSpec("small_length", "mean lateral deflection in full cut"),
-    "hole_position_error_entry": MeasureSpec("small_length", "position error of the hole at the entry surface"),
-    "hole_position_error_exit": MeasureSpec("small_length", "position error of the hole at the exit surface"),
+    "hole_position_error_entry": MeasureSpec(
+        "small_length", "position error of the hole at the entry surface by what the arm yields; its own error is apart"
+    ),
+    "hole_position_error_exit": MeasureSpec(
+        "small_length", "position error of the hole at the exit surface by what the arm yields; its own error is apart"
+    ),
+    "hole_position_error_arm": MeasureSpec("small_length", "position error of the arm itself (robot.accuracy)"),
+    "hole_position_error_total": MeasureSpec(
+        "small_length", "the larger of entry and exit, and the arm's own error added to it"
+    ),
     "perpendicularity_error": MeasureSpec("small_angle", "tilt of the hole between entry and exit"),
     "drill_tilt": MeasureSpec("small_angle", "tilt of the drill itself under thrust"),
     "circularity_estimate": MeasureSpec("small_length", "upper bound of the circularity error from unequal lips"),
@@ -214,7 +224,9 @@ DRILLING: Mapping[str, MeasureSpec] = {
     "feed_per_rev_max": MeasureSpec("feed_per_revolution", "largest actual feed at breakthrough"),
     "feed_per_rev_min": MeasureSpec("feed_per_revolution", "smallest actual feed while the point enters"),
     "depth_error": MeasureSpec("small_length", "axial deflection left at the end of the dwell (blind holes)"),
-    "skating_ratio": MeasureSpec("dimensionless", "lateral over axial force that keeps the tip in place"),
+    "skating_ratio": MeasureSpec(
+        "dimensionless", "lateral over axial force that keeps the tip in place, worst over the entry"
+    ),
     "skating_margin": MeasureSpec("dimensionless", "friction minus skating ratio; negative: the tip skates"),
     "compliance_axial": MeasureSpec("compliance", "compliance along the drill axis in the chosen posture"),
     "redundancy_angle": MeasureSpec("angle", "angle of the tool about the drill axis"),

@@ -184,7 +184,7 @@ class DriveStepping(Spec):
     mode: Literal["step", "still"] = Field(
         default="step",
         description="time steps of drives and forces, or each place of the path at rest (a robot)",
-        examples=["still"],
+        examples=["step"],
     )
     station: Annotated[Length, Usual("0.5 mm", "50 mm")] = Field(
         default=5e-3, description="distance of the places along a path that are looked at at rest", examples=["5 mm"],
@@ -223,6 +223,7 @@ class MillingScenario(Scenario):
         "path_mode.blend": ("2 um", "500 um"),
     }
     focus: ClassVar[str] = "contour_error_max"
+    implied: ClassVar[Mapping[str, float]] = {"chatter_growth_corner": 1.0, "chatter_growth_straight": 1.0}
 
     process: Literal["mill"] = Field(description="which operation is simulated", examples=["mill"])
     path: (
@@ -244,7 +245,7 @@ class MillingScenario(Scenario):
         description="corners between blocks: exact_path (G61), exact_stop (G61.1) or {blend: tolerance} (G64 P)",
         examples=["exact_path"],
     )
-    operation: MillingOperation = Field(description="the cut")
+    operation: MillingOperation = Field(default_factory=MillingOperation, description="the cut")
     tool: EndMill = Field(description="the end mill")
     material: Material = Field(description="cutting coefficients of the material with this tool")
     machine: CncMachine | None = Field(default=None, description="the machine and its drives (or give robot)")
@@ -252,10 +253,29 @@ class MillingScenario(Scenario):
         default_factory=LobeDiagram, description="map of stability, drawn where the tool has modes"
     )
     numerics: DriveStepping = Field(default_factory=DriveStepping, description="how the computation is done")
+    stability: Literal["required", "ignore"] = Field(
+        default="required",
+        description="whether a tool that chatters fails (required); ignore: it does not, and the run never passes",
+        examples=["ignore"],
+    )
+
+    @property
+    def set_aside(self) -> frozenset[str]:
+        """Chatter, where the scenario ignores it."""
+        return frozenset({"unstable"} if self.stability == "ignore" else ())
 
     def contradictions(self) -> Iterator[Remark]:
         """What carries the tool; path and program, feed and speed missing, depths that engagement or tool do not cover."""
-        yield from self._carrier_faults()
+        for check in self.checks():
+            yield from check
+
+    def checks(self) -> Iterator[Iterator[Remark]]:
+        """A fault within the machine hides none of those of the cut."""
+        yield self._carrier_faults()
+        yield self._cut_faults()
+
+    def _cut_faults(self) -> Iterator[Remark]:
+        """Path and program, feed and speed, depths."""
         if self.robot is not None:
             yield from self._robot_faults()
             return
@@ -322,7 +342,7 @@ class MillingScenario(Scenario):
 
     def _depth_faults(self) -> Iterator[Remark]:
         """Depths missing, or more than engagement and tool cover; a stock without a program."""
-        operation, radius = self.operation, 0.5 * self.tool.diameter
+        operation = self.operation
         if self.stock is not None and self.program is None:
             yield Remark(
                 ("stock",), "is cut by a program; a corner has its depths (operation.radial_depth, .axial_depth)"
@@ -331,11 +351,11 @@ class MillingScenario(Scenario):
             if self.stock is None and getattr(operation, key) is None:
                 hint = " (or describe the stock)" if self.program is not None else ""
                 yield Remark(("operation", key), f"missing; write it as text with a unit, for example {example}{hint}")
-        if self.stock is None and operation.radial_depth is not None and operation.radial_depth >= radius:
+        if self.stock is None and (operation.radial_depth or 0.0) > self.tool.diameter * (1 + 1e-9):
             yield Remark(
                 ("operation", "radial_depth"),
-                f"{_mm(operation.radial_depth)} is not below the radius of the mill ({_mm(radius)}): split the pass, "
-                "take a larger mill, or describe the stock of a program",
+                f"{_mm(operation.radial_depth or 0.0)} is more than the diameter of the mill ({_mm(self.tool.diameter)}), "
+                "a full slot: split the pass, take a larger mill, or describe the stock of a program",
             )
         length, depth = self.tool.flute_length, operation.axial_depth
         if length is not None and depth is not None and depth > length * (1 + 1e-9):

@@ -21,11 +21,17 @@ def _unusual_values(scenario: Scenario) -> Iterator[tuple[Path, str]]:
     for before, spec in fields.specs(scenario):
         for name, info in type(spec).model_fields.items():
             usual, dimension, value = fields.usual(info), fields.dimension(info), getattr(spec, name)
-            if usual is None or not isinstance(value, int | float):
+            if usual is None or not isinstance(value, int | float) or _from_library(scenario, (*before, name)):
                 continue
             low, high = (_bound(end, dimension) for end in (usual.low, usual.high))
             if (low is not None and value < low * (1 - 1e-9)) or (high is not None and value > high * (1 + 1e-9)):
                 yield (*before, name), f"{_shown(value, info)} is unusual; usual is {range_text(usual)}"
+
+
+def _from_library(scenario: Scenario, path: Path) -> bool:
+    """Whether a value stands in the library that comes with cutwise: it has its source, and is no slip of the pen."""
+    origin = scenario.origins.get(dotted(path))
+    return origin is not None and bool(origin.library) and not origin.library.endswith((".yaml", ".yml"))
 
 
 def range_text(usual: Usual) -> str:

@@ -1,7 +1,7 @@
 """A program of a CNC machine, what is given to it, how it runs through its corners, and the stock that it cuts."""
 
 from collections.abc import Iterator
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Discriminator, Field
 
@@ -42,6 +42,8 @@ class StartPosition(Spec):
 
 class Program(Spec):
     """An NC program: G-code, or APT cutter location data."""
+
+    many_lines: ClassVar[tuple[str, ...]] = ("text", "subroutines")
 
     file: str = Field(description="the program: G-code, or APT (.apt, .cls)", examples=["pocket.nc"])
     text: str = Field(
@@ -94,7 +96,7 @@ class Blend(Spec):
     blend: Length = Field(description="largest distance from the programmed corner", examples=["0.02 mm"], gt=0)
     shape: Literal["arc", "clothoid"] = Field(
         default="arc",
-        description="arc, at whose ends the normal acceleration jumps, or two clothoids, which keep the jerk limit",
+        description="arc, at whose ends the normal acceleration jumps, or two clothoids, which keep the jerk limit (between lines)",
         examples=["clothoid"],
     )
 

@@ -26,6 +26,57 @@ RedundancyAngle = Annotated[
     Annotated[Angle, tag("angle")] | Annotated[Choice, tag("choice")], Discriminator(_angle_or_choice)
 ]
 _PerJoint = Field(min_length=AXES, max_length=AXES)
+_ARM_STILL_NEEDS = "an arm has six that move on their own"
+
+
+class Mimic(Spec):
+    """How a joint without a motor follows another, as in a URDF."""
+
+    joint: str = Field(description="name of the joint that it follows", examples=["joint_a2"])
+    multiplier: Number = Field(default=1.0, description="turn per turn of that joint", examples=[-1])
+    offset: Angle = Field(default=0.0, description="angle when that joint is at zero", examples=["0 deg"])
+
+
+class HeldJoint(Spec):
+    """A joint that does not move in this operation: the seventh of a seven-axis arm, the slide of a rail."""
+
+    joint: str = Field(description="name of the joint", examples=["joint_3"])
+    angle: Angle | None = Field(default=None, description="where a turning joint is held", examples=["20 deg"])
+    position: Length | None = Field(
+        default=None, description="where a sliding joint of the URDF is held", examples=["500 mm"]
+    )
+
+    def contradictions(self) -> Iterator[Remark]:
+        """One place."""
+        if (self.angle is None) == (self.position is None):
+            yield Remark((), "needs one place: angle for a turning joint, position for a sliding one")
+
+
+class Linkage(Spec):
+    """A joint whose motor sits before another joint and turns it through a parallel linkage, as J3 of many arms."""
+
+    joint: str = Field(description="name of the joint that the linkage turns", examples=["joint_a3"])
+    driver: str = Field(description="name of the joint before whose motion the motor stands", examples=["joint_a2"])
+    ratio: Number | None = Field(
+        default=None,
+        description="turn of the joint per turn of the driver while the motor of the joint stands still; left out: a "
+        "parallelogram, the link behind the joint keeps its direction",
+        examples=[-1],
+    )
+    limits: tuple[Angle, Angle] | None = Field(
+        default=None,
+        description="limits of the angle between the two links; the limits of the joint are those of its motor",
+        examples=["[-130 deg, -10 deg]"],
+    )
+
+    def contradictions(self) -> Iterator[Remark]:
+        """Limits in order, two joints, a ratio that turns something."""
+        if self.limits is not None and self.limits[0] >= self.limits[1]:
+            yield Remark(("limits",), "the lower limit is not below the upper one")
+        if self.joint == self.driver:
+            yield Remark(("driver",), "is the joint itself")
+        if self.ratio == 0.0:
+            yield Remark(("ratio",), "0 is no linkage; leave it out")
 
 
 class Joint(Spec):
@@ -41,7 +92,12 @@ class Joint(Spec):
         examples=["[0 deg, 0 deg, 0 deg]"],
     )
     axis: Direction = Field(description="axis of rotation in the joint's frame", examples=["[0, 0, -1]"])
-    limits: tuple[Angle, Angle] = Field(description="lower and upper limit", examples=["[-170 deg, 170 deg]"])
+    limits: tuple[Angle, Angle] = Field(
+        description="lower and upper limit; with a linkage, of its motor", examples=["[-170 deg, 170 deg]"]
+    )
+    mimic: Mimic | None = Field(
+        default=None, description="the joint has no motor and follows another", examples=["{joint: joint_a2}"]
+    )
 
     def contradictions(self) -> Iterator[Remark]:
         """Limits in the wrong order, an axis without length."""
@@ -52,7 +108,7 @@ class Joint(Spec):
 
 
 class Robot(LibrarySpec):
-    """A six-axis arm: joints with limits and stiffness, the drill spindle on its flange, and how it swings."""
+    """An arm with six motors: joints with limits and stiffness, the drill spindle on its flange, and how it swings."""
 
     library_shelf: ClassVar[str] = "robots"
     either: ClassVar[tuple[tuple[str, ...], ...]] = (
@@ -72,7 +128,7 @@ class Robot(LibrarySpec):
         default=(), description="what is unusual about the URDF; filled in when it is read", examples=["[]"]
     )
     joints: tuple[Joint, ...] = Field(
-        description="the six joints from the base, or given by the URDF",
+        description="the joints from the base, or given by the URDF: six, and those that are held or follow others",
         examples=["[{origin: [0 mm, 0 mm, 675 mm], axis: [0, 0, -1], limits: [-170 deg, 170 deg]}]"],
     )
     flange_origin: Position = Field(
@@ -85,8 +141,18 @@ class Robot(LibrarySpec):
         description="roll, pitch and yaw of the flange in the frame of the last joint",
         examples=["[0 deg, 0 deg, 0 deg]"],
     )
-    joint_stiffness: Annotated[tuple[AngularStiffness, ...], _PerJoint] = Field(
-        description="stiffness of the six joints at their output",
+    held_joints: tuple[HeldJoint, ...] = Field(
+        default=(),
+        description="joints that stand still, at any number above six",
+        examples=["[{joint: joint_3, angle: 20 deg}]"],
+    )
+    linkages: tuple[Linkage, ...] = Field(
+        default=(),
+        description="joints that are turned from before another joint, through a parallel linkage (J2-J3)",
+        examples=["[{joint: joint_a3, driver: joint_a2}]"],
+    )
+    joint_stiffness: Annotated[tuple[AngularStiffness, ...], Field(min_length=AXES)] = Field(
+        description="stiffness of the joints at their output, in their order; held ones yield too, followers have none",
         examples=["[3.8e6 N m/rad, 6.6e6 N m/rad, 3.9e6 N m/rad, 5.6e5 N m/rad, 6.6e5 N m/rad, 4.7e5 N m/rad]"],
     )
     pairing: str | None = Field(
@@ -100,6 +166,13 @@ class Robot(LibrarySpec):
     tool_rotation: Angles = Field(
         description="roll, pitch and yaw of the tool axes (z = feed direction) in the flange frame",
         examples=["[180 deg, 0 deg, 0 deg]"],
+    )
+    accuracy: Annotated[Length, Usual("0.02 mm", "3 mm")] | None = Field(
+        default=None,
+        description="position error of the arm itself at the tool, stated or measured: its repeatability for a hole that "
+        "is taught, its absolute accuracy for one that is programmed; adds to what the arm yields by",
+        examples=["0.5 mm"],
+        gt=0,
     )
     payload: Annotated[Mass, Usual("5 kg", "1500 kg")] | None = Field(
         default=None, description="rated payload, for the check of the joint stiffness", examples=["270 kg"], gt=0
@@ -130,11 +203,78 @@ class Robot(LibrarySpec):
     )
 
     def contradictions(self) -> Iterator[Remark]:
-        """Six joints, stiffnesses above zero."""
-        if len(self.joints) != AXES:
-            yield Remark(("joints",), f"has {len(self.joints)} joints; an arm has six")
+        """Six joints that move on their own, couplings between joints that exist, stiffnesses above zero."""
+        yield from self._coupled()
+        names = self.names
+        doubled = sorted({name for name in names if names.count(name) > 1})
+        if doubled:
+            yield Remark(("joints",), f"more than one joint is called {', '.join(doubled)}")
+        moving = [names[k] for k in self.motors]
+        if len(moving) > AXES:
+            free = next((name for name in moving[2:] if name), moving[0])
+            yield Remark(
+                ("joints",),
+                f"has {len(moving)} joints that move on their own ({', '.join(moving)}); {_ARM_STILL_NEEDS}: hold the "
+                f"others, for example robot.held_joints: [{{joint: {free}, angle: 0 deg}}]",
+            )
+        elif len(moving) < AXES:
+            yield Remark(("joints",), f"has {len(moving)} joints that move on their own; {_ARM_STILL_NEEDS}")
+        if len(self.joint_stiffness) != len(self.yielding):
+            yield Remark(
+                ("joint_stiffness",),
+                f"has {len(self.joint_stiffness)} values for {len(self.yielding)} joints "
+                f"({', '.join(names[k] for k in self.yielding)}); a joint that is held yields too",
+            )
         if any(k <= 0 for k in self.joint_stiffness):
             yield Remark(("joint_stiffness",), "every joint needs a stiffness above zero")
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the joints; one without a name goes by its number."""
+        return tuple(joint.name or str(number) for number, joint in enumerate(self.joints, 1))
+
+    @property
+    def yielding(self) -> tuple[int, ...]:
+        """Joints with a motor or a brake of their own."""
+        return tuple(k for k, joint in enumerate(self.joints) if joint.mimic is None)
+
+    @property
+    def motors(self) -> tuple[int, ...]:
+        """Joints that move on their own."""
+        held = {entry.joint for entry in self.held_joints}
+        return tuple(k for k in self.yielding if self.names[k] not in held)
+
+    def _coupled(self) -> Iterator[Remark]:
+        """Names in held joints, followers and linkages."""
+        names, known = self.names, f"the joints are {', '.join(self.names)}"
+        own = {names[k] for k in self.motors}
+        for n, held in enumerate(self.held_joints):
+            if held.position is not None and self.urdf is not None:
+                continue  # a slide of the URDF, which is part of the links by now
+            if held.joint not in names:
+                yield Remark(("held_joints", n, "joint"), f"there is no joint {held.joint}; {known}")
+            elif held.angle is None:
+                yield Remark(("held_joints", n, "position"), f"joint {held.joint} turns; write angle")
+            elif self.joints[names.index(held.joint)].mimic is not None:
+                yield Remark(("held_joints", n, "joint"), f"joint {held.joint} follows another and cannot be held")
+            else:
+                low, high = self.joints[names.index(held.joint)].limits
+                if not low <= held.angle <= high:
+                    yield Remark(("held_joints", n, "angle"), f"is beyond the limits of joint {held.joint}")
+        for n, joint in enumerate(self.joints):
+            if joint.mimic is not None and (joint.mimic.joint not in names or joint.mimic.joint == names[n]):
+                yield Remark(("joints", n, "mimic"), f"there is no other joint {joint.mimic.joint}; {known}")
+            elif joint.mimic is not None and self.joints[names.index(joint.mimic.joint)].mimic is not None:
+                yield Remark(("joints", n, "mimic"), f"joint {joint.mimic.joint} follows another itself; name that one")
+        for n, linkage in enumerate(self.linkages):
+            for key, name in (("joint", linkage.joint), ("driver", linkage.driver)):
+                if name not in own:
+                    why = "has no motor of its own or is held" if name in names else f"does not exist; {known}"
+                    yield Remark(("linkages", n, key), f"joint {name} {why}")
+        turned = [linkage.joint for linkage in self.linkages]
+        for n, linkage in enumerate(self.linkages):
+            if turned.count(linkage.joint) > 1 or linkage.driver in turned:
+                yield Remark(("linkages", n), "one linkage for a joint, driven from a joint without one")
 
     def remarks(self) -> Iterator[Remark]:
         """Traps of URDF files, stiffness in the wrong unit, a pairing of different machines."""

@@ -1,7 +1,7 @@
 """What every scenario has: a name, a process, requirements, and a record of where each value came from."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from difflib import get_close_matches
@@ -25,6 +25,13 @@ class Origin:
     library: str = ""  # the library entry that gave it
 
 
+@dataclass(frozen=True, slots=True)
+class _Read:
+    """Files that a scenario was made from; scenarios that say the same are equal, wherever it stood."""
+
+    files: tuple[str, ...] = field(default=(), compare=False)
+
+
 class MeasureSpec(NamedTuple):
     """A measure that a process reports."""
 
@@ -37,6 +44,11 @@ class Limit(Spec):
 
     min: Any = Field(default=None, description="smallest value that passes", examples=["-0.05 mm"])
     max: Any = Field(default=None, description="largest value that passes", examples=["0.05 mm"])
+    whole_band: bool = Field(
+        default=False,
+        description="whether every history of friction and set-up has to pass, not only the one of the run",
+        examples=[True],
+    )
 
 
 class Scenario(Spec):
@@ -52,6 +64,13 @@ class Scenario(Spec):
     """Measures that must stay above a value [SI] for a run to count as sound: advice leads to no other."""
     focus: ClassVar[str] = ""
     """The measure that sensitivities are told for."""
+    implied: ClassVar[Mapping[str, float]] = {}
+    """Measures that have to stay below a value [SI] in every run that has them, whether or not it is written."""
+
+    @property
+    def set_aside(self) -> frozenset[str]:
+        """Codes of the findings that shall not decide; the run has no verdict then, or fails."""
+        return frozenset()
 
     def checks(self) -> Iterator[Iterator[Remark]]:
         """The contradictions between sections, in groups that need no other sections than they look at."""
@@ -85,6 +104,7 @@ class Scenario(Spec):
     )
 
     _origins: dict[str, Origin] = PrivateAttr(default_factory=dict)
+    _read: _Read = PrivateAttr(default_factory=_Read)
 
     @field_validator("requirements", mode="before")
     @classmethod
@@ -99,13 +119,14 @@ class Scenario(Spec):
         return limits
 
     @field_serializer("requirements", when_used="json")
-    def _limits_as_text(self, requirements: dict[str, Limit]) -> dict[str, dict[str, str]]:
+    def _limits_as_text(self, requirements: dict[str, Limit]) -> dict[str, dict[str, Any]]:
         return {
             name: {
                 end: units.text(value, self.measures[name].dimension)
                 for end, value in (("min", limit.min), ("max", limit.max))
                 if value is not None
             }
+            | ({"whole_band": True} if limit.whole_band else {})
             for name, limit in requirements.items()
         }
 
@@ -113,6 +134,17 @@ class Scenario(Spec):
     def origins(self) -> Mapping[str, Origin]:
         """Dotted key of every given value: where it came from (library entry, or the user)."""
         return self._origins
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """Files that were read to make it, besides its own."""
+        return self._read.files
+
+    def with_files(self, files: Iterable[str]) -> Self:
+        """The same scenario, knowing which files it was made from."""
+        copy = self.model_copy()
+        copy._read = _Read(tuple(dict.fromkeys(files)))
+        return copy
 
     def with_origins(self, origins: Mapping[str, Origin]) -> Self:
         """The same scenario, knowing where its values came from."""
@@ -176,16 +208,21 @@ def _limit(scenario: type[Scenario], name: str, limit: Any, found: list[Remark])
         found.append(Remark(path, f"unknown measure; {hint}"))
         return limit
     if isinstance(limit, Limit):
-        limit = {"min": limit.min, "max": limit.max}
+        limit = {"min": limit.min, "max": limit.max, **({"whole_band": True} if limit.whole_band else {})}
     example = limit if isinstance(limit, str) else units.DIMENSIONS[scenario.measures[name].dimension].example
     ends = {end: text for end, text in limit.items() if text is not None} if isinstance(limit, Mapping) else {}
-    if not ends:
+    if not ends.keys() - {"whole_band"}:
         found.append(Remark(path, f"has no limit; write min, max or both, for example {{max: {example}}}"))
         return limit
     read: dict[str, Any] = {}
     for end, text in ends.items():
+        if end == "whole_band":
+            read[end] = text
+            if not isinstance(text, bool):
+                found.append(Remark((*path, end), f"{text} is neither true nor false"))
+            continue
         if end not in ("min", "max"):
-            found.append(Remark((*path, end), "unknown key; a requirement has min and max"))
+            found.append(Remark((*path, end), "unknown key; a requirement has min, max and whole_band"))
             continue
         try:
             read[end] = measure_value(scenario, name, text)

@@ -58,7 +58,11 @@ def _requirements(model: type[Scenario]) -> dict[str, Any]:
         name: {
             "type": "object",
             "description": f"{measure.description} ({units.DIMENSIONS[measure.dimension].display or 'no unit'})",
-            "properties": {"min": {"type": ["string", "number"]}, "max": {"type": ["string", "number"]}},
+            "properties": {
+                "min": {"type": ["string", "number"]},
+                "max": {"type": ["string", "number"]},
+                "whole_band": {"type": "boolean", "description": "every history of friction and set-up has to pass"},
+            },
             "additionalProperties": False,
             "minProperties": 1,
         }

@@ -111,8 +111,8 @@ class CompliantSpindle(LibrarySpec):
     )
     stribeck_velocity: Annotated[Speed, Usual("0.1 mm/s", "10 mm/s")] | None = Field(
         default=None,
-        description="velocity scale v_s: of the fall from static to dynamic friction (presliding; left out: at once), "
-        "or of the tanh (regularised)",
+        description="velocity scale v_s: of the fall from static to dynamic friction (set_valued and presliding; left out: "
+        "at once), or of the tanh (regularised)",
         examples=["1 mm/s"], gt=0,
     )  # fmt: skip
     seal_damping: Annotated[Damping, Usual("0 N s/m", "500 N s/m")] | None = Field(
@@ -138,9 +138,10 @@ class CompliantSpindle(LibrarySpec):
         examples=["75 mm"], gt=0,
     )  # fmt: skip
     gravity: Gravity = Field(
-        default="off",
-        description="direction of gravity in the process frame (x feed, y off the work, z toward the motor): an axis "
-        "such as -y, a vector, or off",
+        default=(0.0, 0.0, -1.0),
+        description="direction of gravity in the process frame at the start of the path (x feed, y off the work, z along "
+        "the spindle toward the motor): an axis such as -y for a spindle that lies flat above the edge, a vector, or off; "
+        "left out: along the spindle, which hangs upright",
         examples=["-y"],
     )
     stroke: Annotated[Length, Usual("1 mm", "20 mm")] = Field(
@@ -168,24 +169,29 @@ class CompliantSpindle(LibrarySpec):
             yield Remark(("breakaway_travel",), "missing; presliding friction needs it, for example 50 um")
         if self.friction == "regularised" and self.stribeck_velocity is None:
             yield Remark(("stribeck_velocity",), "missing; regularised friction needs it, for example 1 mm/s")
-        if self.gravity != "off":
+        if self.gravity != "off" and any(self.gravity[:2]):
             for key, example in (("mass", "0.6 kg"), ("centre_of_mass", "75 mm")):
                 if getattr(self, key) is None:
-                    yield Remark((key,), f"missing; gravity needs it, for example {example}; or write gravity: off")
+                    yield Remark(
+                        (key,),
+                        f"missing; a weight across the spindle needs it, for example {example}; or write gravity: off",
+                    )
         if self.mass is not None and self.centre_of_mass is not None:
             least = self.mass * self.centre_of_mass**2
             if self.inertia < least * (1 - 1e-9):
                 yield Remark(
                     ("inertia",),
-                    f"{self.inertia:.3g} kg m^2 is less than mass times centre_of_mass squared ({least:.3g} kg m^2), "
-                    "the least that this mass can have about O",
+                    f"{self.inertia:.3g} kg m^2 is less than mass times centre_of_mass squared ({least:.3g} kg m^2), the "
+                    f"least that {self.mass:.4g} kg with its centre {1e3 * self.centre_of_mass:.4g} mm from O can have",
                 )
 
     def remarks(self) -> Iterator[Remark]:
         """Geometry, friction and law that are possible but unusual."""
         if "gravity" not in self.model_fields_set:
             yield Remark(
-                ("gravity",), "is not given, so the weight of the motor is left out; write a direction, or off"
+                ("gravity",),
+                "is not given: the spindle is taken to hang upright, its weight along its axis; if it lies across, write "
+                "the direction (-y: flat above the edge)",
             )
         for text in self.solid_remarks:
             yield Remark(("solid",), text)

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from cutwise import units
-from cutwise.process.recipes import quick_measures
-from cutwise.results import SolverFailure
+from cutwise.process.recipes import quick_measures, quick_outcome
+from cutwise.results import SOUNDNESS, Finding, SolverFailure
 from cutwise.spec import fields
 from cutwise.spec.faults import Fault, ScenarioFault, dotted
 from cutwise.spec.fields import placed
@@ -192,20 +192,22 @@ def _margins(scenario: Scenario, levers: list[Lever]) -> Callable[[Settings], fl
     def margin(settings: Settings) -> float:
         """Smallest slack over all requirements, relative to the limit; below zero one is missed."""
         try:
-            measures = quick_measures(with_settings(scenario, levers, settings) if settings else scenario)
+            outcome = quick_outcome(with_settings(scenario, levers, settings) if settings else scenario)
         except (ScenarioFault, SolverFailure):
             return -np.inf
-        return slack(scenario, measures)
+        return slack(scenario, *outcome)
 
     return margin
 
 
-def slack(scenario: Scenario, measures: Mapping[str, float]) -> float:
+def slack(scenario: Scenario, measures: Mapping[str, float], findings: Sequence[Finding] = ()) -> float:
     """Smallest distance of a measure from its limit, relative to the limit (to 1 where the limit is zero).
 
     Minus infinity where a measure is lacking, or where the run is not sound: a tool at its stop meets no requirement
     that an engineer would trust.
     """
+    if any(finding.code in SOUNDNESS and finding.code not in scenario.set_aside for finding in findings):
+        return -np.inf
     if any(name in measures and measures[name] <= least for name, least in scenario.sound.items()):
         return -np.inf
     least = np.inf

@@ -1,11 +1,11 @@
 """Which assumed value moves the result most."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 from cutwise import units
 from cutwise.io.scenario import revised
 from cutwise.process.recipes import quick_measures
-from cutwise.results import SolverFailure
+from cutwise.results import Check, SolverFailure
 from cutwise.spec import fields
 from cutwise.spec.faults import ScenarioFault, dotted
 from cutwise.spec.scenario import Scenario
@@ -13,6 +13,9 @@ from cutwise.spec.scenario import Scenario
 STEP = 0.1  # relative change of a value
 
 Amount = float | tuple[float, ...]
+
+
+Variants = Mapping[str, Sequence[Mapping[str, float]]]
 
 
 def assumed_sensitivity(scenario: Scenario, share: float = STEP) -> dict[str, float]:
@@ -33,24 +36,42 @@ def assumed_sensitivity(scenario: Scenario, share: float = STEP) -> dict[str, fl
     dict
         Dotted key: change of the focus measure [SI].
     """
-    base = _focus_with(scenario, {})
-    if base is None:
-        return {}
-    found: dict[str, float] = {}
+    return changes_of(scenario.focus, _measures_with(scenario, {}) or {}, variants(scenario, share))
+
+
+def variants(scenario: Scenario, share: float = STEP) -> Variants:
+    """All measures with each assumed value off by a share, down and up, by running again."""
+    found: dict[str, list[Mapping[str, float]]] = {}
     for key, value, dimension in assumed_quantities(scenario):
-        changes = []
-        for factor in (1.0 - share, 1.0 + share):
-            other = _focus_with(scenario, {key: _scaled(value, factor, dimension)})
-            if other is not None:
-                changes.append(other - base)
-        if changes:
-            found[key] = max(changes, key=abs)
-    return dict(sorted(found.items(), key=lambda item: -abs(item[1])))
+        runs = (
+            _measures_with(scenario, {key: _scaled(value, factor, dimension)}) for factor in (1.0 - share, 1.0 + share)
+        )
+        found[key] = [run for run in runs if run is not None]
+    return found
 
 
-def _focus_with(scenario: Scenario, values: Mapping[str, str]) -> float | None:
+def changes_of(measure: str, base: Mapping[str, float], found: Variants) -> dict[str, float]:
+    """The larger change of a measure in the runs with each assumed value off, largest first [SI]."""
+    if measure not in base:
+        return {}
+    changes = {key: [run[measure] - base[measure] for run in runs if measure in run] for key, runs in found.items()}
+    largest = {key: max(one, key=abs) for key, one in changes.items() if one}
+    return dict(sorted(largest.items(), key=lambda item: -abs(item[1])))
+
+
+def worst_off(check: Check, found: Variants) -> tuple[str, float] | None:
+    """The assumed value that, off by a share, carries a requirement's measure farthest towards another verdict."""
+    ends = [(end, sign) for end, sign in ((check.maximum, 1.0), (check.minimum, -1.0)) if end is not None]
+    runs = [(key, run[check.measure]) for key, some in found.items() for run in some if check.measure in run]
+    if not runs or check.value is None:
+        return None
+    sense = 1.0 if check.keeps(check.value) else -1.0
+    return max(runs, key=lambda run: sense * max(sign * (run[1] - end) for end, sign in ends))
+
+
+def _measures_with(scenario: Scenario, values: Mapping[str, str]) -> Mapping[str, float] | None:
     try:
-        return quick_measures(changed(scenario, values) if values else scenario).get(scenario.focus)
+        return quick_measures(changed(scenario, values) if values else scenario)
     except (ScenarioFault, SolverFailure):
         return None
 

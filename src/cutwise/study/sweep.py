@@ -1,5 +1,6 @@
 """Sweeps: the measures of a scenario over values of one or more of its keys."""
 
+import io
 import re
 from collections.abc import Callable, Mapping, Sequence
 from difflib import get_close_matches
@@ -10,8 +11,10 @@ import numpy as np
 import xarray as xr
 
 from cutwise import units
-from cutwise.process.recipes import quick_measures
-from cutwise.results import SolverFailure
+from cutwise.disk import write_bytes, write_text
+from cutwise.io.cells import harmless
+from cutwise.process.recipes import quick_outcome
+from cutwise.results import SOUNDNESS, SolverFailure
 from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.spec.scenario import Scenario
 from cutwise.study.sensitivity import changed
@@ -42,7 +45,8 @@ def sweep(
     -------
     xarray.Dataset
         A variable for each measure [SI] with a dimension for each key; NaN where a measure does not apply. Combinations
-        that cannot be run are NaN throughout and stand in the attribute ``failed``, one a line, with the reason.
+        that cannot be run are NaN throughout and stand in the attribute ``failed``, one a line, with the reason. The
+        variable ``unsound`` has the codes of what leaves nothing to be judged, empty for a sound run.
 
     Raises
     ------
@@ -64,13 +68,17 @@ def sweep(
     if faults:
         raise ScenarioFault(list(dict.fromkeys(faults)))
     rows: list[Mapping[str, float]] = []
+    unsound: list[str] = []
     failed: dict[str, ScenarioFault | SolverFailure] = {}
     for i, (point, one) in enumerate(zip(points, scenarios, strict=True)):
         try:
-            rows.append(quick_measures(one, wanted))
+            outcome = quick_outcome(one, wanted)
+            rows.append(outcome.measures)
+            unsound.append(", ".join(dict.fromkeys(f.code for f in outcome.findings if f.code in SOUNDNESS)))
         except (ScenarioFault, SolverFailure) as why:
             failed[", ".join(f"{key}={value}" for key, value in zip(keys, point, strict=True))] = why
             rows.append({})
+            unsound.append("not run")
         if progress is not None:
             progress((i + 1) / len(scenarios))
     if len(failed) == len(rows):
@@ -82,6 +90,11 @@ def sweep(
                {"units": units.DIMENSIONS[known[name].dimension].si, "long_name": known[name].description})
         for name in dict.fromkeys(name for row in rows for name in row)
     }  # fmt: skip
+    data["unsound"] = (
+        keys,
+        np.array(unsound, dtype=str).reshape(shape),
+        {"long_name": "why a run is not sound, by code"},
+    )
     reasons = [f"{point}: {said}" for point, why in failed.items() for said in _sentences(why)]
     attributes = {"scenario": scenario.name} | ({"failed": "\n".join(reasons)} if reasons else {})
     return xr.Dataset(data, {key: list(values[key]) for key in keys}, attributes)
@@ -139,18 +152,15 @@ def _unknown(name: str, known: list[str]) -> Fault:
 
 def save(table: xr.Dataset, path: Path) -> Path:
     """Write a sweep as CSV (one row a run, units in the header) or netCDF; whole or not at all."""
-    partial = path.with_name(path.name + ".part")
-    try:
-        if path.suffix == ".csv":
-            frame = table.to_dataframe().reset_index()
-            frame.columns = [_headed(table, str(name)) for name in frame.columns]
-            frame.to_csv(partial, index=False)
-        else:
-            table.to_netcdf(partial, engine="h5netcdf")
-        partial.replace(path)
-    finally:
-        partial.unlink(missing_ok=True)
-    return path
+    if path.suffix == ".csv":
+        frame = table.to_dataframe().reset_index()
+        frame.columns = [harmless(_headed(table, str(name))) for name in frame.columns]
+        texts = frame.select_dtypes(exclude="number")
+        frame[texts.columns] = texts.map(lambda value: harmless(str(value)))
+        return write_text(path, frame.to_csv(index=False, lineterminator="\n"))
+    stream = io.BytesIO()
+    table.to_netcdf(stream, engine="h5netcdf")
+    return write_bytes(path, stream.getvalue())
 
 
 def _headed(table: xr.Dataset, name: str) -> str:

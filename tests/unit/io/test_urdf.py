@@ -97,7 +97,8 @@ def test_fixed_joints_fold_into_the_next_moving_one(tmp_path, examples):
         (2, lambda t: t.replace('lower="-3.403" upper="0.698" ', ""), "has no limits"),
         (5, lambda t: t.replace('axis xyz="0 1 0"', 'axis xyz="0 0 0"'), "its axis has no length"),
         (5, lambda t: t.replace('origin xyz="0 0 0"', 'origin xyz="0 zero 0"'), "is not 3 finite numbers"),
-        (6, lambda t: t.replace("</joint>", '<mimic joint="joint_a4"/></joint>'), "follows joint_a4"),
+        (6, lambda t: t.replace("</joint>", '<mimic joint="gear"/></joint>'), "follows gear (mimic), which is not"),
+        (6, lambda t: t.replace("</joint>", '<mimic joint="joint_a4"/></joint>'), "5 moving joints"),
         (6, lambda t: t.replace('<parent link="link_5"/>', ""), "no parent"),
         (6, lambda t: t.replace('<parent link="link_5"/>', '<parent link="link_6"/>'), "ring"),
     ],
@@ -121,6 +122,8 @@ def test_all_faults_at_once(tmp_path):
         ("<robot", "not well-formed"),
         ("<sdf/>", "begins with <sdf>"),
         ('<robot xmlns:xacro="x"><xacro:macro/></robot>', "xacro"),
+        ("<robot><xacro:macro/></robot>", "xacro"),
+        ('<robot name="${prefix}arm"/>', "xacro"),
         ('<!DOCTYPE r [<!ENTITY a "b">]><robot/>', "entities"),
         ("<robot/>", "0 moving joints"),
     ],
@@ -192,3 +195,93 @@ def test_faults_of_the_urdf_stand_with_the_others(tmp_path, examples):
 def test_a_missing_urdf_is_named(tmp_path, examples):
     with pytest.raises(ScenarioFault, match="no such file"):
         cutwise.load(scenario_with_urdf(examples, tmp_path))
+
+
+DATA = Path(__file__).parents[2] / "data" / "urdf"
+
+
+def test_limits_of_two_turns_and_macros_in_comments_are_nothing_to_remark():
+    assert read_urdf(DATA / "two_pi_limits.urdf", "two_pi_limits.urdf").remarks == ()
+    assert read_urdf(DATA / "xacro_comment.urdf", "xacro_comment.urdf").remarks == ()
+
+
+def test_an_entity_in_a_comment_is_none(tmp_path):
+    text = urdf(effort="50").replace("<link", "<!-- <!ENTITY a 'b'> ${prefix} --><link", 1)
+    assert read_urdf(write(tmp_path, text), "robot.urdf").remarks == ()
+
+
+def test_a_gripper_on_the_arm_names_the_remedy_and_the_remedy_works():
+    with pytest.raises(ScenarioFault, match=r"robot\.tip_link: l6") as caught:
+        read_urdf(DATA / "arm_with_gripper.urdf", "arm_with_gripper.urdf")
+    assert len(caught.value.faults) == 1
+    arm = read_urdf(DATA / "arm_with_gripper.urdf", "arm_with_gripper.urdf", "l6")
+    assert len(arm.joints) == 6
+
+
+def test_two_arms_on_one_base_ask_which(tmp_path):
+    other = "".join(
+        f'<link name="o{k}"/><joint name="other_{k}" type="revolute"><parent link="{parent}"/><child link="o{k}"/>'
+        '<axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="0" velocity="1"/></joint>'
+        for k, parent in enumerate(["link_0", *(f"o{n}" for n in range(1, 6))], 1)
+    )
+    text = faults(tmp_path, urdf(extra=other))
+    assert "2 tips with 6 moving joints" in text
+    assert "robot.tip_link: o6" in text
+
+
+def rail(then: str) -> str:
+    """The arm on a slide along x."""
+    return urdf(extra=(
+        f'<link name="world"/><joint name="rail" type="prismatic"><parent link="world"/><child link="{then}"/>'
+        '<origin xyz="0 0 0.1"/><axis xyz="2 0 0"/><limit lower="0" upper="5" effort="0" velocity="1"/></joint>'
+    ))  # fmt: skip
+
+
+def test_a_rail_is_held_at_a_position(tmp_path):
+    text = faults(tmp_path, rail("link_0"))
+    assert "robot.held_joints: [{joint: rail, position: 0 mm}]" in text
+    arm = read_urdf(write(tmp_path, rail("link_0")), "robot.urdf", held={"rail": 0.5})
+    assert [float(x.split()[0]) for x in arm.joints[0]["origin"]] == pytest.approx([0.5, 0, 0.775])
+    assert "to hold between base and tip" in faults(tmp_path, rail("link_0"), held={"rial": 0.5, "rail": 0.0})
+
+
+SEVENTH = (
+    '<link name="link_7"/><joint name="joint_a7" type="revolute"><parent link="link_6"/><child link="link_7"/>'
+    '<origin xyz="0.1 0 0"/><axis xyz="0 1 0"/><limit lower="-2" upper="2" effort="0" velocity="1"/></joint>'
+)
+
+
+def test_seven_axes_name_the_remedy_and_one_held_is_an_arm(tmp_path, examples):
+    assert "robot.held_joints: [{joint: joint_a3, angle: 0 deg}]" in faults(tmp_path, urdf(extra=SEVENTH))
+    write(tmp_path, urdf(extra=SEVENTH))
+    path = scenario_with_urdf(examples, tmp_path)
+    held = "robot.held_joints=[{joint: joint_a7, angle: 30 deg}]"
+    with pytest.raises(ScenarioFault, match="6 values for 7 joints"):
+        cutwise.load(path, [held])
+    stiffness = ", ".join(["1e6 N m/rad"] * 7)
+    arm, _ = robot_arm(cutwise.load(path, [held, f"robot.joint_stiffness=[{stiffness}]"]).robot)
+    assert arm.drives.rows.shape == (7, 6)
+    assert arm.drives.elastic.shape == (7, 7)
+    assert arm.drives.offsets[6] == pytest.approx(math.radians(30))
+
+
+@pytest.mark.parametrize(
+    ("override", "words"),
+    [
+        ("robot.held_joints=[{joint: joint_a9, angle: 0 deg}]", "there is no joint joint_a9"),
+        ("robot.held_joints=[{joint: joint_a2, angle: 90 deg}]", "beyond the limits of joint joint_a2"),
+        ("robot.held_joints=[{joint: joint_a2}]", "needs one place"),
+        ("robot.linkages=[{joint: joint_a3, driver: joint_a3}]", "is the joint itself"),
+        ("robot.linkages=[{joint: joint_a3, driver: elbow}]", "joint elbow does not exist"),
+        ("robot.linkages=[{joint: joint_a3, driver: joint_a2, ratio: 0}]", "0 is no linkage"),
+    ],
+)
+def test_couplings_that_cannot_be(examples, override, words):
+    with pytest.raises(ScenarioFault, match=words):
+        cutwise.load(examples / "drill_robot.yaml", [override])
+
+
+def test_a_urdf_whose_tip_is_named_on_the_command_line(examples, tmp_path):
+    write(tmp_path, urdf())
+    scenario = cutwise.load(scenario_with_urdf(examples, tmp_path), ["robot.tip_link=tool0"])
+    assert scenario.robot.flange_rotation[1] == pytest.approx(math.pi / 2)

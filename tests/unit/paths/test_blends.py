@@ -17,7 +17,7 @@ from cutwise.maths.linearc import (
     line,
     sample,
 )
-from cutwise.paths.pocket import blended
+from cutwise.paths.blends import blended
 from cutwise.physics.engagement.corner import Corner, greatest_immersion, summed
 from cutwise.physics.engagement.wall import path_contact
 from cutwise.physics.motion.lookahead import plan
@@ -33,8 +33,8 @@ def path(turn, length=0.03):
 
 
 def rounded(turn, tolerance, shape, length=0.03):
-    blocks, origin, _ = blended(path(turn, length), [tolerance], shape)
-    return join(blocks), origin
+    found = blended(join(path(turn, length)), np.array([tolerance]), shape)
+    return found.curve, found.origin
 
 
 def test_clothoid_is_the_fresnel_integral():

@@ -214,7 +214,7 @@ def test_free_form_faces_are_proved_too(run, tmp_path):
 @pytest.mark.parametrize(
     ("wanted", "count"),
     [("all", 25), ("facing:+z & !outer", 4), ("longer:50mm", 5), ("edge:1-3", 3), ("closed, edge:1", 14),
-     ("all & !all, edge:2", 1), ("sharper:80deg", 2), ("hole:2", 4)],
+     ("all & !all, edge:2", 1), ("sharper:80deg", 2), ("hole:2", 2), ("hole:2, hole:6", 4)],
 )  # fmt: skip
 def test_selectors(examples, wanted, count, block_chains):
     del examples

@@ -17,7 +17,7 @@ from cutwise.physics.engagement.ball import pass_frames
 from cutwise.physics.structure.statics import characteristic
 from cutwise.physics.surface.sweep import swept_chamfer
 from cutwise.process import chamfer
-from cutwise.process.chamfer_cut import ball_end, material_along, ring_on
+from cutwise.process.chamfer_cut import ball_end, material_along, mounted, ring_on
 from cutwise.process.chamfer_loop import ball_cut, sections
 from cutwise.process.chamfer_program import program_of
 from cutwise.spec.faults import ScenarioFault
@@ -330,7 +330,7 @@ def test_along_a_straight_edge_friction_holds_the_tool_within_its_band():
     scenario = cutwise.load(EXAMPLE.with_name("chamfer_step_part.yaml"), changes)
     done = chamfer.run(scenario)
     path, found = done.paths[0], done.deflected[0]
-    ring = ring_on(scenario, path.axis)
+    ring = ring_on(scenario, mounted(path, [path]))
     back, on = (getattr(characteristic(ring, scenario.spindle.tool_reach), k).plateau for k in ("unloading", "loading"))
     lateral = np.hypot(*found.moves.force[:, :2].T)
     assert np.ptp(lateral) < 1e-6
@@ -345,7 +345,8 @@ def test_along_a_straight_edge_friction_holds_the_tool_within_its_band():
 def test_a_tool_that_is_dragged_to_its_stop_is_not_believed():
     result = cutwise.simulate(cutwise.load(COMPLIANT, ("operation.contact_feed=200 mm/s",)))
     assert value(result, "stroke_margin") == pytest.approx(0.0, abs=1e-9)
-    assert any("dragged to the stop" in text for text in result.warnings)
+    assert next(finding.code for finding in result.unsound) == "at_stop"
+    assert "width_deflected_max" not in result.measures
     assert result.verdict == "fail"
 
 
@@ -389,3 +390,24 @@ def test_a_dragged_ball_meets_an_edge_that_rises_where_it_is():
         errors.append(np.abs(moves.force[i] - [force.x, force.y, force.z]).max())
     assert np.median(errors) < 0.15  # of up to 8 N
     assert max(errors) < 0.5
+
+
+def test_cast_aluminium_by_kienzles_law():
+    """Power is what the law says of the chips: between those of the thinnest and the thickest disc."""
+    scenario = cutwise.load(COMPLIANT, ("path.points=90", "material.library=kienzle_cast_al", "spindle=null",
+                                        "requirements={}"))  # fmt: skip
+    result = cutwise.simulate(scenario)
+    found = {name: measure.value for name, measure in result.measures.items()}
+    energy = found["cutting_power_mean"] / (found["chip_area"] * scenario.operation.contact_feed)
+    thickest = 2.0 * np.pi * scenario.operation.contact_feed / (scenario.operation.spindle_speed * scenario.tool.flutes)
+    least, most = (700e6 * (1e3 * h) ** -0.25 for h in (thickest, 1e-7))
+    assert least < energy < most
+    assert any("the coefficients hold for chips of 20 µm" in said for said in result.warnings)
+
+
+def test_a_set_up_warning_offers_no_spindle_to_one_who_has_it():
+    said = [
+        text for text in cutwise.simulate(cutwise.load(COMPLIANT, ("path.points=90",))).warnings if "set-up" in text
+    ]
+    assert said
+    assert not any("use a compliant spindle" in text for text in said)

@@ -225,7 +225,7 @@ def test_a_steep_slope_drives_the_drill_aside(examples):
         cutwise.load(examples / "drill_robot.yaml", ["part.inclination=31.5 deg"])
 
 
-def test_a_robot_without_spherical_wrist_is_solved_by_numbers(examples):
+def test_a_robot_without_spherical_wrist_gets_every_posture_without_a_word(examples):
     scenario = cutwise.load(examples / "drill_robot.yaml")
     shifted = [joint.model_dump() for joint in scenario.robot.joints]
     shifted[5]["origin"] = (0.24, 0.03, 0.0)
@@ -239,14 +239,14 @@ def test_a_robot_without_spherical_wrist_is_solved_by_numbers(examples):
         for j in shifted
     ]
     got = cutwise.simulate(read_document(document, overrides=["robot.redundancy_angle=least_skating"]))
-    assert any("no spherical wrist" in text for text in got.warnings)
+    assert not any("spherical" in text for text in got.warnings)
     assert got.measures["holes_drilled"].value == 1
     assert got.measures["hole_position_error_entry"].value < 20e-6
 
 
 def test_too_long_a_time_step_warns(examples):
     got = run(examples, "numerics.time_step=2 ms")
-    assert any("time step is too long" in text for text in got.warnings)
+    assert any(finding.code == "unsolved" and finding.dimension == "time" for finding in got.unsound)
 
 
 def test_drill_torque_on_the_arm_is_an_option(examples):

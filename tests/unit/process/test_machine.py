@@ -10,7 +10,7 @@ from scipy.linalg import expm
 from cutwise.io.scenario import load, parse, read_document
 from cutwise.physics.motion.volumetric import chain_errors
 from cutwise.process import machine, machine_assemble, machine_pass
-from cutwise.process.recipes import MEASURES, collect, simulate
+from cutwise.process.recipes import OUTCOMES, collect, simulate
 from cutwise.results import SolverFailure
 from cutwise.spec.faults import ScenarioFault
 from cutwise.study.advice import advise
@@ -123,6 +123,20 @@ def test_force_of_a_full_slot(examples):
     axial = flutes * depth / math.pi * (m.K_ac or 0.0) * chip + flutes * depth / 2 * (m.K_ae or 0.0)
     assert cell.cut.force[:, 2] == pytest.approx(-axial, rel=1e-9)  # a right-hand helix pulls the tool down
     assert cell.cut.force[0, 0] < 0.0  # against the feed
+
+
+def test_force_of_a_full_slot_by_kienzles_law(examples):
+    """Mean over a turn of k_c1.1 h^(1-m), h = c sin phi: N b / 2 pi times the integral over half a turn."""
+    changes = ["material.library=kienzle_cast_al", "load.force={axial_depth: 5 mm, spindle_speed: 500 rpm}"]
+    scenario = load(examples / "machine_error_budget.yaml", changes)
+    cell = machine_assemble.machine_cell(scenario)
+    m, flutes, depth, chip = scenario.material, 4, 5e-3, 0.2e-3
+    phi = (np.arange(200_000) + 0.5) * math.pi / 200_000
+    h = chip * np.sin(phi)
+    tangential, radial = (k * (1e3 * h) ** -e * h for k, e in ((m.k_c11, m.m_c), (m.k_r11, m.m_r)))
+    scale = flutes * depth / 2.0
+    along, across = scale * (radial * np.sin(phi)).mean(), scale * (tangential * np.sin(phi)).mean()
+    assert np.abs(cell.cut.force[:, :2]) == pytest.approx(np.tile([along, across], (27, 1)), rel=1e-4)
 
 
 def with_contact(preload: float, exponent: float) -> str:
@@ -410,8 +424,8 @@ def test_volumetric_example_holds_the_reference_points(examples):
 
 def test_measures_alone_are_those_of_the_run(budget):
     whole = {name: m.value for name, m in budget.measures.items()}
-    assert MEASURES["machine"](budget.scenario, ["deviation_p95"]) == whole
+    assert OUTCOMES["machine"](budget.scenario, ["deviation_p95"]).measures == whole
     assert (
-        MEASURES["machine"](budget.scenario).items()
+        OUTCOMES["machine"](budget.scenario).measures.items()
         == {k: whole[k] for k in whole.keys() - machine.MONTE_CARLO}.items()
     )

@@ -2,6 +2,7 @@
 
 import pytest
 
+from cutwise.app import findings
 from cutwise.io.scenario import load
 from cutwise.process.recipes import simulate
 
@@ -9,7 +10,8 @@ from cutwise.process.recipes import simulate
 @pytest.fixture
 def warnings(examples):
     def run(*overrides):
-        return " | ".join(simulate(load(examples / "deburr_compliant_spindle.yaml", list(overrides))).warnings)
+        result = simulate(load(examples / "deburr_compliant_spindle.yaml", list(overrides)))
+        return " | ".join([*result.warnings, *findings.reasons(result), *findings.remarks(result)])
 
     return run
 

@@ -2,6 +2,8 @@
 
 import pytest
 
+from cutwise.io.scenario import load
+from cutwise.spec.faults import ScenarioFault
 from cutwise.spec.notices import notices
 
 BOTH = (
@@ -108,3 +110,17 @@ def test_kienzle_values_take_the_place_of_library_ones(scenario_with):
     assert material.K_tc is None
     assert material.K_ae is None
     assert material.group == "P"
+
+
+def test_a_fault_of_the_engineers_mass_stands_at_the_mass(examples, tmp_path):
+    """The inertia is that of a library entry, which is sound by itself: not its line is wrong."""
+    text = (
+        (examples / "deburr_compliant_spindle.yaml").read_text().replace("\nspindle:\n", "\nspindle:\n  mass: 3 kg\n")
+    )
+    line = text.splitlines().index("  mass: 3 kg") + 1
+    (tmp_path / "d.yaml").write_text(text)
+    with pytest.raises(ScenarioFault) as found:
+        load(tmp_path / "d.yaml")
+    assert found.value.faults[0].file == str(tmp_path / "d.yaml")
+    assert found.value.faults[0].line == line
+    assert "is that of the library entry berselli2016" in str(found.value)

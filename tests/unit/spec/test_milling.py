@@ -38,14 +38,14 @@ def test_unstable_gains_with_their_margin():
     assert "phase margin -34.3°" in said
 
 
-def test_depth_larger_than_the_radius():
-    assert "not below the radius of the mill (10 mm)" in refused("operation.radial_depth=11 mm")
+def test_depth_larger_than_the_mill():
+    assert "is more than the diameter of the mill (20 mm)" in refused("operation.radial_depth=20.1 mm")
     assert "flute length" in refused("tool.flute_length=4 mm")
 
 
 def test_a_fault_of_one_section_hides_none_of_the_others():
-    said = refused("machine.limits.jerk=3 N", "operation.radial_depth=11 mm")
-    assert "not below the radius of the mill (10 mm)" in said
+    said = refused("machine.limits.jerk=3 N", "operation.radial_depth=21 mm")
+    assert "is more than the diameter of the mill (20 mm)" in said
     assert '"N" is not a unit of jerk' in said
 
 
@@ -175,10 +175,10 @@ def test_chatter_is_said_and_a_stiff_tool_does_not():
     mode = "tool.modes=[{direction: x, frequency: 922 Hz, damping: 0.011, stiffness: STIFF}]"
     soft = simulate(parse(BASE, overrides=[mode.replace("STIFF", "1.34 N/um")]))
     assert soft.measures["chatter_growth_corner"].value > 1.0
-    assert any("chatters" in warning for warning in soft.warnings)
+    assert any(finding.code == "unstable" for finding in soft.unsound)
     stiff = simulate(parse(BASE, overrides=[mode.replace("STIFF", "200 N/um")]))
     assert stiff.measures["chatter_growth_corner"].value < 1.0
-    assert not any("chatters" in warning for warning in stiff.warnings)
+    assert not any(finding.code == "unstable" for finding in stiff.findings)
 
 
 def test_program_and_corner_agree():
@@ -199,3 +199,21 @@ def test_blend_trades_contour_for_time():
     assert blend["cycle_time"].value < sharp["cycle_time"].value
     assert blend["contour_error_max"].value > sharp["contour_error_max"].value
     assert blend["stops"].value == 0
+
+
+@pytest.mark.parametrize("depth", ["10 mm", "15 mm", "20 mm"])
+def test_a_corner_may_be_cut_with_half_the_mill_and_more(depth):
+    """The mill has a radius of 10 mm; the contact of such passes is counted point by point in the tests of corners."""
+    scenario = parse(BASE, overrides=[f"operation.radial_depth={depth}"])
+    assert scenario.operation.radial_depth == pytest.approx(float(depth.split()[0]) * 1e-3)
+
+
+def test_a_program_with_a_stock_needs_no_operation(tmp_path):
+    (tmp_path / "p.nc").write_text("G21 G90 G17 S8000 M3 F600\nG0 X0 Y0 Z5\nG1 Z-1\nG1 X20\nM2\n")
+    stock = "stock: {x: [-20 mm, 40 mm], y: [-20 mm, 20 mm], z: [-5 mm, 0 mm]}"
+    lines = [line for line in BASE.splitlines() if not line.startswith(("path:", "operation:"))]
+    assert parse("\n".join([*lines, "program: p.nc", stock]), folder=tmp_path).operation.feed is None
+    with pytest.raises(ScenarioFault) as found:
+        parse("\n".join([*lines, "program: p.nc"]), folder=tmp_path)
+    assert "operation.axial_depth: missing" in str(found.value)
+    assert "operation: missing" not in str(found.value)

@@ -62,3 +62,9 @@ def test_assumed_values_inside_of_lists_are_found(examples):
     found = {key: value for key, value, _ in assumed_quantities(load(examples / "machine_error_budget.yaml"))}
     assert found["machine.chain[2].elements[0].pads.stiffness"] == (0.0, 2e8, 3e8)
     assert found["machine.chain[4].elements[1].beam.youngs_modulus"] == 1.2e11
+
+
+def test_a_sweep_says_which_runs_are_not_sound(examples):
+    scenario = load(examples / "deburr_compliant_spindle.yaml")
+    table = sweep(scenario, {"operation.milling": ["down", "up"]})
+    assert table["unsound"].values.tolist() == ["", "at_stop"]

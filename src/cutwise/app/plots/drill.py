@@ -124,10 +124,8 @@ def posture_map(result: "Result") -> Figure:
         axes.fill_between(
             angle, 0, 1, where=none, transform=axes.get_xaxis_transform(), color=SHADE, linewidth=0, step="mid"
         )
-        for branch in range(0, values.shape[1], 2):  # the wrist flips have the same compliance
-            both = np.fmax(values[:, branch], values[:, branch + 1])
-            if np.isfinite(both).any():
-                axes.plot(angle, both, color=SERIES[branch // 2], label=_BRANCHES[branch // 2])
+        for number, (label, drawn_values) in enumerate(_branches(values)):
+            axes.plot(angle, drawn_values, color=SERIES[number % len(SERIES)], label=label)
         axes.set(ylabel=f"{text} [{unit}]" if unit else text)
         if "redundancy_angle" in result.measures and chosen is not None:
             axes.plot(np.degrees(result.measures["redundancy_angle"].value), factor * result.measures[name].value, "o",
@@ -139,6 +137,15 @@ def posture_map(result: "Result") -> Figure:
     if within.any():
         legend_above(panels[0], 5)
     return drawn
+
+
+def _branches(values: np.ndarray) -> list[tuple[str, np.ndarray]]:
+    """What there is to draw: of a spherical wrist the two flips as one, which have the same compliance."""
+    if values.shape[1] == 2 * len(_BRANCHES):
+        found = [(name, np.fmax(values[:, 2 * k], values[:, 2 * k + 1])) for k, name in enumerate(_BRANCHES)]
+    else:
+        found = [(f"branch {k + 1}", values[:, k]) for k in range(values.shape[1])]
+    return [(name, one) for name, one in found if np.isfinite(one).any()]
 
 
 _BRANCHES = ("front, elbow one", "front, elbow two", "back, elbow one", "back, elbow two")

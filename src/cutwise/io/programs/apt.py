@@ -93,6 +93,9 @@ class Apt:
                 self.faults.append(Fault((), fault.message, statement.line, fault.column, self.name))
             yield from self.out
             self.out.clear()
+            if len(self.faults) >= _MOST_FAULTS:
+                words = f"here reading ended, after {_MOST_FAULTS} faults; there may be more"
+                self.faults.append(Fault((), words, statement.line, 1, self.name))
             if self.ended or len(self.faults) >= _MOST_FAULTS:
                 break
         self._close()

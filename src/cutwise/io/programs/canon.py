@@ -163,6 +163,7 @@ class PathControl(NamedTuple):
     tolerance: float  # of continuous; 0: none given
     line: int
     number: str
+    said: bool = True  # by the program; a cycle gives back what was there before it
 
 
 class NaiveTolerance(NamedTuple):

@@ -1,5 +1,6 @@
 """APT cutter location data (CL, CLS) as statements: a word, and the numbers and words behind its slash."""
 
+import math
 import re
 from collections.abc import Iterator
 from pathlib import PurePath
@@ -115,5 +116,5 @@ def _arguments(text: str, before: int) -> Iterator[Argument]:
         if not bare:
             continue
         compact = _BLANKS.sub("", bare)
-        value: float | str = float(compact) if _NUMBER.fullmatch(compact) else bare.upper()
-        yield Argument(value, column)
+        number = float(compact) if _NUMBER.fullmatch(compact) else math.nan
+        yield Argument(number if math.isfinite(number) else bare.upper(), column)  # 1e999 is no number

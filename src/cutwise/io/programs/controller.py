@@ -134,6 +134,7 @@ class Controller:
     feed: float = 0.0
     feedless: bool = False  # a motion without a feed was a fault
     path_mode: PathModeName = "continuous"
+    path_mode_said: bool = False  # by a word of the program
     tolerance: float = 0.0
     naive_tolerance: float = 0.0
     retract_to_start: bool = False  # G98

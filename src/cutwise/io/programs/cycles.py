@@ -52,7 +52,7 @@ def cycle(c: Controller, block: Block, *, before: int) -> None:
         _HOLES[c.motion](c, block, (w, clearance, bottom, top))
         height = top
     if not exact:
-        c.out.append(PathControl(c.path_mode, c.tolerance, c.line, c.number))
+        c.out.append(PathControl(c.path_mode, c.tolerance, c.line, c.number, c.path_mode_said))
         c.out.append(NaiveTolerance(c.naive_tolerance, c.line, c.number))
 
 

@@ -49,13 +49,18 @@ def library_beside(folder: Path) -> Callable[[str], str | None]:
     """The subroutine files of a folder, by their names without suffix."""
 
     def text_of(name: str) -> str | None:
-        if not _FILE_NAME.fullmatch(name):
-            return None
-        files = (folder / f"{stem}{suffix}" for stem in (name, name.upper()) for suffix in SUBROUTINE_SUFFIXES)
-        path = next((file for file in files if file.is_file()), None)
+        path = subroutine_file(folder, name)
         return None if path is None else decoded(path.read_bytes())
 
     return text_of
+
+
+def subroutine_file(folder: Path, name: str) -> Path | None:
+    """The file of a subroutine in a folder; None if there is none."""
+    if not _FILE_NAME.fullmatch(name):
+        return None
+    files = (folder / f"{stem}{suffix}" for stem in (name, name.upper()) for suffix in SUBROUTINE_SUFFIXES)
+    return next((file for file in files if file.is_file()), None)
 
 
 def subroutine_files(text: str, library: Callable[[str], str | None]) -> dict[str, str]:

@@ -3,10 +3,13 @@
 from collections.abc import Iterator
 from typing import Literal, NamedTuple, Protocol
 
+import numpy as np
+
 from cutwise.io.programs.apt import Apt, is_apt
 from cutwise.io.programs.canon import Command, SelectTool
 from cutwise.io.programs.fanuc import Fanuc, macro_sign
-from cutwise.io.programs.moves import Move, Point, moves
+from cutwise.io.programs.move_table import CUTTING, Moves
+from cutwise.io.programs.moves import Point, moves
 from cutwise.io.programs.recognise import foreign_text
 from cutwise.io.programs.rs274 import Rs274
 from cutwise.io.programs.setup import Setup
@@ -34,7 +37,7 @@ class Reading(Protocol):
 class Interpreted(NamedTuple):
     """The moves of a program, and what was noticed."""
 
-    moves: tuple[Move, ...]
+    moves: Moves
     tools: tuple[int, ...]  # as they are called; the default one if none is
     notices: tuple[str, ...]
     text: str = ""  # as it was read
@@ -104,8 +107,8 @@ def interpret(text: str, name: str = "program", setup: Setup = _NOTHING) -> Inte
                 tools.append(command.tool)
             yield command
 
-    made = tuple(moves(watched(), start=run.start, tool=default_tool(setup)))
-    if not any(move.kind in ("feed", "arc") for move in made):
+    made = Moves(moves(watched(), start=run.start, tool=default_tool(setup)))
+    if not np.isin(made.kinds, CUTTING).any():
         raise ScenarioFault([Fault((), "has no feed move: nothing would be cut", file=name)])
     notices = run.notices()
     if not tools:

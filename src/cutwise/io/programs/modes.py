@@ -112,7 +112,9 @@ def set_path_control(c: Controller, block: Block) -> None:
     mode = _PATH_MODES[block.g["path control"]]
     tolerance = block.values.get("p", 0.0)
     if mode == "continuous" and tolerance <= 0.0:
-        c.notice("G64 without P has no tolerance; corners are run as exact path here")
+        c.notice(
+            "G64 without P names no tolerance: where motion is planned, corners are rounded as far as the feed asks for"
+        )
     if mode != "continuous":
         say_path_control(c, mode, c.tolerance, c.naive_tolerance)
     else:
@@ -121,7 +123,7 @@ def set_path_control(c: Controller, block: Block) -> None:
 
 def say_path_control(c: Controller, mode: PathModeName, tolerance: float, naive: float) -> None:
     """How blocks are joined."""
-    c.path_mode, c.tolerance, c.naive_tolerance = mode, tolerance, naive
+    c.path_mode, c.tolerance, c.naive_tolerance, c.path_mode_said = mode, tolerance, naive, True
     c.out.append(PathControl(mode, tolerance, c.line, c.number))
     if mode == "continuous":
         c.out.append(NaiveTolerance(naive, c.line, c.number))

@@ -38,7 +38,7 @@ class Move(NamedTuple):
     feed: float  # [m/s]; infinite for a rapid move; where rotary axes move alone [rad/s]
     spindle: float  # [rad/s], signed: positive clockwise (M3), 0 stopped
     mode: str  # exact_path, exact_stop or blend
-    tolerance: float  # of a blend [m]
+    tolerance: float  # of a blend [m]; infinite where none is given (G64 without P)
     dwell: float  # [s]
     line: int  # of the program
     rotary_start: Point = _ORIGIN  # A B C [rad]
@@ -149,11 +149,9 @@ class _Deriving:
             self.feed = self.rate * self.rate_unit * (per_second if self.per_revolution else 1.0 / 60.0)
 
     def path_control(self, command: canon.PathControl) -> None:
-        self.tolerance = command.tolerance * self.unit
-        plain = command.mode == "continuous" and command.tolerance <= 0.0
-        self.mode = "exact_path" if plain else _MODES[command.mode]
-        if self.mode != "blend":
-            self.tolerance = 0.0
+        self.mode, self.tolerance = _MODES[command.mode] if command.said else "exact_path", 0.0
+        if self.mode == "blend":  # without a tolerance the feed is kept
+            self.tolerance = command.tolerance * self.unit if command.tolerance > 0.0 else math.inf
 
     def select_plane(self, command: canon.Plane) -> None:
         self.plane = command.plane

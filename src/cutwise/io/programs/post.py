@@ -189,5 +189,5 @@ def _tips(program: Program, moves: NDArray[np.int64]) -> FloatArray:
 
 
 def _plain(text: str) -> str:
-    """Text that is safe inside a comment of G-code."""
-    return "".join(letter if letter.isascii() and letter not in "()%\n" else "_" for letter in text)
+    """Text that is safe inside a comment of G-code and a statement of APT: one line, and none of their signs."""
+    return "".join(letter if " " <= letter <= "~" and letter not in "()%$;" else "_" for letter in text)

@@ -166,7 +166,10 @@ class Rs274:
             self.ended = True
         except BlockFault as fault:
             self._fault(source, c.line - 1, fault)
-            self.ended = len(self.faults) >= MOST_FAULTS
+            if len(self.faults) >= MOST_FAULTS:
+                ends = f"here reading ended, after {MOST_FAULTS} faults; there may be more"
+                self.faults.setdefault(Fault((), ends, c.line, 1, source.name))
+                self.ended = True
         except RecursionError:
             self._fault(source, c.line - 1, FlowFault("the expression has too many parts to be computed", 0))
             self.ended = True

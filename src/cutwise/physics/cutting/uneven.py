@@ -21,9 +21,9 @@ from cutwise.physics.cutting.kienzle import specific_cutting_force
 LINEAR = 0
 KIENZLE = 1
 
-_POINT = 0.7745966692414834  # three-point Gauss rule
-_WEIGHT = (5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0)
-_PANEL = 0.12  # [rad] widest panel of the rule
+_POINT = 0.7745966692414834  # three-point Gauss rule on -1 to 1: place and weight of each point, weights of sum one
+GAUSS = ((-_POINT, 5.0 / 18.0), (0.0, 8.0 / 18.0), (_POINT, 5.0 / 18.0))
+PANEL = 0.12  # [rad] widest panel of the rule
 
 
 class Kienzle(NamedTuple):
@@ -38,6 +38,7 @@ class Kienzle(NamedTuple):
 
 
 NO_KIENZLE = Kienzle(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+NO_LINEAR = EdgeCoefficients(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 class Edges(NamedTuple):
@@ -48,6 +49,11 @@ class Edges(NamedTuple):
     kienzle: Kienzle
     runout: float  # [m] offset of the tool axis from the spindle axis
     runout_angle: float  # [rad] its direction, from flute 0 at the tip in the sense of turning
+
+
+def kienzle_edges(coefficients: Kienzle) -> Edges:
+    """Edges by Kienzle's law that all cut alike."""
+    return Edges(KIENZLE, NO_LINEAR, coefficients, 0.0, 0.0)
 
 
 def even_edges(coefficients: EdgeCoefficients) -> Edges:
@@ -152,17 +158,17 @@ def uneven_arc_force(
         Force law and run-out.
     """
     x = y = z = tangential = 0.0
-    panels = max(1, math.ceil(abs(span) / _PANEL))
+    panels = max(1, math.ceil(abs(span) / PANEL))
     width = span / panels
     part = length / panels
     for panel in range(panels):
         centre = middle + (panel - 0.5 * (panels - 1)) * width
         for i in range(3):
-            phi = centre + 0.5 * (i - 1) * _POINT * width
+            phi = centre + 0.5 * GAUSS[i][0] * width
             around = phi - rotation - edges.runout_angle
             h = chip_thickness(chip, math.sin(phi - theta), around, edges.runout, flutes)
             ft, fr, fa = force_per_length(edges, h)
-            weight = part * _WEIGHT[i]
+            weight = part * GAUSS[i][1]
             sin_phi, cos_phi = math.sin(phi), math.cos(phi)
             x += weight * (-ft * cos_phi - fr * sin_phi)
             y += weight * (ft * sin_phi - fr * cos_phi)

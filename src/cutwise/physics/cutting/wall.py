@@ -77,6 +77,28 @@ def wall_force(
 
 
 @compiled
+def place_loads(patches: FloatArray, chip: FloatArray, mill: Mill, discs: Discs, edges: Edges) -> FloatArray:
+    """Mean force in the plane of a steady cut at each place with its own feed, run-out left out [N], shape (n,).
+
+    ``patches`` are those of :func:`wall_force` (arc from, to [rad], heights from, to [m]), shape (n, p, 4), and ``chip``
+    the feed per tooth [m], shape (n,).
+    """
+    loads = np.zeros(chip.shape[0])
+    for k in range(chip.shape[0]):
+        if k > 0 and chip[k] == chip[k - 1] and np.abs(patches[k] - patches[k - 1]).max() < 1e-12:
+            loads[k] = loads[k - 1]
+            continue
+        x, y = 0.0, 0.0
+        for p in range(patches.shape[1]):
+            low, high, z_lo, z_hi = patches[k, p]
+            if high > low and chip[k] > 0.0:
+                fx, fy, _ = wall_force(AVERAGED, 0.0, 0.0, low, high, z_lo, z_hi, chip[k], 0.0, mill, discs, edges)
+                x, y = x + fx, y + fy
+        loads[k] = math.hypot(x, y)
+    return loads
+
+
+@compiled
 def disc_range(z_lo: float, z_hi: float, discs: Discs) -> tuple[int, int]:
     """Discs whose middle lies between two heights above the tip [m]: the first, and the one after the last."""
     lowest = math.ceil(z_lo / discs.thickness - 0.5 - 1e-9)

@@ -21,7 +21,6 @@ from cutwise.maths.compiled import compiled
 from cutwise.maths.curves import FloatArray
 
 SIDE = 4  # numbers of a plane: outward unit normal x, y, z, and distance from the ball centre [m]
-ARCS = 16  # room for the arcs of a disc, of which half is scratch
 NOWHERE = 1.0  # [m] by which a plane that leaves nothing stands off
 
 
@@ -109,9 +108,18 @@ def leans(sides: FloatArray) -> FloatArray:
 
 
 @compiled
+def arc_room(planes: int) -> int:
+    """Rows that the arcs of a disc inside of planes may take, of which half is scratch."""
+    return 2 * (planes + 2)
+
+
+@compiled
 def disc_arcs(sides: FloatArray, lean: FloatArray, rho: float, z: float, arcs: FloatArray) -> int:
-    """Arcs of a disc inside of all planes, written to ``arcs`` as rows (lo, hi) [rad]; how many there are."""
-    half_room = ARCS // 2
+    """Arcs of a disc inside of all planes, written to ``arcs`` as rows (lo, hi) [rad]; how many there are.
+
+    ``arcs`` has :func:`arc_room` rows: a plane takes one arc of the circle away and leaves one piece more at most.
+    """
+    half_room = arcs.shape[0] // 2
     turn = 2.0 * math.pi
     arcs[0, 0], arcs[0, 1] = 0.0, turn
     count = 1
@@ -131,7 +139,7 @@ def disc_arcs(sides: FloatArray, lean: FloatArray, rho: float, z: float, arcs: F
         for i in range(half_room, half_room + count):
             for turns in range(2):
                 lo, hi = max(arcs[i, 0], start - turns * turn), min(arcs[i, 1], end - turns * turn)
-                if hi > lo and kept < half_room:
+                if hi > lo:
                     arcs[kept, 0], arcs[kept, 1] = lo, hi
                     kept += 1
         count = kept

@@ -76,7 +76,7 @@ def programmed_motion(path: EdgePass, time: float) -> ToolMotion:
 @moved.of(EdgePass)
 def _(motion, time):
     tool = programmed_motion(motion, time)
-    return Pose(time, tool.position, tool.position, tool.height, 0.0, motion.feed, tool.climb, 0.0)
+    return Pose(time, tool.position, tool.position, tool.height, 0.0, motion.feed, tool.climb, 0.0, 0.0)
 
 
 def path_memory_index(largest_curvature: float, radius: float) -> float:

@@ -116,3 +116,43 @@ def numeric_posture(
         if error < tolerance:
             break
     return best, best_error
+
+
+@compiled
+def _solve_each(
+    kinds: np.ndarray,
+    axes: FloatArray,
+    rotations: FloatArray,
+    origins: FloatArray,
+    rotation: FloatArray,
+    position: FloatArray,
+    starts: FloatArray,
+    length: float,
+    tolerance: float,
+    iterations: int,
+    q: FloatArray,
+    errors: FloatArray,
+) -> None:
+    for k in range(len(starts)):
+        q[k], errors[k] = _solve_from(
+            kinds, axes, rotations, origins, rotation, position, starts[k], length, tolerance, iterations
+        )
+
+
+def polished(
+    chain: Chain,
+    rotation: FloatArray,
+    position: FloatArray,
+    starts: FloatArray,
+    *,
+    length: float = 1.0,
+    tolerance: float = 1e-13,
+    iterations: int = 15,
+) -> tuple[FloatArray, FloatArray]:
+    """Every start brought to the pose, as far as it goes; see :func:`numeric_posture`. Shapes (k, n) and (k,)."""
+    q, errors = np.empty_like(starts), np.empty(len(starts))
+    _solve_each(
+        *chain.arrays, np.ascontiguousarray(rotation, dtype=float), np.ascontiguousarray(position, dtype=float),
+        np.ascontiguousarray(starts), length, tolerance * length, iterations, q, errors,
+    )  # fmt: skip
+    return q, errors

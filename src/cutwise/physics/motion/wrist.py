@@ -18,6 +18,8 @@ from cutwise.maths.frames import FloatArray
 BRANCHES = 8  # front or back, elbow up or down, wrist flipped or not
 REACHED, TOO_FAR, TOO_NEAR, ON_COLUMN = 0, 1, 2, 3
 
+_ROUNDING = 1e-12  # relative: an arm at full stretch still reaches
+_AT_LIMIT = 1e-11  # rad
 _MEETS = 1e-6  # m or rad: deviation from a spherical wrist that is still called one; the rest is an error of position
 
 
@@ -105,13 +107,20 @@ def spherical_wrist(chain: Chain) -> WristArm:
 
 @compiled
 def wrapped(angle: float, low: float, high: float) -> float:
-    """The angle [rad] within half a turn of zero, or a turn further if only that is within the limits."""
+    """The angle [rad] within half a turn of zero, or as many turns further as bring it within the limits.
+
+    An angle beyond a limit by no more than rounding is the limit.
+    """
     turn = 2.0 * math.pi
     value = angle - turn * math.floor((angle + math.pi) / turn)
-    if value > high and value - turn >= low:
-        return value - turn
-    if value < low and value + turn <= high:
-        return value + turn
+    if value > high + _AT_LIMIT:
+        further = value - turn * math.ceil((value - high - _AT_LIMIT) / turn)
+    elif value < low - _AT_LIMIT:
+        further = value + turn * math.ceil((low - value - _AT_LIMIT) / turn)
+    else:
+        further = value
+    if low - _AT_LIMIT <= further <= high + _AT_LIMIT:
+        return min(max(further, low), high)
     return value
 
 
@@ -197,21 +206,22 @@ def fill_branches(
     solutions[:, :] = math.nan
     a1, upper, fore, upper0, fore0, side = arm.plane
     square = w0 * w0 + w1 * w1 - side * side
-    if square < 0.0:
+    if square < -_ROUNDING * (a1 + upper + fore) ** 2:
         return ON_COLUMN
+    square = max(square, 0.0)
     outcome = TOO_FAR
     for back in range(2):
         across = math.sqrt(square) * (1.0 - 2.0 * back)
         q1 = math.atan2(w1, w0) - math.atan2(side, across)
         x = across - a1
         cosine = (x * x + w2 * w2 - upper * upper - fore * fore) / (2.0 * upper * fore)
-        if cosine > 1.0 or cosine < -1.0:
+        if cosine > 1.0 + _ROUNDING or cosine < -1.0 - _ROUNDING:
             if outcome != REACHED and cosine < -1.0:
                 outcome = TOO_NEAR
             continue
         outcome = REACHED
         for elbow in range(2):
-            delta = math.acos(cosine) * (1.0 - 2.0 * elbow)
+            delta = math.acos(min(1.0, max(-1.0, cosine))) * (1.0 - 2.0 * elbow)
             psi2 = math.atan2(-w2, x) - math.atan2(fore * math.sin(delta), upper + fore * math.cos(delta))
             q2, q23 = psi2 - upper0, psi2 + delta - fore0
             _fill_wrist_matrix(arm, rotation, q1, q23, n, work)

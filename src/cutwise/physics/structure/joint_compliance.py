@@ -3,8 +3,6 @@ r"""Elastic joints of a serial arm: what the tool yields by, and when the tip of
 Tool axes: z along the feed, into the work; twists are displacement first, rotation second.
 """
 
-import math
-
 import numpy as np
 
 from cutwise.maths.compiled import compiled
@@ -84,13 +82,12 @@ def geometric_stiffness(jacobian: FloatArray, wrench: FloatArray) -> FloatArray:
 
 
 @compiled
-def axial_and_skating(cxx: float, cxy: float, cyy: float, cxz: float, cyz: float) -> float:
-    r"""Skating ratio of a tip held by friction.
+def axial_and_holding(cxx: float, cxy: float, cyy: float, cxz: float, cyz: float) -> tuple[float, float]:
+    r"""Lateral force over thrust that keeps the tip in place at a flat entry, :math:`C_l^{-1} c`.
 
-    .. math:: \rho = |C_l^{-1} c|, \qquad C_l = C_{[x,y;\,x,y]}, \quad c = C_{[x,y;\,z]}
+    .. math:: C_l = C_{[x,y;\,x,y]}, \quad c = C_{[x,y;\,z]}
 
-    Thrust pushes the tool aside by :math:`-cT`; a lateral force :math:`C_l^{-1} c\,T` keeps the tip where it is. With
-    Coulomb friction it does so if and only if :math:`\rho \le \mu`, whatever the thrust.
+    Thrust pushes the tool aside by :math:`-cT`; a lateral force :math:`C_l^{-1} c\,T` keeps the tip where it is.
 
     Parameters
     ----------
@@ -99,18 +96,47 @@ def axial_and_skating(cxx: float, cxy: float, cyy: float, cxz: float, cyz: float
 
     Notes
     -----
-    Flat entry, point contact without moment, quasi-static, drill torque left out; :func:`holding_force` has it.
+    Point contact without moment, quasi-static, drill torque left out; :func:`holding_force` has it.
     """
     determinant = cxx * cyy - cxy * cxy
-    x = (cyy * cxz - cxy * cyz) / determinant
-    y = (cxx * cyz - cxy * cxz) / determinant
-    return math.hypot(x, y)
+    return (cyy * cxz - cxy * cyz) / determinant, (cxx * cyz - cxy * cxz) / determinant
+
+
+def holding_ratio(compliance: FloatArray) -> FloatArray:
+    """Lateral force over thrust of a compliance (6, 6) or (3, 3) in tool axes; see :func:`axial_and_holding`."""
+    c = compliance
+    return np.array(axial_and_holding(c[0, 0], c[0, 1], c[1, 1], c[0, 2], c[1, 2]))
 
 
 def skating_ratio(compliance: FloatArray) -> float:
-    """Skating ratio of a compliance (6, 6) or (3, 3) in tool axes; see :func:`axial_and_skating`."""
-    c = compliance
-    return float(axial_and_skating(c[0, 0], c[0, 1], c[1, 1], c[0, 2], c[1, 2]))
+    """Skating ratio at a flat entry of a compliance (6, 6) or (3, 3) in tool axes; see :func:`worst_skating`."""
+    return float(np.hypot(*holding_ratio(compliance)))
+
+
+def worst_skating(holding: FloatArray, side: FloatArray, turn: FloatArray | float = 0.0) -> FloatArray:
+    r"""Skating ratio of a tip held by friction, the worst over the entry.
+
+    .. math:: \rho = \max_h |C_l^{-1} c - R(\sigma)\, F_s(h)/T(h)|
+
+    The lips of a drill that enters a slope do not balance: their side force :math:`F_s`, over the thrust, adds to what
+    friction has to hold. On a flat surface it is zero and :math:`\rho = |C_l^{-1} c|` whatever the thrust. With Coulomb
+    friction the tip stays in place if and only if :math:`\rho \le \mu`.
+
+    Parameters
+    ----------
+    holding : array (..., 2)
+        :math:`C_l^{-1} c` in tool axes, from :func:`holding_ratio`.
+    side : array (h, 2)
+        Side force on the tool over thrust while the point enters, axes of the slope; no rows on a flat surface.
+    turn : array (...) or float
+        :math:`\sigma` [rad]: direction of the slope in tool axes.
+    """
+    if not len(side):
+        return np.asarray(np.hypot(holding[..., 0], holding[..., 1]))
+    c, s = np.cos(turn)[..., None], np.sin(turn)[..., None]
+    x = holding[..., 0, None] - (c * side[:, 0] - s * side[:, 1])
+    y = holding[..., 1, None] - (s * side[:, 0] + c * side[:, 1])
+    return np.asarray(np.hypot(x, y).max(axis=-1))
 
 
 def holding_force(compliance: FloatArray, thrust: float, torque: float) -> FloatArray:

@@ -353,9 +353,7 @@ def _follow(
     return best
 
 
-def cut_places(
-    skin: Skin, ball: Mover, zones: Zones, limit: float, spacing: float, *, most: int = 20_000
-) -> tuple[FloatArray, IntArray]:
+def cut_places(skin: Skin, ball: Mover, zones: Zones, limit: float, spacing: float) -> tuple[FloatArray, IntArray]:
     """Points of a part, about a spacing apart, that a ball cuts deeper than a limit outside of the zones.
 
     Returns
@@ -363,15 +361,12 @@ def cut_places(
     tuple of array
         Points [m], shape (k, 3), and their faces, shape (k,).
     """
-    point, face = np.empty((most, 3)), np.empty(most, np.int64)
-    count = _collect(skin, ball, zones, limit, spacing, point, face)
-    return point[:count].copy(), face[:count].copy()
+    return _collect(skin, ball, zones, limit, spacing)
 
 
 @compiled
-def _collect(
-    skin: Skin, ball: Mover, zones: Zones, limit: float, spacing: float, point: FloatArray, owner: IntArray
-) -> int:
+def _collect(skin: Skin, ball: Mover, zones: Zones, limit: float, spacing: float) -> tuple[FloatArray, IntArray]:
+    point, owner = np.empty((1024, 3)), np.empty(1024, np.int64)
     faces = skin.faces
     work = workspace(faces.splines)
     stack = np.empty((_DEPTH, PIECE))
@@ -386,8 +381,8 @@ def _collect(
             if bound <= limit:
                 continue
             if depth > limit and size < spacing:
-                if count == point.shape[0]:
-                    return count
+                if count == point.shape[0]:  # as many as there are
+                    point, owner = np.concatenate((point, point)), np.concatenate((owner, owner))
                 m = middle_of(faces, face, stack[waiting], work)
                 point[count, 0], point[count, 1], point[count, 2] = m.x, m.y, m.z
                 owner[count] = face
@@ -397,4 +392,4 @@ def _collect(
                 continue
             halve(faces, face, stack, waiting, ball.frame[2], stretch, stack, waiting, waiting + 1, work)
             waiting += 2
-    return count
+    return point[:count].copy(), owner[:count].copy()

@@ -81,8 +81,9 @@ def test_the_operator_draws_the_tool_out_after_g88():
 def test_path_modes_comments_and_ends():
     text = "(a comment) G61.1 G1 X1 ; rest\n/N20 G64 P0.05 X2\nG64 X3\nM30\nG99 rubbish\n"
     found = interpret(HEAD + text)
-    assert [m.mode for m in found.moves] == ["exact_stop", "blend", "exact_path"]
+    assert [m.mode for m in found.moves] == ["exact_stop", "blend", "blend"]
     assert found.moves[1].tolerance == pytest.approx(0.05e-3)
+    assert math.isinf(found.moves[2].tolerance)
     assert "G64 without P" in found.notices[0]
     assert interpret("%\n" + HEAD + "T3 M6\nG1 X1\n%").tools == (3,)
 
@@ -90,6 +91,7 @@ def test_path_modes_comments_and_ends():
 def test_a_cycle_leaves_the_path_mode_as_it_was():
     assert moves("G61.1 G1 X1\nG81 X2 Z-1 R1\nG1 X3")[-1].mode == "exact_stop"
     assert moves("G1 X1\nG81 X2 Z-1 R1\nG1 X3")[-1].mode == "exact_path"
+    assert moves("G64 G1 X1\nG81 X2 Z-1 R1\nG1 X3")[-1].mode == "blend"
 
 
 def test_feeds_per_revolution_by_inverse_time_and_in_step_with_the_spindle():

@@ -5,8 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from cutwise.maths.linearc import arc, join, line, sample
-from cutwise.paths.pocket import blend_radius, blended, corner
+from cutwise.maths.linearc import arc, block_at, join, line, sample
+from cutwise.paths.blends import blend_radius, blended
+from cutwise.paths.pocket import corner
 from cutwise.physics.engagement.corner import (
     Corner,
     arc_immersion,
@@ -170,12 +171,13 @@ def _swept(fillet, offset, x, y, extend=0.0):
 
 def test_blend_radius_at_a_right_angle():
     assert blend_radius(1.0, RIGHT) == pytest.approx(2.414, abs=1e-3)
-    blocks = corner(0.03, RIGHT, 0.0)
-    path, origin, _ = blended(blocks, [0.1e-3])
-    assert origin == [0, 0, 1]
-    assert path[1].radius == pytest.approx(0.2414e-3, rel=1e-3)
-    middle = np.array(path[1].start) + path[1].radius * np.array(path[1].inward)
-    assert math.hypot(middle[0], middle[1]) - path[1].radius == pytest.approx(0.1e-3, rel=1e-9)
-    assert blended(blocks, [0.0])[0] == blocks
-    short = blended(corner(1e-4, RIGHT, 0.0), [1e-3])[0]
-    assert sum(block.length for block in short) == pytest.approx(2 * 0.5e-4 + RIGHT * 0.5e-4)
+    blocks = join(corner(0.03, RIGHT, 0.0))
+    path, origin, _, _ = blended(blocks, np.array([0.1e-3]))
+    assert origin.tolist() == [0, 0, 1]
+    rounding = block_at(path, 1)
+    assert rounding.radius == pytest.approx(0.2414e-3, rel=1e-3)
+    middle = np.array(rounding.start) + rounding.radius * np.array(rounding.inward)
+    assert math.hypot(middle[0], middle[1]) - rounding.radius == pytest.approx(0.1e-3, rel=1e-9)
+    assert blended(blocks, np.array([0.0])).curve is blocks
+    short = blended(join(corner(1e-4, RIGHT, 0.0)), np.array([1e-3])).curve
+    assert short.length.sum() == pytest.approx(2 * 0.5e-4 + RIGHT * 0.5e-4)

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from cutwise.maths.linearc import arc, block_point, join, line
-from cutwise.paths.pocket import blended, corner
+from cutwise.paths.blends import blended
+from cutwise.paths.pocket import corner
 from cutwise.physics.motion.contour import contour_errors
 
 
@@ -37,8 +38,7 @@ def test_another_pass_beside_is_not_taken():
 
 
 def test_distance_to_a_clothoid_is_that_of_its_nearest_point():
-    blocks, _, _ = blended(corner(30e-3, math.pi / 2, 0.0), [2e-3], "clothoid")
-    curve = join(blocks)
+    curve = blended(join(corner(30e-3, math.pi / 2, 0.0)), np.array([2e-3]), "clothoid").curve
     clothoids = np.flatnonzero(curve.sharpness)
     random = np.random.default_rng(3)
     for i in clothoids:

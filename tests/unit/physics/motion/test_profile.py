@@ -11,10 +11,10 @@ from cutwise.physics.motion.lookahead import (
     AxisLimits,
     arc_speed,
     plan,
-    tangential_acceleration,
     time_without_limits,
 )
 from cutwise.physics.motion.profile import Limits, at, chain, stretch
+from cutwise.physics.motion.ramps import tangential_acceleration
 
 PATH = Limits(0.2, 2.0, 50.0)
 FREE = Limits(math.inf, math.inf, math.inf)

@@ -83,10 +83,32 @@ def test_the_singular_wrist_still_reaches_its_pose():
     assert wrist_sine(spherical_wrist(kuka()), 0.0) == pytest.approx(0.0, abs=1e-15)
 
 
+def test_a_limit_reached_to_rounding_is_within():
+    assert wrapped(math.pi + 1e-15, -math.pi, 0.0) == pytest.approx(-math.pi, abs=1e-14)
+    assert wrapped(-math.pi - 1e-15, -math.pi, 0.0) == pytest.approx(-math.pi, abs=1e-14)
+    assert wrapped(1.0 + 1e-14, -1.0, 1.0) == 1.0
+    assert wrapped(1.0 + 1e-14 - 2 * math.pi, -1.0, 1.0) == pytest.approx(1.0, abs=1e-14)
+    assert wrapped(1.0 + 1e-9, -1.0, 1.0) > 1.0
+
+
+def test_an_arm_at_full_stretch_still_reaches():
+    """Rounding puts about half of such poses out of reach by 1e-16 of the arm."""
+    straight = math.atan2(-0.041, 1.2)
+    for q1, q2, q4, q5, q6 in np.random.default_rng(9).uniform(-1.5, 1.5, (60, 5)):
+        q = np.array([q1, q2, straight, q4, q5, q6])
+        at = frames(kuka(), q)
+        outcome, solutions = branches(spherical_wrist(kuka()), at.rotations[-1], at.origins[-1])
+        found = solutions[~np.isnan(solutions[:, 0])]
+        assert outcome == REACHED
+        assert np.abs(frames(kuka(), found).origins[:, -1] - at.origins[-1]).max() < 1e-9
+        assert np.abs(found - q)[:, [1, 2]].max(axis=1).min() < 1e-5
+
+
 @pytest.mark.parametrize(
     ("angle", "limits", "expected"),
     [(190, (-170, 170), -170), (170, (-195, 40), -190), (-190, (-195, 40), -190), (100, (-195, 40), 100),
-     (400, (-350, 350), 40), (-250, (-350, 350), 110)],
+     (400, (-350, 350), 40), (-250, (-350, 350), 110),
+     (-170, (500, 600), 550), (10, (-800, -700), -710), (10, (100, 200), 10)],
 )  # fmt: skip
 def test_angles_are_wrapped_to_half_a_turn_unless_only_a_turn_further_fits(angle, limits, expected):
     got = wrapped(math.radians(angle), *np.radians(limits))

@@ -1,0 +1,206 @@
+"""Holes of a CAD part: walls of concave cylinders that close a full turn, from one face or from several."""
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from cutwise.io.cad_faces import Face, FloatArray, curve_points, curve_range
+from cutwise.io.occ import MM, occ
+from cutwise.maths.surfaces import CYLINDER, Surfaces
+
+_CLOSE = 1e-7  # [m] ends of edges nearer than this are one, whatever the file says
+_MOST = 0.01  # share of its radius by which two pieces of one wall may differ at the very most
+
+Uses = Mapping[int, Sequence[tuple[int, bool]]]  # of each edge: the faces that it bounds, and whether it runs forward
+
+
+class Hole(NamedTuple):
+    """A full-turn concave cylinder."""
+
+    faces: tuple[int, ...]
+    radius: float  # [m]
+    origin: tuple[float, float, float]  # [m] a point of the axis
+    axis: tuple[float, float, float]
+    middle: tuple[float, float, float]  # [m] of the axis between both ends of the wall
+    depth: float  # [m] of the wall along the axis
+
+
+class _Side(NamedTuple):
+    """One use of an edge by a face."""
+
+    edge: int
+    face: int
+    forward: bool
+
+
+class _Walls:
+    """The concave cylinders of a part, joined where they meet and are one surface within the tolerance."""
+
+    def __init__(
+        self, faces: Sequence[Face], table: Surfaces, edges: Sequence[Any], uses: Uses, tolerance: float
+    ) -> None:
+        self.faces, self.table, self.edges, self.tolerance = faces, table, edges, tolerance
+        self.wall = {f.index for f in faces if f.kind == CYLINDER and f.sign < 0.0}
+        self.sides = {
+            edge: [_Side(edge, face, forward) for face, forward in found]
+            for edge, found in uses.items() if any(face in self.wall for face, _ in found)
+        }  # fmt: skip
+        self._owner = {face: face for face in self.wall}
+        self.inner: set[int] = set()  # edges between two faces of one wall, and seams
+        for edge, found in self.sides.items():
+            self._join(edge, found)
+        self._join_apart()
+
+    def _join(self, edge: int, found: Sequence[_Side]) -> None:
+        """Join the two faces of an edge; a seam joins a face with itself."""
+        if len(found) != 2 or not {found[0].face, found[1].face} <= self.wall:
+            return
+        reach = max(self.tolerance, occ("BRep").BRep_Tool.Tolerance_s(self.edges[edge]) * MM)
+        if self._same(found[0].face, found[1].face, reach):
+            self.inner.add(edge)
+            self._owner[self.owner(found[0].face)] = self.owner(found[1].face)
+
+    def _join_apart(self) -> None:
+        """Join faces of surfaces that were never sewn: their free edges lie on one another within the tolerance."""
+        free = [edge for edge, found in self.sides.items() if len(found) == 1]
+        line = {
+            edge: curve_points(self.edges[edge], np.linspace(*curve_range(self.edges[edge]), 3))[0] for edge in free
+        }
+        reach = max(self.tolerance, _CLOSE)
+        for k, first in enumerate(free):
+            for second in free[k + 1 :]:
+                away = min(_farthest(line[first], line[second]), _farthest(line[first], line[second][::-1]))
+                faces = self.sides[first][0].face, self.sides[second][0].face
+                if away <= reach and self._same(*faces, reach):
+                    self.inner |= {first, second}
+                    self._owner[self.owner(faces[0])] = self.owner(faces[1])
+
+    def owner(self, face: int) -> int:
+        """The face that stands for the wall to which a face belongs."""
+        while self._owner[face] != face:
+            face = self._owner[face]
+        return face
+
+    def _same(self, first: int, second: int, reach: float) -> bool:
+        """Whether two cylinders are one within a distance, over the length of both walls."""
+        if first == second:
+            return True
+        radius = self.table.size[[first, second], 0]
+        if abs(radius[0] - radius[1]) > 2.0 * reach or abs(radius[0] - radius[1]) > _MOST * radius.min():
+            return False
+        origin, axis = self.table.origin[first], self.table.axis[first]
+        for low_high in (self.ends(first), self.ends(second)):
+            for end in low_high:
+                arm = end - origin
+                beside = arm - (arm @ axis) * axis
+                if np.linalg.norm(beside) > min(2.0 * reach, _MOST * radius.min()):
+                    return False
+        return True
+
+    def ends(self, face: int) -> FloatArray:
+        """Both ends of the axis of a wall face [m], shape (2, 3)."""
+        evaluator = self.faces[face].evaluator
+        height = np.array([evaluator.FirstVParameter(), evaluator.LastVParameter()]) * MM
+        return np.asarray(self.table.origin[face] + height[:, None] * self.table.axis[face])
+
+    def closes(self, members: set[int]) -> bool:
+        """Whether the border of a wall runs once round its axis, so that the wall does.
+
+        The angle about the axis is followed along all border edges; where two ways to a corner give angles that
+        differ by a turn, the border has gone round.
+        """
+        axis = self.table.axis[min(members)]
+        corners = _Corners(max(self.tolerance, _CLOSE))
+        steps: dict[int, list[tuple[int, float]]] = {}
+        for edge, found in self.sides.items():
+            for side in found:
+                if side.face not in members or edge in self.inner:
+                    continue
+                turn = self._turn(side) * math.copysign(1.0, float(axis @ self.table.axis[side.face]))
+                ends = curve_points(self.edges[edge], np.array(curve_range(self.edges[edge])))[0]
+                a, b = corners.number(ends[0]), corners.number(ends[1])
+                if a == b and abs(turn) > math.pi:
+                    return True
+                steps.setdefault(a, []).append((b, turn))
+                steps.setdefault(b, []).append((a, -turn))
+        return _goes_round(steps)
+
+    def _turn(self, side: _Side) -> float:
+        """Angle about the axis of its face through which an edge runs, along its curve [rad]."""
+        flat = occ("BRepAdaptor").BRepAdaptor_Curve2d(self.edges[side.edge], self.faces[side.face].shape)
+        return float(flat.Value(flat.LastParameter()).X() - flat.Value(flat.FirstParameter()).X())
+
+
+class _Corners:
+    """Ends of edges by number; ends that are nearer than a tolerance are one."""
+
+    def __init__(self, tolerance: float) -> None:
+        self.tolerance, self.points = tolerance, np.zeros((0, 3))
+
+    def number(self, point: FloatArray) -> int:
+        near = np.flatnonzero(np.linalg.norm(self.points - point, axis=1) <= self.tolerance)
+        if near.size:
+            return int(near[0])
+        self.points = np.vstack([self.points, point])
+        return len(self.points) - 1
+
+
+def _farthest(first: FloatArray, second: FloatArray) -> float:
+    return float(np.linalg.norm(first - second, axis=1).max())
+
+
+def _goes_round(steps: Mapping[int, Sequence[tuple[int, float]]]) -> bool:
+    """Whether angles that are followed from corner to corner come back with another turn."""
+    angle: dict[int, float] = {}
+    for start in steps:
+        if start in angle:
+            continue
+        angle[start], waiting = 0.0, [start]
+        while waiting:
+            corner = waiting.pop()
+            for other, turn in steps[corner]:
+                if other not in angle:
+                    angle[other] = angle[corner] + turn
+                    waiting.append(other)
+                elif abs(angle[corner] + turn - angle[other]) > math.pi:
+                    return True
+    return False
+
+
+def holes(
+    faces: Sequence[Face], table: Surfaces, edges: Sequence[Any], uses: Uses, tolerance: float
+) -> tuple[Hole, ...]:  # fmt: skip
+    """Holes of a part.
+
+    A hole is a wall of concave cylinders on one axis with one radius that is in one piece and closed all round.
+    Faces belong to one wall if they share an edge, or have free edges that lie on one another, and their axes and radii
+    agree within the tolerance: that of the file, or that of the edge between them. Walls that are apart along the axis,
+    such as both ears of a clevis, are holes of their own; a wall that does not close, such as a fillet or the end of a
+    slot, is none.
+
+    Parameters
+    ----------
+    faces, table : sequence of Face, Surfaces
+        Faces, and their surfaces.
+    edges : sequence of shape
+        Edges.
+    uses : mapping
+        Of each edge the faces that it bounds.
+    tolerance : float
+        Of the file [m].
+    """
+    walls = _Walls(faces, table, edges, uses, tolerance)
+    members: dict[int, set[int]] = {}
+    for face in sorted(walls.wall):
+        members.setdefault(walls.owner(face), set()).add(face)
+    return tuple(_hole(walls, sorted(some)) for some in members.values() if walls.closes(some))
+
+
+def _hole(walls: _Walls, members: Sequence[int]) -> Hole:
+    origin, axis = walls.table.origin[members[0]], walls.table.axis[members[0]]
+    ends = [float((end - origin) @ axis) for face in members for end in walls.ends(face)]
+    middle = origin + 0.5 * (min(ends) + max(ends)) * axis
+    radius = float(walls.table.size[members[0], 0])
+    return Hole(tuple(members), radius, tuple(origin), tuple(axis), tuple(middle), max(ends) - min(ends))

@@ -1,0 +1,148 @@
+r"""A mill on a convex edge that is an arc, with a burr: heights are distances of the actual axis from the curve.
+
+:math:`y = |P - O| - \rho - R`, with normal and tangent there; projecting on the programmed normal instead is 23 µm wrong
+on a radius of 50 mm. The half angle of a layer whose face has the radius r is
+
+.. math:: \cos\delta = \frac{D^2 + R^2 - r^2}{2 D R}, \qquad D = r + R - p,
+
+:math:`r = \rho + h_b` for the top of the burr and :math:`\rho` for the work; :math:`r \to \infty` gives
+:math:`1 - p / R`.
+"""
+
+import math
+from typing import NamedTuple
+
+from cutwise.maths.compiled import inlined
+from cutwise.maths.curves import polyline_value
+from cutwise.physics.engagement.arc import LayerArcs
+from cutwise.physics.engagement.burred_edge import Immersion, Layers, Round, show
+from cutwise.physics.engagement.feed import feed_direction, feed_per_tooth
+from cutwise.stages import axial, displaced, left, met, probed
+
+
+class BurredArc(NamedTuple):
+    """A convex edge of constant radius, with a burr; the tool is placed from the centre of the arc."""
+
+    layers: Layers
+    mill: Round
+    radius: float  # [m] of the nominal edge
+
+
+class OnArc(NamedTuple):
+    """The mill against the arc at one height above its tip."""
+
+    immersion: Immersion
+    turn: float  # [rad] of the normal there from y of the process axes, clockwise
+
+
+@inlined
+def half_angle(depth: float, face: float, mill: float) -> float:
+    """Half angle of the arc of a mill [rad] a depth [m] inside a convex face of a radius [m].
+
+    Examples
+    --------
+    A quarter of the diameter deep in a face of ten radii: 57.61 degrees, for 60 of a straight one.
+
+    >>> round(math.degrees(half_angle(0.001, 0.02, 0.002)), 2)
+    57.61
+    """
+    if depth <= 0.0:
+        return 0.0
+    if depth >= 2.0 * mill:
+        return math.pi
+    distance = face + mill - depth
+    # 1 - cos, free of the difference of large squares: (r^2 - (D - R)^2) / (2 D R)
+    return math.acos(max(-1.0, 1.0 - depth * (2.0 * face - depth) / (2.0 * distance * mill)))
+
+
+@inlined
+def arcs_of(depth: float, work_depth: float, theta: float, radius: float, top: float, edge: float) -> LayerArcs:
+    """Arcs of burr and work as on a straight edge (:func:`~cutwise.physics.engagement.arc.layer_arcs`), round faces."""
+    if depth <= 0.0:
+        return LayerArcs(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    delta = half_angle(depth, top, radius)
+    lo, hi = max(math.pi - delta, theta), min(math.pi + theta, math.pi + delta)
+    if hi <= lo:
+        return LayerArcs(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    if work_depth <= 0.0:
+        return LayerArcs(lo, hi, 0.0, 0.0, 0.0, 0.0)
+    inner = half_angle(work_depth, edge, radius)
+    return LayerArcs(
+        lo, min(hi, math.pi - inner), max(lo, math.pi + inner), hi, max(lo, math.pi - inner), min(hi, math.pi + inner)
+    )
+
+
+@inlined
+def immersion_on(engagement: BurredArc, burr: float, x: float, y: float, speed_x: float, speed_y: float) -> OnArc:
+    """Immersion from place and velocity of the axis, seen from the centre of the arc in process axes [m, m/s]."""
+    mill = engagement.mill
+    distance = math.hypot(x, y)
+    turn = math.atan2(x, y)
+    sine, cosine = x / distance, y / distance
+    along, off = speed_x * cosine - speed_y * sine, speed_x * sine + speed_y * cosine
+    height = distance - engagement.radius - mill.radius
+    theta = feed_direction(along, off)
+    depth, work_depth = burr - height, max(0.0, -height)
+    arcs = arcs_of(max(depth, work_depth), work_depth, theta, mill.radius, engagement.radius + burr, engagement.radius)
+    chip = feed_per_tooth(along, off, mill.spindle_speed, mill.flutes)
+    return OnArc(Immersion(depth, work_depth, theta, chip, arcs), turn)
+
+
+@axial.of(BurredArc)
+def _(engagement):
+    return False
+
+
+@probed.of(BurredArc)
+def _(engagement, pose):
+    layers = engagement.layers
+    return layers.strips.burr_start, 0.5 * polyline_value(layers.burr_width, pose.along)
+
+
+@met.of(BurredArc)
+def _(engagement, stock, pose, structure, flexed, contact):
+    """A mill is round: the arcs of the normal at the axis are arcs of the process axes, turned."""
+    burr_height, burr_width, strips = engagement.layers
+    rows = contact.rows
+    width, burr = polyline_value(burr_width, pose.along), polyline_value(burr_height, pose.along)
+    tip = displaced(structure, flexed, strips.burr_start, 0.5 * width)
+    at_a = immersion_on(
+        engagement, burr, pose.x + tip.x, pose.y + tip.y,
+        pose.vx + tip.vx + pose.spin * tip.y, pose.vy + tip.vy - pose.spin * tip.x,
+    )  # fmt: skip
+    n = strips.slices
+    count = 0
+    for layer in range(2):
+        start = strips.burr_start if layer == 0 else strips.work_start
+        strip = (width if layer == 0 else strips.work_width) / n
+        for k in range(n):
+            foot = start + k * strip
+            here = at_a
+            if n > 1:
+                tip = displaced(structure, flexed, foot, 0.5 * strip)
+                here = immersion_on(
+                    engagement, burr, pose.x + tip.x, pose.y + tip.y,
+                    pose.vx + tip.vx + pose.spin * tip.y, pose.vy + tip.vy - pose.spin * tip.x,
+                )  # fmt: skip
+            arcs = here.immersion.arcs
+            lo = arcs.front_lo if layer == 0 else arcs.work_lo
+            hi = arcs.front_hi if layer == 0 else arcs.work_hi
+            for piece in range(2 - layer):
+                if piece == 1:
+                    lo, hi = arcs.back_lo, arcs.back_hi
+                if hi > lo:
+                    rows[count, 0] = layer
+                    rows[count, 1] = foot
+                    rows[count, 2] = strip
+                    rows[count, 3] = lo + here.turn
+                    rows[count, 4] = hi + here.turn
+                    rows[count, 5] = here.immersion.chip
+                    rows[count, 6] = here.immersion.theta + here.turn
+                    count += 1
+    show(at_a.immersion, contact.seen)
+    return count
+
+
+@left.of(BurredArc)
+def _(engagement, stock, contact, count):
+    return 0

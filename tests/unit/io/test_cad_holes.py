@@ -1,0 +1,185 @@
+"""Holes: walls that close and are in one piece. Edges: split where their kind changes, in any pose and unit."""
+
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cutwise.io import cad, cad_edges, cad_parts, cad_select, step
+from cutwise.io.occ import occ
+
+STEP = Path(__file__).parents[2] / "data" / "step"
+
+
+def model(file):
+    return cad.topology(step.read_step(file))
+
+
+def holes(shape, folder):
+    """Diameter, depth and middle of each hole [mm], sorted."""
+    found = model(step.write_step(shape, folder / "part.step")).holes
+    return sorted(
+        (round(2e3 * h.radius, 6), round(1e3 * h.depth, 6), *np.round(1e3 * np.array(h.middle), 6)) for h in found
+    )
+
+
+def box(x, y, z, at=(0.0, 0.0, 0.0)):
+    return occ("BRepPrimAPI").BRepPrimAPI_MakeBox(occ("gp").gp_Pnt(*at), x, y, z).Shape()
+
+
+def rod(origin, axis, radius, height, turn=2.0 * math.pi):
+    gp = occ("gp")
+    frame = gp.gp_Ax2(gp.gp_Pnt(*origin), gp.gp_Dir(*axis))
+    return occ("BRepPrimAPI").BRepPrimAPI_MakeCylinder(frame, radius, height, turn).Shape()
+
+
+def cut(body, *tools):
+    for tool in tools:
+        body = occ("BRepAlgoAPI").BRepAlgoAPI_Cut(body, tool).Shape()
+    return body
+
+
+def moved(shape, scale=1.0):
+    """In another pose, and larger."""
+    gp = occ("gp")
+    turn, shift, size = gp.gp_Trsf(), gp.gp_Trsf(), gp.gp_Trsf()
+    turn.SetRotation(gp.gp_Ax1(gp.gp_Pnt(3, -7, 11), gp.gp_Dir(1, 2, -0.7)), 0.83)
+    shift.SetTranslation(gp.gp_Vec(1234.5, -678.9, 42.0))
+    size.SetScale(gp.gp_Pnt(0, 0, 0), scale)
+    return occ("BRepBuilderAPI").BRepBuilderAPI_Transform(shape, shift.Multiplied(turn).Multiplied(size), True).Shape()
+
+
+def clevis():
+    return cut(box(30, 40, 40), box(30, 24, 32, (0, 8, 8)), rod((15, -1, 26), (0, 1, 0), 5, 50))
+
+
+def test_both_ears_of_a_clevis_have_a_hole_of_their_own():
+    """Version 0.1: one hole, 40 mm deep, its middle in the air."""
+    found = sorted(model(STEP / "clevis.step").holes, key=lambda h: h.middle[1])
+    assert [(2e3 * h.radius, 1e3 * h.depth) for h in found] == [pytest.approx((10.0, 8.0))] * 2
+    np.testing.assert_allclose([h.middle for h in found], [(0.015, 0.004, 0.026), (0.015, 0.036, 0.026)], atol=1e-12)
+
+
+@pytest.mark.parametrize("scale", [1.0, 25.4, 0.1])
+def test_a_clevis_in_any_pose_and_size(tmp_path, scale):
+    found = holes(moved(clevis(), scale), tmp_path)
+    assert [(d, depth) for d, depth, *_ in found] == [pytest.approx((10.0 * scale, 8.0 * scale))] * 2
+
+
+@pytest.mark.parametrize("unit", ["INCH", "M"])
+def test_a_clevis_in_another_unit(tmp_path, unit):
+    control = occ("Interface").Interface_Static
+    control.SetCVal_s("write.step.unit", unit)
+    try:
+        file = step.write_step(clevis(), tmp_path / "part.step")
+    finally:
+        control.SetCVal_s("write.step.unit", "MM")
+    found = model(file)
+    assert found.part.unit == {"INCH": "inch", "M": "metre"}[unit]
+    assert [h.depth for h in found.holes] == pytest.approx([0.008, 0.008])
+
+
+@pytest.mark.parametrize("apart", ["", "1e-9", "1e-7", "1e-5"])
+def test_half_walls_are_one_hole_within_the_tolerance(tmp_path, apart):
+    """Axes of both halves a little apart; version 0.1 rounded to 1e-3 mm and fell into two boxes."""
+    text = (STEP / "half_cylinder_hole_1e-9.step").read_text()
+    if apart:
+        name = re.search(r"CYLINDRICAL_SURFACE\('',(#\d+),", text)[1]
+        place = re.search(rf"{name} = AXIS2_PLACEMENT_3D\('',(#\d+),", text)[1]
+        point = re.search(rf"{place} = CARTESIAN_POINT\('',\(([-\d.E]+),", text)
+        text = text[: point.start(1)] + repr(float(point[1]) + float(apart)) + text[point.end(1) :]
+    file = tmp_path / "part.step"
+    file.write_text(text)
+    (hole,) = model(file).holes
+    assert len(hole.faces) == 2
+    assert (2e3 * hole.radius, 1e3 * hole.depth) == pytest.approx((7.9375, 10.0), abs=1e-6)
+
+
+def test_outer_selects_the_rims_of_a_hole_in_two_halves():
+    chains = cad_edges.sharp_chains(model(STEP / "half_cylinder_hole_1e-9.step"), spacing=1e-3)
+    assert len(cad_select.select(chains, "outer")) == 2
+
+
+def test_walls_that_were_never_sewn_are_joined_by_distance(tmp_path):
+    """Two half tubes as surfaces only, each with its own edges along the joint."""
+    whole = occ("TopoDS").TopoDS_Compound()
+    builder = occ("BRep").BRep_Builder()
+    builder.MakeCompound(whole)
+    gp = occ("gp")
+    frame = gp.gp_Ax3(gp.gp_Pnt(5, 5, 0), gp.gp_Dir(0, 0, 1))
+    for start in (0.0, math.pi):
+        make = occ("BRepBuilderAPI").BRepBuilderAPI_MakeFace(
+            gp.gp_Cylinder(frame, 4.0), start, start + math.pi, 0.0, 9.0
+        )
+        builder.Add(whole, make.Face().Reversed())
+    assert holes(whole, tmp_path) == [pytest.approx((8.0, 9.0, 5.0, 5.0, 4.5))]
+
+
+@pytest.mark.parametrize("joined", [True, False])
+def test_a_wall_in_two_halves_at_other_heights_is_no_hole(tmp_path, joined):
+    """Half a turn on each side of one axis adds up to a full turn that is nowhere closed."""
+    block = box(20, 20, 20)
+    low, high = (
+        rod((10, 10, -1), (0, 0, 1), 4, 9, math.pi),
+        rod((10, 10, 12), (0, 0, -1), 4, 8 if joined else 2, math.pi),
+    )
+    found = holes(cut(block, low, high, rod((10, 10, 12), (0, 0, 1), 4, 9, math.pi)), tmp_path)
+    assert found == []
+
+
+def test_slots_fillets_and_keyways_are_no_holes(tmp_path):
+    slot = cut(
+        box(40, 20, 10),
+        rod((10, 10, -1), (0, 0, 1), 3, 12),
+        rod((20, 10, -1), (0, 0, 1), 3, 12),
+        box(10, 6, 12, (10, 7, -1)),
+    )
+    keyway = cut(box(40, 20, 10), rod((20, 10, -1), (0, 0, 1), 6, 12), box(3, 8, 12, (18.5, 10, -1)))
+    assert holes(slot, tmp_path) == []
+    assert holes(keyway, tmp_path) == []
+
+
+def test_holes_of_all_kinds(tmp_path):
+    """Through, blind, stepped, slanted through a thin plate, crossed by a smaller and by a larger bore."""
+    thin = cut(box(40, 40, 1), rod((20, 20, 0), (0, 0.8, 0.6), 4, 30), rod((20, 20, 0), (0, -0.8, -0.6), 4, 30))
+    assert [h[0] for h in holes(thin, tmp_path)] == [8.0]
+    steps = cut(box(40, 40, 20), rod((20, 20, -1), (0, 0, 1), 3, 22), rod((20, 20, 12), (0, 0, 1), 5, 10))
+    assert holes(steps, tmp_path) == [pytest.approx((6, 12, 20, 20, 6)), pytest.approx((10, 8, 20, 20, 16))]
+    groove = cut(box(40, 40, 20), rod((20, 20, -1), (0, 0, 1), 3, 22), rod((20, 20, 9), (0, 0, 1), 4, 2))
+    assert [(d, depth) for d, depth, *_ in holes(groove, tmp_path)] == [
+        pytest.approx((6, 9)),
+        pytest.approx((6, 9)),
+        pytest.approx((8, 2)),
+    ]
+    small = cut(box(40, 40, 20), rod((20, 20, -1), (0, 0, 1), 5, 22), rod((-1, 20, 10), (1, 0, 0), 2, 50))
+    assert sorted(d for d, *_ in holes(small, tmp_path)) == [4, 4, 10]
+    large = cut(box(40, 40, 20), rod((20, 20, -1), (0, 0, 1), 3, 22), rod((-1, 20, 10), (1, 0, 0), 5, 50))
+    assert sorted(d for d, *_ in holes(large, tmp_path)) == [6, 6, 10]
+    pipe = cad_parts.drilled_pipe(0.015, 0.002, 0.004, 0.06)
+    assert [h[0] for h in holes(pipe, tmp_path)] == [8, 26]
+
+
+def test_an_edge_is_split_where_its_kind_changes():
+    """Convex by 40 degrees at one end, concave by 45 at the other; version 0.1 called all of it concave."""
+    found = model(STEP / "roof_convex40_concave45.step")
+    (pieces,) = found.split
+    assert [piece.kind for piece in pieces] == [cad.CONVEX, cad.CONCAVE]
+    chains = cad_edges.sharp_chains(found, spacing=5e-4)
+    (ridge,) = [c for c in chains if c.edges == (pieces[0].index,)]
+    half = (
+        60e-3 * math.tan(math.radians(40)) / (math.tan(math.radians(40)) + 1.0)
+    )  # the slope is linear along the ridge
+    assert ridge.length == pytest.approx(half, rel=1e-3)
+    np.testing.assert_allclose(
+        np.degrees([ridge.frames.wedge.min(), ridge.frames.wedge.max()]), [140.0, 180.0], atol=1e-3
+    )
+    assert "convex, then concave: it is split at (27.38, 15, 10) mm" in found.remarks[0]
+    assert found.whole_edges == 15
+
+
+def test_an_edge_that_only_fades_stays_whole():
+    found = model(STEP / "fading_ridge_4mm.step")
+    assert found.split == ()
+    assert found.count(cad.CONVEX) == 15
