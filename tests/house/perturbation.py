@@ -50,7 +50,7 @@ def others(key: Key) -> list[Any]:
         found = [*examples, *_choices(key.info), *(value for example in examples for value in _far(example, key.info))]
     else:
         found = [*_turned(key.said, key.info), *examples]
-    if not found or key.said is not None and not holds_sections(key):
+    if not found or (key.said is not None and not holds_sections(key)):
         found += [_least(kind) for kind in fields.sections(key.info) if not isinstance(key.said, kind)]
     said = list(key.said) if isinstance(key.said, tuple) else key.said
     return [value for place, value in enumerate(found) if value != said and value not in found[:place]]
@@ -134,7 +134,9 @@ def _example(info: FieldInfo) -> Any:
 
 
 def _parsed(said: Any, dimension: str) -> Any:
-    return tuple(_parsed(entry, dimension) for entry in said) if isinstance(said, list) else units.parse(said, dimension)
+    return (
+        tuple(_parsed(entry, dimension) for entry in said) if isinstance(said, list) else units.parse(said, dimension)
+    )
 
 
 def _choices(info: FieldInfo) -> Iterator[str]:

@@ -75,7 +75,11 @@ def _written(scenario: Scenario, spec: Spec, before: Path, path: Path) -> bool:
         if owner is None:
             return False
     name = str(path[-1])
-    if type(owner).model_fields[name].is_required() or name not in owner.model_fields_set or getattr(owner, name) is None:
+    if (
+        type(owner).model_fields[name].is_required()
+        or name not in owner.model_fields_set
+        or getattr(owner, name) is None
+    ):
         return False
     key = dotted((*before, *path))
     origins = [origin for at, origin in scenario.origins.items() if at == key or at.startswith((f"{key}.", f"{key}["))]
