@@ -136,7 +136,7 @@ def _words(texts):
 
 def quick(scenario):
     """What a study sees of a scenario: its measures, what is wrong with them, and what is said about its values."""
-    found = quick_outcome(scenario)
+    found = quick_outcome(scenario, coarse=True)
     return dict(found.measures), [finding.code for finding in found.findings], _words(notices(scenario))
 
 

@@ -81,6 +81,8 @@ def _written(scenario: Scenario, spec: Spec, before: Path, path: Path) -> bool:
         or getattr(owner, name) is None
     ):
         return False
+    if not before and isinstance(getattr(owner, name), Spec) and len(path) == 1:
+        return True  # no entry brings a section of the scenario
     key = dotted((*before, *path))
     origins = [origin for at, origin in scenario.origins.items() if at == key or at.startswith((f"{key}.", f"{key}["))]
     return not origins or any(not origin.library for origin in origins)

@@ -41,7 +41,7 @@ def test_a_rigid_tool_leaves_what_geometry_says(said):
 def test_a_spindle_that_does_not_move_is_a_rigid_tool(examples):
     scenario = load(examples / "chamfer_compliant_spindle.yaml", ["path.points=48", "spindle.pressure=20 bar"])
     found = quick_measures(scenario)
-    assert found["tip_deflection_max"] == 0.0
+    assert found["tip_deflection_max"] < 1e-12
     for end in ("min", "max"):
         assert found[f"width_{end}"] == pytest.approx(found[f"width_deflected_{end}"], rel=1e-6)
     assert found["width_max"] > 1.1e-3  # planned 0.9 mm: preset and part error are in it
@@ -50,9 +50,7 @@ def test_a_spindle_that_does_not_move_is_a_rigid_tool(examples):
 def test_preset_and_part_error_count_alike_in_the_part_and_preset_alone_in_the_program(examples):
     path, short = examples / "chamfer_pipe_hole.yaml", ("path.points=48", "setup=null")
     plain = simulate(load(path, short))
-    deeper, nearer = (
-        simulate(load(path, (*short, f"operation.{key}=20 um"))) for key in ("preset", "part_error")
-    )
+    deeper, nearer = (simulate(load(path, (*short, f"operation.{key}=20 um"))) for key in ("preset", "part_error"))
     assert deeper.measures["width_max"].value == nearer.measures["width_max"].value
     assert deeper.measures["width_max"].value > plain.measures["width_max"].value + 20e-6
     assert deeper.measures["lateral_force_max"].value > 1.05 * plain.measures["lateral_force_max"].value

@@ -17,7 +17,9 @@ def scenario(examples, tmp_path):
 
 def test_plunges_and_moves_above_the_material_keep_their_feed(scenario):
     path = program_path(scenario, read_program(scenario))
-    feed = dict(zip(path.source[np.isfinite(path.feed)].tolist(), path.feed[np.isfinite(path.feed)].tolist(), strict=True))
+    feed = dict(
+        zip(path.source[np.isfinite(path.feed)].tolist(), path.feed[np.isfinite(path.feed)].tolist(), strict=True)
+    )
     assert feed == pytest.approx({4: 5e-3, 5: 20e-3, 6: 10e-3, 7: 10e-3})
 
 
