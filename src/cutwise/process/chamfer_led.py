@@ -16,8 +16,8 @@ def as_run(scenario: ChamferScenario, path: EdgePath, members: Sequence[proof.Ed
     """The path of a rigid tool, seen from the part, with what it leaves and cuts there.
 
     The ball is led into the work by preset and part error together, across the tool axis and at right angles to the feed.
-    Where it cuts beside the chamfer, and how near its rod comes, is found for a rigid tool only: a spindle that yields
-    goes elsewhere.
+    Everything else (where it cuts beside the chamfer, how near its rod comes, its forces) is that of the moved path for
+    a rigid tool only: a spindle that yields goes elsewhere, and keeps the planned path to be compared with.
 
     Parameters
     ----------
@@ -33,9 +33,9 @@ def as_run(scenario: ChamferScenario, path: EdgePath, members: Sequence[proof.Ed
         return path
     moved = _nearer(path, approach)
     left = swept(scenario, moved.path, path.at, further=abs(approach))
-    moved = moved._replace(found=left)
     if scenario.spindle is not None:
-        return moved
+        return path._replace(found=left)
+    moved = moved._replace(found=left)
     radius = scenario.tool.ball_radius
     gouge = proof.gouge_of(
         path.work.shape, moved.path, radius, members, path.work.number, float(left.beyond.max(initial=0.0))
