@@ -332,8 +332,8 @@ class MachineScenario(Scenario):
         if not self.load.weights:
             yield from self._of_bodies(("weight", "weight_at"), "load.weights is false")
         if self.stock is not None:
-            for key in ("axial_depth", "radial_depth") if isinstance(self.load.force, FromCutting) else ():
-                yield Remark(("load", "force", key), "the stock says what the program meets")
+            for depth in ("axial_depth", "radial_depth") if isinstance(self.load.force, FromCutting) else ():
+                yield Remark(("load", "force", depth), "the stock says what the program meets")
             yield Remark(("program", "top"), "the stock has its own top (stock.z)")
         yield from _rigid("tool", ("overhang", "filling"), self.tool.flexible)
         if self.part is not None:
