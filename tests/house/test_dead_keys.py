@@ -53,6 +53,7 @@ CASES = {  # the examples, short and coarse
     "machine_five_axis": ("volume.points=3", "volume.diagonal_points=5", "path.samples=7", "uncertainty.samples=200"),
     "machine_pocket": ("program.file={program}", _STOCK, "program.samples=20"),
     "machine_volumetric_map": ("volume.points=3", "volume.diagonal_points=5"),
+    "mill_on_machine": ("path.line.length=4 mm", "path.cut_from=1 mm", "numerics.settling_time=0.02 s", "numerics.substeps=4"),
     "mill_on_robot": (*_LINE, "numerics.station=8 mm"),
     "mill_pocket": ("program={program}", "numerics.settling_time=0.02 s", "numerics.substeps=4"),
     "mill_pocket_corner": (
@@ -73,6 +74,7 @@ ONLY = {  # keys that are turned where an example costs much; the others are tur
         "machine.geometry_errors.E?[AC]*",
         "[!m]*",
     ),
+    "mill_on_machine": ("path*", "stability", "placement", "operation*", "load*", "numerics.[sm]*"),
     "mill_on_robot": ("[ops]*", "tool*", "material*", "lobes*", "numerics*", "robot.[!ju]*", "robot.joint_*"),
     "mill_pocket": ("[!m]*", "material*"),
     "mill_pocket_stock": (
@@ -114,6 +116,7 @@ STILL = {  # keys that may move nothing: example, key, and why that is right
     ("deburr_on_robot", "robot.damping"): "has to be there; robot.dynamics: static leaves the damping out",
     ("drill_*", "tool.helix"): "has to be there; simple lips have one rake (tool.lip_model)",
     ("drill_*", "tool.web"): "has to be there; simple lips go through the axis (tool.lip_model)",
+    ("mill_on_machine", "path.orientation"): "on an arc only, and for a robot",
     ("mill_on_robot", "tool.helix"): "the mean force over a revolution is the same for every helix",
     ("mill_pocket_stock", "stability"): "the tool of the example does not chatter",
     ("mill_pocket_corner", "machine.y.friction.*"): "y does not turn back in this corner",
