@@ -38,6 +38,7 @@ _LINE = ("path.line.from=[1900 mm, -8 mm, 800 mm]", "path.line.to=[1900 mm, 8 mm
 _STOCK = "stock={x: [35 mm, 56 mm], y: [15 mm, 45 mm], z: [-20 mm, 0 mm]}"
 CASES = {  # the examples, short and coarse
     "chamfer_compliant_spindle": ("path.points=24", "operation.contact_feed=150 mm/s", "part.pipe.hole_radius=2 mm"),
+    "chamfer_on_robot": ("path.points=24",),
     "chamfer_pipe_hole": ("path.points=48", "setup.samples=50"),
     "chamfer_step_part": (
         "part.block.holes=[{x: 20 mm, y: 20 mm, radius: 3 mm}]", "part.edges='hole:1'", "path.chord_tolerance=20 um",
@@ -66,6 +67,7 @@ CASES = {  # the examples, short and coarse
     ),
 }  # fmt: skip
 ONLY = {  # keys that are turned where an example costs much; the others are turned in examples beside it
+    "chamfer_on_robot": ("robot.*", "placement*", "spindle"),
     "chamfer_step_part": ("part.*", "path.*", "chamfer.*", "tool.[abp]*"),
     "deburr_on_robot": ("path*", "placement", "robot.*", "numerics.[es]*"),
     "machine_five_axis": (
@@ -108,6 +110,8 @@ STILL = {  # keys that may move nothing: example, key, and why that is right
     ("machine_pocket", "program.start"): "feed moves alone count, and the first one is not the first move",
     ("chamfer_compliant_spindle", "chamfer.clearance"): "nothing stands beside the rod at the outer edge of a pipe",
     ("chamfer_*", "tool.flutes"): "without edge forces (K_te = 0) the mean force is that of the removal rate",
+    ("chamfer_on_robot", "robot.modal_mass"): "has to be there; robot.dynamics: static leaves the mass out",
+    ("chamfer_on_robot", "robot.damping"): "has to be there; robot.dynamics: static leaves the damping out",
     ("chamfer_pipe_hole", "tool.pole_limit_angle"): "the chamfer is far from the pole of the ball",
     ("deburr_arc", "path.tool_axis"): "has to be written; without a robot only length and curvature of the edge count",
     ("deburr_arc", "path.arc.centre"): "has to be written; without a robot only length and curvature of the edge count",
