@@ -225,8 +225,8 @@ class MillingScenario(Scenario):
     implied: ClassVar[Mapping[str, float]] = {"chatter_growth_corner": 1.0, "chatter_growth_straight": 1.0}
 
     def turned(self) -> Mapping[str, tuple[str, str]]:
-        """What this cut has: a program no corner, one in a stock no depths; a corner no blend unless it is asked for."""
-        idle = {"path.corner"} if self.program is not None else set()
+        """What this cut has: a program or a robot no corner, one in a stock no depths; a corner no blend unless asked for."""
+        idle = set() if isinstance(self.path, CornerPath) else {"path.corner"}
         if self.stock is not None:
             idle |= {"operation.axial_depth", "operation.radial_depth"}
         if self.program is None and not isinstance(self.path_mode, Blend):
@@ -324,6 +324,9 @@ class MillingScenario(Scenario):
         if not isinstance(self.path, CarriedPath):
             yield Remark(("path",), "a robot needs to know where the wall is, for example path: {line: {from: [1900 mm, "
                          "-150 mm, 800 mm], to: [1900 mm, 150 mm, 800 mm]}, tool_axis: [0, 0, -1]}")  # fmt: skip
+        elif self.path.arc is not None:
+            yield Remark(("path", "arc"), "a robot mills along a line; the contact of a curved wall is not modelled, write "
+                         "path.line")  # fmt: skip
         for key, why in (
             ("program", "a robot follows path.line; programs are for machines"),
             ("stock", "belongs to a program; a robot has its depths (operation.radial_depth, .axial_depth)"),

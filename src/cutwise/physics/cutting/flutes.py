@@ -11,6 +11,7 @@ from cutwise.physics.cutting.uneven import (
     force_per_length,
     turning_mean_force,
     uneven_tooth_force,
+    whole_turn_force,
 )
 from cutwise.stages import cut
 
@@ -21,6 +22,14 @@ class MeanFlutes(NamedTuple):
     mill: Mill
     edges: Edges  # force law, coefficients and run-out
     spindle_speed: float  # [rad/s]
+    up_milling: bool
+
+
+class TurnFlutes(NamedTuple):
+    """A turning mill in a material, its force averaged over a whole turn: what a structure at rest answers to."""
+
+    mill: Mill
+    edges: Edges
     up_milling: bool
 
 
@@ -51,6 +60,15 @@ def averaged(
         return mean_force(lo, hi, chip, theta, length, mill.flutes, edges.linear)
     rotation = (flutes.spindle_speed * time) % (2.0 * math.pi)
     return turning_mean_force(rotation, lo, hi, chip, theta, length, mill, edges)
+
+
+@inlined
+def over_a_turn(flutes: TurnFlutes, chip: float, theta: float, lo: float, hi: float, length: float) -> FluteForce:
+    """Mean force over a turn of one arc over a strip; without run-out every tooth is like the next."""
+    mill, edges = flutes.mill, flutes.edges
+    if even_and_linear(edges):
+        return mean_force(lo, hi, chip, theta, length, mill.flutes, edges.linear)
+    return whole_turn_force(lo, hi, chip, theta, length, mill, edges)
 
 
 @inlined
@@ -94,6 +112,21 @@ def _(cutting, contact, count, time, pivot, load):
         if cutting.up_milling:
             lo, hi, theta = math.pi - hi, math.pi - lo, -theta
         force = averaged(cutting, rows[i, 5], theta, lo, hi, (foot + width) - foot, time)
+        if cutting.up_milling:
+            force = mirrored(force)
+        put(load, int(rows[i, 0]), force, pivot - foot - 0.5 * width)
+
+
+@cut.of(TurnFlutes)
+def _(cutting, contact, count, time, pivot, load):
+    """Up milling is the mirror image."""
+    rows = contact.rows
+    for i in range(count):
+        lo, hi, theta = rows[i, 3], rows[i, 4], rows[i, 6]
+        foot, width = rows[i, 1], rows[i, 2]
+        if cutting.up_milling:
+            lo, hi, theta = math.pi - hi, math.pi - lo, -theta
+        force = over_a_turn(cutting, rows[i, 5], theta, lo, hi, (foot + width) - foot)
         if cutting.up_milling:
             force = mirrored(force)
         put(load, int(rows[i, 0]), force, pivot - foot - 0.5 * width)
