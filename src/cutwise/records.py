@@ -9,7 +9,6 @@ from typing import NamedTuple
 
 from cutwise.maths.curves import FloatArray
 
-
 UNSOLVED = 2000
 """Effort of a step whose state was not found: no solver takes as many trials otherwise."""
 

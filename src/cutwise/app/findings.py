@@ -105,7 +105,9 @@ def _unsolved(finding: Finding, result: Result) -> str:
             f"{_shown(finding, finding.limit, 2)}"
         )
     count = int(finding.value or 0)
-    return f"the forces of pistons and structure were not found in {count} steps{_where(finding)}; use a smaller time step"
+    return (
+        f"the forces of pistons and structure were not found in {count} steps{_where(finding)}; use a smaller time step"
+    )
 
 
 def _edge_stands(finding: Finding, result: Result) -> str:

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from cutwise import units
 from cutwise.later import later
 from cutwise.loop import Cell
 from cutwise.maths.curves import FloatArray
@@ -320,7 +319,7 @@ def stages(scenario: MillingScenario, done: ArmMilling) -> xr.DataTree:
     return xr.DataTree.from_dict(groups)
 
 
-def warnings(scenario: MillingScenario, found: Mapping[str, float]) -> tuple[str, ...]:
+def warnings(scenario: MillingScenario) -> tuple[str, ...]:
     """What a user has to know about the run."""
     said = list(notices(scenario))
     if not scenario.robot.joint_speed:

@@ -197,7 +197,7 @@ def mill_by_robot(scenario: MillingScenario, progress: Progress | None = None) -
         found,
         stages=arm_milling.stages(scenario, done),
         findings=soundness.arm_mill(found),
-        warnings=arm_milling.warnings(scenario, found),
+        warnings=arm_milling.warnings(scenario),
         infeasible=carried.too_fast(found, scenario.operation.feed),
         limits=arm_milling.LIMITS,
         convergence=change_on_halved_step({name: found[name] for name in again}, again),
@@ -211,8 +211,10 @@ def mill_quick(scenario: MillingScenario, wanted: Collection[str] = (), *, coars
     del wanted
     if scenario.robot is not None:
         by_arm = arm_milling.measures(scenario, arm_milling.run(scenario))
-        told = () if coarse else tuple(arm_milling.warnings(scenario, by_arm))
-        return Outcome(by_arm, tuple(soundness.arm_mill(by_arm)), told, carried.too_fast(by_arm, scenario.operation.feed))
+        told = () if coarse else arm_milling.warnings(scenario)
+        return Outcome(
+            by_arm, tuple(soundness.arm_mill(by_arm)), told, carried.too_fast(by_arm, scenario.operation.feed)
+        )
     done = milling.run(scenario, scenario.numerics.substeps)
     steady = milling.stability(scenario, done)
     found = milling_measures.measures(scenario, done)
