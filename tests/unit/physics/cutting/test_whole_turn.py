@@ -26,7 +26,7 @@ def test_it_is_the_mean_of_the_teeth_whatever_the_direction(flutes, lo, hi, runo
     for angle in (0.0, 0.9):
         edges = EDGES._replace(runout=runout, runout_angle=angle)
         found = np.array(whole_turn_force(lo, hi, chip, 0.0, depth, mill, edges))
-        assert found == pytest.approx(np.mean(teeth, axis=0), rel=3e-3, abs=0.1)
+        assert found == pytest.approx(np.mean(teeth, axis=0), rel=5e-3, abs=0.1)
 
 
 def test_without_run_out_it_is_the_closed_form():
