@@ -202,8 +202,9 @@ def whole_turn_force(
     .. math:: \bar F = \frac{1}{2\pi} \int_0^{2\pi} F(\Phi)\, d\Phi
 
     by equal steps of the rotation :math:`\Phi`; which way the run-out points from flute 0 does not count (for one
-    direction the teeth differ from it by 4 % at most with a run-out of a third of the chip). A linear law without a tooth that leaves the cut keeps the mean of even
-    flutes: what one tooth cuts less, the next cuts more. Parameters are those of :func:`turning_mean_force`.
+    direction the teeth differ from it by 4 % at most with a run-out of a third of the chip). A linear law without a
+    tooth that leaves the cut keeps the mean of even flutes: what one tooth cuts less, the next cuts more. Parameters
+    are those of :func:`turning_mean_force`.
     """
     steps = TURN if edges.runout != 0.0 else 1
     x = y = z = tangential = 0.0
