@@ -7,6 +7,7 @@ from cutwise.stages import cut, held, met, pivot, probed, settled, spatial, yiel
 
 CLOSE = 1e-14  # [m] of a displacement that is solved for with the force
 CLOSE_IN_SPACE = 1e-13  # [m] the same along x, y and z: a look at the force there costs ten times as much
+HARMLESS = 1e-9  # [m] by which it may be missed where rounding does not let it come closer
 TRIALS = 60  # looks at the force in one step; a step that takes them all has not found its displacement
 
 
@@ -75,6 +76,7 @@ def balance_of_one(cell, flexed, pose, contact, load, guess, height):  # type: i
             guess[0] = (fresh - g) / (new - u)
         u, g = new, fresh
         trials += 1
+    trials = min(trials, TRIALS - 1) if abs(g) < HARMLESS else TRIALS
     settled(structure, flexed, 0.0, 0.0, 0.0)  # all of the twist is that of the last force: work and energy agree
     return count, trials
 
@@ -145,5 +147,7 @@ def balance_of_three(cell, flexed, pose, contact, load, guess, height):  # type:
         share = 1.0 if after <= 4.0 * before else 0.5
         gx, gy, gz = new_x, new_y, new_z
         trials += 1
+    found = abs(gx) < HARMLESS and abs(gy) < HARMLESS and abs(gz) < HARMLESS  # so NaN is not found
+    trials = min(trials, TRIALS - 1) if found else TRIALS
     settled(structure, flexed, 0.0, 0.0, 0.0)
     return count, trials

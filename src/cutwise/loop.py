@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from cutwise.balance import TRIALS, balance, look
 from cutwise.maths.compiled import inlined_stepping, stepping
-from cutwise.records import CONTACT, FIXED, Contact, History, Load
+from cutwise.records import CONTACT, FIXED, UNSOLVED, Contact, History, Load
 from cutwise.stages import (
     driven,
     left,
@@ -26,7 +26,6 @@ IntArray = NDArray[np.int64]
 
 CHUNK = 100_000  # steps between two looks at progress and Ctrl-C
 ROWS = 40_000  # longest history
-LOST = 1_000_000  # effort of a step whose displacement was not found: more than any solver of a term takes
 
 
 class Cell(NamedTuple):
@@ -95,11 +94,13 @@ def advance(cell, flexed, contact, load, guess, table, starts, row, first, steps
         pose = moved(cell.motion, time)
         if yielding(structure):
             count, trials = balance(cell, flexed, pose, contact, load, guess)
+            if trials >= TRIALS:
+                trials = UNSOLVED
         else:
             count, trials = look(cell, flexed, pose, contact, load), 0
         left(cell.engagement, cell.stock, contact, count)
         effort = stepped(structure, flexed, pose, load, dt)
-        effort = max(effort, LOST if trials == TRIALS else trials)
+        effort = max(effort, trials)
         record(table, row, k - begun, 1.0 / (end - begun), pose, contact, load, structure, flexed, effort)
         driven(cell.motion, pose, load, dt)
         if k + 1 == end and row + 2 < starts.size:

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cutwise.loop import LOST, Cell, march
+from cutwise.loop import Cell, march
 from cutwise.maths.compiled import compiled
 from cutwise.maths.curves import FloatArray
 from cutwise.maths.edges import lengths
@@ -17,9 +17,8 @@ from cutwise.physics.engagement.ball import SIDE, PassFrames, arc_room, burr_sid
 from cutwise.physics.engagement.burred_edge import Round
 from cutwise.physics.engagement.wedge import LEVEL, SEEN, Wedge, discs, most_discs, passing
 from cutwise.physics.motion.led import Led
-from cutwise.physics.structure.pistons import SWEEPS
 from cutwise.physics.structure.terms import Pistons, displacement, in_series, relaxed, width
-from cutwise.records import CONTACT, FIXED, Contact, Load
+from cutwise.records import CONTACT, FIXED, UNSOLVED, Contact, Load
 from cutwise.stages import cut
 from cutwise.still import rest
 
@@ -290,7 +289,7 @@ def yielding_pass(
     columns = history.table[np.searchsorted(starts, steps), FIXED + SEEN : FIXED + SEEN + state]
     at = history.table.shape[1] - 9 * layers - 2
     force = history.table[np.searchsorted(starts, last), at : at + 3 * layers].reshape(n, layers, 3).sum(axis=1)
-    unsolved = int((history.table[:, -1] >= min(SWEEPS, LOST)).sum())
+    unsolved = int((history.table[:, -1] >= UNSOLVED).sum())
     return _moved(local, axis, ball, terms, run, columns, force, unsolved)
 
 
