@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn, TypeVar
 import typer
 
 import cutwise
-from cutwise.app import interrupt, leaving, looking, outputs
+from cutwise.app import calibrating, interrupt, leaving, looking, outputs
 from cutwise.app.leaving import INTERRUPTED, NOBODY_READS, OK, REQUIREMENT_FAILED, TERMINATED, explain, refuse
 from cutwise.app.options import SET, Overrides, ScenarioFile
 from cutwise.app.writing import REPORT, RUN, programs, written
@@ -268,7 +268,7 @@ def sweep(
         print(save(table, output))
 
 
-for _look in (looking.part, looking.program, looking.spindle):
+for _look in (calibrating.calibrate, looking.part, looking.program, looking.spindle):
     app.command()(_look)
 
 

@@ -16,7 +16,7 @@ SHELVES = (
     "tools", "materials", "spindles", "path_errors", "machines", "robots", "drills", "drilled_materials",
 )  # fmt: skip
 
-_KEYS = ("name", "describes", "values")
+_KEYS = ("name", "describes", "values", "covariances", "measured")  # the last two: of a calibration
 
 
 @dataclass(frozen=True)

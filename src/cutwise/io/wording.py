@@ -69,11 +69,11 @@ def _between(root: Node, path: Path, message: str, at_key: bool) -> Fault:
 
 
 def faults_among_sound_sections(
-    error: ValidationError, model: type[Scenario], root: Node, plain: Mapping[str, Any]
+    error: ValidationError, model: type[Spec], root: Node, plain: Mapping[str, Any]
 ) -> Iterator[Fault]:
     """Contradictions among the sections that did validate: a fault in one section does not hide those of others."""
     failed = {str(place) for item in error.errors() for place in item["loc"][:1]}
-    if not failed:  # the contradictions are what failed
+    if not failed or not issubclass(model, Scenario):  # the contradictions are what failed
         return
     sections = {}
     for name, field in model.model_fields.items():

@@ -1,0 +1,55 @@
+"""The kinds of calibration: columns, settings, and what is fitted; a new kind is a row here."""
+
+from collections.abc import Callable
+from difflib import get_close_matches
+from typing import Any, NamedTuple
+
+from cutwise.io.measurements import Channel, Measurement
+from cutwise.spec.calibration import ArmStiffness, Calibration
+from cutwise.spec.faults import Fault, ScenarioFault
+from cutwise.study.calibrate import stiffness
+from cutwise.study.calibrate.posed import Finding
+
+
+class Kind(NamedTuple):
+    """A kind of calibration."""
+
+    name: str
+    describes: str
+    settings: type[Calibration]
+    channels: Callable[[Any], tuple[Channel, ...]]  # columns, of the settings or of None
+    least_rows: int
+    too_few: Callable[[int], str]
+    calibrate: Callable[[Measurement, Any], Finding]
+    shelf: str  # of the entry
+    completes: str = ""  # section whose values go into the entry
+    left_behind: tuple[str, ...] = ()  # keys of it that no run knows
+
+
+def _few(text: str) -> Callable[[int], str]:
+    return lambda rows: f"has {rows} row{'s' if rows != 1 else ''}: {text}"
+
+
+_ALL = (
+    Kind(
+        "robot-stiffness", "springs of an arm from load tests", ArmStiffness, stiffness.channels, 3,
+        _few("load the arm at 3 postures or more, 10 times as many as joints for useful intervals"),
+        stiffness.calibrate, "robots", "robot", ("link_weights", "gravity", "joint_stiffness"),
+    ),
+)  # fmt: skip
+KINDS = {kind.name: kind for kind in _ALL}
+
+
+def kind_named(name: str) -> Kind:
+    """The kind of a name.
+
+    Raises
+    ------
+    ScenarioFault
+        There is none; the message lists what there is.
+    """
+    if name not in KINDS:
+        near = get_close_matches(name, KINDS, n=1)
+        hint = f"did you mean {near[0]}? " if near else ""
+        raise ScenarioFault([Fault((), f'"{name}" is no kind of calibration; {hint}there are: {", ".join(KINDS)}')])
+    return KINDS[name]
