@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from cutwise.spec.base import Angle, Count, Length, LibrarySpec, Mass, Number, Remark, Spec
+from cutwise.spec.base import Angle, Count, Length, LibrarySpec, Mass, Number, Pressure, Remark, Spec
 from cutwise.spec.robot import Angles, Direction, Joint, Position
 
 MINUS = {"x": (0, 1.0), "y": (1, 1.0), "z": (2, 1.0), "-x": (0, -1.0), "-y": (1, -1.0), "-z": (2, -1.0)}
@@ -204,12 +204,17 @@ class MeanForces(Calibration):
     data: ForceSettings = ForceSettings()
 
 
-class MeasuredSpindle(Spec):
+class MeasuredSpindle(LibrarySpec):
     """The compliant spindle that was pushed."""
+
+    library_shelf: ClassVar[str] = "spindles"
 
     piston_arm: Length = Field(description="distance of the pistons from the joint", examples=["80 mm"], gt=0)
     tool_reach: Length = Field(description="distance of the tip from the joint", examples=["150 mm"], gt=0)
     pistons: Annotated[Count, Field(ge=3, le=60)] = Field(description="number of pistons", examples=[7])
+    reference_pressure: Pressure = Field(
+        description="gauge pressure at which piston force and friction are written", examples=["5 bar"], gt=0
+    )
 
 
 class SealTravel(Calibration):

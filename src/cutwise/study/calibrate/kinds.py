@@ -5,9 +5,9 @@ from difflib import get_close_matches
 from typing import Any, NamedTuple
 
 from cutwise.io.measurements import Channel, Measurement
-from cutwise.spec.calibration import ArmStiffness, Calibration
+from cutwise.spec.calibration import ArmGeometry, ArmStiffness, Calibration, MeanForces, SealTravel
 from cutwise.spec.faults import Fault, ScenarioFault
-from cutwise.study.calibrate import stiffness
+from cutwise.study.calibrate import cutting, geometry, seals, stiffness
 from cutwise.study.calibrate.posed import Finding
 
 
@@ -32,9 +32,23 @@ def _few(text: str) -> Callable[[int], str]:
 
 _ALL = (
     Kind(
+        "cutting", "cutting coefficients from mean forces", MeanForces, cutting.channels, 3,
+        lambda rows: f"{rows} feeds give a line but no error; cut at least 3", cutting.calibrate, "materials",
+    ),
+    Kind(
         "robot-stiffness", "springs of an arm from load tests", ArmStiffness, stiffness.channels, 3,
         _few("load the arm at 3 postures or more, 10 times as many as joints for useful intervals"),
         stiffness.calibrate, "robots", "robot", ("link_weights", "gravity", "joint_stiffness"),
+    ),
+    Kind(
+        "robot-geometry", "geometric errors of an arm from places that a tracker has seen", ArmGeometry, geometry.channels, 12,
+        _few("twelve poses are the least for base and target; 200 and more for the errors of the joints"),
+        geometry.calibrate, "robots", "robot",
+    ),
+    Kind(
+        "spindle-seals", "piston force and seal friction of a compliant spindle from slow travel", SealTravel, seals.channels, 2,
+        _few("travel at two pressures or more, several times each"), seals.calibrate, "spindles", "spindle",
+        ("piston_force", "friction_static", "friction_dynamic", "friction_preload_fraction", "reference_pressure"),
     ),
 )  # fmt: skip
 KINDS = {kind.name: kind for kind in _ALL}
