@@ -224,8 +224,11 @@ class SealTravel(Calibration):
 
 
 class ResponseSettings(Spec):
-    """Scatter of the frequency response."""
+    """Direction and scatter of the frequency response."""
 
+    direction: Literal["x", "y"] | None = Field(
+        default=None, description="direction in which the tip was struck and moved", examples=["x"]
+    )
     noise_relative: Annotated[Number, Field(gt=0, lt=1)] = Field(
         default=0.01, description="scatter over magnitude (assumed)", examples=[0.01]
     )

@@ -5,9 +5,9 @@ from difflib import get_close_matches
 from typing import Any, NamedTuple
 
 from cutwise.io.measurements import Channel, Measurement
-from cutwise.spec.calibration import ArmGeometry, ArmStiffness, Calibration, MeanForces, SealTravel
+from cutwise.spec.calibration import ArmGeometry, ArmStiffness, Calibration, FrequencyResponse, MeanForces, SealTravel
 from cutwise.spec.faults import Fault, ScenarioFault
-from cutwise.study.calibrate import cutting, geometry, seals, stiffness
+from cutwise.study.calibrate import cutting, geometry, modal, seals, stiffness
 from cutwise.study.calibrate.posed import Finding
 
 
@@ -49,6 +49,10 @@ _ALL = (
         "spindle-seals", "piston force and seal friction of a compliant spindle from slow travel", SealTravel, seals.channels, 2,
         _few("travel at two pressures or more, several times each"), seals.calibrate, "spindles", "spindle",
         ("piston_force", "friction_static", "friction_dynamic", "friction_preload_fraction", "reference_pressure"),
+    ),
+    Kind(
+        "modal", "modes of a tool tip from its frequency response", FrequencyResponse, modal.channels, 8,
+        _few("a peak needs points on both of its sides, 10 within its width"), modal.calibrate, "tools",
     ),
 )  # fmt: skip
 KINDS = {kind.name: kind for kind in _ALL}
