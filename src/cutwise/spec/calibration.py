@@ -7,7 +7,20 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from cutwise.spec.base import Angle, Count, Length, LibrarySpec, Mass, Number, Pressure, Remark, Spec
+from cutwise.spec.base import (
+    Angle,
+    Count,
+    Length,
+    LibrarySpec,
+    Mass,
+    Number,
+    Pressure,
+    Remark,
+    Spec,
+    TorqueConstant,
+    Transmission,
+    Voltage,
+)
 from cutwise.spec.robot import Angles, Direction, Joint, Position
 
 MINUS = {"x": (0, 1.0), "y": (1, 1.0), "z": (2, 1.0), "-x": (0, -1.0), "-y": (1, -1.0), "-z": (2, -1.0)}
@@ -239,3 +252,28 @@ class FrequencyResponse(Calibration):
     """Settings of ``modal``."""
 
     data: ResponseSettings = ResponseSettings()
+
+
+class LoggedDrive(Spec):
+    """The feed drive that was logged."""
+
+    axis: Literal["x", "y", "z"] | None = Field(default=None, description="axis that it moves", examples=["x"])
+    r_g: Transmission = Field(description="travel per angle of the motor", examples=["1.5915 mm/rad"], gt=0)
+    K_t: TorqueConstant | None = Field(
+        default=None,
+        description="torque of the motor per ampere, for a column current",
+        examples=["0.4769 N m/A"],
+        gt=0,
+    )
+    saturation: Voltage | None = Field(
+        default=None,
+        description="largest output of the controller; left out: it was not reached",
+        examples=["10 V"],
+        gt=0,
+    )
+
+
+class DriveLog(Calibration):
+    """Settings of ``feed-drive``."""
+
+    drive: LoggedDrive

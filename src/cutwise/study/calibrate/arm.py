@@ -48,3 +48,15 @@ def folds(hold_out: str | float | None, rows: int, usual: float = 0.2) -> list[l
         return []
     step = round(1.0 / share)
     return [list(range(step - 1, rows, step))]
+
+
+def joint_ranges(angles: FloatArray) -> list[tuple[float, float]]:
+    """Smallest arc, modulo a turn, that holds all angles of each joint [rad]: from low, in -pi ... pi, to high."""
+    found = []
+    for column in angles.T:
+        turned = np.sort(np.mod(column + np.pi, 2.0 * np.pi) - np.pi)
+        gaps = np.append(turned[1:], turned[0] + 2.0 * np.pi) - turned
+        widest = int(np.argmax(gaps))
+        low = turned[(widest + 1) % len(turned)]
+        found.append((float(low), float(low + 2.0 * np.pi - gaps[widest])))
+    return found

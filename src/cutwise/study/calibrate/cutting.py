@@ -56,7 +56,9 @@ def calibrate(data: Measurement, settings: MeanForces) -> Finding:
     feeds = data.columns["feed_per_tooth"]
     faults += [data.fault("feed_per_tooth: must be above zero", int(row)) for row in np.flatnonzero(feeds <= 0.0)]
     if not faults and len(np.unique(feeds)) < 2:
-        message = f"all rows have one feed, {units.show(feeds[0], 'length', 4)}: cut at 3 feeds or more, the largest 2 times"
+        message = (
+            f"all rows have one feed, {units.show(feeds[0], 'length', 4)}: cut at 3 feeds or more, the largest 2 times"
+        )
         faults.append(data.fault(f"{message} the smallest"))
     if faults:
         raise ScenarioFault(faults)
@@ -127,7 +129,11 @@ def _kienzle(feeds: FloatArray, forces: FloatArray, settings: MeanForces, linear
 
     def terms(x: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
         """Mean force per k of each law (rows, 3), and its derivative with m."""
-        ways = (np.stack([-cos, sin, 0 * sin]), np.stack([-sin, -cos, 0 * sin]), np.stack([0 * sin, 0 * sin, 0 * sin - 1.0]))
+        ways = (
+            np.stack([-cos, sin, 0 * sin]),
+            np.stack([-sin, -cos, 0 * sin]),
+            np.stack([0 * sin, 0 * sin, 0 * sin - 1.0]),
+        )
         found = []
         for k, way in enumerate(ways):
             power, slope = parts(x[3 + k])
@@ -139,7 +145,9 @@ def _kienzle(feeds: FloatArray, forces: FloatArray, settings: MeanForces, linear
 
     def jacobian(x: FloatArray) -> FloatArray:
         found = terms(x)
-        columns = [force.reshape(-1) for force, _ in found] + [x[k] * slope.reshape(-1) for k, (_, slope) in enumerate(found)]
+        columns = [force.reshape(-1) for force, _ in found] + [
+            x[k] * slope.reshape(-1) for k, (_, slope) in enumerate(found)
+        ]
         return np.column_stack(columns)
 
     middle = float(np.sqrt(feeds.min() * feeds.max()))
@@ -155,10 +163,14 @@ def _on_tool(data: Measurement, settings: MeanForces) -> tuple[FloatArray, str]:
     sign = -1.0 if settings.data.forces_on == "work" else 1.0
     if settings.data.axes != "auto":
         order = [MINUS[axis] for axis in settings.data.axes]
-        return sign * np.column_stack([turn * measured[:, k] for k, turn in order]), f"[{', '.join(settings.data.axes)}]"
+        return sign * np.column_stack(
+            [turn * measured[:, k] for k, turn in order]
+        ), f"[{', '.join(settings.data.axes)}]"
     start, end = settings.cut.arc
     if abs(start) > 1e-6 or abs(end - math.pi) > 1e-6:
-        raise ScenarioFault([Fault(("data", "axes"), "auto finds the channels of slots alone (cut.arc [0 deg, 180 deg]); name them")])
+        raise ScenarioFault(
+            [Fault(("data", "axes"), "auto finds the channels of slots alone (cut.arc [0 deg, 180 deg]); name them")]
+        )
     feeds = data.columns["feed_per_tooth"]
     fits = []
     for (first, second), signs in product(permutations((0, 1)), product((1.0, -1.0), repeat=3)):
@@ -169,7 +181,9 @@ def _on_tool(data: Measurement, settings: MeanForces) -> tuple[FloatArray, str]:
             handed = signs[0] * signs[1] * signs[2] * (1.0 if first == 0 else -1.0)
             fits.append((forces, f"[{', '.join(names)}]", handed))
     if not fits:
-        raise ScenarioFault([data.fault("no assignment of the channels gives K_tc > K_rc > 0 and K_ac > 0: name data.axes")])
+        raise ScenarioFault(
+            [data.fault("no assignment of the channels gives K_tc > K_rc > 0 and K_ac > 0: name data.axes")]
+        )
     forces, names_of, handed = fits[0]
     if handed < 0.0:
         raise ScenarioFault([data.fault(
@@ -179,9 +193,7 @@ def _on_tool(data: Measurement, settings: MeanForces) -> tuple[FloatArray, str]:
     return forces, names_of
 
 
-def _found(
-    data: Measurement, settings: MeanForces, fit: Fit, model: str, both: tuple[Fit, Fit], axes: str
-) -> Finding:
+def _found(data: Measurement, settings: MeanForces, fit: Fit, model: str, both: tuple[Fit, Fit], axes: str) -> Finding:
     feeds = data.columns["feed_per_tooth"]
     values = [plain(fit, k) for k in range(6)]
     warnings, failed, advice = [f"measured channels that are +x, +y, +z: {axes}"], [], []
@@ -196,13 +208,19 @@ def _found(
             failed.append(f"{value.name} is negative")
     if feeds.max() < _SPREAD_OF_FEEDS * feeds.min():
         least, largest = feeds.min(), feeds.max()
-        failed.append(f"the largest feed is only {largest / least:.3g} times the smallest: chip and edge are told apart by little")
+        failed.append(
+            f"the largest feed is only {largest / least:.3g} times the smallest: chip and edge are told apart by little"
+        )
         advice.append(f"cut at {units.show(3.0 * least, 'length', 3)} per tooth as well")
         values = [value._replace(verdict="weak") if value.verdict == "identified" else value for value in values]
     names, rows = LINEAR if model == MODELS[0] else KIENZLE, data.rows
     block = written([v for v in values if v.name in names], "coefficients", rows)
     for key, end in (("chip_thickness_min", feeds.min()), ("chip_thickness_max", feeds.max())):
-        block[key] = {"value": quantity(float(end), "length"), "status": "measured", "source": f"{{file}}, feeds of {rows} rows"}
+        block[key] = {
+            "value": quantity(float(end), "length"),
+            "status": "measured",
+            "source": f"{{file}}, feeds of {rows} rows",
+        }
     scatter = [fit.scatter[k] for k in range(3)]
     table = [("model", "rms F_x", "rms F_y", "rms F_z", "left out, rms")]
     for name, one in zip(MODELS, both, strict=True):

@@ -33,8 +33,7 @@ def entry_text(
     """
     file = Path(data.file).name
     values = _carried(kind, settings, origins)
-    for key, block in finding.written.items():
-        values[key] = {**block, "source": block["source"].format(file=file)}
+    values |= {key: _sourced(block, file) for key, block in finding.written.items()}
     entry: dict[str, Any] = {
         "name": name,
         "describes": f"{kind.describes}, fitted to {file} ({data.rows} rows, model {finding.model})",
@@ -51,6 +50,13 @@ def entry_text(
     stream = io.StringIO()
     yaml.dump(entry, stream)
     return stream.getvalue()
+
+
+def _sourced(block: dict[str, Any], file: str) -> dict[str, Any]:
+    """A block, or a section of blocks, whose sources name the file."""
+    if "source" in block:
+        return {**block, "source": block["source"].format(file=file)}
+    return {key: _sourced(inner, file) for key, inner in block.items()}
 
 
 def _measured(kind: Kind, finding: Finding, data: Measurement, settings: Calibration) -> dict[str, Any]:

@@ -7,7 +7,7 @@ each body. ``rigid+joints``: and periodic errors of each joint, and joints 2 and
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy import linalg
+from scipy import linalg, stats
 
 from cutwise import units
 from cutwise.io.measurements import Channel, Measurement
@@ -16,7 +16,7 @@ from cutwise.maths.frames import exp_twists
 from cutwise.results import SolverFailure
 from cutwise.spec.calibration import ArmGeometry
 from cutwise.spec.faults import Fault, ScenarioFault
-from cutwise.study.calibrate.arm import folds, in_last_frame, joint_angles, joint_channels, serial
+from cutwise.study.calibrate.arm import folds, in_last_frame, joint_angles, joint_channels, joint_ranges, serial
 from cutwise.study.calibrate.corrected import Errors, Load, corrected_angles, moments, none, poses, waves
 from cutwise.study.calibrate.fit import STANDS_OUT
 from cutwise.study.calibrate.normal import Linearised, Solution, gauss_newton
@@ -141,7 +141,9 @@ def _arm(settings: ArmGeometry, model: str) -> Arm:
     load = None
     if settings.fit.gravity and robot.link_weights and model == MODELS[-1] and len(robot.joints) > max(YIELDING):
         down = np.array(robot.gravity) / np.linalg.norm(robot.gravity)
-        load = Load(np.array([w.mass for w in robot.link_weights]), np.array([w.centre for w in robot.link_weights]), down)
+        load = Load(
+            np.array([w.mass for w in robot.link_weights]), np.array([w.centre for w in robot.link_weights]), down
+        )
     return Arm(serial(robot), in_last_frame(robot, robot.tool_position), load)
 
 
@@ -164,7 +166,8 @@ def _nominal(data: Measurement, arm: Arm, seen: Seen, rows: FloatArray) -> Place
     rms = float(np.sqrt(np.mean(np.sum(left**2, axis=1))))
     if rms > 0.1 * extent:
         raise ScenarioFault([data.fault(
-            f"the chain does not explain the places: {units.show(rms, 'length', 3)} rms are left of {units.show(extent, 'length', 3)}; "
+            f"the chain does not explain the places: {units.show(rms, 'length', 3)} rms are left of "
+                    f"{units.show(extent, 'length', 3)}; "
             "is a joint's sign or zero another one, are the angles those of this chain, or the places left-handed?"
         )])  # fmt: skip
     return placed
@@ -205,7 +208,12 @@ def _gauss_newton(arm: Arm, own: Seen, placed: Placed, layout: Layout, prior: Fl
 
 
 def _linearised(
-    arm: Arm, own: Seen, placed: Placed, layout: Layout, given: tuple[FloatArray, tuple[FloatArray, FloatArray]], x: FloatArray
+    arm: Arm,
+    own: Seen,
+    placed: Placed,
+    layout: Layout,
+    given: tuple[FloatArray, tuple[FloatArray, FloatArray]],
+    x: FloatArray,
 ) -> Linearised:
     """Residual in the axes of the nominal base, and what the unknowns move the place by."""
     moment, (sine, cosine) = given
@@ -286,20 +294,13 @@ def _row(model: str, errors: FloatArray, cover: float) -> tuple[str, ...]:
     return (model, *shown, "-" if model == MODELS[0] else f"{100 * cover:.1f} %")
 
 
-def joint_ranges(angles: FloatArray) -> list[tuple[float, float]]:
-    """Smallest arc, modulo a turn, that holds all angles of each joint [rad]: from low, in -pi ... pi, to high."""
-    found = []
-    for column in angles.T:
-        turned = np.sort(np.mod(column + np.pi, 2.0 * np.pi) - np.pi)
-        gaps = np.append(turned[1:], turned[0] + 2.0 * np.pi) - turned
-        widest = int(np.argmax(gaps))
-        low = turned[(widest + 1) % len(turned)]
-        found.append((float(low), float(low + 2.0 * np.pi - gaps[widest])))
-    return found
-
-
 def _found(
-    data: Measurement, settings: ArmGeometry, arm: Arm, seen: Seen, fit: Model, errors: dict[str, FloatArray],
+    data: Measurement,
+    settings: ArmGeometry,
+    arm: Arm,
+    seen: Seen,
+    fit: Model,
+    errors: dict[str, FloatArray],
     compared: tuple[tuple[str, ...], ...],
 ) -> Finding:
     x, solution = fit.solution.x, fit.solution
@@ -318,7 +319,9 @@ def _found(
     left = solution.residual @ fit.placed.rotation.T
     drawn = tuple((f"position_{axis}", "length", seen.places[:, k], seen.places[:, k] - left[:, k])
                   for k, axis in enumerate(_AXES))  # fmt: skip
-    cannot = ["corrections hold inside the joint ranges of the data, modulo a turn, and nowhere else: see errors.ranges"]
+    cannot = [
+        "corrections hold inside the joint ranges of the data, modulo a turn, and nowhere else: see errors.ranges"
+    ]
     warnings = []
     if fit.name == MODELS[-1] and arm.load is None:
         why = "robot.link_weights is not given" if settings.fit.gravity else "fit.gravity is off"
@@ -326,7 +329,9 @@ def _found(
     if fit.layout.waved == len(settings.robot.joints) - 1:
         cannot.append("errors of the last joint: the target lies within 5 mm of its axis")
     if mean:
-        cannot.append("the place of the base in the tracker's frame moves with every set-up, and is no part of the entry")
+        cannot.append(
+            "the place of the base in the tracker's frame moves with every set-up, and is no part of the entry"
+        )
     return Finding(
         fit.name, _values(fit, se, settings.fit.level), _written(fit, seen, data.rows), {}, np.sqrt(solution.mean_square),
         "length", mean.get(fit.name), "mean length of the error at rows held out", "length", None, drawn,
@@ -345,8 +350,10 @@ def _advice(seen: Seen) -> tuple[str, ...]:
 def _values(fit: Model, se: FloatArray, level: float) -> tuple[Value, ...]:
     """Target, twists and compliances; the harmonics are listed in the entry alone."""
     x, layout = fit.solution.x, fit.layout
-    quantile = 1.645 if level == 0.9 else float(_normal(level))
-    listed = [(f"target_{axis}", "length", fit.placed.target[k] + x[6 + k], 6 + k, PLACING[0]) for k, axis in enumerate(_AXES)]
+    quantile = float(stats.norm.ppf(0.5 + 0.5 * level))
+    listed = [
+        (f"target_{axis}", "length", fit.placed.target[k] + x[6 + k], 6 + k, PLACING[0]) for k, axis in enumerate(_AXES)
+    ]
     n = 9
     if layout.rigid:
         for k in range(layout.joints):
@@ -369,12 +376,6 @@ def _values(fit: Model, se: FloatArray, level: float) -> tuple[Value, ...]:
         ends = (float(value - half), float(value + half))
         found.append(Value(name, dimension, float(value), float(se[k]), *ends, verdict, False))  # type: ignore[arg-type]
     return tuple(found)
-
-
-def _normal(level: float) -> float:
-    from scipy import stats
-
-    return float(stats.norm.ppf(0.5 + 0.5 * level))
 
 
 def _written(fit: Model, seen: Seen, rows: int) -> dict[str, Any]:

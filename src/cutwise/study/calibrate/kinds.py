@@ -5,9 +5,17 @@ from difflib import get_close_matches
 from typing import Any, NamedTuple
 
 from cutwise.io.measurements import Channel, Measurement
-from cutwise.spec.calibration import ArmGeometry, ArmStiffness, Calibration, FrequencyResponse, MeanForces, SealTravel
+from cutwise.spec.calibration import (
+    ArmGeometry,
+    ArmStiffness,
+    Calibration,
+    DriveLog,
+    FrequencyResponse,
+    MeanForces,
+    SealTravel,
+)
 from cutwise.spec.faults import Fault, ScenarioFault
-from cutwise.study.calibrate import cutting, geometry, modal, seals, stiffness
+from cutwise.study.calibrate import cutting, drive, geometry, modal, seals, stiffness
 from cutwise.study.calibrate.posed import Finding
 
 
@@ -53,6 +61,10 @@ _ALL = (
     Kind(
         "modal", "modes of a tool tip from its frequency response", FrequencyResponse, modal.channels, 8,
         _few("a peak needs points on both of its sides, 10 within its width"), modal.calibrate, "tools",
+    ),
+    Kind(
+        "feed-drive", "inertia, damping, friction and gains of a feed drive from a log", DriveLog, drive.channels, 60,
+        _few("a log of a few seconds, back and forth at more than 10 rad/s"), drive.calibrate, "machines",
     ),
 )  # fmt: skip
 KINDS = {kind.name: kind for kind in _ALL}

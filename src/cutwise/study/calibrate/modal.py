@@ -15,7 +15,15 @@ from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.study.calibrate.arm import folds
 from cutwise.study.calibrate.fit import fitted
 from cutwise.study.calibrate.posed import Finding, FloatArray, Posed, Unknown
-from cutwise.study.calibrate.told import covariance_block, drawn, plain, poorly_seen, quantity, rms, unknown_combinations
+from cutwise.study.calibrate.told import (
+    covariance_block,
+    drawn,
+    plain,
+    poorly_seen,
+    quantity,
+    rms,
+    unknown_combinations,
+)
 
 _HINT = "is more than 1 mm/N; is the unit right?"
 _STANDS = 0.05  # prominence of a peak over the largest, to be taken for a mode
@@ -49,7 +57,8 @@ def calibrate(data: Measurement, settings: FrequencyResponse) -> Finding:
             failed.append(f"modes[{k}] lies outside of the data, at {units.show(float(f), 'frequency')}")
     if fit.scale**2 > _NOT_NOISE:
         failed.append(
-            f"chi squared over its degrees of freedom is {fit.scale**2:.3g}: a mode is missing, or the scatter is larger than data.noise_*"
+            f"chi squared over its degrees of freedom is {fit.scale**2:.3g}: a mode is missing, or the "
+            "scatter is larger than data.noise_*"
         )
     values = tuple(plain(fit, k) for k in range(len(posed.unknowns)))
     direction = settings.data.direction or "x"
@@ -65,7 +74,8 @@ def calibrate(data: Measurement, settings: FrequencyResponse) -> Finding:
         f"{modes} mode{'s' if modes != 1 else ''}", values, block,
         {"modes": covariance_block(fit, posed.names[:-1], dimensions)}, float(np.sqrt(np.mean(fit.residual**2))), "compliance",
         rms(fit.left_out), "rms of real and imaginary part", "compliance", fit, drawn(posed, fit.residual), (), tuple(warnings),
-        (f"chi squared over its degrees of freedom {fit.scale**2:.4g} (data.noise_relative {settings.data.noise_relative:g}, assumed)",
+        (f"chi squared over its degrees of freedom {fit.scale**2:.4g} "
+         f"(data.noise_relative {settings.data.noise_relative:g}, assumed)",
          "modes outside of the measured frequencies: they are in the residual", *poorly_seen(fit)), (), tuple(failed),
         fit.outliers, fit.condition, unknown_combinations(fit),
     )  # fmt: skip
@@ -97,7 +107,9 @@ def _response(data: Measurement) -> tuple[FloatArray, Any]:
     return frequency, data.columns["magnitude"] * np.exp(1j * data.columns["phase"])
 
 
-def _starts(data: Measurement, frequency: FloatArray, response: Any, settings: FrequencyResponse) -> list[tuple[float, float, float]]:
+def _starts(
+    data: Measurement, frequency: FloatArray, response: Any, settings: FrequencyResponse
+) -> list[tuple[float, float, float]]:
     """Frequency, stiffness and damping ratio of the peaks of the imaginary part, by their widths at half height."""
     order = np.argsort(frequency)
     f, imaginary = frequency[order], response.imag[order]
@@ -105,11 +117,13 @@ def _starts(data: Measurement, frequency: FloatArray, response: Any, settings: F
     peaks, found = signal.find_peaks(height, prominence=_STANDS * height.max())
     if len(peaks) == 0:
         raise ScenarioFault([data.fault(
-            "has no peak of the imaginary part: is it a compliance (displacement over force), and do the frequencies reach the modes?"
+            "has no peak of the imaginary part: is it a compliance (displacement over force), and do the frequencies reach "
+                    "the modes?"
         )])  # fmt: skip
     if np.median(imaginary[peaks]) > 0.0:
         raise ScenarioFault([data.fault(
-            "the imaginary part is positive at the peaks: displacement follows force, so it is negative; a sign or the phase is turned"
+            "the imaginary part is positive at the peaks: displacement follows force, so it is negative; a sign or "
+                    "the phase is turned"
         )])  # fmt: skip
     count = settings.fit.modes or len(peaks)
     if count > len(peaks):
@@ -126,7 +140,9 @@ def _starts(data: Measurement, frequency: FloatArray, response: Any, settings: F
     return starts
 
 
-def _posed(frequency: FloatArray, response: Any, starts: list[tuple[float, float, float]], settings: FrequencyResponse) -> Posed:
+def _posed(
+    frequency: FloatArray, response: Any, starts: list[tuple[float, float, float]], settings: FrequencyResponse
+) -> Posed:
     rows, count = len(frequency), len(starts)
     unknowns = []
     for k, (f, stiffness, damping) in enumerate(starts):

@@ -78,7 +78,12 @@ def gauss_newton(linearised: Callable[[FloatArray], Linearised], prior: FloatArr
 
 
 def _step(
-    at: Linearised, summed: tuple[FloatArray, FloatArray], weights: FloatArray, x: FloatArray, penalty: FloatArray, sigma: float
+    at: Linearised,
+    summed: tuple[FloatArray, FloatArray],
+    weights: FloatArray,
+    x: FloatArray,
+    penalty: FloatArray,
+    sigma: float,
 ) -> tuple[FloatArray, FloatArray]:
     """The step and the Cholesky factor; only rows that weigh less are summed again."""
     normal, right = summed
@@ -86,7 +91,10 @@ def _step(
     if len(less):
         part = (at.jacobian[less] * np.sqrt(1.0 - weights[less])[:, None, None]).reshape(-1, len(x))
         normal = normal - linalg.blas.dsyrk(1.0 / sigma**2, part.T)
-        right = right - np.einsum("nc,ncp->p", at.residual[less] * (1.0 - weights[less])[:, None], at.jacobian[less]) / sigma**2
+        right = (
+            right
+            - np.einsum("nc,ncp->p", at.residual[less] * (1.0 - weights[less])[:, None], at.jacobian[less]) / sigma**2
+        )
     normal = normal + np.diag(penalty)
     factor = linalg.cholesky(normal, lower=False, check_finite=False).T
     move = linalg.cho_solve((factor, True), right - penalty * x, check_finite=False)

@@ -56,7 +56,9 @@ def calibrate(data: Measurement, settings: SealTravel) -> Finding:
     }  # fmt: skip
     failed = tuple(f"{value.name} is negative" for value in values[:3] if value.value < 0.0)
     one = len(np.unique(pressure)) < 2
-    lever_of = f"{units.show(settings.spindle.piston_arm, 'length')} / {units.show(settings.spindle.tool_reach, 'length')}"
+    lever_of = (
+        f"{units.show(settings.spindle.piston_arm, 'length')} / {units.show(settings.spindle.tool_reach, 'length')}"
+    )
     return Finding(
         "seals", values, block, {"seals": covariance_block(fit, keys, dimensions, scales)}, fit.scale, "force", rms(fit.left_out),
         "rms of the forces", "force", fit, drawn(fit.posed, fit.residual), (),
@@ -75,8 +77,8 @@ def _checked(data: Measurement, pressure: FloatArray, forces: FloatArray) -> Non
         turned = np.flatnonzero(forces[:, out] < forces[:, back])
         if len(turned) > 0.5 * len(forces):
             faults.append(data.fault(
-                f"{COLUMNS[out]} is below {COLUMNS[back]} in {len(turned)} of {len(forces)} rows: friction adds to the force on the "
-                "way out; are the columns exchanged, or a sign turned?"
+                f"{COLUMNS[out]} is below {COLUMNS[back]} in {len(turned)} of {len(forces)} rows: friction adds to the "
+                "force on the way out; are the columns exchanged, or a sign turned?"
             ))  # fmt: skip
     if faults:
         raise ScenarioFault(faults)

@@ -240,8 +240,9 @@ def _as_springs(
     left = relative(tests, fit.left_out)
     median = float(np.nanmedian(left)) if np.any(np.isfinite(left)) else None
     return Finding(
-        model, tuple(values), _written(fit, values, count, len(tests.angles)), _covariances(fit, count), fit.scale,
-        "length", median, "median of error over deflection", "dimensionless", fit, _drawn(tests, fit.residual), compared, tuple(warnings),
+        model, tuple(values), _written(values, count, len(tests.angles)), _covariances(fit, count), fit.scale,
+        "length", median, "median of error over deflection", "dimensionless", fit, _drawn(tests, fit.residual),
+        compared, tuple(warnings),
         ("how stiff the arm is at other postures than those tested: see the ranges",
          "a spring of the base, the links or the flange is counted to the joints"
          if model == "joints" else "a spring of the links or the flange is counted to joints and base"),
@@ -269,7 +270,7 @@ def _plain(fit: Fit, k: int) -> Value:
     return Value(fit.posed.names[k], fit.posed.unknowns[k].dimension, c, se, *ends, fit.verdicts[k], True)
 
 
-def _written(fit: Fit, values: list[Value], count: int, rows: int) -> dict[str, Any]:
+def _written(values: list[Value], count: int, rows: int) -> dict[str, Any]:
     blocks = {"joint_stiffness": values[:count], "base_compliance": values[count:]}
     return {
         key: {

@@ -67,7 +67,8 @@ def rms(values: FloatArray) -> float | None:
 def unknown_combinations(fit: Fit) -> tuple[dict[str, float], ...]:
     """Directions that the data do not determine, entries above 0.2."""
     return tuple(
-        {name: float(v) for name, v in zip(fit.posed.names, vector, strict=True) if abs(v) > 0.2} for vector in fit.null.T
+        {name: float(v) for name, v in zip(fit.posed.names, vector, strict=True) if abs(v) > 0.2}
+        for vector in fit.null.T
     )
 
 
@@ -78,7 +79,9 @@ def poorly_seen(fit: Fit) -> tuple[str, ...]:
         for combination in map(dict, unknown_combinations(fit))
     ]
     if fit.poorly_seen:
-        said.append(f"{_sum(dict(fit.poorly_seen))} is poorly seen: condition {fit.condition:.3g} of the scaled Jacobian")
+        said.append(
+            f"{_sum(dict(fit.poorly_seen))} is poorly seen: condition {fit.condition:.3g} of the scaled Jacobian"
+        )
     return tuple(said)
 
 

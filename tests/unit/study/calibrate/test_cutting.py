@@ -99,7 +99,10 @@ def test_mean_forces_are_those_of_teeth_that_turn():
     phi = np.linspace(0.4, 2.3, 20001)
     h = feeds[0] * np.sin(phi)
     t, r, a = (2e-3 * (TRUTH[k] * h + TRUTH[3 + k]) for k in range(3))
-    mean = [3 / (2 * math.pi) * np.trapezoid(f, phi) for f in (-t * np.cos(phi) - r * np.sin(phi), t * np.sin(phi) - r * np.cos(phi), -a)]
+    mean = [
+        3 / (2 * math.pi) * np.trapezoid(f, phi)
+        for f in (-t * np.cos(phi) - r * np.sin(phi), t * np.sin(phi) - r * np.cos(phi), -a)
+    ]
     posed = cutting._linear(feeds, np.ones((1, 3)), settings(arc))
     assert posed.model(TRUTH) == pytest.approx(mean, rel=1e-7)
 
@@ -137,7 +140,7 @@ def test_channels_are_found(tmp_path):
         assert values(found)["K_tc"][0] == pytest.approx(787.9467e6, rel=1e-6)
 
 
-def test_a_turned_channel_is_refused_or_told(tmp_path, slots):
+def test_a_turned_channel_is_refused_or_told(tmp_path):
     with pytest.raises(ScenarioFault, match="left-handed"):
         calibrated("cutting", shuffled(tmp_path, [0, 1, 2], [-1, 1, 1]), [*SLOT, "data.axes=auto"])
     found = calibrated("cutting", shuffled(tmp_path, [0, 1, 2], [-1, 1, 1]), SLOT)
@@ -164,7 +167,9 @@ def test_too_few_feeds(tmp_path):
 
 def test_settings_that_cannot_be(slots):
     with pytest.raises(ScenarioFault) as caught:
-        calibrated("cutting", slots, ["tool.flutes=0", "cut.arc=[180 deg, 0 deg]", "data.axes=[x, x, z]", "measured.date=May"])
+        calibrated(
+            "cutting", slots, ["tool.flutes=0", "cut.arc=[180 deg, 0 deg]", "data.axes=[x, x, z]", "measured.date=May"]
+        )
     text = str(caught.value)
     for said in ("tool.flutes", "operation", "enters before it leaves", "each of x, y, z once", "is not a date"):
         assert said in text

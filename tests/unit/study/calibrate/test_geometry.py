@@ -54,7 +54,12 @@ def seen_of(data):
 
 @pytest.mark.parametrize(
     ("model", "gravity", "mean"),
-    [("nominal", False, 0.721e-3), ("rigid", False, 0.692e-3), ("rigid+joints", False, 0.877e-3), ("rigid+joints", True, 0.338e-3)],
+    [
+        ("nominal", False, 0.721e-3),
+        ("rigid", False, 0.692e-3),
+        ("rigid+joints", False, 0.877e-3),
+        ("rigid+joints", True, 0.338e-3),
+    ],
 )
 def test_corrections_hold_only_inside_the_ranges(found, arm, model, gravity, mean):
     """Base and target fitted again on poses of which 65 in 632 lie inside: without gravity corrections do harm there."""
@@ -79,23 +84,32 @@ def test_what_the_unknowns_move_the_place_by(arm, found):
     at = geometry._linearised(arm, own, placed, layout, given, x)
     for k in range(layout.count):
         step = 1e-4 * layout.prior(given[0])[k]
-        up, down = (geometry._linearised(arm, own, placed, layout, given, x + s * step * (np.arange(len(x)) == k)) for s in (1, -1))
+        up, down = (
+            geometry._linearised(arm, own, placed, layout, given, x + s * step * (np.arange(len(x)) == k))
+            for s in (1, -1)
+        )
         difference = -(up.residual - down.residual) / (2 * step)
         scale = np.abs(difference).max()
-        assert at.jacobian[:, :, k] == pytest.approx(difference, abs=max(5e-3 * scale, 5e-4)), k  # of first order in the twists
+        assert at.jacobian[:, :, k] == pytest.approx(difference, abs=max(5e-3 * scale, 5e-4)), (
+            k
+        )  # of first order in the twists
 
 
 def test_a_chain_without_errors_is_that_of_the_machine(arm):
     q = np.random.default_rng(0).uniform(-3, 3, size=(5, 6))
     target = np.array([0.01, 0.02, 0.1])
     at = poses(arm.links, q, np.zeros((6, 6)), target)
-    assert np.moveaxis(np.cross(at.axes, at.reach), 1, 2) == pytest.approx(jacobian(arm.links, q, target)[:, :3], abs=1e-12)
+    assert np.moveaxis(np.cross(at.axes, at.reach), 1, 2) == pytest.approx(
+        jacobian(arm.links, q, target)[:, :3], abs=1e-12
+    )
 
 
 def test_a_moment_is_the_change_of_height_energy(arm):
     """Weights behind a joint: their moment is minus the change of the energy with its angle."""
     q = np.random.default_rng(1).uniform(-3, 3, size=(4, 6))
-    load = Load(np.array([5.0, 4, 3, 2, 1, 0.5]), np.random.default_rng(2).normal(size=(6, 3)), np.array([0.0, 0.0, -1.0]))
+    load = Load(
+        np.array([5.0, 4, 3, 2, 1, 0.5]), np.random.default_rng(2).normal(size=(6, 3)), np.array([0.0, 0.0, -1.0])
+    )
 
     def energy(q):
         total = 0.0
@@ -119,7 +133,9 @@ def made_up(tmp_path, arm, noise, rows=400, sign=1.0):
         none(6, 0).gravity_compliance,
     )  # fmt: skip
     q = rng.uniform(-2.5, 2.5, size=(rows, 6))
-    place = poses(arm.links, corrected_angles(q, errors, np.zeros_like(q)), errors.bodies, np.array([0.05, 0.02, 0.15])).place
+    place = poses(
+        arm.links, corrected_angles(q, errors, np.zeros_like(q)), errors.bodies, np.array([0.05, 0.02, 0.15])
+    ).place
     seen = place[:, [1, 0, 2]] * [1, -1, sign] + [2.0, -1.0, 0.3] + noise * rng.normal(size=place.shape)
     titles = [f"joint{k} [rad]" for k in range(1, 7)] + [f"position_{a} [mm]" for a in "xyz"]
     lines = [",".join(repr(float(v)) for v in row) for row in np.hstack([q, 1e3 * seen])]

@@ -27,7 +27,9 @@ def scattered(rng):
     return g + s * (first + 1j * rng.normal(size=len(F)))
 
 
-def written(tmp_path, g, titles="frequency [Hz], real [um/N], imaginary [um/N]", parts=lambda g: (1e6 * g.real, 1e6 * g.imag)):
+def written(
+    tmp_path, g, titles="frequency [Hz], real [um/N], imaginary [um/N]", parts=lambda g: (1e6 * g.real, 1e6 * g.imag)
+):
     file = tmp_path / "frf.csv"
     rows = (", ".join(repr(float(v)) for v in row) for row in zip(F, *parts(g), strict=True))
     file.write_text("\n".join([titles, *rows]))
@@ -63,7 +65,11 @@ def test_what_the_unknowns_move_the_response_by():
 
 def test_intervals_cover():
     """60 responses: 85 to 95 % of the intervals hold the truth."""
-    rng, settings, inside = np.random.default_rng(8), FrequencyResponse.model_validate({"data": {"noise_floor": 1e-9}}), []
+    rng, settings, inside = (
+        np.random.default_rng(8),
+        FrequencyResponse.model_validate({"data": {"noise_floor": 1e-9}}),
+        [],
+    )
     for _ in range(60):
         fit = fitted(modal._posed(F, scattered(rng), [tuple(TRUTH[:3]), tuple(TRUTH[3:6])], settings))
         inside.append(np.abs(fit.x - TRUTH) < fit.quantile * fit.standard_errors)

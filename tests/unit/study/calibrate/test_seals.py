@@ -10,7 +10,12 @@ from cutwise.spec.faults import ScenarioFault
 from cutwise.study.calibrate.outcome import calibrated
 
 TITLES = "pressure [bar], loading_plateau [N], unloading_plateau [N], breakaway [N], return_breakaway [N]"
-SPINDLE = ["spindle.piston_arm=80 mm", "spindle.tool_reach=150 mm", "spindle.pistons=7", "spindle.reference_pressure=5 bar"]
+SPINDLE = [
+    "spindle.piston_arm=80 mm",
+    "spindle.tool_reach=150 mm",
+    "spindle.pistons=7",
+    "spindle.reference_pressure=5 bar",
+]
 
 
 def travel(tmp_path, noise, pressures=(2, 3, 4, 5, 6), digits=2, order=slice(None)):
@@ -19,7 +24,9 @@ def travel(tmp_path, noise, pressures=(2, 3, 4, 5, 6), digits=2, order=slice(Non
     clean = g * np.column_stack([1.54 * p + s * f * kappa for s, f in ((1, 2.8), (-1, 2.8), (1, 3.9), (-1, 3.9))])
     forces = clean + noise * np.random.default_rng(2).normal(size=clean.shape)
     file = tmp_path / "travel.csv"
-    rows = [", ".join([f"{a:g}", *(f"{v:.{digits}f}" for v in row)]) for a, row in zip(p, forces[:, order], strict=True)]
+    rows = [
+        ", ".join([f"{a:g}", *(f"{v:.{digits}f}" for v in row)]) for a, row in zip(p, forces[:, order], strict=True)
+    ]
     file.write_text("\n".join([TITLES, *rows]))
     return file
 
