@@ -66,7 +66,8 @@ def calibrate(data: Measurement, settings: DriveLog) -> Finding:
         *((str(k), units.show(one.scale, "moment", 4)) for k, one in enumerate(fits)),
     ]
     return Finding(
-        "coulomb", values, {axis: block}, {"plant": covariance_block(fit, names, DIMENSIONS)}, fit.scale, "moment", rms(fit.left_out),
+        "coulomb", values, {axis: block}, {"plant": covariance_block(fit, names, DIMENSIONS)}, fit.scale, "moment",
+        rms(fit.left_out),
         "rms of the mean torque of a window", "moment", fit, drawn(fit.posed, fit.residual), tuple(shown),
         (*(f"{text}, which no drive is; written as it is" for text in failed), *doubt,
          *(() if settings.drive.axis else ("drive.axis is not given: written as those of axis x",))),
@@ -92,11 +93,8 @@ def _log(data: Measurement, settings: DriveLog) -> Log:
         faults.append(data.fault("current alone needs the torque per ampere: --set drive.K_t='0.4769 N m/A'"))
     output, limit = columns["output"], settings.drive.saturation
     if limit is not None and np.mean(np.abs(output) >= limit * (1.0 - 1e-9)) > 0.5:
-        faults.append(
-            data.fault(
-                f"the output is saturated for more than half of the log ({units.show(limit, 'voltage')}): move slower"
-            )
-        )
+        shown = units.show(limit, "voltage")
+        faults.append(data.fault(f"the output is saturated for more than half of the log ({shown}): move slower"))
     if faults:
         raise ScenarioFault(faults)
     torque = columns["torque"] if "torque" in columns else columns["current"] * (settings.drive.K_t or 0.0)
