@@ -45,12 +45,22 @@ class FitSettings(Spec):
         "rows k, 2k ... with k = 1/share (default 0.2 above, 0 for a frequency response)",
         examples=["leave_one_out", 0.2],
     )
+
+
+class GeometryFit(FitSettings):
+    """How the geometry of an arm is fitted."""
+
     harmonics: Annotated[Count, Field(ge=0, le=100)] = Field(
         default=60, description="orders of the angle correction of each joint (robot-geometry)", examples=[60]
     )
     gravity: bool = Field(
         default=True, description="fit joints 2 and 3 as yielding under the links' weight", examples=[True]
     )
+
+
+class ModalFit(FitSettings):
+    """How modes are fitted."""
+
     modes: Annotated[Count, Field(ge=1, le=12)] | None = Field(
         default=None, description="number of modes (modal); left out: the peaks that stand out", examples=[2]
     )
@@ -157,6 +167,7 @@ class ArmStiffness(Calibration):
 class ArmGeometry(Calibration):
     """Settings of ``robot-geometry``."""
 
+    fit: GeometryFit = GeometryFit()
     robot: MeasuredArm
 
 
@@ -251,6 +262,7 @@ class ResponseSettings(Spec):
 class FrequencyResponse(Calibration):
     """Settings of ``modal``."""
 
+    fit: ModalFit = ModalFit()
     data: ResponseSettings = ResponseSettings()
 
 

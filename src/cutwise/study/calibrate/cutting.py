@@ -51,8 +51,6 @@ def calibrate(data: Measurement, settings: MeanForces) -> Finding:
     """Fit both laws and write the one that is asked for."""
     model = settings.fit.model or MODELS[0]
     faults = []
-    if model not in MODELS:
-        faults.append(Fault(("fit", "model"), f'"{model}" is not a model of cutting; there are {", ".join(MODELS)}'))
     feeds = data.columns["feed_per_tooth"]
     faults += [data.fault("feed_per_tooth: must be above zero", int(row)) for row in np.flatnonzero(feeds <= 0.0)]
     if not faults and len(np.unique(feeds)) < 2:

@@ -30,6 +30,7 @@ class Kind(NamedTuple):
     too_few: Callable[[int], str]
     calibrate: Callable[[Measurement, Any], Finding]
     shelf: str  # of the entry
+    models: tuple[str, ...] = ()  # that fit.model may name, the default first
     completes: str = ""  # section whose values go into the entry
     left_behind: tuple[str, ...] = ()  # keys of it that no run knows
 
@@ -42,20 +43,21 @@ _ALL = (
     Kind(
         "cutting", "cutting coefficients from mean forces", MeanForces, cutting.channels, 3,
         lambda rows: f"{rows} feeds give a line but no error; cut at least 3", cutting.calibrate, "materials",
+        cutting.MODELS,
     ),
     Kind(
         "robot-stiffness", "springs of an arm from load tests", ArmStiffness, stiffness.channels, 3,
         _few("load the arm at 3 postures or more, 10 times as many as joints for useful intervals"),
-        stiffness.calibrate, "robots", "robot", ("link_weights", "gravity", "joint_stiffness"),
+        stiffness.calibrate, "robots", stiffness.MODELS, "robot", ("link_weights", "gravity", "joint_stiffness"),
     ),
     Kind(
         "robot-geometry", "geometric errors of an arm from places that a tracker has seen", ArmGeometry, geometry.channels, 12,
         _few("twelve poses are the least for base and target; 200 and more for the errors of the joints"),
-        geometry.calibrate, "robots", "robot",
+        geometry.calibrate, "robots", ("rigid+joints", "nominal", "rigid"), "robot",
     ),
     Kind(
         "spindle-seals", "piston force and seal friction of a compliant spindle from slow travel", SealTravel, seals.channels, 2,
-        _few("travel at two pressures or more, several times each"), seals.calibrate, "spindles", "spindle",
+        _few("travel at two pressures or more, several times each"), seals.calibrate, "spindles", (), "spindle",
         ("piston_force", "friction_static", "friction_dynamic", "friction_preload_fraction", "reference_pressure"),
     ),
     Kind(

@@ -9,7 +9,7 @@ from cutwise import units
 from cutwise.io.measurements import Measurement, read_measurement
 from cutwise.io.scenario import OVERRIDES, settings
 from cutwise.spec.calibration import Calibration
-from cutwise.spec.faults import ScenarioFault
+from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.spec.scenario import Origin
 from cutwise.study.calibrate.entry import entry_text, ranges
 from cutwise.study.calibrate.kinds import Kind, kind_named
@@ -119,6 +119,12 @@ def calibrated(
         read, origins = settings(kind.settings, overrides, named=named)
     except ScenarioFault as found:
         faults += found.faults
+    model = read.fit.model if read is not None else None
+    if model is not None and model not in kind.models:
+        there = f"there are {', '.join(kind.models)}" if kind.models else "it has one, leave the key out"
+        faults.append(
+            Fault(("fit", "model"), f'"{model}" is not a model of {kind.name}; {there}', file=named.format("fit.model"))
+        )
     try:
         data = read_measurement(file, kind.channels(read), kind.least_rows, kind.too_few)
     except ScenarioFault as found:

@@ -18,7 +18,7 @@ from cutwise.io.measurements import Channel, Measurement
 from cutwise.maths.chains import frames, jacobian
 from cutwise.maths.frames import rotation_from_rpy
 from cutwise.spec.calibration import ArmStiffness
-from cutwise.spec.faults import Fault, ScenarioFault
+from cutwise.spec.faults import ScenarioFault
 from cutwise.study.calibrate.arm import folds, in_last_frame, joint_angles, joint_channels, serial
 from cutwise.study.calibrate.fit import fitted
 from cutwise.study.calibrate.posed import Finding, Fit, FloatArray, Posed, Unknown, Value
@@ -51,9 +51,6 @@ class Tests(NamedTuple):
 def calibrate(data: Measurement, settings: ArmStiffness) -> Finding:
     """Fit all models, and write the one that is asked for."""
     model = settings.fit.model or MODELS[0]
-    if model not in MODELS:
-        message = f'"{model}" is not a model of robot-stiffness; there are {", ".join(MODELS)}'
-        raise ScenarioFault([Fault(("fit", "model"), message)])
     count = len(settings.robot.joints)
     tests = Tests(
         joint_angles(data, count),
@@ -71,7 +68,9 @@ def calibrate(data: Measurement, settings: ArmStiffness) -> Finding:
     chosen = {"joints": joints, "joints+base": with_base}.get(model)
     compared = _compared(tests, joints, with_base, bodies)
     if chosen is None:
-        return _as_bodies(tests, arms, bodies, joints, compared)
+        robust = settings.fit.loss != "linear"
+        said = ("fit.loss acts on joints and joints+base; non-negative springs are least squares",) if robust else ()
+        return _as_bodies(tests, arms, bodies, joints, compared, said)
     return _as_springs(tests, chosen, (joints, with_base), model, count, compared)
 
 
@@ -301,7 +300,12 @@ def _drawn(tests: Tests, residual: FloatArray) -> tuple[tuple[str, str, FloatArr
 
 
 def _as_bodies(
-    tests: Tests, arms: Columns, bodies: Bodies, joints: Fit, compared: tuple[tuple[str, ...], ...]
+    tests: Tests,
+    arms: Columns,
+    bodies: Bodies,
+    joints: Fit,
+    compared: tuple[tuple[str, ...], ...],
+    said: tuple[str, ...],
 ) -> Finding:
     left = relative(tests, bodies.left_out)
     plainer = float(np.nanmedian(relative(tests, joints.left_out)))
@@ -328,6 +332,6 @@ def _as_bodies(
     return Finding(
         "bodies", tuple(values), written, {}, float(np.sqrt(np.sum(bodies.residual**2) / free)), "length", median,
         "median of error over deflection", "dimensionless", None, _drawn(tests, bodies.residual), compared,
-        cannot_tell=("single values: axes that go through a common origin share what they yield by",), failed=failed,
+        warnings=said, cannot_tell=("single values: axes that go through a common origin share what they yield by",), failed=failed,
         outliers=joints.outliers,
     )  # fmt: skip

@@ -177,3 +177,8 @@ def test_the_entry_holds_the_corrections(found):
         assert words in text
     assert "link_weights" in text  # of the entry that it completes, with their status
     assert found.data.sha256 in text
+
+
+def test_leaving_out_poses_one_by_one_is_refused():
+    with pytest.raises(ScenarioFault, match=r"fit\.hold_out: leave_one_out is too much"):
+        calibrated("robot-geometry", UR10 / "iso_cubes.csv", [ARM, "fit.hold_out=leave_one_out"])

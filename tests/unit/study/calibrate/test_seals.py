@@ -71,3 +71,8 @@ def test_an_entry_completes_that_of_the_library_and_runs(tmp_path, examples):
 def test_exchanged_columns_are_refused(tmp_path):
     with pytest.raises(ScenarioFault, match="exchanged"):
         calibrated("spindle-seals", travel(tmp_path, 0.1, order=[1, 0, 2, 3]), SPINDLE)
+
+
+def test_a_model_is_refused_where_there_is_one(tmp_path):
+    with pytest.raises(ScenarioFault, match='fit.model.*"joints" is not a model of spindle-seals; it has one'):
+        calibrated("spindle-seals", travel(tmp_path, 0.1), [*SPINDLE, "fit.model=joints"])

@@ -157,3 +157,15 @@ def test_degrees_give_what_radians_give(tmp_path):
     file.write_text("\n".join(out))
     one, two = outcome(), outcome(file=file)
     assert [v.value for v in two.finding.values] == pytest.approx([v.value for v in one.finding.values], rel=1e-9)
+
+
+@pytest.mark.parametrize("kind", ["modal", "spindle-seals", "feed-drive"])
+def test_a_model_that_a_kind_does_not_have_is_refused(kind, tmp_path):
+    with pytest.raises(ScenarioFault) as caught:
+        calibrated(kind, tmp_path / "none.csv", ["fit.model=joints", "fit.harmonics=3", "fit.gravity=true"])
+    assert "fit.harmonics" in str(caught.value)  # a key of another kind
+    assert "none.csv" in str(caught.value)
+
+
+def test_a_loss_that_does_not_act_is_told():
+    assert any("fit.loss acts on joints" in text for text in outcome("fit.model=bodies", "fit.loss=soft_l1").warnings)
