@@ -23,6 +23,8 @@ from cutwise.spec.base import (
 )
 from cutwise.spec.robot import Angles, Direction, Joint, Position
 
+Positive = Annotated[Length, Field(gt=0)]
+
 MINUS = {"x": (0, 1.0), "y": (1, 1.0), "z": (2, 1.0), "-x": (0, -1.0), "-y": (1, -1.0), "-z": (2, -1.0)}
 """A measured channel as it is written: which of x, y, z, and its sign."""
 
@@ -289,3 +291,19 @@ class DriveLog(Calibration):
     """Settings of ``feed-drive``."""
 
     drive: LoggedDrive
+
+
+class VolumeSettings(Spec):
+    """How the errors are written."""
+
+    scale: tuple[Positive, Positive, Positive] | None = Field(
+        default=None,
+        description="command of x, y, z that counts as 1 in the polynomials; left out: the largest of the data",
+        examples=["[200 mm, 150 mm, 300 mm]"],
+    )
+
+
+class MachineVolume(Calibration):
+    """Settings of ``volumetric``."""
+
+    data: VolumeSettings = VolumeSettings()

@@ -55,13 +55,16 @@ class Scaled(NamedTuple):
         return float(self.values[0] / self.values[self.rank - 1]) if self.rank else np.inf
 
 
-def taken_apart(jacobian: FloatArray, dimensions: Sequence[str]) -> Scaled:
-    """Column scaling and singular values; a column below 1e-12 of the largest of its unit counts as 0."""
+def taken_apart(jacobian: FloatArray, dimensions: Sequence[str], scales: Sequence[float] = ()) -> Scaled:
+    """Column scaling and singular values; a column below 1e-12 of the largest of its unit counts as 0.
+
+    ``scales`` of the unknowns take the place of the lengths of the columns.
+    """
     lengths = np.linalg.norm(jacobian, axis=0)
     same = np.array(dimensions)
     largest = np.array([lengths[same == dimension].max() for dimension in dimensions])
     empty = lengths <= _EMPTY_COLUMN * largest
-    lengths = np.where(empty, 1.0, lengths)
+    lengths = 1.0 / np.array(scales) if len(scales) else np.where(empty, 1.0, lengths)
     scaled = np.where(empty, 0.0, jacobian / lengths)
     _, values, turned = np.linalg.svd(scaled, full_matrices=len(scaled) < scaled.shape[1])
     values = np.concatenate([values, np.zeros(scaled.shape[1] - len(values))])
@@ -113,7 +116,7 @@ def _residual(posed: Posed, x: FloatArray) -> FloatArray:
 
 def _solved(posed: Posed, x: FloatArray, scatter: FloatArray, robust: float = 0.0) -> FloatArray:
     """The least squares, or soft_l1 of the given scale; a linear problem directly, with the smallest step where it is free."""
-    apart = taken_apart(posed.jacobian(x) / scatter[:, None], [u.dimension for u in posed.unknowns])
+    apart = taken_apart(posed.jacobian(x) / scatter[:, None], [u.dimension for u in posed.unknowns], posed.scales)
     if posed.linear and not robust:
         jacobian = posed.jacobian(x) / scatter[:, None]
         return np.asarray(x + apart.inverse @ (jacobian.T @ (_residual(posed, x) / scatter)))
@@ -144,7 +147,7 @@ def _scatter_by_column(posed: Posed, x: FloatArray, weights: FloatArray | None =
 
 
 def _spread(posed: Posed, x: FloatArray, scatter: FloatArray, weights: FloatArray) -> float:
-    free = float(weights.sum()) - len(posed.unknowns)
+    free = float(weights.sum()) - posed.removed - len(posed.unknowns)
     return float(np.sqrt(np.sum(weights * (_residual(posed, x) / scatter) ** 2) / free)) if free > 0 else 0.0
 
 
@@ -155,11 +158,11 @@ def _judged(
     r = residual / scatter
     plain = posed.jacobian(x) / scatter[:, None]
     root = np.sqrt(weights)
-    apart = taken_apart(plain * root[:, None], [unknown.dimension for unknown in posed.unknowns])
+    apart = taken_apart(plain * root[:, None], [unknown.dimension for unknown in posed.unknowns], posed.scales)
     inverse = apart.inverse
-    free = max(float(weights.sum()) - apart.rank, 1e-9)
+    free = max(float(weights.sum()) - posed.removed - apart.rank, 1e-9)
     s = 1.0 if posed.sigma_by_column else float(np.sqrt(np.sum(weights * r**2) / free))
-    dof = posed.degrees_of_freedom or max(len(r) - apart.rank, 1)
+    dof = posed.degrees_of_freedom or max(len(r) - posed.removed - apart.rank, 1)
     quantile = float(stats.t.ppf(0.5 + 0.5 * level, dof))
     leverage = np.einsum("ij,jk,ik->i", plain, inverse, plain) * weights
     floor = 1e-9 * max(float(np.max(np.abs(posed.measured / scatter), initial=0.0)), 1e-300)  # noise-free data

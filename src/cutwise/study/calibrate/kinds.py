@@ -11,11 +11,12 @@ from cutwise.spec.calibration import (
     Calibration,
     DriveLog,
     FrequencyResponse,
+    MachineVolume,
     MeanForces,
     SealTravel,
 )
 from cutwise.spec.faults import Fault, ScenarioFault
-from cutwise.study.calibrate import cutting, drive, geometry, modal, seals, stiffness
+from cutwise.study.calibrate import cutting, drive, geometry, modal, seals, stiffness, volumetric
 from cutwise.study.calibrate.posed import Finding
 
 
@@ -67,6 +68,10 @@ _ALL = (
     Kind(
         "feed-drive", "inertia, damping, friction and gains of a feed drive from a log", DriveLog, drive.channels, 60,
         _few("a log of a few seconds, back and forth at more than 10 rad/s"), drive.calibrate, "machines",
+    ),
+    Kind(
+        "volumetric", "the 21 geometric errors of a three-axis machine", MachineVolume, volumetric.channels, 12,
+        _few("measure a plate, diagonals or a ball bar, 50 places and more"), volumetric.calibrate, "machines",
     ),
 )  # fmt: skip
 KINDS = {kind.name: kind for kind in _ALL}

@@ -40,6 +40,8 @@ class Posed:
     linear: bool = True
     sigma: Callable[[FloatArray], FloatArray] | None = None  # scatter (m,) that is given, of the model at x
     sigma_by_column: bool = False  # an unknown scatter of each column
+    removed: int = 0  # equations that were used up before, by zeros that are not known
+    scales: tuple[float, ...] = ()  # of the unknowns, in place of the lengths of the columns
     degrees_of_freedom: int | None = None  # of the intervals; left out: equations less unknowns
 
     @property

@@ -74,5 +74,5 @@ def test_exchanged_columns_are_refused(tmp_path):
 
 
 def test_a_model_is_refused_where_there_is_one(tmp_path):
-    with pytest.raises(ScenarioFault, match='fit.model.*"joints" is not a model of spindle-seals; it has one'):
+    with pytest.raises(ScenarioFault, match=r'fit.model.*"joints" is not a model of spindle-seals; it has one'):
         calibrated("spindle-seals", travel(tmp_path, 0.1), [*SPINDLE, "fit.model=joints"])
