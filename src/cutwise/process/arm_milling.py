@@ -41,6 +41,7 @@ from cutwise.process.labels import labelled
 from cutwise.results import SolverFailure
 from cutwise.spec.carrier import Standing
 from cutwise.spec.milling import MillingScenario
+from cutwise.spec.notices import notices
 from cutwise.still import Rest, rest
 
 if TYPE_CHECKING:
@@ -310,7 +311,7 @@ def stages(scenario: MillingScenario, done: ArmMilling) -> xr.DataTree:
 
 def warnings(scenario: MillingScenario, found: Mapping[str, float]) -> tuple[str, ...]:
     """What a user has to know about the run."""
-    said = []
+    said = [*notices(scenario)]
     if found.get("joint_speed_margin", 0.0) < 0.0:
         said.append(
             f"operation.feed: a joint would have to turn faster than it can; it follows "
