@@ -1,5 +1,6 @@
 """``cutwise calibrate``: parameters from a measurement, as a library entry."""
 
+import math
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -75,7 +76,8 @@ def line_of(value: "Value") -> tuple[str, str, str, str]:
     number, unit = units.displayed(value.value, value.dimension)
     scale = value.value / number if number else units.displayed(1.0, value.dimension)[0] ** -1
     ends = ["no end" if end is None else f"{end / scale:.5g}" for end in (value.low, value.high)]
-    said = f"{number:.6g} ± {value.standard_error / scale:.3g} {unit}".strip()
+    error = f"{value.standard_error / scale:.3g}" if math.isfinite(value.standard_error) else "unknown"
+    said = f"{number:.6g} ± {error} {unit}".strip()
     note = f" ({value.note})" if value.note else ""
     return value.name, said, f"{ends[0]} … {ends[1]}", f"{value.verdict}{note}"
 
