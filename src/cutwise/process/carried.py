@@ -1,10 +1,12 @@
 """A robot along a path: the postures it takes, and what it yields by there in process axes."""
 
 import math
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from cutwise import units
 from cutwise.later import later
 from cutwise.maths.frames import FloatArray, rotation_from_rpy
 from cutwise.paths.carried import CarriedPath, arc, line, placed
@@ -255,6 +257,16 @@ def _best_constant(q: FloatArray, cost: FloatArray, reach: FloatArray) -> tuple[
         return None
     angle, branch = np.unravel_index(int(np.argmin(mean)), mean.shape)
     return int(angle), int(branch), float(mean[angle, branch])
+
+
+def too_fast(found: Mapping[str, float], feed: float) -> tuple[str, ...]:
+    """That the joints cannot follow the feed [m/s], if they cannot."""
+    if found.get("joint_speed_margin", 1.0) >= 0.0:
+        return ()
+    return (
+        f"the joints follow {units.show(found['feed_possible_min'], 'speed')} at most, operation.feed is "
+        f"{units.show(feed, 'speed')}",
+    )
 
 
 def measures(along: ArmAlong, robot: CarryingRobot, feed: float) -> dict[str, float]:

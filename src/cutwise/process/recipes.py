@@ -10,13 +10,17 @@ from cutwise.later import later
 from cutwise.process import convergence as converged
 from cutwise.process.convergence import change_on_halved_step
 from cutwise.results import SOUNDNESS, Finding, Histories, Infeasible, Measure, Result, SolverFailure, judge, unreached
+from cutwise.spec.notices import notices
 from cutwise.spec.scenario import Scenario
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from cutwise.process import (
         arm_milling,
         assemble,
         assemble_mill,
+        carried,
         chamfer,
         chamfer_measures,
         chamfer_program,
@@ -42,9 +46,11 @@ if TYPE_CHECKING:
     from cutwise.spec.machine_scenario import MachineScenario
     from cutwise.spec.milling import MillingScenario
 else:  # a run imports its own process, not those of the others
+    xr = later("xarray")
     arm_milling = later("cutwise.process.arm_milling")
     assemble = later("cutwise.process.assemble")
     assemble_mill = later("cutwise.process.assemble_mill")
+    carried = later("cutwise.process.carried")
     chamfer = later("cutwise.process.chamfer")
     chamfer_measures = later("cutwise.process.chamfer_measures")
     chamfer_program = later("cutwise.process.chamfer_program")
@@ -90,6 +96,7 @@ def deburr(scenario: DeburringScenario, progress: Progress | None = None) -> Res
         findings=(*soundness.deburr(scenario, edge), *weights.deburr(edge)),
         bands=deburring.histories(scenario, edge, found),
         warnings=remarks.warnings(scenario, edge, found),
+        infeasible=carried.too_fast(found, scenario.operation.feed),
         limits=remarks.LIMITS,
         convergence=change,
         notes=remarks.notes(scenario, edge, found),
@@ -113,9 +120,9 @@ def deburring_quick(scenario: DeburringScenario, wanted: Collection[str] = (), *
     edge, found = _deburring_pass(
         scenario, max(step, _STUDY_STEP) if coarse and coarser(scenario) else step, tooth=tooth
     )
-    return Outcome(
-        found, tuple(soundness.deburr(scenario, edge)), () if coarse else tuple(remarks.warnings(scenario, edge, found))
-    )
+    said = () if coarse else tuple(remarks.warnings(scenario, edge, found))
+    too_fast = carried.too_fast(found, scenario.operation.feed)
+    return Outcome(found, tuple(soundness.deburr(scenario, edge)), said, too_fast)
 
 
 def machine_errors(scenario: MachineScenario, progress: Progress | None = None) -> Result:
@@ -191,8 +198,8 @@ def mill_by_robot(scenario: MillingScenario, progress: Progress | None = None) -
         found,
         stages=arm_milling.stages(scenario, done),
         findings=soundness.arm_mill(found),
-        warnings=arm_milling.warnings(scenario, found),
-        infeasible=arm_milling.infeasible(scenario, found),
+        warnings=arm_milling.warnings(scenario),
+        infeasible=carried.too_fast(found, scenario.operation.feed),
         limits=arm_milling.LIMITS,
         convergence=change_on_halved_step({name: found[name] for name in again}, again),
         notes=arm_milling.notes(done),
@@ -205,8 +212,10 @@ def mill_quick(scenario: MillingScenario, wanted: Collection[str] = (), *, coars
     del wanted
     if scenario.robot is not None:
         by_arm = arm_milling.measures(scenario, arm_milling.run(scenario))
-        told = () if coarse else tuple(arm_milling.warnings(scenario, by_arm))
-        return Outcome(by_arm, tuple(soundness.arm_mill(by_arm)), told, tuple(arm_milling.infeasible(scenario, by_arm)))
+        told = () if coarse else arm_milling.warnings(scenario)
+        return Outcome(
+            by_arm, tuple(soundness.arm_mill(by_arm)), told, carried.too_fast(by_arm, scenario.operation.feed)
+        )
     done = milling.run(scenario, scenario.numerics.substeps)
     steady = milling.stability(scenario, done)
     found = milling_measures.measures(scenario, done)
@@ -287,7 +296,7 @@ def chamfer_path(scenario: ChamferScenario, progress: Progress | None = None) ->
     if progress is not None:
         progress(0.6)
     found = chamfer_measures.measures(scenario, done)
-    program = chamfer_program.moves(scenario, done.paths, done.links, done.members) if done.paths else None
+    program = chamfer_program.moves(scenario, done.programmed, done.links, done.members) if done.paths else None
     return collect(
         scenario,
         found,
@@ -355,7 +364,10 @@ def simulate(scenario: Scenario, progress: Progress | None = None) -> Result:
     Result
         Histories of all stages, measures, verdict and warnings.
     """
-    return RECIPES[scenario.process](scenario, progress)
+    try:
+        return RECIPES[scenario.process](scenario, progress)
+    except Infeasible as why:
+        return collect(scenario, {}, stages=xr.DataTree(), warnings=notices(scenario), infeasible=(str(why),))
 
 
 def prepare(scenario: Scenario) -> None:
@@ -392,7 +404,10 @@ def quick_outcome(scenario: Scenario, wanted: Collection[str] = (), *, coarse: b
         For hundreds of variants: a larger step where that is known to do, and no warnings. Otherwise every measure is
         that of the run to the last bit.
     """
-    return OUTCOMES[scenario.process](scenario, wanted, coarse=coarse)
+    try:
+        return OUTCOMES[scenario.process](scenario, wanted, coarse=coarse)
+    except Infeasible as why:
+        return Outcome({}, infeasible=(str(why),))
 
 
 def quick_measures(scenario: Scenario, wanted: Collection[str] = ()) -> Mapping[str, float]:

@@ -104,6 +104,11 @@ class DeburringScenario(Scenario):
         if self.robot is None and path.arc is None:
             yield Remark(("path",), "is followed by a robot; write robot.library, or operation.length alone")
         yield from self._arc_faults(path)
+        if self.robot is not None and self.robot.dynamics == "static" and self.numerics.engagement == "swept":
+            yield Remark(
+                ("numerics", "engagement"), "a surface with memory needs an arm with mass; write robot.dynamics: modal, or "
+                "engagement: arcs",
+            )  # fmt: skip
         if (operation.length or operation.duration) and operation.run_length > path.length * (1 + 1e-9):
             key = "length" if operation.length is not None else "duration"
             yield Remark(
@@ -158,6 +163,12 @@ class DeburringScenario(Scenario):
             size = getattr(burr, name)
             if isinstance(size, Table) and given:
                 yield from uncovered(size, self.operation.run_length, ("part", "burr", name))
+
+    def unused(self) -> Iterator[Remark]:
+        """Places along a path that no robot follows."""
+        if self.robot is None:
+            yield Remark(("numerics", "station"), "there is no robot, whose compliance is taken at stations")
+            yield Remark(("placement",), "there is no robot, before which the part would stand")
 
     def remarks(self) -> Iterator[Remark]:
         """Combinations of sections that are possible but unusual."""

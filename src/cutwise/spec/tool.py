@@ -46,3 +46,8 @@ class HelicalMill(RotatingTool):
         """Run-out that reaches the axis."""
         if self.runout >= self.diameter / 2:
             yield Remark(("runout",), "is as large as the radius of the tool")
+
+    def unused(self) -> Iterator[Remark]:
+        """The direction of a run-out that is not there."""
+        if not self.runout:
+            yield Remark(("runout_angle",), "there is no run-out (tool.runout)")
