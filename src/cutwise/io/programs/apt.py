@@ -292,7 +292,8 @@ class Apt:
         self.steps_left -= math.ceil(3.0 * min(peck_count(hole), 1e12))
         if self.steps_left < 0:
             raise StatementFault("this cycle draws back more often than the limit of steps allows; its peck of "
-                                 f"{hole.peck:g} is too small (if it is meant, raise program.step_limit, or --step-limit)", s.column)  # fmt: skip
+                                 f"{hole.peck:g} is too small (if it is meant, raise program.step_limit, "
+                                 "or --step-limit)", s.column)  # fmt: skip
         if hole.feed and hole.feed != self.feed:
             self.feed_before = self.feed
             self._set_feed(hole.feed, self.per_revolution)

@@ -187,7 +187,8 @@ class Controller:
         limit = self.setup.step_limit
         if self.steps + steps > limit:
             raise BlockFault(f"{what}: more than {limit} steps that are not written out; the program does not come to "
-                             "an end in reasonable time (if that is meant, raise program.step_limit, or --step-limit)", place)  # fmt: skip
+                             "an end in reasonable time (if that is meant, raise program.step_limit, or "
+                             "--step-limit)", place)  # fmt: skip
         self.steps += math.ceil(steps)
 
     def unit(self) -> float:
