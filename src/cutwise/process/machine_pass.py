@@ -1,5 +1,6 @@
 """A pass on a machine tool, twice: ideal, and under forces, weights and geometric errors (Demeč, Madáč, Eqs. 1-9)."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -103,7 +104,7 @@ def run_pass(cell: MachineCell) -> MachineRun:
     """Ideal pass, loads, twists of all bodies, and their sum at the tool point."""
     at = chains.frames(cell.axes.chain, cell.way.commands * cell.axes.sense)
     ideal = chains.tool_point(at, cell.tip)
-    elements, loads = _elements(cell, at), _loads(cell, at, ideal)
+    elements, loads = placed_elements(cell.elements, cell.ground, at), _loads(cell, at, ideal)
     wrenches = bodies.element_wrenches(elements, loads, feed_moment=cell.feed_moment)
     yielded = bodies.element_twists(elements, wrenches)
     for e, element in enumerate(cell.elements):
@@ -154,13 +155,14 @@ def energy_balance(run: MachineRun) -> float | None:
     return float(bodies.energy_residual(run.external[loaded], run.internal[loaded]).max())
 
 
-def _elements(cell: MachineCell, at: Frames) -> Elements:
-    count = len(cell.elements)
-    frame = np.array([element.frame for element in cell.elements], dtype=np.int64)
-    point = np.array([element.point for element in cell.elements]).reshape(count, 3)
-    compliance = np.array([element.compliance for element in cell.elements]).reshape(count, 6, 6)
-    joint = np.array([element.joint for element in cell.elements], dtype=np.int64)
-    return Elements(joint, cell.ground, *bodies.place(at, frame, point, compliance))
+def placed_elements(elements: Sequence[ElasticElement], ground: int, at: Frames) -> Elements:
+    """Elements seen from frame 0 in every posture."""
+    count = len(elements)
+    frame = np.array([element.frame for element in elements], dtype=np.int64)
+    point = np.array([element.point for element in elements]).reshape(count, 3)
+    compliance = np.array([element.compliance for element in elements]).reshape(count, 6, 6)
+    joint = np.array([element.joint for element in elements], dtype=np.int64)
+    return Elements(joint, ground, *bodies.place(at, frame, point, compliance))
 
 
 def _loads(cell: MachineCell, at: Frames, tool: FloatArray) -> Loads:
@@ -179,16 +181,19 @@ def _part_displacement(cell: MachineCell, tool: FloatArray) -> tuple[FloatArray,
     """Displacement of the material under the tool [m] and the work in the part [J]."""
     if cell.part is None:
         return np.zeros_like(tool), np.zeros(len(tool))
-    part = cell.part
+    block = block_under(cell.part, tool)
+    wrench, twist = bodies.part_twist(block, cell.cut.force, tool)
+    return bodies.point_displacement(block.point, twist, tool), np.einsum("mi,mi->m", wrench, twist)
+
+
+def block_under(part: FlexiblePart, tool: FloatArray) -> PartBlock:
+    """The part up to the height of each tool point, shape (m, 3)."""
     heights, inverse = np.unique(tool[:, 2], return_inverse=True)
     rigid = np.zeros((6, 6))  # the block does not bend below its foot
     blocks = np.array(
         [cantilever(part.section, h, part.youngs_modulus, part.shear_modulus) if h > 0.0 else rigid for h in heights]
     )
-    centre = tool * [0.0, 0.0, 1.0]  # on the axis of the block
-    block = PartBlock(centre, blocks[inverse])
-    wrench, twist = bodies.part_twist(block, cell.cut.force, tool)
-    return bodies.point_displacement(centre, twist, tool), np.einsum("mi,mi->m", wrench, twist)
+    return PartBlock(tool * [0.0, 0.0, 1.0], blocks[inverse])  # on the axis of the block
 
 
 def _contact_twists(element: ElasticElement, at: Frames, wrenches: FloatArray, tool: FloatArray) -> FloatArray:
