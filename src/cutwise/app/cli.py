@@ -387,6 +387,7 @@ def main(arguments: "Sequence[str] | None" = None) -> NoReturn:
     given = list(sys.argv[1:] if arguments is None else arguments)
     debug = "--debug" in given  # it may stand anywhere
     gc.set_threshold(_COLLECT, 20, 50)
+    leaving.open_streams()
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="replace")  # a terminal that lacks a letter gets a question mark, not a traceback
