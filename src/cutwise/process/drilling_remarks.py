@@ -9,14 +9,10 @@ from cutwise import units
 from cutwise.maths.chains import jacobian
 from cutwise.maths.frames import FloatArray
 from cutwise.physics.cutting.drill_formulas import half_specific_force, shaw_oxford, tungaloy
-from cutwise.physics.structure.joint_compliance import (
-    cartesian_compliance,
-    geometric_stiffness,
-    holding_force,
-)
+from cutwise.physics.structure.joint_compliance import geometric_stiffness, holding_force
 from cutwise.process.drilling import DrilledHole, DrillRun, dynamics, nominal_shares, skating_of, slope_angle
 from cutwise.process.loops_drilling import HoleOutcome, quasi_static_hole
-from cutwise.process.postures import Posture, posture_frames, posture_jacobian
+from cutwise.process.postures import Posture, arm_compliance, posture_frames, posture_jacobian
 from cutwise.spec.drilling import DrillingScenario
 from cutwise.spec.notices import notices
 
@@ -135,8 +131,7 @@ def _own_error(scenario: DrillingScenario) -> Iterator[str]:
 def sag(run: DrillRun, hole: DrilledHole, payload: float) -> float:
     """How far the tool sinks under the rated payload, in the posture of a hole [m]."""
     assert hole.posture is not None
-    compliance = cartesian_compliance(posture_jacobian(run.cell.arm, hole.posture.q), run.cell.arm.stiffness)
-    return float(compliance[2, 2]) * payload * _GRAVITY
+    return float(arm_compliance(run.cell.arm, hole.posture.q)[2, 2]) * payload * _GRAVITY
 
 
 def _process(scenario: DrillingScenario, run: DrillRun) -> Iterator[str]:
@@ -285,10 +280,10 @@ def _stiffening(run: DrillRun, posture: Posture) -> float:
     feed = posture_frames(arm, posture.q).rotations[-1] @ arm.tool_rotation[:, 2]
     thrust, torque = _heaviest(run)
     load = -np.concatenate([feed * thrust, feed * torque])
-    plain = cartesian_compliance(jac, arm.stiffness)
+    plain = arm_compliance(arm, posture.q)
     turning = arm.drives.elastic.T @ geometric_stiffness(each, load) @ arm.drives.elastic
-    loaded = jac @ np.linalg.inv(np.diag(arm.stiffness) - turning) @ jac.T
-    return float(np.linalg.norm(loaded - plain) / np.linalg.norm(plain))
+    changed = jac @ (np.linalg.inv(np.diag(arm.stiffness) - turning) - np.diag(1.0 / arm.stiffness)) @ jac.T
+    return float(np.linalg.norm(changed) / np.linalg.norm(plain))
 
 
 def _line(index: int, hole: DrilledHole) -> str:
