@@ -23,7 +23,7 @@ def refuse(message: str) -> NoReturn:
 
 def explain(error: Exception) -> int:
     """Say in plain words what went wrong; the exit code for it."""
-    from cutwise.results import SolverFailure
+    from cutwise.results import Infeasible, SolverFailure
     from cutwise.run_file import DamagedRun
     from cutwise.spec.faults import ScenarioFault
 
@@ -36,6 +36,9 @@ def explain(error: Exception) -> int:
     if type(error).__name__ == "CadFault":  # its module is not imported unless a CAD file is
         print(error, file=sys.stderr)
         return BAD_INPUT
+    if isinstance(error, Infeasible):
+        print(f"infeasible: {error}", file=sys.stderr)
+        return REQUIREMENT_FAILED
     if isinstance(error, SolverFailure):
         print(f"the solver failed: {error}", file=sys.stderr)
         return SOLVER_FAILED

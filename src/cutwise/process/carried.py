@@ -1,11 +1,13 @@
 """A robot along a path: the postures it takes, and what it yields by there in process axes."""
 
 import math
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
+from cutwise import units
 from cutwise.maths.frames import FloatArray, rotation_from_rpy
 from cutwise.paths.carried import CarriedPath, arc, line, placed
 from cutwise.physics.motion.along import Blocked, Postures, cheapest_way, followed, joint_rates
@@ -274,3 +276,28 @@ def measures(along: ArmAlong, robot: CarryingRobot, feed: float) -> dict[str, fl
         found["feed_possible_min"] = float(possible) if math.isfinite(possible) else feed
         found["joint_speed_margin"] = float(1.0 - feed / possible)
     return found
+
+
+def warnings(robot: CarryingRobot, found: Mapping[str, float]) -> tuple[str, ...]:
+    """What a user has to know about a robot along a path."""
+    said = []
+    if found.get("joint_speed_margin", 0.0) < 0.0:
+        said.append(
+            f"operation.feed: a joint would have to turn faster than it can; it follows "
+            f"{units.show(found['feed_possible_min'], 'speed')} at most"
+        )
+    if not robot.joint_speed:
+        said.append("robot.joint_speed is not given: whether the joints can follow the feed was not looked at")
+    if robot.sag != "ignored" and not weights(robot):
+        said.append(
+            "robot.sag: no weight of tool or links is given (robot.tool_mass, robot.links): the sag is left out"
+        )
+    return tuple(said)
+
+
+def infeasible(feed: float, found: Mapping[str, float]) -> tuple[str, ...]:
+    """Why a robot cannot follow at this feed [m/s]."""
+    if found.get("joint_speed_margin", 1.0) >= 0.0:
+        return ()
+    possible = units.show(found["feed_possible_min"], "speed")
+    return (f"the joints follow {possible} at most, operation.feed is {units.show(feed, 'speed')}",)

@@ -19,7 +19,7 @@ from cutwise.process.machine_pass import ElasticElement, FlexiblePart, MachineCe
 from cutwise.process.machine_program import program_way
 from cutwise.process.machine_way import Way, path_way
 from cutwise.spec.geometry_errors import COMPONENTS, LINEAR_AXES, SQUARENESS
-from cutwise.spec.machine import Beam, ContactGroup, Drive, Joint
+from cutwise.spec.machine import Beam, ContactGroup, Drive, Joint, Machine, PartBlock
 from cutwise.spec.machine import ElasticElement as ElementSpec
 from cutwise.spec.machine_scenario import MachineScenario, MachineTool
 from cutwise.spec.tables import Table
@@ -54,7 +54,7 @@ def machine_cell(scenario: MachineScenario, *, samples: int | None = None) -> Ma
         np.array(scenario.tool.tip),
         _elements(scenario),
         _weights(scenario),
-        _part(scenario),
+        flexible_part(scenario.part),
         way,
         cut,
         scenario.convention == "paper_literal",
@@ -71,7 +71,12 @@ def _way(scenario: MachineScenario, axes: Axes, samples: int | None) -> Way:
 
 def machine_axes(scenario: MachineScenario) -> Axes:
     """The chain, the sense of its commands, and the geometric errors of its axes."""
-    joints = [body.joint for body in scenario.machine.ordered[1:]]
+    return axes_of(scenario.machine, scenario.errors())
+
+
+def axes_of(machine: Machine, given: dict[str, Any]) -> Axes:
+    """The axes of a machine, with geometric errors by their names."""
+    joints = [body.joint for body in machine.ordered[1:]]
     side = np.array([-1 if joint.side == "part" else 1 for joint in joints])
     rotations = [rotation_from_rpy(*(joint.rotation or (0.0, 0.0, 0.0))) for joint in joints]
     chain = chains.chain(
@@ -83,7 +88,6 @@ def machine_axes(scenario: MachineScenario) -> Axes:
     )
     of_table = np.array([joint.positive != "tool" for joint in joints])
     limits = np.array([joint.limits or (0.0, 0.0) for joint in joints])
-    given = scenario.errors()
     errors = tuple(
         _axis_errors(given, joint, chain.axes[i]) if joint.command else None for i, joint in enumerate(joints)
     )
@@ -117,13 +121,19 @@ def _error_function(spec: Any, name: str) -> ErrorFunction:
     return geometry.Sines(np.array(spec.amplitudes), np.array(spec.phases), spec.over)
 
 
-def _elements(scenario: MachineScenario) -> tuple[ElasticElement, ...]:
+def elements_of(machine: Machine) -> list[ElasticElement]:
+    """What yields at the joints of a machine."""
     found = []
-    for joint, body in enumerate(scenario.machine.ordered[1:], 1):
+    for joint, body in enumerate(machine.ordered[1:], 1):
         for element in body.elements:
             frame = joint - 1 if element.travels_with == body.parent else joint
             compliance, contact = _compliance(element)
             found.append(ElasticElement(element.name, joint, frame, np.array(element.at), compliance, contact))
+    return found
+
+
+def _elements(scenario: MachineScenario) -> tuple[ElasticElement, ...]:
+    found = elements_of(scenario.machine)
     if scenario.tool.flexible:
         last = len(scenario.machine.ordered) - 1
         found.append(ElasticElement("tool", last, last, np.array(scenario.tool.tip), _tool_beam(scenario.tool), None))
@@ -192,8 +202,8 @@ def _weights(scenario: MachineScenario) -> tuple[Weight, ...]:
     return tuple(found)
 
 
-def _part(scenario: MachineScenario) -> FlexiblePart | None:
-    part = scenario.part
+def flexible_part(part: PartBlock | None) -> FlexiblePart | None:
+    """The part as a block that bends; None where it does not."""
     if part is None or not part.flexible:
         return None
     section = block_section(part.width_x, part.width_y, shear_factor=part.shear_factor)

@@ -4,10 +4,13 @@ import math
 from collections.abc import Callable, Collection, Iterable, Mapping
 from typing import NamedTuple
 
+import xarray as xr
+
 from cutwise.process import (
     arm_milling,
     assemble,
     assemble_mill,
+    carried,
     chamfer,
     chamfer_measures,
     chamfer_program,
@@ -25,6 +28,7 @@ from cutwise.process import (
     remarks,
     remarks_mill,
     soundness,
+    still_deburring,
     weights,
 )
 from cutwise.process import convergence as converged
@@ -35,6 +39,7 @@ from cutwise.spec.deburring import DeburringScenario
 from cutwise.spec.drilling import DrillingScenario
 from cutwise.spec.machine_scenario import MachineScenario
 from cutwise.spec.milling import MillingScenario
+from cutwise.spec.notices import notices
 from cutwise.spec.scenario import Scenario
 
 Progress = Callable[[float], None]
@@ -49,7 +54,8 @@ class Outcome(NamedTuple):
 
 def deburr(scenario: DeburringScenario, progress: Progress | None = None) -> Result:
     """Compliant-spindle deburring: time stepping over all five stages (Berselli et al. 2016, Fig. 8)."""
-
+    if scenario.numerics.mode == "still":
+        return deburr_at_rest(scenario, progress)
     step = scenario.numerics.time_step
     finer = _deburring_pass(scenario, 0.5 * step, _part(progress, 0.0, 2.0 / 3.0))[1]
     edge, found = _deburring_pass(scenario, step, _part(progress, 2.0 / 3.0, 1.0))
@@ -61,9 +67,33 @@ def deburr(scenario: DeburringScenario, progress: Progress | None = None) -> Res
         findings=(*soundness.deburr(scenario, edge), *weights.deburr(edge)),
         bands=deburring.histories(scenario, edge, found),
         warnings=remarks.warnings(scenario, edge, found),
+        infeasible=carried.infeasible(scenario.operation.feed, found),
         limits=remarks.LIMITS,
         convergence=change,
         notes=remarks.notes(scenario, edge, found),
+        references=("berselli2016", "altintas2012"),
+    )
+
+
+def deburr_at_rest(scenario: DeburringScenario, progress: Progress | None = None) -> Result:
+    """An edge with a rigid spindle: each place at rest, on whatever carries the tool."""
+    done = still_deburring.run(scenario)
+    found = still_deburring.measures(scenario, done)
+    finer = scenario.numerics.model_copy(update={"station": 0.5 * scenario.numerics.station})
+    half = scenario.model_copy(update={"numerics": finer})
+    again = still_deburring.measures(half, still_deburring.run(half))
+    if progress is not None:
+        progress(1.0)
+    return collect(
+        scenario,
+        found,
+        stages=still_deburring.stages(done),
+        findings=still_deburring.findings(done),
+        warnings=still_deburring.warnings(scenario, found),
+        infeasible=carried.infeasible(scenario.operation.feed, found),
+        limits=still_deburring.LIMITS,
+        convergence=change_on_halved_step({name: found[name] for name in again}, again),
+        notes=still_deburring.notes(done),
         references=("berselli2016", "altintas2012"),
     )
 
@@ -79,6 +109,9 @@ def _deburring_pass(
 
 def deburring_quick(scenario: DeburringScenario, wanted: Collection[str] = ()) -> Outcome:
     """What studies need: at least 100 µs of step with averaged forces over arcs, as given otherwise."""
+    if scenario.numerics.mode == "still":
+        done = still_deburring.run(scenario)
+        return Outcome(still_deburring.measures(scenario, done), still_deburring.findings(done))
     step = scenario.numerics.time_step
     coarse = scenario.numerics.force == "averaged" and scenario.tool.runout == 0.0
     tooth = any(name.startswith("tooth_") for name in (*scenario.requirements, *wanted))
@@ -280,7 +313,7 @@ OUTCOMES: Mapping[str, Callable[..., Outcome]] = {
 }
 PREPARATIONS: Mapping[str, Callable[..., object]] = {
     "chamfer": chamfer.prepare,
-    "deburr": assemble.deburring_cell,
+    "deburr": assemble.edge_cut,
     "drill": drilling.drill_cell,
     "machine": machine.prepare,
     "mill": lambda scenario: (arm_milling if scenario.robot is not None else milling).prepare(scenario),
@@ -309,7 +342,10 @@ def simulate(scenario: Scenario, progress: Progress | None = None) -> Result:
     Result
         Histories of all stages, measures, verdict and warnings.
     """
-    return RECIPES[scenario.process](scenario, progress)
+    try:
+        return RECIPES[scenario.process](scenario, progress)
+    except Infeasible as why:  # before there was anything to measure
+        return collect(scenario, {}, stages=xr.DataTree(), warnings=notices(scenario), infeasible=(str(why),))
 
 
 def prepare(scenario: Scenario) -> None:

@@ -1,5 +1,6 @@
 """The scenario of a pass on a machine tool: where its error comes from, and what it leaves on the part."""
 
+import math
 from collections.abc import Iterator, Mapping
 from itertools import pairwise
 from typing import Annotated, Any, ClassVar, Literal
@@ -10,7 +11,6 @@ from cutwise import units
 from cutwise.spec.base import (
     Count,
     Elasticity,
-    Force,
     Length,
     LibrarySpec,
     Number,
@@ -22,7 +22,7 @@ from cutwise.spec.base import (
 )
 from cutwise.spec.faults import Path
 from cutwise.spec.geometry_errors import LINEAR_AXES, ROTARY_AXES, SQUARENESS, GeometryErrors
-from cutwise.spec.machine import Joint, Machine, Place, merged_errors, stiffnesses
+from cutwise.spec.machine import Joint, Machine, PartBlock, Place, merged_errors, stiffnesses
 from cutwise.spec.machine_checks import chain_faults
 from cutwise.spec.machine_pass import AxisPosition, CutSurface, FromCutting, MachineLoad, MachinePath, ProgramPass
 from cutwise.spec.material import Material
@@ -30,31 +30,6 @@ from cutwise.spec.measures import MACHINE
 from cutwise.spec.program import StockBlock
 from cutwise.spec.scenario import MeasureSpec, Scenario
 from cutwise.spec.tables import Table
-
-
-class PartBlock(Spec):
-    """The part: a block standing on its clamping, its frame in the middle of its lower face."""
-
-    width_x: Length = Field(description="size in x", examples=["260 mm"], gt=0)
-    width_y: Length = Field(description="size in y", examples=["90 mm"], gt=0)
-    height: Length = Field(description="size in z", examples=["300 mm"], gt=0)
-    weight: Force = Field(description="weight, at half its height", examples=["540 N"], ge=0)
-    flexible: bool = Field(description="bends under the reaction to the cutting force", examples=[True])
-    youngs_modulus: Elasticity | None = Field(
-        default=None, description="Young's modulus", examples=["210 kN/mm^2"], gt=0
-    )
-    poisson_ratio: Annotated[Number, Usual(0.2, 0.4)] | None = Field(
-        default=None, description="Poisson's ratio", examples=[0.3], gt=-1, lt=0.5
-    )
-    shear_factor: Number | None = Field(
-        default=None, description="share of the section that carries shear", examples=[0.8333333], gt=0, le=1
-    )
-
-    def contradictions(self) -> Iterator[Remark]:
-        """What a flexible part needs."""
-        for key in ("youngs_modulus", "poisson_ratio", "shear_factor"):
-            if self.flexible and getattr(self, key) is None:
-                yield Remark((key,), "missing")
 
 
 class MachineTool(LibrarySpec):
@@ -326,6 +301,9 @@ class MachineScenario(Scenario):
             ]
             if names:
                 yield Remark(("geometry_errors",), f"replaces {', '.join(names)} of machine.geometry_errors")
+        given = self.machine.tool_point
+        if given is not None and math.dist(given, self.tool.tip) > 1e-9:
+            yield Remark(("machine", "tool_point"), "is not used: tool.tip says where the tool point is")
         if self.has_pass and self.load.force is None:
             yield Remark(("load",), "no cutting force: the pass shows weights and geometric errors only")
 

@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from cutwise.spec.base import Angle, Count, Length, LibrarySpec, Remark, SmallLength, Usual
+from cutwise.spec.base import Angle, Count, Length, LibrarySpec, Remark, SmallLength, Stiffness, Usual
 
 
 class RotatingTool(LibrarySpec):
@@ -46,3 +46,12 @@ class HelicalMill(RotatingTool):
         """Run-out that reaches the axis."""
         if self.runout >= self.diameter / 2:
             yield Remark(("runout",), "is as large as the radius of the tool")
+
+
+class Bur(HelicalMill):
+    """A mill or bur along an edge, which may bend."""
+
+    stiffness: Annotated[Stiffness, Usual("0.1 N/um", "100 N/um")] | None = Field(
+        default=None, description="static stiffness of the tool at its tip across its axis; left out: rigid",
+        examples=["5 N/um"], gt=0,
+    )  # fmt: skip
