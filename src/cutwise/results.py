@@ -1,19 +1,26 @@
 """What a run gives back: labelled histories per stage, measures, verdict, and where every input came from."""
 
+from __future__ import annotations
+
 import io
 import json
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from difflib import get_close_matches
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
-
-import xarray as xr
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from cutwise import units
 from cutwise.disk import write_bytes
+from cutwise.later import later
 from cutwise.run_file import DamagedRun, sealed, tree_of
 from cutwise.spec.scenario import Scenario
+
+if TYPE_CHECKING:
+    import xarray as xr
+else:
+    xr = later("xarray")
 
 Certainty = Literal["sure", "not_every_history", "unknown"]
 
@@ -82,7 +89,7 @@ class Finding:
         return told
 
     @classmethod
-    def from_json(cls, told: Mapping[str, Any]) -> "Finding":
+    def from_json(cls, told: Mapping[str, Any]) -> Finding:
         """A finding as :meth:`as_json` wrote it."""
         remedy = told.get("remedy")
         return cls(
@@ -105,6 +112,30 @@ class SolverFailure(Exception):
 
 class Infeasible(SolverFailure):
     """The operation cannot be done: what gives way, where, and what helps."""
+
+
+class NoSuchName(KeyError):
+    """A name that is not there, with the one that was probably meant."""
+
+    def __init__(self, kind: str, name: object, known: Iterable[str], where: str) -> None:
+        names = [str(one) for one in known]
+        near = get_close_matches(str(name), names, n=1)
+        hint = (
+            f"did you mean {near[0]}?"
+            if near
+            else f"there are {', '.join(names[:12])}{', ...' if len(names) > 12 else ''}"
+        )
+        super().__init__(f'no {kind} "{name}"; {hint} ({len(names)}: {where})')
+
+    def __str__(self) -> str:
+        return str(self.args[0])
+
+
+class Measures(dict[str, "Measure"]):
+    """The measures of a run by name; a name that is not there is answered with the nearest one."""
+
+    def __missing__(self, name: str) -> Measure:
+        raise NoSuchName("measure", name, self, "result.measures")
 
 
 @dataclass(frozen=True, slots=True)
@@ -207,8 +238,14 @@ class Result:
     advice: tuple[str, ...] = ()  # what to change, or how much room is left, found by running again
     sensitivity: Mapping[str, float] = field(default_factory=dict)  # assumed input: change of the focus measure, SI
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "measures", Measures(self.measures))
+
     def __getitem__(self, stage: str) -> xr.DataTree:
-        return self.stages[stage]  # type: ignore[return-value]
+        try:
+            return self.stages[stage]  # type: ignore[return-value]
+        except KeyError:
+            raise NoSuchName("stage", stage, map(str, self.stages.children), "result.stages") from None
 
     @property
     def verdict(self) -> Literal["pass", "fail", "none"]:
@@ -288,7 +325,7 @@ class Result:
         return write_bytes(Path(path), self.to_bytes())
 
     @classmethod
-    def from_file(cls, path: str | Path, scenario: Scenario) -> "Result":
+    def from_file(cls, path: str | Path, scenario: Scenario) -> Result:
         """Read back a file written by :meth:`save`; the scenario comes from ``cutwise.io.scenario``.
 
         Raises
@@ -299,7 +336,7 @@ class Result:
         return cls.from_bytes(Path(path).read_bytes(), scenario)
 
     @classmethod
-    def from_bytes(cls, content: bytes, scenario: Scenario) -> "Result":
+    def from_bytes(cls, content: bytes, scenario: Scenario) -> Result:
         """As :meth:`from_file`, of what the file holds."""
         tree = tree_of(content)
         try:
@@ -310,7 +347,7 @@ class Result:
             ) from None
 
     @classmethod
-    def _from_tree(cls, tree: xr.DataTree, scenario: Scenario) -> "Result":
+    def _from_tree(cls, tree: xr.DataTree, scenario: Scenario) -> Result:
         summary = json.loads(tree.attrs["summary"])
         measures = {str(n): _measure_from_json(*entry) for n, entry in json.loads(tree.attrs["measures"]).items()}
         return cls(

@@ -76,7 +76,7 @@ def test_run_that_meets_its_requirements(cutwise, quick, example):
     said = cutwise("run", example)
     assert said.code == 0
     assert "PASS: all 3 requirements are met" in said.out
-    assert re.search(r"surface_error_max +0\.01 +mm +at most 0\.05 mm +pass", said.out)
+    assert re.search(r"surface_error_max +0\.0100 +mm +at most 0\.05 mm +pass", said.out)
     assert re.search(r"\d+ of \d+ input values are assumed", said.out)
     folder = Path("cutwise-runs") / "deburr_compliant_spindle"
     assert sorted(file.name for file in folder.iterdir()) == ["report.html", "run.nc"]

@@ -31,7 +31,7 @@ def here(cutwise, examples, made_up, monkeypatch, tmp_path):
         pytest.fail("the run was started")
 
     monkeypatch.setattr(cli, "_simulated", started)
-    monkeypatch.setattr("cutwise.study.sweep.quick_measures", started)
+    monkeypatch.setattr("cutwise.study.case.quick_outcome", started)
     for source, name in (("chamfer_pipe_hole.yaml", "c.yaml"), ("mill_pocket.yaml", "m.yaml"), ("mill_pocket.nc",) * 2,
                          ("bracket.ngc", "p.ngc"), ("deburr_compliant_spindle.yaml", "d.yaml")):  # fmt: skip
         (tmp_path / name).write_text((examples / source).read_text())

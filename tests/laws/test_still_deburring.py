@@ -95,7 +95,7 @@ def test_nothing_that_yields_leaves_the_preset(examples):
     scenario = cutwise.load(
         examples / "deburr_rigid_on_machine.yaml",
         ["machine=null", "path=null", "part.block=null", "tool.stiffness=null", "operation.length=20 mm",
-         "operation.preset=0.1 mm"],
+         "operation.preset=0.1 mm", "requirements=null"],
     )  # fmt: skip
     done = still_deburring.run(scenario)
     assert done.error == pytest.approx(np.full(5, -1e-4), abs=1e-15)

@@ -1,5 +1,6 @@
 """The command line: what an engineer types, what comes back, and the exit code that says how it went."""
 
+import gc
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn, TypeVar
@@ -9,7 +10,7 @@ import typer
 import cutwise
 from cutwise.app import interrupt, leaving, looking, outputs
 from cutwise.app.leaving import INTERRUPTED, NOBODY_READS, OK, REQUIREMENT_FAILED, TERMINATED, explain, refuse
-from cutwise.app.options import Overrides, ScenarioFile
+from cutwise.app.options import SET, Overrides, ScenarioFile
 from cutwise.app.writing import REPORT, RUN, programs, written
 from cutwise.disk import create_text, file_name, write_text, write_together
 
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from cutwise.spec.scenario import Scenario
 
 Made = TypeVar("Made")
+_COLLECT = 200_000  # objects between two looks for garbage: imports and figures make many and drop few, 8 % of a run
 
 app = typer.Typer(
     name="cutwise",
@@ -90,7 +92,7 @@ def check(file: ScenarioFile, overrides: Overrides = None) -> None:
     from cutwise.process.recipes import prepare
     from cutwise.spec.notices import notices
 
-    scenario = load(file, overrides or ())
+    scenario = load(file, overrides or (), named=SET)
     prepare(scenario)
     Console().checked(str(file), scenario, notices(scenario))
 
@@ -126,7 +128,7 @@ def run(
     from cutwise.app.console import Console
     from cutwise.io.scenario import load
 
-    scenario = load(file, overrides or ())
+    scenario = load(file, overrides or (), named=SET)
     folder = output or Path("cutwise-runs") / file_name(scenario.name)
     outputs.checked([folder / RUN, folder / REPORT, gcode, apt, poses], [file, *scenario.files], folder)
     for program in filter(None, (gcode, apt, poses)):
@@ -198,23 +200,33 @@ def advise(
                      help="a setting that may be turned and how far, for example operation.feed='40 mm/s..90 mm/s'; "
                      "repeatable; default: the usual ones of the process"),
     ] = None,
+    budget: Annotated[
+        str | None,
+        typer.Option("--budget", metavar="N|TIME", help="the most runs (200) or processor time ('60 s') to spend"),
+    ] = None,
 ) -> None:  # fmt: skip
     """Find by many runs which settings meet the requirements, or how much room there is, and which assumptions matter."""
     from cutwise.app.console import Console
     from cutwise.io.scenario import load
-    from cutwise.study.advice import advise as advice
-    from cutwise.study.advice import read_limits
+    from cutwise.study.advice import consult, most_runs
+    from cutwise.study.levers import levers_of, read_limits
     from cutwise.study.sensitivity import assumed_sensitivity
+    from cutwise.study.trials import NO_END, read_budget
 
-    scenario = load(file, overrides or ())
+    most = read_budget(budget) if budget is not None else NO_END
+    scenario = load(file, overrides or (), named=SET)
     if not scenario.requirements:
         example = scenario.starts.get("requirements", f"{{{scenario.focus}: {{max: ...}}}}")
         refuse(f"{file}: has no requirements to advise on; add some, for example requirements: {example}")
     levers = read_limits(scenario, limits or ())
     console = Console()
+    if budget is None:
+        console.err.print(f"up to {most_runs(levers_of(scenario, levers))} runs; --budget sets an end")
     with console.progress(scenario.name):
-        found, weights = advice(scenario, levers), assumed_sensitivity(scenario)
-    console.advice(scenario, found, weights)
+        found = consult(scenario, levers, budget=most, named="--limit {}")
+        weights = assumed_sensitivity(scenario) if budget is None else {}
+    console.consulted(scenario, found, weights)
+    raise typer.Exit(OK if found.met else REQUIREMENT_FAILED)
 
 
 @app.command()
@@ -232,6 +244,9 @@ def sweep(
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="FILE", help="write all measures (SI) as .csv or .nc")
     ] = None,
+    in_full: Annotated[
+        bool, typer.Option("--check/--no-check", help="run first, last and worst combination in full, with half the step too")
+    ] = True,
 ) -> None:  # fmt: skip
     """Run a scenario over values of its keys and print a table."""
     from cutwise.app.console import Console
@@ -239,7 +254,7 @@ def sweep(
     from cutwise.study.sweep import parse_values, save, shown_measures
     from cutwise.study.sweep import sweep as swept
 
-    scenario = load(file, overrides or ())
+    scenario = load(file, overrides or (), named=SET)
     values = parse_values(over)
     names = shown_measures(scenario, measure or ())
     if output is not None and output.suffix not in (".csv", ".nc"):
@@ -247,7 +262,7 @@ def sweep(
     outputs.checked([output], [file, *scenario.files])
     console = Console()
     with console.progress(f"sweep of {scenario.name}") as progress:
-        table = swept(scenario, values, progress, names)
+        table = swept(scenario, values, progress, names, check=in_full, named="--over {}")
     console.sweep(scenario, table, names)
     if output is not None:
         print(save(table, output))
@@ -371,6 +386,7 @@ def main(arguments: "Sequence[str] | None" = None) -> NoReturn:
     """Run the command line; leaves with the exit code."""
     given = list(sys.argv[1:] if arguments is None else arguments)
     debug = "--debug" in given  # it may stand anywhere
+    gc.set_threshold(_COLLECT, 20, 50)
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="replace")  # a terminal that lacks a letter gets a question mark, not a traceback

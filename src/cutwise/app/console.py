@@ -7,7 +7,7 @@ import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from itertools import product
-from math import isnan, nan
+from math import isnan
 from typing import TYPE_CHECKING
 
 import rich.console
@@ -20,7 +20,9 @@ from cutwise import units
 from cutwise.app import interrupt
 from cutwise.app.findings import reasons, remarks
 from cutwise.app.inputs import inputs
-from cutwise.app.wording import against, compared, requirement, sensitivity_line, verdict_line
+from cutwise.app.measured import listed
+from cutwise.app.numbers import form
+from cutwise.app.wording import against, compared, sensitivity_line, verdict_line
 from cutwise.spec.texts import visible
 
 if TYPE_CHECKING:
@@ -29,11 +31,13 @@ if TYPE_CHECKING:
     from cutwise.app.installation import Finding
     from cutwise.io.library import Entry
     from cutwise.process.selfchecks import Outcome
-    from cutwise.results import Check, Result
+    from cutwise.results import Result
     from cutwise.spec.scenario import Scenario
+    from cutwise.study.advice import Advice
 
 _PATIENCE = 2.0  # [s] a progress bar appears only after this
 _SAID_ALREADY = ("remedies", "left_out")  # notes for the report: advice and warnings say the same
+_SAID_AS = {"infeasible": "infeasible", "warnings": "warning", "unsound": "not sound"}
 _COLOURS = {"pass": "bold green", "fail": "bold red", "none": "bold"}
 
 
@@ -90,13 +94,12 @@ class Console:
 
     def result(self, result: "Result", files: Mapping[str, str]) -> None:
         """Measures, verdict, warnings, and where the files are."""
-        checks = {check.measure: check for check in result.checks}
-        rows = []
-        for name, measure in result.measures.items():
-            check = checks.pop(name, None)
-            number, unit = units.displayed(measure.value, measure.dimension)
-            rows.append((name, f"{number:.5g}", unit, *_judged(check)))
-        rows += [(name, "not available", "", *_judged(check)) for name, check in checks.items()]
+        rows: list[tuple[str, ...]] = []
+        for group, lines in listed(result).items():
+            rows += [(group, "", "", "", "")] if group else []
+            for line in lines:
+                judged = _mark(line.check.passed) + against(line.check) if line.check is not None else ""
+                rows.append((f"  {line.name}" if group else line.name, line.number, line.unit, line.asked, judged))
         self.table(
             f"{result.scenario.name} ({result.scenario.process})",
             ("measure", "value", "unit", "requirement", "result"), rows, right=("value",),
@@ -124,18 +127,39 @@ class Console:
         self.line(verdict_line(result), _COLOURS[result.verdict])
 
     def sweep(self, scenario: "Scenario", table: "xr.Dataset", names: "Sequence[str]") -> None:
-        """Measures over all combinations of values."""
-        keys = list(table.dims)
-        known = scenario.measures
-        rows = []
-        for point in product(*(table[key].values for key in keys)):
-            here = table.sel(dict(zip(keys, point, strict=True)))
-            found = {name: float(here[name]) for name in names if name in here}
-            shown = ("-" if isnan(found.get(n, nan)) else units.show(found[n], known[n].dimension) for n in names)
-            rows.append((*map(str, point), *shown, str(here["unsound"].values)))
-        self.table(f"{scenario.name} ({scenario.process})", (*map(str, keys), *names, "not sound"), rows)
+        """Measures over all combinations of values, and what the runs say, each sentence once."""
+        from cutwise.study.sweep import TEXT
+
+        keys = [str(key) for key in table.dims]
+        known, shown = scenario.measures, [name for name in names if name in table]
+        shapes = {name: form(known[name].dimension, table[name].values.ravel().tolist()) for name in shown}
+        rows, said = [], {}
+        for place in product(*(range(table.sizes[key]) for key in keys)):
+            here = table.isel(dict(zip(keys, place, strict=True)))
+            point = [str(here[name if (name := TEXT.format(key)) in table.coords else key].values) for key in keys]
+            cells = ("-" if isnan(float(here[name])) else shapes[name].text(float(here[name]))
+                     for name in shown)  # fmt: skip
+            marks = []
+            for what in ("infeasible", "warnings", "unsound"):
+                for sentence in str(here[what].values).splitlines():
+                    marks.append(said.setdefault(f"{_SAID_AS[what]}: {sentence}", len(said) + 1))
+            rows.append((*point, *cells, ", ".join(map(str, marks))))
+        self.table(f"{scenario.name} ({scenario.process})", (*keys, *shown, "said"), rows)
+        for sentence, number in said.items():
+            self.line(f"{number}: {sentence}", "yellow")
         for reason in str(table.attrs.get("failed", "")).splitlines():
             self.line(f"not run: {reason}")
+
+    def consulted(self, scenario: "Scenario", found: "Advice", sensitivity: Mapping[str, float]) -> None:
+        """Advice with the verdict that it starts from, and what it cost."""
+        self.advice(scenario, found.sentences, sensitivity)
+        self.line(f"cost: {found.runs} runs, {found.seconds:.1f} s of processor time")
+        self.line(
+            "PASS: the requirements are met as it stands"
+            if found.met
+            else "FAIL: the requirements are not met as it stands",
+            _COLOURS["pass" if found.met else "fail"],
+        )
 
     def advice(self, scenario: "Scenario", advice: Sequence[str], sensitivity: Mapping[str, float]) -> None:
         """What to change, or how much room there is, and which assumed values matter."""
@@ -246,9 +270,3 @@ def _assumed(scenario: "Scenario") -> str:
 
 def _mark(good: bool) -> str:
     return "[green]pass[/green]" if good else "[bold red]FAIL[/bold red]"
-
-
-def _judged(check: "Check | None") -> tuple[str, str]:
-    if check is None:
-        return "", ""
-    return requirement(check), _mark(check.passed) + against(check)

@@ -8,7 +8,7 @@ import typer
 
 from cutwise.app import outputs
 from cutwise.app.leaving import refuse
-from cutwise.app.options import Overrides, ScenarioFile
+from cutwise.app.options import SET, Overrides, ScenarioFile
 from cutwise.disk import write_text
 
 
@@ -93,7 +93,7 @@ def spindle(
     from cutwise.app import spindle as sheets
     from cutwise.io.scenario import load
 
-    scenario = load(file, overrides or ())
+    scenario = load(file, overrides or (), named=SET)
     outputs.checked([output], [file, *scenario.files])
     try:
         found = sheets.sheet(scenario)

@@ -12,3 +12,6 @@ Overrides = Annotated[
         "--set", metavar="KEY=VALUE", help="replace a value, for example operation.feed='60 mm/s'; repeatable"
     ),
 ]
+
+SET = "--set {}"
+"""How messages name an override that came from the command line."""

@@ -13,13 +13,15 @@ import cutwise
 from cutwise import references, units
 from cutwise.app import inputs
 from cutwise.app.findings import reasons, remarks
+from cutwise.app.measured import Line, listed, rows
+from cutwise.app.numbers import titled
 from cutwise.app.plots import PLOTS
 from cutwise.app.plots.figures import COLOURS, Plot, svg
-from cutwise.app.wording import against, compared, doubted, margin, requirement, verdict_line
+from cutwise.app.wording import against, compared, doubted, margin, verdict_line
 from cutwise.spec.fields import placed
 
 if TYPE_CHECKING:
-    from cutwise.results import Check, Measure, Result
+    from cutwise.results import Check, Result
 
 _DOI = re.compile(r"\bdoi[ :]+(10\.\d{4,}/\S+?)(?=[,;.]?(?:\s|$))")
 _HEADINGS = {
@@ -46,7 +48,7 @@ def render(result: "Result", *, written: datetime | None = None) -> str:
     ``written`` is the time printed on it; now if left out.
     """
     scenario = result.scenario
-    rows = list(inputs.inputs(scenario))
+    given = list(inputs.inputs(scenario))
     return _template().render(
         version=cutwise.__version__,
         written=(written or datetime.now().astimezone()).strftime("%Y-%m-%d %H:%M"),
@@ -56,18 +58,19 @@ def render(result: "Result", *, written: datetime | None = None) -> str:
         verdict=verdict_line(result),
         reasons=reasons(result),
         remarks=remarks(result),
-        checks=[_checked(check, result) for check in result.checks],
+        checks=[_checked(line, result) for line in listed(result)[""] if line.check is not None],
         headlines=list(_headlines(result)),
         compared=compared(result),
-        measures=list(_measured(result.measures)),
+        measures=rows(result),
+        titled=titled,
         sensitivity=list(_weighed(result)),
         moved=list(_converged(result)),
         unmoved=[name for name, change in result.convergence.items() if change == 0.0],
-        sections=_by_section(rows),
+        sections=_by_section(given),
         statuses={
-            status: sum(row.status == status for row in rows) for status in dict.fromkeys(r.status for r in rows)
+            status: sum(row.status == status for row in given) for status in dict.fromkeys(r.status for r in given)
         },
-        total=len(rows),
+        total=len(given),
         plots=list(_drawn(PLOTS.get(scenario.process, ()), result)),
         notes=[(_HEADINGS.get(name, _titled(name)), _lines(text)) for name, text in _worst_first(result.notes)],
         references=[_cited(references.SOURCES[key]) for key in result.references if key in references.SOURCES],
@@ -100,14 +103,16 @@ def _breakable(name: str) -> str:
     return Markup(re.sub(r"([_.])", r"\1<wbr>", str(escape(name))))
 
 
-def _checked(check: "Check", result: "Result") -> dict[str, Any]:
+def _checked(line: Line, result: "Result") -> dict[str, Any]:
+    check = line.check
+    assert check is not None
     measure = result.measures.get(check.measure)
     room = margin(check)
     return {
         "measure": check.measure,
         "meaning": measure.description if measure else "",
-        "value": "not available" if check.value is None else units.show(check.value, check.dimension, 4),
-        "requirement": requirement(check),
+        "value": line.text,
+        "requirement": line.asked,
         "margin": "" if room is None else units.show(room, check.dimension, 3),
         "passed": check.passed,
         "implied": check.implied,
@@ -133,34 +138,11 @@ def _gauge(check: "Check") -> Gauge | None:
     return Gauge(start, 100.0 if check.maximum is None else place(check.maximum), place(check.value))
 
 
-def _headlines(result: "Result", count: int = 4) -> Iterator[tuple[str, str, str]]:
-    """Name, value and meaning of the measures that say most: those with a requirement, then the first ones."""
-    names = [check.measure for check in result.checks if check.measure in result.measures]
-    names += [name for name in result.measures if name not in names]
-    for name in names[:count]:
-        measure = result.measures[name]
-        yield name, units.show(measure.value, measure.dimension, 3), measure.description
-
-
-def _measured(measures: Mapping[str, "Measure"]) -> Iterator[dict[str, str]]:
-    """Rows of the table of measures; components of one quantity share a row."""
-    placed: set[str] = set()
-    for name, measure in measures.items():
-        stem = re.sub(r"_[xyz]$", "", name)
-        axes = [axis for axis in "xyz" if f"{stem}_{axis}" in measures] if stem != name else []
-        if stem in placed:
-            continue
-        placed.add(stem)
-        unit = units.displayed(0.0, measure.dimension)[1]
-        if len(axes) < 2:
-            placed.add(name)
-            yield {"name": name, "value": f"{units.displayed(measure.value, measure.dimension)[0]:.4g}", "unit": unit,
-                   "meaning": measure.description}  # fmt: skip
-            continue
-        values = (units.displayed(measures[f"{stem}_{axis}"].value, measure.dimension)[0] for axis in axes)
-        meaning = re.sub(r",? [xyz] direction$", "", measure.description)
-        shown = " | ".join(f"{value:.4g}" for value in values)
-        yield {"name": f"{stem}_{'|'.join(axes)}", "value": shown, "unit": unit, "meaning": meaning}
+def _headlines(result: "Result") -> Iterator[tuple[str, str, str]]:
+    """Name, value and meaning of the measures that say most: those with a requirement, and what the process is about."""
+    for line in listed(result)[""]:
+        if line.name in result.measures:
+            yield line.name, line.text, line.meaning
 
 
 def _converged(result: "Result") -> Iterator[dict[str, str]]:

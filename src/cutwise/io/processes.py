@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from difflib import get_close_matches
+from typing import get_args
 
 from cutwise.io.tree import Node, from_data
 from cutwise.spec import fields
@@ -40,7 +41,7 @@ def _fit(tree: Node, model: type[Scenario]) -> int:
 
 def process_named(tree: Node, model: type[Scenario], title: str | None) -> Node:
     """The tree with its process, and with a name from the file if it has none."""
-    kind = next(name for name, known in KINDS.items() if known is model)
+    (kind,) = get_args(model.model_fields["process"].annotation)
     value = {**tree.value, "process": from_data(kind, tree.file)}
     if "name" not in value and title:
         value["name"] = from_data(title, tree.file)

@@ -1,10 +1,10 @@
 """From a scenario file to a checked, frozen scenario that knows where each of its values came from."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 from pydantic.fields import FieldInfo
@@ -14,13 +14,10 @@ from cutwise.io import library
 from cutwise.io.documents import document_of_report, document_of_run
 from cutwise.io.files import as_text, read_bytes
 from cutwise.io.processes import model_of, process_named
-from cutwise.io.program_files import ProgramFiles, named_file
-from cutwise.io.programs.given import subroutine_file
-from cutwise.io.spindle_nodes import with_solid
 from cutwise.io.tables import read_table
 from cutwise.io.tree import Node, compose, from_data, hidden_letters, merged, origins, placed, too_short, unwrapped
-from cutwise.io.urdf import read_urdf
 from cutwise.io.wording import faults_among_sound_sections, faults_of, unknown_key
+from cutwise.later import later
 from cutwise.run_file import is_netcdf
 from cutwise.spec import faults as spec_faults
 from cutwise.spec import fields
@@ -32,45 +29,71 @@ from cutwise.spec.scenario import Origin, Scenario
 from cutwise.spec.tables import Table
 from cutwise.spec.texts import HALF, visible
 
+if TYPE_CHECKING:
+    from cutwise.io import program_files, spindle_nodes, urdf
+    from cutwise.io.programs import given
+else:  # readers of what few scenarios hold
+    given = later("cutwise.io.programs.given")
+    program_files = later("cutwise.io.program_files")
+    spindle_nodes = later("cutwise.io.spindle_nodes")
+    urdf = later("cutwise.io.urdf")
+
 _OVERRIDE = 2  # layer of values that are given beside the file; null takes away what the others say
 _UNNAMED = ("name", "process")  # not values with an origin
 
+OVERRIDES = 'overrides["{}"]'
+"""How a message names an override in Python; the command line says ``--set``."""
 
-def load(path: str | Path, overrides: Sequence[str] = ()) -> Scenario:
+Overrides = Sequence[str] | Mapping[str, Any]
+"""Values that replace those of a file: ``key=value`` texts, or a mapping of dotted keys."""
+
+
+def load(path: str | Path, overrides: Overrides = (), *, named: str = OVERRIDES) -> Scenario:
     """The scenario of a YAML or JSON file, of a run file (``.nc``) or of an HTML report.
 
     Parameters
     ----------
     path : str or Path
         The file.
-    overrides : sequence of str
-        Values that replace those of the file, as ``dotted.key=value`` with the value in YAML.
+    overrides : mapping or sequence of str
+        Values that replace those of the file: dotted keys with their values as in the file, for example
+        ``{"operation.feed": "60 mm/s"}``; or texts ``dotted.key=value`` with the value in YAML.
+    named : str
+        How messages name an override, with ``{}`` for its key.
 
     Raises
     ------
     ScenarioFault
         With everything that is wrong, each fault with its place.
     """
-    return loaded(read_bytes(Path(path), str(path)), Path(path), overrides)
+    return loaded(read_bytes(Path(path), str(path)), Path(path), overrides, named=named)
 
 
-def loaded(content: bytes, path: Path, overrides: Sequence[str] = ()) -> Scenario:
+def loaded(content: bytes, path: Path, overrides: Overrides = (), *, named: str = OVERRIDES) -> Scenario:
     """As :func:`load`, of what the file holds."""
     shown = str(path)
     if is_netcdf(content):
-        return read_document(document_of_run(content, shown), shown, overrides)
+        return read_document(document_of_run(content, shown), shown, overrides, named=named)
     if path.suffix.lower() in (".html", ".htm"):
-        return read_document(document_of_report(as_text(content, shown), shown), shown, overrides)
-    return parse(as_text(content, shown), shown, overrides, folder=path.parent, title=visible(path.stem, lines=False))
+        return read_document(document_of_report(as_text(content, shown), shown), shown, overrides, named=named)
+    return parse(
+        as_text(content, shown),
+        shown,
+        overrides,
+        folder=path.parent,
+        title=visible(path.stem, lines=False),
+        named=named,
+    )
 
 
 def parse(
     text: str,
     name: str = "scenario",
-    overrides: Sequence[str] = (),
+    overrides: Overrides = (),
     *,
     folder: Path | None = None,
     title: str | None = None,
+    named: str = OVERRIDES,
 ) -> Scenario:
     """The scenario that a YAML or JSON text says; ``name`` stands for the file in messages."""
     tree, faults = compose(text, name)
@@ -81,27 +104,31 @@ def parse(
             message = f"{found}; a scenario has sections, start with: cutwise new {'|'.join(KINDS)}"
             faults.append(Fault((), message, file=name))
         raise ScenarioFault(faults)
-    return _scenario(tree, faults, overrides, folder or Path(), title)
+    return _scenario(tree, faults, overrides, folder or Path(), title, named)
 
 
-def read_document(document: Any, name: str = "scenario", overrides: Sequence[str] = ()) -> Scenario:
+def read_document(
+    document: Any, name: str = "scenario", overrides: Overrides = (), *, named: str = OVERRIDES
+) -> Scenario:
     """The scenario that :meth:`Scenario.document` wrote, with some values replaced."""
     if not isinstance(document, Mapping):
         raise ScenarioFault([Fault((), "holds no scenario", file=name)])
-    return _scenario(from_data(dict(document), name), [], overrides, Path(), None)
+    return _scenario(from_data(dict(document), name), [], overrides, Path(), None, named)
 
 
-def revised(scenario: Scenario, overrides: Sequence[str]) -> Scenario:
-    """The scenario with some values replaced, checked again as a whole."""
+def revised(scenario: Scenario, overrides: Overrides) -> Scenario:
+    """The scenario with some values replaced, checked again as a whole; many times over: :mod:`cutwise.io.revision`."""
     return read_document(scenario.document(), scenario.name, overrides)
 
 
-def _scenario(tree: Node, faults: list[Fault], overrides: Sequence[str], folder: Path, title: str | None) -> Scenario:
+def _scenario(
+    tree: Node, faults: list[Fault], overrides: Overrides, folder: Path, title: str | None, named: str
+) -> Scenario:
     """Put the layers together (library, file, overrides), check everything, and make the scenario."""
     faults += hidden_letters(tree)
     tree = unwrapped(tree, (), faults)
-    for text in overrides:
-        tree = _overridden(tree, text, faults)
+    for key, value in _pairs(overrides, faults, named):
+        tree = _overridden(tree, key, value, faults, named.format(key))
     if any(HALF in fault.message for fault in faults):  # no library takes such a text any further
         raise ScenarioFault(_sorted(faults))
     model = model_of(tree, faults)
@@ -137,21 +164,33 @@ def _sorted(faults: Sequence[Fault]) -> list[Fault]:
     return sorted(dict.fromkeys(faults), key=lambda fault: (files[fault.file], fault.line or 0, fault.column or 0))
 
 
-def _overridden(tree: Node, text: str, faults: list[Fault]) -> Node:
-    """The tree with one ``dotted.key=value`` put in."""
-    key, sign, value_text = text.partition("=")
-    key = key.strip()
-    file = f"--set {key}"
+def _pairs(overrides: Overrides, faults: list[Fault], named: str) -> Iterator[tuple[str, Any]]:
+    """Overrides as dotted keys and values; what is not of that form is a fault."""
+    if isinstance(overrides, str):
+        overrides = [overrides]
+    given = overrides.items() if isinstance(overrides, Mapping) else (text.partition("=")[::2] for text in overrides)
+    texts = [f"{key}={value}" for key, value in overrides.items()] if isinstance(overrides, Mapping) else overrides
+    for (key, value), text in zip(given, texts, strict=True):
+        key = str(key).strip()
+        path = split_dotted(key)
+        if "=" not in text or not path or dotted(path) != key:
+            faults.append(Fault((), "is not of the form dotted.key=value", file=named.format(text)))
+        else:
+            yield key, value
+
+
+def _overridden(tree: Node, key: str, given: Any, faults: list[Fault], file: str) -> Node:
+    """The tree with the value of one dotted key put in; ``file``: how messages name it."""
     path = split_dotted(key)
-    if not sign or not path or dotted(path) != key:
-        faults.append(Fault((), "is not of the form dotted.key=value", file=f"--set {text}"))
-        return tree
-    if value_text.lstrip().startswith("!"):  # a selector that says not, and no tag of YAML
-        value_text = json.dumps(value_text.strip())
-    value, found = compose(value_text, file, layer=_OVERRIDE)
-    if found:
-        faults += [Fault(path, fault.message, file=file) for fault in found]
-        return tree
+    value: Node | None
+    if isinstance(given, str):
+        # a selector that says not begins as a tag of YAML does
+        value, found = compose(json.dumps(given.strip()) if given.lstrip().startswith("!") else given, file, _OVERRIDE)
+        if found:
+            faults += [Fault(path, fault.message, file=file) for fault in found]
+            return tree
+    else:
+        value, found = from_data(given, file, _OVERRIDE), []
     short = too_short(tree, path)
     if short is not None:
         faults.append(
@@ -242,7 +281,10 @@ class _Assembly:
             sections = [kind for kind in fields.sections(info) if not issubclass(kind, Table)]
             if tables and (file := _table_file(value[name])) is not None:
                 value[name] = self._table(value[name], file, tables[0], here)
-            elif any(issubclass(k, Program) for k in sections) and (file := named_file(value[name])) is not None:
+            elif (
+                any(issubclass(k, Program) for k in sections)
+                and (file := program_files.named_file(value[name])) is not None
+            ):
                 value[name] = self._program(value[name], file, here)
             elif value[name].value is None and sections and not tables and value[name].layer < _OVERRIDE:
                 value[name] = replace(value[name], value={})  # "part:" with nothing below it
@@ -255,7 +297,7 @@ class _Assembly:
                 message = "has no value; write one or leave the line out"
                 self.faults.append(value[name].fault(here, message, at_key=True))
         node = replace(node, value=value)
-        return self._with_solid(node, path) if "solid" in section.model_fields else node
+        return self._with_solid(node, path) if "solid" in section.model_fields and "solid" in value else node
 
     def _with_library(self, node: Node, section: type[LibrarySpec], path: spec_faults.Path) -> Node:
         label_node = node.value.get("library")
@@ -291,7 +333,7 @@ class _Assembly:
         place = self._file(file.text, file)
         tip = node.value.get("tip_link")
         try:
-            arm = read_urdf(place, str(place), tip.text if tip is not None and tip.text else None, _held(node))
+            arm = urdf.read_urdf(place, str(place), tip.text if tip is not None and tip.text else None, _held(node))
         except ScenarioFault as fault:
             self.incomplete.add(path)
             here = (*path, "urdf")
@@ -323,7 +365,7 @@ class _Assembly:
         return replace(node, value={**node.value, "step": replace(file, value=str(place))})
 
     def _with_solid(self, node: Node, path: spec_faults.Path) -> Node:
-        node, faults, known = with_solid(node, path)
+        node, faults, known = spindle_nodes.with_solid(node, path)
         self.faults += faults
         if not known:
             self.incomplete.add(path)
@@ -339,11 +381,10 @@ class _Assembly:
     def _known_to_section(self, values: Node, section: type[LibrarySpec], path: spec_faults.Path) -> Node:
         """Only what this process asks for; what no process knows is a fault of the entry."""
         known = {}
-        elsewhere = shelf_keys(section.library_shelf)
         for key, item in values.value.items():
             if key in section.model_fields:
                 known[key] = item
-            elif key not in elsewhere:
+            elif key not in shelf_keys(section.library_shelf):
                 message, meant = unknown_key(self.model, (*path, key))
                 self.meant.add(meant)
                 self.faults.append(item.fault((*path, key), message, at_key=True))
@@ -361,11 +402,13 @@ class _Assembly:
 
     def _program(self, node: Node, file: Node, path: spec_faults.Path) -> Node:
         """The section of a program with the texts of its files."""
-        section, faults = ProgramFiles(lambda named: self._file(named.text, named)).read_in(node, file, path)
+        section, faults = program_files.ProgramFiles(lambda named: self._file(named.text, named)).read_in(
+            node, file, path
+        )
         self.faults += faults
         place = self._file(file.text, file)
         if "subroutines" in section.value:
-            beside = (subroutine_file(place.parent, name) for name in section.value["subroutines"].value)
+            beside = (given.subroutine_file(place.parent, name) for name in section.value["subroutines"].value)
             self.files += [str(one) for one in beside if one is not None]
         return section
 

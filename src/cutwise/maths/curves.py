@@ -1,12 +1,17 @@
 """Curves given by breakpoints: piecewise linear and piecewise cubic, as flat arrays that a kernel can read."""
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import PchipInterpolator
 
+from cutwise.later import later
 from cutwise.maths.compiled import compiled
+
+if TYPE_CHECKING:
+    from scipy import interpolate
+else:
+    interpolate = later("scipy.interpolate")
 
 FloatArray = NDArray[np.float64]
 
@@ -32,7 +37,7 @@ def constant(value: float) -> Polyline:
 
 def smooth(at: FloatArray, value: FloatArray) -> Cubic:
     """Cubic through all points without overshoot (PCHIP): no new extremes between measured values."""
-    curve = PchipInterpolator(np.asarray(at, float), np.asarray(value, float))
+    curve = interpolate.PchipInterpolator(np.asarray(at, float), np.asarray(value, float))
     return Cubic(np.ascontiguousarray(curve.x), np.ascontiguousarray(curve.c))
 
 

@@ -1,11 +1,17 @@
 """Seeded random curves: the same seed gives the same curve on every machine."""
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
+from cutwise.later import later
 from cutwise.maths.curves import Cubic, FloatArray
+
+if TYPE_CHECKING:
+    from scipy import interpolate
+else:
+    interpolate = later("scipy.interpolate")
 
 _POINTS_PER_CORRELATION = 8
 _POINTS_PER_WAVE = 32
@@ -49,5 +55,5 @@ def sum_of_sines(length: float, lines: Sequence[tuple[float, float]], seed: int)
     at = np.linspace(0.0, length, max(9, int(np.ceil(length / shortest * _POINTS_PER_WAVE)) + 1))
     phases = np.random.Generator(np.random.PCG64(seed)).uniform(0.0, 2.0 * np.pi, len(lines))
     value = sum(a * np.sin(2.0 * np.pi * at / wave + p) for (a, wave), p in zip(lines, phases, strict=True))
-    curve = CubicSpline(at, value)
+    curve = interpolate.CubicSpline(at, value)
     return Cubic(np.ascontiguousarray(curve.x), np.ascontiguousarray(curve.c))

@@ -68,7 +68,8 @@ def rotation_about(axis: ArrayLike, angle: float) -> FloatArray:
     if length == 0.0:
         raise ValueError("a rotation axis needs a length, got (0, 0, 0)")
     rotation = np.empty((3, 3))
-    fill_rotation_about(direction / length, float(angle), rotation)
+    # the plain version: once a joint, and the first call of a compiled one costs a third of a second of set-up
+    fill_rotation_about.py_func(direction / length, float(angle), rotation)  # type: ignore[attr-defined]
     return rotation
 
 

@@ -8,16 +8,21 @@ the half wedge angle :math:`\eta = \varphi / 2` the surfaces leave the edge alon
 """
 
 import math
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
+from cutwise.later import later
 from cutwise.maths.compiled import compiled
 from cutwise.maths.curves import FloatArray, segment
 from cutwise.maths.edges import EdgeFrames, reversed_edge, swapped_sides
 from cutwise.maths.surfaces import IntArray, section_height
+
+if TYPE_CHECKING:
+    from scipy import interpolate
+else:
+    interpolate = later("scipy.interpolate")
 
 TANGENT = 0
 SURFACE = 1
@@ -254,7 +259,7 @@ def _envelope(frames: EdgeFrames, nodes: ChamferPath, ball_radius: float) -> Cha
     if edge.closed:
         at = np.append(at, at[0] + edge.period)
         table = np.vstack([table, table[:1]])
-    spline = CubicSpline(at, table, bc_type="periodic" if edge.closed else "not-a-knot")
+    spline = interpolate.CubicSpline(at, table, bc_type="periodic" if edge.closed else "not-a-knot")
     at_frames = spline(frames.parameter)
     contact = np.ascontiguousarray(at_frames[:, :6].reshape(-1, 2, 3))
     centre = np.ascontiguousarray(at_frames[:, 6:9])

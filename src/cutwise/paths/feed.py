@@ -1,15 +1,22 @@
 r"""Points, feeds and leads of a chamfer path."""
 
+from __future__ import annotations
+
 import math
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
+from cutwise.later import later
 from cutwise.maths.curves import FloatArray
 from cutwise.maths.edges import lengths
 from cutwise.paths.chamfer import ChamferPath
+
+if TYPE_CHECKING:
+    from scipy import interpolate
+else:
+    interpolate = later("scipy.interpolate")
 
 _LONGEST = 1e-3  # [m] between points, however straight the path
 
@@ -122,15 +129,15 @@ def thinned(total: int, wanted: FloatArray, *, closed: bool) -> NDArray[np.int64
     return np.array(kept if closed else [*kept, last], np.int64)
 
 
-def _centre_curve(path: ChamferPath) -> tuple[CubicSpline, FloatArray]:
+def _centre_curve(path: ChamferPath) -> tuple[interpolate.CubicSpline, FloatArray]:
     at, centre, closed = path.frames.parameter, path.centre, path.frames.closed
     if closed:
         at = np.append(at, at[0] + path.frames.period)
         centre = np.vstack([centre, centre[:1]])
-    return CubicSpline(at, centre, bc_type="periodic" if closed else "not-a-knot"), at
+    return interpolate.CubicSpline(at, centre, bc_type="periodic" if closed else "not-a-knot"), at
 
 
-def _curvature(curve: CubicSpline, at: FloatArray) -> FloatArray:
+def _curvature(curve: interpolate.CubicSpline, at: FloatArray) -> FloatArray:
     first, second = curve(at, 1), curve(at, 2)
     return np.linalg.norm(np.cross(first, second), axis=1) / np.linalg.norm(first, axis=1) ** 3
 

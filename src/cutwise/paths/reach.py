@@ -6,14 +6,19 @@ round the neck, and none, or no cutting speed, at the pole.
 
 import math
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
 
+from cutwise.later import later
 from cutwise.maths.curves import FloatArray
 from cutwise.paths.chamfer import Chamfer, ChamferPath, NoPathError
 from cutwise.paths.pipe import HOLE_SURFACE, PipeHole, height_along_hole
+
+if TYPE_CHECKING:
+    from scipy import optimize
+else:
+    optimize = later("scipy.optimize")
 
 _ROUNDING = 1e-9  # [m] or [rad] that does not break an inequality
 LOPSIDED = 2.0  # ratio of the legs above which a chamfer of constant width is hardly useful
@@ -200,7 +205,7 @@ def least_tilt(
     while low < end:
         high = min(end, low + step)
         if at(high) >= 0.0:
-            found = float(brentq(at, low, high, xtol=exact, rtol=1e-14))
+            found = float(optimize.brentq(at, low, high, xtol=exact, rtol=1e-14))
             return found if at(found) >= -1e-12 else min(high, found + 2.0 * exact)
         low = high
     return None

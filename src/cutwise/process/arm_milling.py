@@ -1,13 +1,15 @@
 """A robot that mills a shoulder or a slot: what it yields by at rest, and the depth at which it chatters."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from cutwise import units
+from cutwise.later import later
 from cutwise.loop import Cell
 from cutwise.maths.curves import FloatArray
 from cutwise.physics.cutting.flute import Mill
@@ -39,6 +41,11 @@ from cutwise.results import SolverFailure
 from cutwise.spec.carrier import Standing
 from cutwise.spec.milling import MillingScenario
 from cutwise.still import Rest, rest
+
+if TYPE_CHECKING:
+    import xarray as xr
+else:
+    xr = later("xarray")
 
 HIGHEST = 800.0  # [Hz] up to which the limit of chatter is looked for
 _MODES_HIGHEST = 1.3  # of the highest tip mode, where the tool has modes

@@ -2,12 +2,12 @@
 
 import math
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
 from cutwise import units
+from cutwise.later import later
 from cutwise.maths.frames import FloatArray, rotation_from_rpy
 from cutwise.paths.carried import CarriedPath, arc, line, placed
 from cutwise.physics.motion.along import Blocked, Postures, cheapest_way, followed, joint_rates
@@ -19,6 +19,11 @@ from cutwise.process.robot_arms import base_element, robot_arm
 from cutwise.results import Infeasible
 from cutwise.spec.carrier import CarriedPath as PathSpec
 from cutwise.spec.carrier import CarryingRobot, Standing
+
+if TYPE_CHECKING:
+    from scipy import interpolate
+else:
+    interpolate = later("scipy.interpolate")
 
 GRAVITY = 9.80665  # [m/s^2] standard acceleration of free fall
 GRID = math.radians(5.0)  # between two angles of the tool that are tried
@@ -184,7 +189,7 @@ def _chosen(
         first = q[0, angle, branch]
     else:
         value = one[2] if one else math.nan
-        turning = PchipInterpolator(few.at, np.unwrap(angles[way[:, 0]]))(path.at)
+        turning = interpolate.PchipInterpolator(few.at, np.unwrap(angles[way[:, 0]]))(path.at)
         first = q[0, way[0, 0], way[0, 1]]
     found = candidates_of(arm, path, turning)
     allowed = found.within & (found.wrist_sine >= robot.singularity_margin)

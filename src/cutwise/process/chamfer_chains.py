@@ -5,15 +5,15 @@ paths run up to the corners that they share. Where a path is trimmed, the reason
 """
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 
 from cutwise import units
 from cutwise.io.cad import CONCAVE, Topology
 from cutwise.io.cad_edges import EdgeChain
+from cutwise.later import later
 from cutwise.maths.curves import FloatArray
 from cutwise.maths.edges import EdgeFrames, arc_lengths, part_of
 from cutwise.maths.surfaces import IntArray
@@ -26,6 +26,11 @@ from cutwise.process.chamfer_plan import Candidate, EdgePath, candidate, chamfer
 from cutwise.process.chamfer_work import CadWork, EdgeWork
 from cutwise.process.pace import Pace
 from cutwise.spec.chamfer import ChamferScenario
+
+if TYPE_CHECKING:
+    from scipy import spatial
+else:
+    spatial = later("scipy.spatial")
 
 _SHORTEST = 4  # samples of a path worth having
 _ROUNDS = 4  # of trimming where the ball cuts too much
@@ -148,7 +153,7 @@ class Surroundings:
         self.names = tuple(face.name for face in model.faces)
         self.concave = {frozenset(edge.faces) for edge in model.edges if edge.kind == CONCAVE}
         self.number = np.concatenate([np.full(len(c.frames.point), c.number) for c in chains])
-        self.tree = KDTree(np.vstack([c.frames.point for c in chains]))
+        self.tree = spatial.KDTree(np.vstack([c.frames.point for c in chains]))
         self.selected = set(selected)
 
     def culprit(self, work: EdgeWork, point: FloatArray, face: int, reach: float) -> str:
@@ -319,13 +324,13 @@ def _clear(
     if not len(place):  # too shallow for the spacing: the place that was found will do
         place, face = seen.gouge.place[None], np.array([seen.gouge.face])
     count = len(dense.centre)
-    tree = KDTree(place)
+    tree = spatial.KDTree(place)
     hit = tree.query_ball_point(dense.centre, radius - limit)
     walls = around.beside(work)
     order = np.argsort(~np.isin(face, list(walls)), kind="stable")  # a wall across a concave corner is the reason
     rank = np.argsort(order)
     found: dict[int, int] = {i: min(places, key=rank.__getitem__) for i, places in enumerate(hit) if places}
-    nearest = KDTree(dense.centre).query(place)[1]
+    nearest = spatial.KDTree(dense.centre).query(place)[1]
     for where, i in enumerate(nearest):
         for j in (i - 1, i, i + 1):
             if closed or 0 <= j < count:

@@ -3,12 +3,12 @@
 import math
 from collections.abc import Callable, Sequence
 from itertools import chain
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
+from cutwise.later import later
 from cutwise.maths.curves import FloatArray
 from cutwise.maths.edges import EdgeFrames, part_of
 from cutwise.paths import feed as feeds
@@ -31,6 +31,11 @@ from cutwise.process import chamfer_fading as fading
 from cutwise.process import chamfer_proof as proof
 from cutwise.process.chamfer_work import EdgeWork, cutter
 from cutwise.spec.chamfer import ChamferScenario
+
+if TYPE_CHECKING:
+    from scipy import optimize
+else:
+    optimize = later("scipy.optimize")
 
 MEASURED = 73  # places at which an edge is measured, off the path points
 _PLUNGE = 0.99  # an edge that runs along a tool axis everywhere, within 8 degrees, is not run on that axis
@@ -245,7 +250,7 @@ def _sharper_tilt(
     try:
         if shortest(low) >= 0.0 or shortest(high) < 0.0:
             return rough
-        return float(brentq(shortest, low, high, xtol=1e-7)) + 2e-7
+        return float(optimize.brentq(shortest, low, high, xtol=1e-7)) + 2e-7
     except NoPathError:
         return rough
 

@@ -1,12 +1,14 @@
 """The program of a chamfer run: rapids, leads, cuts and ways round corners in their order."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from cutwise.io.programs.post import Program
+from cutwise.later import later
 from cutwise.maths.curves import FloatArray
 from cutwise.process.chamfer_corners import Link, tours
 from cutwise.process.chamfer_leads import way_to, ways_in_hole
@@ -15,6 +17,11 @@ from cutwise.process.chamfer_proof import EdgeZone
 from cutwise.process.labels import labelled
 from cutwise.results import Result
 from cutwise.spec.chamfer import ChamferScenario
+
+if TYPE_CHECKING:
+    import xarray as xr
+else:
+    xr = later("xarray")
 
 
 class _Moves(NamedTuple):

@@ -1,11 +1,13 @@
 """The arrays of a chamfer run with names and units, all paths one after another."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Sequence
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
-import xarray as xr
 
+from cutwise.later import later
 from cutwise.maths.curves import FloatArray
 from cutwise.maths.edges import arc_lengths
 from cutwise.paths import reach
@@ -13,6 +15,11 @@ from cutwise.process.chamfer import ChamferRun
 from cutwise.process.chamfer_plan import EdgePath
 from cutwise.process.labels import labelled
 from cutwise.spec.chamfer import ChamferScenario
+
+if TYPE_CHECKING:
+    import xarray as xr
+else:
+    xr = later("xarray")
 
 One = TypeVar("One")
 

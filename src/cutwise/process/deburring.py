@@ -1,13 +1,15 @@
 """What a deburring pass amounts to: the numbers, remarks and curves that its result reports."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Callable, Mapping
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
+from cutwise.later import later
 from cutwise.maths.curves import FloatArray, largest_curvature
 from cutwise.physics.cutting.uneven import largest_radius
 from cutwise.physics.motion.edge import path_memory_index
@@ -33,6 +35,11 @@ from cutwise.process.yielding import normal_stiffness, term_measures
 from cutwise.records import EdgeHistory, Surface
 from cutwise.results import Histories
 from cutwise.spec.deburring import DeburringScenario
+
+if TYPE_CHECKING:
+    import xarray as xr
+else:
+    xr = later("xarray")
 
 _SETTLED = 5e-6  # [m] band of the settling time
 _TOOTH_SAMPLES = 32

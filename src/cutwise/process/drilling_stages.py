@@ -1,11 +1,13 @@
 """The histories of a drilling run as labelled arrays, one group per stage."""
 
+from __future__ import annotations
+
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
+from cutwise.later import later
 from cutwise.maths.frames import FloatArray
 from cutwise.physics.cutting.drill import lip_force, margin_torque
 from cutwise.physics.cutting.drill_elements import elements_force
@@ -17,6 +19,11 @@ from cutwise.process.posture_search import scan
 from cutwise.process.postures import posture_frames
 from cutwise.results import judge_values
 from cutwise.spec.drilling import DrillingScenario
+
+if TYPE_CHECKING:
+    import xarray as xr
+else:
+    xr = later("xarray")
 
 _DEPTHS = 400
 _ANGLES = 181

@@ -1,11 +1,17 @@
 """Arrays with names, units and dimensions."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import xarray as xr
-
+from cutwise.later import later
 from cutwise.maths.curves import FloatArray
+
+if TYPE_CHECKING:
+    import xarray as xr
+else:
+    xr = later("xarray")
 
 
 def labelled(

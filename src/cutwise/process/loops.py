@@ -202,9 +202,18 @@ def tooth_resolved_forces(cell: EdgeCell, time: FloatArray, tilt: FloatArray) ->
     return loads_at(cell_of(resolved), time, tilt, cell.layers.strips.slices)[:, :6]
 
 
+@compiled
+def heights_over(path: EdgePass, time: FloatArray) -> FloatArray:
+    """Height of the undeflected mill above the nominal edge over time [m]; one call of a kernel, not one a row."""
+    height = np.empty(time.size)
+    for k in range(time.size):
+        height[k] = programmed_motion(path, time[k]).height
+    return height
+
+
 def programmed_heights(cell: EdgeCell, time: FloatArray) -> FloatArray:
     """Height of the undeflected mill above the nominal edge over time [m]."""
-    return np.array([programmed_motion(cell.path, t).height for t in time])
+    return heights_over(cell.path, np.ascontiguousarray(time))
 
 
 def axis_over_edge(

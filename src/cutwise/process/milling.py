@@ -1,14 +1,16 @@
 """What milling with CNC drives amounts to: the run, its numbers and its curves."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from cutwise import units
 from cutwise.io.programs.interpreter import Interpreted
+from cutwise.later import later
 from cutwise.maths.curves import FloatArray
 from cutwise.physics.cutting.wall import DELAYED
 from cutwise.physics.motion.contour import contour_errors
@@ -32,6 +34,11 @@ from cutwise.process.milling_contact import Contact, SteadyCuts, contact, steady
 from cutwise.process.milling_stability import TipStability, tip_stability
 from cutwise.spec.faults import Fault, ScenarioFault, all_faults
 from cutwise.spec.milling import MillingScenario
+
+if TYPE_CHECKING:
+    import xarray as xr
+else:
+    xr = later("xarray")
 
 Progress = Callable[[float], None]
 

@@ -1,14 +1,21 @@
 """Corner strategies side by side."""
 
-from collections.abc import Mapping
+from __future__ import annotations
 
-import xarray as xr
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 from cutwise import units
+from cutwise.later import later
 from cutwise.process.milling import run
 from cutwise.process.milling_measures import measures
 from cutwise.spec.milling import MillingScenario
 from cutwise.spec.program import Blend
+
+if TYPE_CHECKING:
+    import xarray as xr
+else:
+    xr = later("xarray")
 
 COMPARED = (
     "cycle_time", "contour_error_max", "drive_error_max", "contour_error_rms", "force_xy_peak", "force_xy_mean_corner",

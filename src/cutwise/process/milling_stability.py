@@ -1,13 +1,15 @@
 """Whether the tool tip of a milling run chatters: growth in time, limiting depths, and the map over speed and depth."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from cutwise import units
+from cutwise.later import later
 from cutwise.maths.curves import FloatArray
 from cutwise.physics.cutting import stability
 from cutwise.physics.cutting.flute import EdgeCoefficients
@@ -20,6 +22,11 @@ from cutwise.process.loops_regenerative import Chatter, SteadyCut, run_regenerat
 from cutwise.process.milling_contact import SteadyPatch
 from cutwise.results import Remedy
 from cutwise.spec.milling import MillingScenario
+
+if TYPE_CHECKING:
+    import xarray as xr
+else:
+    xr = later("xarray")
 
 _PERIODS = 150
 _TRIED = 4  # speeds that are run before the depth is looked at

@@ -1,13 +1,19 @@
 """Quasi-static equilibria of a compliant edge: where loading, unloading and frictionless sliding would settle."""
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
 
+from cutwise.later import later
 from cutwise.maths.curves import FloatArray, Polyline, constant, no_cubic
-from cutwise.physics.structure.statics import gauge
+from cutwise.physics.structure.statics import Borders, borders, gauge
 from cutwise.process.loops import AVERAGED, EdgeCell, cell_of, loads_at
+
+if TYPE_CHECKING:
+    from scipy import optimize
+else:
+    optimize = later("scipy.optimize")
 
 
 class Equilibrium(NamedTuple):
@@ -30,10 +36,15 @@ def band(cell: EdgeCell, burr_height: float, burr_width: float) -> Band:
     piston = cell.ring.piston
     friction = 0.0 if piston.law == 0 else piston.friction_dynamic
     force = piston.pressure_force
-    return Band(*(equilibrium(cell, f, burr_height, burr_width) for f in (force + friction, force - friction, force)))
+    of = borders(cell.ring)
+    return Band(
+        *(equilibrium(cell, f, burr_height, burr_width, of) for f in (force + friction, force - friction, force))
+    )
 
 
-def equilibrium(cell: EdgeCell, piston_force: float, burr_height: float, burr_width: float) -> Equilibrium | None:
+def equilibrium(
+    cell: EdgeCell, piston_force: float, burr_height: float, burr_width: float, of: Borders
+) -> Equilibrium | None:
     r"""Where the moment of the tooth-averaged cutting force meets the border of what the pistons hold.
 
     The height of the tool solves :math:`g(M(h)) = 1` (:func:`~cutwise.physics.structure.statics.gauge`) between the
@@ -43,11 +54,11 @@ def equilibrium(cell: EdgeCell, piston_force: float, burr_height: float, burr_wi
     if piston_force <= 0.0 or (cell.arc is not None and not cell.arc.follow):
         return None  # a tool that keeps its attitude on an arc is nowhere at rest
     low = -cell.path.preset
-    profile = constant(burr_height)
     arm = cell.reach - cell.layers.strips.burr_start - 0.5 * burr_width
+    moment = _moments(cell, constant(burr_height), burr_width, arm)
 
     def excess(height: float) -> tuple[float, FloatArray]:
-        used, normal = gauge(cell.ring, piston_force, _moment(cell, profile, burr_width, height, arm))
+        used, normal = gauge(cell.ring, piston_force, moment(height), of)
         return used - 1.0, normal
 
     start, _ = excess(low)
@@ -55,7 +66,7 @@ def equilibrium(cell: EdgeCell, piston_force: float, burr_height: float, burr_wi
         return Equilibrium(min(low, burr_height), np.zeros(2))
     if excess(burr_height)[0] >= 0.0:
         return None
-    height = float(brentq(lambda h: excess(h)[0], low, burr_height, xtol=1e-12))
+    height = float(optimize.brentq(lambda h: excess(h)[0], low, burr_height, xtol=1e-12))
     normal = excess(height)[1]
     rise = (height - low) / arm
     if normal[1] <= 1e-9:
@@ -66,11 +77,16 @@ def equilibrium(cell: EdgeCell, piston_force: float, burr_height: float, burr_wi
     return Equilibrium(min(height, burr_height), tilt)
 
 
-def _moment(cell: EdgeCell, profile: Polyline, burr_width: float, height: float, arm: float) -> FloatArray:
+def _moments(cell: EdgeCell, profile: Polyline, burr_width: float, arm: float) -> Callable[[float], FloatArray]:
     """Moment of cutting and weight on the motor when the tool stands at a height and moves along at the feed."""
     still = cell.path._replace(lead_in=0.0, lead_out=0.0, error_amplitude=0.0, error_curve=no_cubic())
     layers = cell.layers._replace(burr_height=profile, burr_width=constant(burr_width))
     alone = cell._replace(path=still, layers=layers, cutter=cell.cutter._replace(force_law=AVERAGED), behind=())
-    tilt = np.array([[0.0, (height + cell.path.preset) / arm, 0.0, 0.0]])
-    load = loads_at(cell_of(alone), np.zeros(1), tilt, layers.strips.slices)[0]
-    return load[6:] + np.array([cell.ring.moment_x, cell.ring.moment_y])
+    record, start = cell_of(alone), np.zeros(1)
+    weight = np.array([cell.ring.moment_x, cell.ring.moment_y])
+
+    def moment(height: float) -> FloatArray:
+        tilt = np.array([[0.0, (height + cell.path.preset) / arm, 0.0, 0.0]])
+        return loads_at(record, start, tilt, layers.strips.slices)[0][6:] + weight
+
+    return moment

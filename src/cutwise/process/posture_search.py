@@ -2,15 +2,20 @@
 
 import math
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
+from cutwise.later import later
 from cutwise.maths.frames import FloatArray
 from cutwise.physics.motion.coupled import is_direct
 from cutwise.physics.structure.joint_compliance import worst_skating
 from cutwise.process.postures import Arm, Candidates, Posture, candidates, posture_at, tool_axes
+
+if TYPE_CHECKING:
+    from scipy import optimize
+else:
+    optimize = later("scipy.optimize")
 
 Score = Callable[[Arm, Candidates, FloatArray], FloatArray]
 """Figure of merit of candidates at redundancy angles, shape (m, b); the smallest wins, infinite is no candidate."""
@@ -161,7 +166,7 @@ def _bottom(
 
     wall = 1e3 * abs(values[m, branch]) + 1e-30  # beyond a limit: high, but finite for the parabola
     centre = float(angles[m])
-    result = minimize_scalar(
+    result = optimize.minimize_scalar(
         lambda a: min(at(a)[0], wall), bounds=(centre - step, centre + step), method="bounded",
         options={"xatol": 1e-7},
     )  # fmt: skip

@@ -1,55 +1,87 @@
 """The recipes: one short function for each process, side by side, from scenario to result."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-import xarray as xr
-
-from cutwise.process import (
-    arm_milling,
-    assemble,
-    assemble_mill,
-    carried,
-    chamfer,
-    chamfer_measures,
-    chamfer_program,
-    chamfer_stages,
-    deburring,
-    drilling,
-    drilling_remarks,
-    drilling_stages,
-    machine,
-    machine_stages,
-    milling,
-    milling_compare,
-    milling_measures,
-    milling_stability,
-    remarks,
-    remarks_mill,
-    soundness,
-    still_deburring,
-    weights,
-)
+from cutwise.later import later
 from cutwise.process import convergence as converged
 from cutwise.process.convergence import change_on_halved_step
 from cutwise.results import SOUNDNESS, Finding, Histories, Infeasible, Measure, Result, SolverFailure, judge, unreached
-from cutwise.spec.chamfer import ChamferScenario
-from cutwise.spec.deburring import DeburringScenario
-from cutwise.spec.drilling import DrillingScenario
-from cutwise.spec.machine_scenario import MachineScenario
-from cutwise.spec.milling import MillingScenario
 from cutwise.spec.notices import notices
 from cutwise.spec.scenario import Scenario
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from cutwise.process import (
+        arm_milling,
+        assemble,
+        assemble_mill,
+        carried,
+        chamfer,
+        chamfer_measures,
+        chamfer_program,
+        chamfer_stages,
+        deburring,
+        drilling,
+        drilling_remarks,
+        drilling_stages,
+        machine,
+        machine_stages,
+        milling,
+        milling_compare,
+        milling_measures,
+        milling_stability,
+        remarks,
+        remarks_mill,
+        soundness,
+        still_deburring,
+        weights,
+    )
+    from cutwise.spec.chamfer import ChamferScenario
+    from cutwise.spec.deburring import DeburringScenario
+    from cutwise.spec.drilling import DrillingScenario
+    from cutwise.spec.machine_scenario import MachineScenario
+    from cutwise.spec.milling import MillingScenario
+else:  # a run imports its own process, not those of the others
+    xr = later("xarray")
+    arm_milling = later("cutwise.process.arm_milling")
+    assemble = later("cutwise.process.assemble")
+    assemble_mill = later("cutwise.process.assemble_mill")
+    carried = later("cutwise.process.carried")
+    chamfer = later("cutwise.process.chamfer")
+    chamfer_measures = later("cutwise.process.chamfer_measures")
+    chamfer_program = later("cutwise.process.chamfer_program")
+    chamfer_stages = later("cutwise.process.chamfer_stages")
+    deburring = later("cutwise.process.deburring")
+    drilling = later("cutwise.process.drilling")
+    drilling_remarks = later("cutwise.process.drilling_remarks")
+    drilling_stages = later("cutwise.process.drilling_stages")
+    machine = later("cutwise.process.machine")
+    machine_stages = later("cutwise.process.machine_stages")
+    milling = later("cutwise.process.milling")
+    milling_compare = later("cutwise.process.milling_compare")
+    milling_measures = later("cutwise.process.milling_measures")
+    milling_stability = later("cutwise.process.milling_stability")
+    remarks = later("cutwise.process.remarks")
+    remarks_mill = later("cutwise.process.remarks_mill")
+    soundness = later("cutwise.process.soundness")
+    still_deburring = later("cutwise.process.still_deburring")
+    weights = later("cutwise.process.weights")
 
 Progress = Callable[[float], None]
 
 
 class Outcome(NamedTuple):
-    """What studies need of a run: the measures in SI, and the findings about them."""
+    """What studies need of a run: the measures in SI, and what there is to say about them."""
 
     measures: Mapping[str, float]
-    findings: tuple[Finding, ...]
+    findings: tuple[Finding, ...] = ()
+    warnings: tuple[str, ...] = ()  # those of the run, but for what takes a second run with half the step
+    infeasible: tuple[str, ...] = ()
 
 
 def deburr(scenario: DeburringScenario, progress: Progress | None = None) -> Result:
@@ -107,16 +139,23 @@ def _deburring_pass(
     return edge, deburring.measures(scenario, edge, tooth=tooth)
 
 
-def deburring_quick(scenario: DeburringScenario, wanted: Collection[str] = ()) -> Outcome:
-    """What studies need: at least 100 µs of step with averaged forces over arcs, as given otherwise."""
+def deburring_quick(scenario: DeburringScenario, wanted: Collection[str] = (), *, coarse: bool = False) -> Outcome:
+    """What studies need; coarse: at least 100 µs of step with averaged forces over arcs, and no word about the run."""
     if scenario.numerics.mode == "still":
         done = still_deburring.run(scenario)
-        return Outcome(still_deburring.measures(scenario, done), still_deburring.findings(done))
+        at_rest = still_deburring.measures(scenario, done)
+        return Outcome(
+            at_rest, still_deburring.findings(done), still_deburring.warnings(scenario, at_rest),
+            carried.infeasible(scenario.operation.feed, at_rest),
+        )  # fmt: skip
     step = scenario.numerics.time_step
-    coarse = scenario.numerics.force == "averaged" and scenario.tool.runout == 0.0
     tooth = any(name.startswith("tooth_") for name in (*scenario.requirements, *wanted))
-    edge, found = _deburring_pass(scenario, max(step, _STUDY_STEP) if coarse else step, tooth=tooth)
-    return Outcome(found, tuple(soundness.deburr(scenario, edge)))
+    edge, found = _deburring_pass(
+        scenario, max(step, _STUDY_STEP) if coarse and coarser(scenario) else step, tooth=tooth
+    )
+    said = () if coarse else tuple(remarks.warnings(scenario, edge, found))
+    slow = carried.infeasible(scenario.operation.feed, found)
+    return Outcome(found, tuple(soundness.deburr(scenario, edge)), said, slow)
 
 
 def machine_errors(scenario: MachineScenario, progress: Progress | None = None) -> Result:
@@ -200,27 +239,33 @@ def mill_by_robot(scenario: MillingScenario, progress: Progress | None = None) -
     )
 
 
-def mill_quick(scenario: MillingScenario, wanted: Collection[str] = ()) -> Outcome:
+def mill_quick(scenario: MillingScenario, wanted: Collection[str] = (), *, coarse: bool = False) -> Outcome:
     """What studies need; whether the tool chatters always belongs to it."""
     del wanted
     if scenario.robot is not None:
         by_arm = arm_milling.measures(scenario, arm_milling.run(scenario))
-        return Outcome(by_arm, tuple(soundness.arm_mill(by_arm)))
+        told = () if coarse else tuple(arm_milling.warnings(scenario, by_arm))
+        return Outcome(by_arm, tuple(soundness.arm_mill(by_arm)), told, tuple(arm_milling.infeasible(scenario, by_arm)))
     done = milling.run(scenario, scenario.numerics.substeps)
     steady = milling.stability(scenario, done)
     found = milling_measures.measures(scenario, done)
-    return Outcome(
-        {**found, **(milling_stability.measures(steady) if steady is not None else {})},
-        tuple(soundness.mill(scenario, done, steady, helped=False)),
-    )
+    found = {**found, **(milling_stability.measures(steady) if steady is not None else {})}
+    said = () if coarse else tuple(remarks_mill.warnings(scenario, done, found))
+    return Outcome(found, tuple(soundness.mill(scenario, done, steady, helped=False)), said)
 
 
-def machine_quick(scenario: MachineScenario, wanted: Collection[str] = ()) -> Outcome:
+def machine_quick(scenario: MachineScenario, wanted: Collection[str] = (), *, coarse: bool = False) -> Outcome:
     """What studies need; the Monte Carlo only if a requirement or ``wanted`` names one of its measures."""
     if not machine.MONTE_CARLO.intersection((*scenario.requirements, *wanted)):
         scenario = scenario.model_copy(update={"uncertainty": None})
-    one_pass = machine.evaluate_pass(scenario) if scenario.has_pass else None
-    return Outcome(_machine_found(one_pass, machine.evaluate_volume(scenario)), tuple(soundness.machine(one_pass)))
+    one_pass, infeasible = None, ()
+    try:
+        one_pass = machine.evaluate_pass(scenario) if scenario.has_pass else None
+    except Infeasible as why:
+        infeasible = (str(why),)
+    found = _machine_found(one_pass, machine.evaluate_volume(scenario))
+    said = () if coarse else tuple(machine_stages.warnings(scenario, one_pass))
+    return Outcome(found, tuple(soundness.machine(one_pass)), said, infeasible)
 
 
 def _machine_found(one_pass: machine.MachinePass | None, volume: machine.VolumeMap | None) -> Mapping[str, float]:
@@ -266,11 +311,13 @@ def _drilling_run(scenario: DrillingScenario, progress: Progress | None = None) 
     return drilling.DrillRun(cell, tuple(holes), shift, places)
 
 
-def drilling_quick(scenario: DrillingScenario, wanted: Collection[str] = ()) -> Outcome:
+def drilling_quick(scenario: DrillingScenario, wanted: Collection[str] = (), *, coarse: bool = False) -> Outcome:
     """What studies need."""
     del wanted
     run = _drilling_run(scenario)
-    return Outcome(drilling.measures(scenario, run), tuple(soundness.drill(run, scenario.numerics.time_step)))
+    said = () if coarse else tuple(drilling_remarks.warnings(scenario, run))
+    sound = tuple(soundness.drill(run, scenario.numerics.time_step))
+    return Outcome(drilling.measures(scenario, run), sound, said, tuple(drilling_remarks.infeasible(scenario, run)))
 
 
 def chamfer_path(scenario: ChamferScenario, progress: Progress | None = None) -> Result:
@@ -296,12 +343,17 @@ def chamfer_path(scenario: ChamferScenario, progress: Progress | None = None) ->
     )
 
 
-def chamfer_quick(scenario: ChamferScenario, wanted: Collection[str] = ()) -> Outcome:
+def chamfer_quick(scenario: ChamferScenario, wanted: Collection[str] = (), *, coarse: bool = False) -> Outcome:
     """What studies need; the band of set-up errors only if a requirement or ``wanted`` names it."""
     band = any(name.startswith("setup_width") for name in (*scenario.requirements, *wanted))
     done = chamfer.run(scenario, wanted=frozenset({"band"} if band else ()))
     found = chamfer_measures.measures(scenario, done)
-    return Outcome(found, tuple(soundness.chamfer(done, found)))
+    sound = tuple(soundness.chamfer(done, found))
+    if coarse:
+        return Outcome(found, sound, (), done.infeasible)
+    program = chamfer_program.moves(scenario, done.paths, done.links, done.members) if done.paths else None
+    said = chamfer_measures.warnings(scenario, done, found, program.unproven if program else ())
+    return Outcome(found, sound, tuple(said), done.infeasible)
 
 
 OUTCOMES: Mapping[str, Callable[..., Outcome]] = {
@@ -312,10 +364,10 @@ OUTCOMES: Mapping[str, Callable[..., Outcome]] = {
     "mill": mill_quick,
 }
 PREPARATIONS: Mapping[str, Callable[..., object]] = {
-    "chamfer": chamfer.prepare,
-    "deburr": assemble.edge_cut,
-    "drill": drilling.drill_cell,
-    "machine": machine.prepare,
+    "chamfer": lambda scenario: chamfer.prepare(scenario),
+    "deburr": lambda scenario: assemble.edge_cut(scenario),
+    "drill": lambda scenario: drilling.drill_cell(scenario),
+    "machine": lambda scenario: machine.prepare(scenario),
     "mill": lambda scenario: (arm_milling if scenario.robot is not None else milling).prepare(scenario),
 }
 RECIPES: Mapping[str, Callable[..., Result]] = {
@@ -359,18 +411,36 @@ def prepare(scenario: Scenario) -> None:
     PREPARATIONS[scenario.process](scenario)
 
 
-def quick_measures(scenario: Scenario, wanted: Collection[str] = ()) -> Mapping[str, float]:
-    """The measures of :func:`quick_outcome` alone."""
-    return quick_outcome(scenario, wanted).measures
+def coarser(scenario: Scenario) -> bool:
+    """Whether a coarse outcome takes another step than the run: with averaged forces over arcs."""
+    return (
+        scenario.process == "deburr"
+        and scenario.numerics.mode == "step"  # type: ignore[attr-defined]
+        and scenario.numerics.force == "averaged"  # type: ignore[attr-defined]
+        and scenario.tool.runout == 0.0  # type: ignore[attr-defined]
+        and scenario.numerics.time_step < _STUDY_STEP  # type: ignore[attr-defined]
+    )
 
 
-def quick_outcome(scenario: Scenario, wanted: Collection[str] = ()) -> Outcome:
-    """The measures of a scenario in SI and whether it is sound, without histories and convergence.
+def quick_outcome(scenario: Scenario, wanted: Collection[str] = (), *, coarse: bool = False) -> Outcome:
+    """What a run comes to, without histories and convergence: its measures in SI and its warnings.
 
-    What sweeps and advice run many times. Measures that take long are left out unless a requirement or ``wanted`` names
-    them.
+    Parameters
+    ----------
+    scenario : Scenario
+        What to simulate.
+    wanted : collection of str
+        Measures that take long, which are left out unless a requirement or this names them.
+    coarse : bool
+        For hundreds of variants: a larger step where that is known to do, and no warnings. Otherwise every measure is
+        that of the run to the last bit.
     """
-    return OUTCOMES[scenario.process](scenario, wanted)
+    return OUTCOMES[scenario.process](scenario, wanted, coarse=coarse)
+
+
+def quick_measures(scenario: Scenario, wanted: Collection[str] = ()) -> Mapping[str, float]:
+    """The measures of a coarse :func:`quick_outcome`."""
+    return quick_outcome(scenario, wanted, coarse=True).measures
 
 
 def collect(

@@ -1,13 +1,15 @@
 """An edge at rest: a rigid spindle on whatever carries it, place by place where the mill, the carrier and the part settle."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from cutwise import units
 from cutwise.balance import TRIALS
+from cutwise.later import later
 from cutwise.maths.curves import FloatArray
 from cutwise.paths.carried import stations
 from cutwise.physics.structure.terms import Rigid, in_series
@@ -19,6 +21,11 @@ from cutwise.results import Finding, SolverFailure
 from cutwise.spec.deburring import DeburringScenario
 from cutwise.spec.notices import notices
 from cutwise.still import Rest
+
+if TYPE_CHECKING:
+    import xarray as xr
+else:
+    xr = later("xarray")
 
 LIMITS = (
     "Every place of the edge is at rest: the mean force of the teeth displaces carrier, tool and part; lead-in, ripple "

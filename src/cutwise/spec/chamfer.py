@@ -8,6 +8,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field, field_validator
 
 from cutwise import units
+from cutwise.spec import needs
 from cutwise.spec.base import (
     Angle,
     AngularSpeed,
@@ -24,6 +25,7 @@ from cutwise.spec.base import (
 from cutwise.spec.fields import tag
 from cutwise.spec.material import Material
 from cutwise.spec.measures import CHAMFER
+from cutwise.spec.needs import Needs
 from cutwise.spec.part import BurrHeight, BurrWidth
 from cutwise.spec.scenario import MeasureSpec, Scenario
 from cutwise.spec.spindle import CompliantSpindle
@@ -292,6 +294,7 @@ class ChamferScenario(Scenario):
     """A chamfer of constant width along the edges of a drilled pipe or a CAD part (Sato et al. 2016)."""
 
     measures: ClassVar[Mapping[str, MeasureSpec]] = CHAMFER
+    needs: ClassVar[Needs] = needs.CHAMFER
     focus: ClassVar[str] = "width_min"
     levers: ClassVar[Mapping[str, tuple[str, str]]] = {
         "chamfer.width": ("0.05 mm", "2 mm"),
@@ -314,6 +317,10 @@ class ChamferScenario(Scenario):
         "path.points": "720",
         "requirements": "{width_min: {min: 0.295 mm}, width_max: {max: 0.305 mm}, gouge_max: {max: 2 um}}",
     }
+
+    def unasked(self) -> int:
+        """A path on a CAD part, or a spindle that yields, takes half a second a run."""
+        return 10 if self.part.step is not None or self.part.block is not None or self.spindle is not None else 40
 
     process: Literal["chamfer"] = Field(description="which operation is simulated", examples=["chamfer"])
     part: ChamferPart = Field(description="the part and its edges")

@@ -7,12 +7,14 @@ from typing import ClassVar, Literal, Self
 from pydantic import Field, model_validator
 
 from cutwise import units
+from cutwise.spec import needs
 from cutwise.spec.base import Remark
 from cutwise.spec.carrier import CarriedPath, CarryingRobot, Standing
 from cutwise.spec.chained import ONE_CARRIER, block_faults, machine_faults, machine_remarks
 from cutwise.spec.machine import Machine
 from cutwise.spec.material import Material
 from cutwise.spec.measures import DEBURRING
+from cutwise.spec.needs import Needs
 from cutwise.spec.numerics import TimeStepping
 from cutwise.spec.operation import DeburringOperation, SinePathError, uncovered
 from cutwise.spec.part import DeburringPart
@@ -29,6 +31,7 @@ class DeburringScenario(Scenario):
     """Deburring one edge with a pneumatic compliant spindle (Berselli et al. 2016)."""
 
     measures: ClassVar[Mapping[str, MeasureSpec]] = DEBURRING
+    needs: ClassVar[Needs] = needs.DEBURRING
     starts: ClassVar[Mapping[str, str]] = {
         "operation.feed": "50 mm/s",
         "operation.spindle_speed": "30000 rpm",

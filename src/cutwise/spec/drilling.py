@@ -7,6 +7,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field
 
 from cutwise import units
+from cutwise.spec import needs
 from cutwise.spec.base import (
     Angle,
     AngularSpeed,
@@ -23,6 +24,7 @@ from cutwise.spec.base import (
     Usual,
 )
 from cutwise.spec.measures import DRILLING
+from cutwise.spec.needs import Needs
 from cutwise.spec.robot import Direction, Position, Robot
 from cutwise.spec.scenario import MeasureSpec, Scenario
 
@@ -231,6 +233,7 @@ class DrillingScenario(Scenario):
     """Drilling a plate with a robot (Garnier, Subrin, Waiyagan 2017)."""
 
     measures: ClassVar[Mapping[str, MeasureSpec]] = DRILLING
+    needs: ClassVar[Needs] = needs.DRILLING
     starts: ClassVar[Mapping[str, str]] = {
         "tool.library": "twist_6mm",
         "material.library": "al2024",
@@ -247,6 +250,11 @@ class DrillingScenario(Scenario):
         "operation.spindle_speed": ("300 rpm", "8000 rpm"),
         "robot.redundancy_angle": ("-180 deg", "180 deg"),
     }
+
+    def unasked(self) -> int:
+        """A pattern drills every hole, and looks for its place."""
+        return 100 if self.hole.grid is None and not self.hole.others and self.part.placement is None else 10
+
     process: Literal["drill"] = Field(description="which operation is simulated", examples=["drill"])
     operation: DrillingOperation = Field(description="feed and speed")
     hole: Hole = Field(description="where to drill")

@@ -37,7 +37,7 @@ class Fault:
     def __str__(self) -> str:
         place = ":".join(str(part) for part in (self.file, self.line, self.column) if part not in ("", None))
         key = dotted(self.path)
-        if place == f"--set {key}":
+        if key and place.endswith((f" {key}", f'["{key}"]')):  # the place is the key: --set KEY, overrides["KEY"]
             key = ""
         return visible(": ".join(part for part in (place, key, self.message) if part), lines=False)
 

@@ -8,6 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field
 
 from cutwise import units
+from cutwise.spec import needs
 from cutwise.spec.base import (
     Count,
     Elasticity,
@@ -27,6 +28,7 @@ from cutwise.spec.machine_checks import chain_faults
 from cutwise.spec.machine_pass import AxisPosition, CutSurface, FromCutting, MachineLoad, MachinePath, ProgramPass
 from cutwise.spec.material import Material
 from cutwise.spec.measures import MACHINE
+from cutwise.spec.needs import Needs
 from cutwise.spec.program import StockBlock
 from cutwise.spec.scenario import MeasureSpec, Scenario
 from cutwise.spec.tables import Table
@@ -108,6 +110,7 @@ class MachineScenario(Scenario):
     """Error budget of a machine tool along a pass, and its volumetric error (Demeč and Madáč; ISO 230)."""
 
     measures: ClassVar[Mapping[str, MeasureSpec]] = MACHINE
+    needs: ClassVar[Needs] = needs.MACHINE
     either: ClassVar[tuple[tuple[str, ...], ...]] = (("path",), ("program",))
     starts: ClassVar[Mapping[str, str]] = {
         "machine.library": "demec_mill",
@@ -173,6 +176,10 @@ class MachineScenario(Scenario):
         if not isinstance(self.load.force, FromCutting):
             levers.pop("path.feed")  # a prescribed force does not ask for it
         return {**levers, **(stiffer if self.has_pass else {})}
+
+    def unasked(self) -> int:
+        """A program, a map of the working space or a chain with rotary axes takes ten times a simple pass."""
+        return 100 if self.volume is None and self.program is None else 40
 
     def contradictions(self) -> Iterator[Remark]:
         """Everything wrong with the chain, the errors and the travel, at once."""

@@ -8,6 +8,7 @@ from annotated_types import Gt
 from pydantic import Discriminator, Field
 
 from cutwise import units
+from cutwise.spec import needs
 from cutwise.spec.base import (
     Angle,
     AngularSpeed,
@@ -27,6 +28,7 @@ from cutwise.spec.drives import CncMachine
 from cutwise.spec.fields import tag
 from cutwise.spec.material import Material
 from cutwise.spec.measures import MILLING
+from cutwise.spec.needs import Needs
 from cutwise.spec.program import Blend, PathMode, Program, StockBlock
 from cutwise.spec.scenario import MeasureSpec, Scenario
 from cutwise.spec.tool import HelicalMill
@@ -45,10 +47,6 @@ def _corner_kind(value: Any) -> str:
 
 
 _LONG_FLUTES = 5.0  # diameters
-_TOOTH_BY_TOOTH = frozenset({
-    "force_xy_peak", "force_x_peak", "force_y_peak", "force_z_peak", "tip_deflection_max", "wall_error_min",
-    "wall_error_max",
-})  # fmt: skip
 
 CornerShape = Annotated[
     Annotated[Literal["sharp"], tag("sharp")] | Annotated[Length, Gt(0), tag("fillet")], Discriminator(_corner_kind)
@@ -199,6 +197,7 @@ class MillingScenario(Scenario):
     """Milling a pocket with a CNC machine (Ozcan et al. 2017)."""
 
     measures: ClassVar[Mapping[str, MeasureSpec]] = MILLING
+    needs: ClassVar[Needs] = needs.MILLING
     either: ClassVar[tuple[tuple[str, ...], ...]] = (("path",), ("program",))
     starts: ClassVar[Mapping[str, str]] = {
         "path.corner": "2 mm",
@@ -224,6 +223,21 @@ class MillingScenario(Scenario):
     }
     focus: ClassVar[str] = "contour_error_max"
     implied: ClassVar[Mapping[str, float]] = {"chatter_growth_corner": 1.0, "chatter_growth_straight": 1.0}
+
+    def turned(self) -> Mapping[str, tuple[str, str]]:
+        """What this cut has: a program no corner, one in a stock no depths; a corner no blend unless it is asked for."""
+        idle = {"path.corner"} if self.program is not None else set()
+        if self.stock is not None:
+            idle |= {"operation.axial_depth", "operation.radial_depth"}
+        if self.program is None and not isinstance(self.path_mode, Blend):
+            idle.add("path_mode.blend")
+        return {key: ends for key, ends in self.levers.items() if key not in idle}
+
+    def unasked(self) -> int:
+        """A program takes seconds, one that is followed through its stock or on a vibrating tip many."""
+        if self.program is None:
+            return 100
+        return 5 if self.stock is not None or self.tool.modes else 12
 
     process: Literal["mill"] = Field(description="which operation is simulated", examples=["mill"])
     path: (
@@ -370,8 +384,6 @@ class MillingScenario(Scenario):
                 if getattr(self.operation, key) is not None:
                     yield Remark(("operation", key), "is not used: the stock says what the program meets")
         if self.robot is None and self.numerics.force != "tooth_resolved":
-            for name in _TOOTH_BY_TOOTH.intersection(self.requirements):
-                yield Remark(("requirements", name), "needs numerics.force: tooth_resolved")
             for key in ("modes", "runout"):
                 if getattr(self.tool, key):
                     yield Remark(("tool", key), f"does not count with numerics.force: {self.numerics.force}")

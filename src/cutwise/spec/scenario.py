@@ -7,12 +7,13 @@ from dataclasses import dataclass, field
 from difflib import get_close_matches
 from typing import Any, ClassVar, NamedTuple, Self
 
-from pydantic import Field, PrivateAttr, field_serializer, field_validator
+from pydantic import Field, PrivateAttr, field_serializer, field_validator, model_validator
 
 from cutwise import units
 from cutwise.spec import fields
 from cutwise.spec.base import Remark, Spec, Status, contradiction
 from cutwise.spec.faults import Path, split_dotted
+from cutwise.spec.needs import Needs, unmet
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +63,8 @@ class Scenario(Spec):
     """What an engineer would turn, as dotted keys, each with the limits within which advice looks."""
     sound: ClassVar[Mapping[str, float]] = {}
     """Measures that must stay above a value [SI] for a run to count as sound: advice leads to no other."""
+    needs: ClassVar[Needs] = {}
+    """What measures need of the scenario, by pattern of their names."""
     focus: ClassVar[str] = ""
     """The measure that sensitivities are told for."""
     implied: ClassVar[Mapping[str, float]] = {}
@@ -71,6 +74,27 @@ class Scenario(Spec):
     def set_aside(self) -> frozenset[str]:
         """Codes of the findings that shall not decide; the run has no verdict then, or fails."""
         return frozenset()
+
+    def lacking(self, measure: str) -> tuple[str, ...]:
+        """The keys without which this scenario cannot have a measure; none if it can."""
+        return tuple(unmet(self, self.needs, measure))
+
+    def unobtainable(self) -> Iterator[Remark]:
+        """Requirements on measures that no run of this scenario has, each with the key that would provide it."""
+        for name in self.requirements:
+            lacking = self.lacking(name)
+            if lacking:
+                yield Remark(
+                    ("requirements", name),
+                    f"a run of this scenario has no such measure; it needs {' and '.join(lacking)}",
+                )
+
+    @model_validator(mode="after")
+    def _holds_together(self) -> Self:
+        found = (*self.contradictions(), *self.unobtainable())
+        if found:
+            raise contradiction(found)
+        return self
 
     def checks(self) -> Iterator[Iterator[Remark]]:
         """The contradictions between sections, in groups that need no other sections than they look at."""
@@ -82,13 +106,20 @@ class Scenario(Spec):
         partial = cls.model_construct(**sections)
         for name in cls.model_fields.keys() - sections.keys():
             partial.__dict__.pop(name, None)
-        for check in partial.checks():
+        for check in (*partial.checks(), partial.unobtainable()):
             with suppress(AttributeError):  # of a section that is not there
                 yield from check
 
     def turned(self) -> Mapping[str, tuple[str, str]]:
         """The levers of this scenario; those of several numbers turn all of them together, by a factor."""
         return self.levers
+
+    def unasked(self) -> int:
+        """Further runs that advice on a finished run may make without being asked: fewer where a run takes long.
+
+        A number of the scenario, not of the machine: a report is the same everywhere.
+        """
+        return 100
 
     name: str = Field(
         default="unnamed",

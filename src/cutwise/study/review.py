@@ -1,43 +1,50 @@
 """What a finished run is told about itself: sensitivities to assumed values, and advice."""
 
-import time
-from contextlib import suppress
 from dataclasses import replace
 
-from cutwise.process.recipes import OUTCOMES, quick_measures
-from cutwise.results import Result, SolverFailure
-from cutwise.study.advice import advise
-from cutwise.study.sensitivity import changes_of, variants, worst_off
+from cutwise.process.recipes import OUTCOMES
+from cutwise.results import Result
+from cutwise.study.advice import consult
+from cutwise.study.sensitivity import assumed_quantities, changes_of, variants, worst_off
+from cutwise.study.trials import Budget
 
-_PATIENCE = 3.0  # [CPU s] of further runs that nobody has asked for
-_RUNS = 80
+_ROOM = 20  # runs below which the room of a run that passes is not looked for
 
 
-def reviewed(result: Result, *, patience: float = _PATIENCE) -> Result:
-    """The result with sensitivities and advice, where further runs are quick enough.
+def reviewed(result: Result, *, runs: int | None = None) -> Result:
+    """The result with advice and sensitivities, within a number of further runs that is the same on every machine.
 
     Parameters
     ----------
     result : Result
         A finished run.
-    patience : float
-        Processor time that the further runs may take [s]; a process whose runs are slower is left as it is, with a
-        note saying so. An infeasible operation that has its remedies already is left as it is.
+    runs : int, optional
+        Further runs for advice, and as many for sensitivities; what the scenario allows
+        (:meth:`~cutwise.spec.scenario.Scenario.unasked`) if left out. A run that fails gets advice from however few;
+        one that passes is told its room, and sensitivities are found, only if there are enough. What was left out
+        stands in a note. An infeasible operation that has its remedies already is left as it is.
     """
-    if result.scenario.process not in OUTCOMES or (result.infeasible and result.advice):
+    scenario = result.scenario
+    if scenario.process not in OUTCOMES or (result.infeasible and result.advice):
         return result
-    start = time.process_time()
-    with suppress(SolverFailure):
-        quick_measures(result.scenario)
-    needed = (time.process_time() - start) * _RUNS
-    if needed > patience:
-        note = f"advice and sensitivities need up to {_RUNS} further runs, about {needed:.0f} s; ask for them with: cutwise advise"
-        return replace(result, notes={**result.notes, "advice": note})
-    found, off = advise(result.scenario, pairs=False), variants(result.scenario)
-    base = {name: measure.value for name, measure in result.measures.items()}
-    return replace(
-        result,
-        checks=tuple(check if check.implied else replace(check, off=worst_off(check, off)) for check in result.checks),
-        advice=(*result.advice, *found),
-        sensitivity=changes_of(result.scenario.focus, base, off),
-    )
+    most = scenario.unasked() if runs is None else runs
+    left_out = []
+    found: tuple[str, ...] = ()
+    if scenario.requirements and (result.verdict == "fail" or most >= _ROOM) and most > 0:
+        advice = consult(scenario, pairs=False, budget=Budget(most))
+        found = advice.sentences
+    elif scenario.requirements:
+        left_out.append("the room in each setting")
+    weights, checks = result.sensitivity, result.checks
+    if 2 * sum(1 for _ in assumed_quantities(scenario)) < most:
+        base, off = variants(scenario)
+        weights = changes_of(scenario.focus, base, off)
+        checks = tuple(check if check.implied else replace(check, off=worst_off(check, off)) for check in checks)
+    else:
+        left_out.append("sensitivities to assumed values")
+    notes = dict(result.notes)
+    if left_out:
+        notes["advice"] = (
+            f"left out, for a run of this kind takes long: {' and '.join(left_out)}; cutwise advise finds them"
+        )
+    return replace(result, checks=checks, advice=(*result.advice, *found), sensitivity=weights, notes=notes)

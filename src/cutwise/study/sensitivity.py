@@ -2,19 +2,17 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from cutwise import units
-from cutwise.io.scenario import revised
-from cutwise.process.recipes import quick_measures
-from cutwise.results import Check, SolverFailure
+from cutwise.io.revision import Value, revisions
+from cutwise.process.recipes import coarser
+from cutwise.results import Check
 from cutwise.spec import fields
-from cutwise.spec.faults import ScenarioFault, dotted
+from cutwise.spec.faults import dotted
 from cutwise.spec.scenario import Scenario
+from cutwise.study.case import cases, faithful
 
 STEP = 0.1  # relative change of a value
 
 Amount = float | tuple[float, ...]
-
-
 Variants = Mapping[str, Sequence[Mapping[str, float]]]
 
 
@@ -22,7 +20,8 @@ def assumed_sensitivity(scenario: Scenario, share: float = STEP) -> dict[str, fl
     r"""Change of the focus measure when an assumed value is off by a tenth, largest first.
 
     The larger of :math:`|m(1.1 v) - m(v)|` and :math:`|m(0.9 v) - m(v)|`, with its sign, by running again; values that
-    are zero, no numbers, or that the scenario refuses to change alone are left out.
+    are zero, no numbers, or that the scenario refuses to change alone are left out. The runs take the coarse step of
+    studies where that gives the focus measure of the run (:data:`cutwise.study.case.TOLERANCE`), its own elsewhere.
 
     Parameters
     ----------
@@ -36,18 +35,24 @@ def assumed_sensitivity(scenario: Scenario, share: float = STEP) -> dict[str, fl
     dict
         Dotted key: change of the focus measure [SI].
     """
-    return changes_of(scenario.focus, _measures_with(scenario, {}) or {}, variants(scenario, share))
+    base, found = variants(scenario, share)
+    return changes_of(scenario.focus, base, found)
 
 
-def variants(scenario: Scenario, share: float = STEP) -> Variants:
-    """All measures with each assumed value off by a share, down and up, by running again."""
+def variants(scenario: Scenario, share: float = STEP) -> tuple[Mapping[str, float], Variants]:
+    """All measures as it stands, and with each assumed value off by a share, down and up, all with one step."""
+    evaluate = cases(scenario)
+    start = evaluate({})
+    if coarser(scenario):
+        quick = cases(scenario, coarse=True)
+        coarse = quick({})
+        if faithful(scenario, coarse.measures, start.measures, (*scenario.requirements, scenario.focus)):
+            evaluate, start = quick, coarse
     found: dict[str, list[Mapping[str, float]]] = {}
-    for key, value, dimension in assumed_quantities(scenario):
-        runs = (
-            _measures_with(scenario, {key: _scaled(value, factor, dimension)}) for factor in (1.0 - share, 1.0 + share)
-        )
-        found[key] = [run for run in runs if run is not None]
-    return found
+    for key, value, _ in assumed_quantities(scenario):
+        runs = [evaluate({key: _scaled(value, factor)}) for factor in (1.0 - share, 1.0 + share)]
+        found[key] = [case.measures for case in runs if case.failure is None]
+    return start.measures, found
 
 
 def changes_of(measure: str, base: Mapping[str, float], found: Variants) -> dict[str, float]:
@@ -69,14 +74,7 @@ def worst_off(check: Check, found: Variants) -> tuple[str, float] | None:
     return max(runs, key=lambda run: sense * max(sign * (run[1] - end) for end, sign in ends))
 
 
-def _measures_with(scenario: Scenario, values: Mapping[str, str]) -> Mapping[str, float] | None:
-    try:
-        return quick_measures(changed(scenario, values) if values else scenario)
-    except (ScenarioFault, SolverFailure):
-        return None
-
-
-def changed(scenario: Scenario, values: Mapping[str, str]) -> Scenario:
+def changed(scenario: Scenario, values: Mapping[str, Value]) -> Scenario:
     """The scenario with some values replaced, checked as a whole.
 
     Raises
@@ -84,7 +82,7 @@ def changed(scenario: Scenario, values: Mapping[str, str]) -> Scenario:
     ScenarioFault
         The values do not fit the others.
     """
-    return revised(scenario, [f"{key}={value}" for key, value in values.items()])
+    return revisions(scenario)(values)
 
 
 def assumed_quantities(scenario: Scenario) -> Iterator[tuple[str, Amount, str]]:
@@ -103,8 +101,5 @@ def _is_amount(value: object) -> bool:
     return isinstance(value, float) and value != 0.0
 
 
-def _scaled(value: Amount, factor: float, dimension: str) -> str:
-    """A value, or each of several, times a factor, as it is written in a scenario."""
-    if isinstance(value, tuple):
-        return f"[{', '.join(units.text(factor * entry, dimension) for entry in value)}]"
-    return units.text(factor * value, dimension)
+def _scaled(value: Amount, factor: float) -> Amount:
+    return tuple(factor * entry for entry in value) if isinstance(value, tuple) else factor * value

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from difflib import get_close_matches
 from itertools import product
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -13,94 +14,180 @@ import xarray as xr
 from cutwise import units
 from cutwise.disk import write_bytes, write_text
 from cutwise.io.cells import harmless
-from cutwise.process.recipes import quick_outcome
+from cutwise.io.revision import Value, revisions
+from cutwise.process.recipes import simulate
 from cutwise.results import SOUNDNESS, SolverFailure
-from cutwise.spec.faults import Fault, ScenarioFault
+from cutwise.spec import fields
+from cutwise.spec.faults import Fault, ScenarioFault, split_dotted
 from cutwise.spec.scenario import Scenario
-from cutwise.study.sensitivity import changed
+from cutwise.study.case import Case, evaluated
+from cutwise.study.trials import slack
+
+VALUES = 'values["{}"]'
+"""How a message names a value of a sweep in Python; the command line says ``--over``."""
+TEXT = "{} as written"
+"""Name of the coordinate that holds the values of a key as they were written."""
 
 _BETWEEN = re.compile(r",(?![^\[{]*[\]}])")  # commas that are not inside a list or mapping
 
 
 def sweep(
     scenario: Scenario,
-    values: Mapping[str, Sequence[str]],
+    values: Mapping[str, Sequence[Value]],
     progress: Callable[[float], None] | None = None,
     wanted: Sequence[str] = (),
+    *,
+    check: bool = True,
+    named: str = VALUES,
 ) -> xr.Dataset:
-    """Every measure over all combinations of values.
+    """Every measure over all combinations of values, each as its own run gives it to the last bit.
 
     Parameters
     ----------
     scenario : Scenario
         The scenario that everything else is taken from.
     values : mapping
-        Dotted key: values as text with units, for example ``{"spindle.pressure": ["4 bar", "5 bar"]}``.
+        Dotted key: values as text with units, for example ``{"spindle.pressure": ["4 bar", "5 bar"]}``, or in SI.
     progress : callable, optional
         Called with the finished share.
     wanted : sequence of str
         Measures that may take long and are computed all the same.
+    check : bool
+        Run the first, the last and the worst combination in full, with half the step too: what the run has to say about
+        its step joins the warnings there, and attribute ``checked`` tells the largest difference from the run.
+    named : str
+        How messages name a value, with ``{}`` for its key.
 
     Returns
     -------
     xarray.Dataset
-        A variable for each measure [SI] with a dimension for each key; NaN where a measure does not apply. Combinations
-        that cannot be run are NaN throughout and stand in the attribute ``failed``, one a line, with the reason. The
-        variable ``unsound`` has the codes of what leaves nothing to be judged, empty for a sound run.
+        A variable for each measure [SI] with a dimension for each key, whose coordinates are numbers in SI where the key
+        is a quantity (attributes ``units``, ``display_unit``); the values as written stand beside them. NaN where a
+        measure does not apply. ``warnings`` and ``infeasible`` hold what each run says, one sentence a line, ``unsound``
+        the codes of what leaves nothing to be judged.
+        Combinations that cannot be run are NaN throughout and stand in the attribute ``failed``, one a line.
 
     Raises
     ------
     ScenarioFault
-        Values that the scenario refuses: all of them, before anything is run; or no combination can be run.
+        Values that the scenario refuses, or measures that it does not have: all of them, before anything is run; or no
+        combination can be run.
     SolverFailure
         No combination comes to an end.
     """
     keys = list(values)
-    points = list(product(*(values[key] for key in keys)))
-    scenarios, faults = [], []
+    points = [dict(zip(keys, point, strict=True)) for point in product(*(values[key] for key in keys))]
+    scenarios = _checked(scenario, points, wanted, named)
+    found: list[Case] = []
+    for i, (point, one) in enumerate(zip(points, scenarios, strict=True)):
+        found.append(evaluated(one, point, wanted))
+        if progress is not None:
+            progress((i + 1) / len(scenarios))
+    failed = [case for case in found if case.failure is not None]
+    if len(failed) == len(found):
+        raise failed[0].failure  # type: ignore[misc]
+    said = _in_full(scenarios, found) if check else ""
+    return _table(scenario, values, found, failed, said)
+
+
+def _checked(
+    scenario: Scenario, points: Sequence[Mapping[str, Value]], wanted: Sequence[str], named: str
+) -> list[Scenario]:
+    """The scenario of every combination."""
+    revised = revisions(scenario, named)
+    known = type(scenario).measures
+    scenarios, faults = [], [_unknown(name, list(known), "wanted") for name in wanted if name not in known]
     for point in points:
         try:
-            scenarios.append(changed(scenario, dict(zip(keys, point, strict=True))))
+            scenarios.append(revised(point))
         except ScenarioFault as fault:
             faults += fault.faults
     if not points:
         faults.append(Fault((), "a sweep needs at least one value for each key"))
     if faults:
         raise ScenarioFault(list(dict.fromkeys(faults)))
-    rows: list[Mapping[str, float]] = []
-    unsound: list[str] = []
-    failed: dict[str, ScenarioFault | SolverFailure] = {}
-    for i, (point, one) in enumerate(zip(points, scenarios, strict=True)):
-        try:
-            outcome = quick_outcome(one, wanted)
-            rows.append(outcome.measures)
-            unsound.append(", ".join(dict.fromkeys(f.code for f in outcome.findings if f.code in SOUNDNESS)))
-        except (ScenarioFault, SolverFailure) as why:
-            failed[", ".join(f"{key}={value}" for key, value in zip(keys, point, strict=True))] = why
-            rows.append({})
-            unsound.append("not run")
-        if progress is not None:
-            progress((i + 1) / len(scenarios))
-    if len(failed) == len(rows):
-        raise next(iter(failed.values()))
-    shape = tuple(len(values[key]) for key in keys)
+    return scenarios
+
+
+def _in_full(scenarios: Sequence[Scenario], found: list[Case]) -> str:
+    """Run the ends and the worst case as ``run`` does; their warnings join those of the case."""
+    ran = [i for i, case in enumerate(found) if case.failure is None]
+    rooms = {i: _room(scenarios[i], found[i]) for i in ran}
+    difference = 0.0
+    at = sorted({ran[0], ran[-1], min(ran, key=rooms.__getitem__)})
+    for i in at:
+        whole = simulate(scenarios[i])
+        outcome = found[i].outcome
+        for name, value in outcome.measures.items():
+            measure = whole.measures.get(name)
+            other = measure.value if measure is not None else np.inf
+            difference = max(difference, abs(value - other) / (abs(other) or 1.0))
+        warnings = tuple(dict.fromkeys((*outcome.warnings, *whole.warnings)))
+        findings = tuple(dict.fromkeys((*outcome.findings, *whole.findings)))
+        found[i] = found[i]._replace(outcome=outcome._replace(warnings=warnings, findings=findings))
+    return f"first, last and worst combination run in full: the largest relative difference of a measure is {difference:.2g}"
+
+
+def _room(scenario: Scenario, case: Case) -> float:
+    """How far a case is from its limits; without any, from the largest value of what the process is about."""
+    if scenario.requirements:
+        return slack(scenario, case.outcome)
+    return -abs(case.measures.get(scenario.focus, 0.0))
+
+
+def _table(
+    scenario: Scenario, values: Mapping[str, Sequence[Value]], found: Sequence[Case], failed: Sequence[Case], said: str
+) -> xr.Dataset:
+    keys, shape = list(values), tuple(len(entries) for entries in values.values())
     known = type(scenario).measures
-    data = {
-        name: (keys, np.array([row.get(name, np.nan) for row in rows]).reshape(shape),
+    data: dict[str, Any] = {
+        name: (keys, np.array([case.measures.get(name, np.nan) for case in found]).reshape(shape),
                {"units": units.DIMENSIONS[known[name].dimension].si, "long_name": known[name].description})
-        for name in dict.fromkeys(name for row in rows for name in row)
+        for name in dict.fromkeys(name for case in found for name in case.measures)
     }  # fmt: skip
-    data["unsound"] = (
-        keys,
-        np.array(unsound, dtype=str).reshape(shape),
-        {"long_name": "why a run is not sound, by code"},
-    )
-    reasons = [f"{point}: {said}" for point, why in failed.items() for said in _sentences(why)]
-    attributes = {"scenario": scenario.name} | ({"failed": "\n".join(reasons)} if reasons else {})
-    return xr.Dataset(data, {key: list(values[key]) for key in keys}, attributes)
+    for what in ("warnings", "infeasible", "unsound"):
+        lines = ["\n".join(_said(case, what)) for case in found]
+        data[what] = (keys, np.array(lines, dtype=object).reshape(shape))
+    coordinates: dict[str, Any] = {}
+    for key, entries in values.items():
+        coordinates |= _coordinates(scenario, key, entries)
+    reasons = [f"{_point(case.values)}: {text}" for case in failed for text in _sentences(case.failure)]
+    attributes = {"scenario": scenario.name, "checked": said, "failed": "\n".join(reasons)}
+    return xr.Dataset(data, coordinates, {name: text for name, text in attributes.items() if text})
 
 
-def _sentences(why: ScenarioFault | SolverFailure) -> list[str]:
+def _coordinates(scenario: Scenario, key: str, entries: Sequence[Value]) -> dict[str, Any]:
+    """The values of a key as numbers in SI, with the texts beside them; as texts where they are no quantities."""
+    texts = [str(entry) for entry in entries]
+    info = fields.field_at(type(scenario), split_dotted(key))
+    dimension = fields.dimension(info) if info is not None else None
+    if dimension is None:
+        if all(re.fullmatch(r"[+-]?\d+", text) for text in texts):  # numbers of things
+            return {key: (key, [int(text) for text in texts]), TEXT.format(key): (key, texts)}
+        return {key: (key, texts)}
+    try:
+        numbers = [units.parse(e, dimension) if isinstance(e, str) else float(e) for e in entries]  # type: ignore[arg-type]
+    except (units.UnitFault, TypeError):  # a word, a list or a table instead of a quantity
+        return {key: (key, texts)}
+    unit = units.DIMENSIONS[dimension]
+    assert info is not None
+    said = {"units": unit.si, "display_unit": units.pretty(unit.display), "long_name": info.description or key}
+    return {key: (key, numbers, said), TEXT.format(key): (key, texts)}
+
+
+def _said(case: Case, what: str) -> Sequence[str]:
+    """What a run says: sentences, and codes of what leaves nothing to be judged."""
+    if what != "unsound":
+        return tuple(getattr(case.outcome, what))
+    codes = (finding.code for finding in case.outcome.findings if finding.code in SOUNDNESS)
+    return tuple(dict.fromkeys(codes)) if case.failure is None else ("not run",)
+
+
+def _point(values: Mapping[str, Value]) -> str:
+    return ", ".join(f"{key}={value}" for key, value in values.items())
+
+
+def _sentences(why: ScenarioFault | SolverFailure | None) -> list[str]:
     return [str(fault) for fault in why.faults] if isinstance(why, ScenarioFault) else [str(why)]
 
 
@@ -140,14 +227,14 @@ def shown_measures(scenario: Scenario, names: Sequence[str]) -> list[str]:
     known = type(scenario).measures
     wrong = [name for name in names if name not in known]
     if wrong:
-        raise ScenarioFault([_unknown(name, list(known)) for name in wrong])
+        raise ScenarioFault([_unknown(name, list(known), f"--measure {name}") for name in wrong])
     return list(names) or list(scenario.requirements) or [scenario.focus or next(iter(known))]
 
 
-def _unknown(name: str, known: list[str]) -> Fault:
+def _unknown(name: str, known: list[str], place: str) -> Fault:
     near = get_close_matches(name, known, n=1)
     hint = f"did you mean {near[0]}?" if near else f"there are {', '.join(known)}"
-    return Fault((), f"unknown measure; {hint}", file=f"--measure {name}")
+    return Fault((), f"{'' if name in place else name + ': '}unknown measure; {hint}", file=place)
 
 
 def save(table: xr.Dataset, path: Path) -> Path:

@@ -177,12 +177,12 @@ def test_an_override_turns_a_scalar_into_a_section():
 def test_faults_of_overrides_name_the_override():
     overrides = ("operation.feed=80", "operation.fed=3 mm/s", "nonsense", "tool.helix=[", "part.burr.height=", "=3")
     faults = faults_of(GOOD, *overrides)
-    assert '--set operation.feed: 80 has no unit; write it as text with a unit, for example "80 mm/s"' in faults
-    assert "--set operation.fed: unknown key; did you mean operation.feed?" in faults
-    assert "--set nonsense: is not of the form dotted.key=value" in faults
-    assert "--set =3: is not of the form dotted.key=value" in faults
-    assert any(fault.startswith("--set tool.helix: not YAML") for fault in faults)
-    assert any(fault.startswith("--set part.burr.height: has no value") for fault in faults)
+    assert 'overrides["operation.feed"]: 80 has no unit; write it as text with a unit, for example "80 mm/s"' in faults
+    assert 'overrides["operation.fed"]: unknown key; did you mean operation.feed?' in faults
+    assert 'overrides["nonsense"]: is not of the form dotted.key=value' in faults
+    assert 'overrides["=3"]: is not of the form dotted.key=value' in faults
+    assert any(fault.startswith('overrides["tool.helix"]: not YAML') for fault in faults)
+    assert any(fault.startswith('overrides["part.burr.height"]: has no value') for fault in faults)
     assert len(faults) == 6
 
 

@@ -131,7 +131,7 @@ load: {force: [1 N, 0 N, 0 N]}
         ("uncertainty={bodies: [{bodies: [table, table], displacement: 1 um, rotation: 1 urad, distribution: normal}]}",
          "table has its random error already"),
         ("requirements={share_tabel: {max: 1 um}}", 'there is no body "tabel"'),
-        ("load.force=[1 N, 2 N]", "load.force: has too few entries"),
+        ("load.force=[1 N, 2 N]", "load.force.*: has too few entries"),
         ("machine.chain[1].name=my table", "use letters, digits and _, a letter first"),
         ("tool.flexible=perhaps", "perhaps is neither true nor false"),
         ("machine.chain[1].parent=table", "is a loop: table - table"),

@@ -3,11 +3,13 @@
 import pytest
 
 from cutwise.io.scenario import load
-from cutwise.process.recipes import quick_measures, simulate
+from cutwise.process.recipes import quick_outcome, simulate
 from cutwise.spec.faults import ScenarioFault
-from cutwise.study.advice import advise, propose, slack
+from cutwise.study.advice import advise, consult, propose
+from cutwise.study.levers import levers_of, read_limits
 from cutwise.study.review import reviewed
 from cutwise.study.sensitivity import assumed_sensitivity, changed
+from cutwise.study.trials import Budget, Trials, slack
 
 
 @pytest.fixture
@@ -23,7 +25,7 @@ def scenario(examples):
 )
 def test_a_proposal_keeps_its_promise(scenario, fault):
     failing = scenario(fault)
-    assert slack(failing, quick_measures(failing)) < 0
+    assert slack(failing, quick_outcome(failing)) < 0
     proposals = propose(failing, pairs=False)
     assert proposals
     for proposal in proposals:
@@ -45,7 +47,8 @@ def test_a_proposal_is_near_the_present_setting(scenario):
 def test_limits_given_by_the_user_are_kept(scenario):
     failing = scenario("operation.feed=120 mm/s")
     assert propose(failing, {"operation.feed": ("100 mm/s", "200 mm/s")}, pairs=False) == []
-    (text,) = advise(failing, {"operation.feed": ("100 mm/s", "200 mm/s")}, pairs=False)
+    text, nearest = advise(failing, {"operation.feed": ("100 mm/s", "200 mm/s")}, pairs=False)
+    assert nearest.startswith("nearest comes operation.feed 120 mm/s -> 100 mm/s")
     assert "no single lever" in text
     assert "100 mm/s to 200 mm/s" in text
 
@@ -90,6 +93,58 @@ def test_a_change_that_cannot_be_is_refused(scenario):
 
 
 def test_slow_scenarios_are_not_reviewed_unasked(scenario):
-    result = reviewed(simulate(scenario()), patience=0.0)
+    result = reviewed(simulate(scenario()), runs=0)
     assert result.advice == ()
     assert "cutwise advise" in result.notes["advice"]
+
+
+def test_a_budget_ends_the_search_and_says_so(scenario):
+    failing = scenario("operation.feed=120 mm/s")
+    for runs in (3, 8, 30):
+        found = consult(failing, budget=Budget(runs))
+        assert found.runs <= runs
+        assert not found.met
+        assert found.sentences
+        assert not found.complete
+    assert found.sentences[-1].startswith("stopped after ")
+    assert any("change operation.feed" in text for text in found.sentences)
+
+
+def test_whatever_can_be_set_is_a_lever(examples):
+    """A program has its feed in its blocks: operation.feed replaces it, and is a lever though it is not written."""
+    slow = load(examples / "mill_pocket.yaml", ["requirements.contour_error_max.max=40 um"])
+    assert {"operation.feed", "operation.spindle_speed", "operation.axial_depth"} <= {
+        lever.key for lever in levers_of(slow)
+    }
+    limits = read_limits(slow, ["operation.feed=10 mm/s..40 mm/s"])
+    (feed,) = levers_of(slow, limits)
+    assert feed.now is None
+    found = consult(slow, limits, budget=Budget(9))
+    assert not found.met
+    (proposal,) = found.proposals
+    assert simulate(changed(slow, proposal.settings)).verdict == "pass"
+
+
+def test_a_limit_on_what_is_no_quantity_is_refused_in_python_too(scenario):
+    with pytest.raises(ScenarioFault, match=r'limits\["operation.fed"\]: .*did you mean operation.feed\?'):
+        advise(scenario(), {"operation.fed": ("1 mm/s", "2 mm/s")})
+    with pytest.raises(ScenarioFault, match=r"--limit operation.milling: is not a quantity"):
+        read_limits(scenario(), ["operation.milling=1..2"])
+
+
+def test_the_advice_of_a_run_does_not_depend_on_the_machine(scenario, monkeypatch):
+    """Row 44: however long a run takes."""
+    failing = simulate(scenario("operation.feed=120 mm/s"))
+    usual = reviewed(failing)
+    ticks = iter(range(0, 10**9, 1000))
+    monkeypatch.setattr("time.process_time", lambda: float(next(ticks)))
+    assert reviewed(failing).advice == usual.advice
+    assert any("change operation.feed" in text for text in usual.advice)
+
+
+def test_where_the_coarse_step_misleads_the_step_of_the_run_is_taken(scenario):
+    """Row 5: with 100 µs the edge is 208.7 µm off, with the step of the run 57.1 µm."""
+    short = scenario("operation.lead_in_time=2 ms", "requirements.surface_error_max.max=60 um")
+    trials = Trials(short, (), Budget())
+    assert not trials.trusted
+    assert trials.start.measures["surface_error_max"] == pytest.approx(57.1e-6, rel=1e-3)

@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from cutwise import units
+from cutwise.app.plots.margins import Margins
 
 if TYPE_CHECKING:
     from cutwise.results import Result
@@ -67,9 +68,9 @@ LOOK = {
 WIDTH = 9.6  # [in] of a figure over the whole page
 
 
-def figure(height: float) -> Figure:
-    """An empty figure as wide as the page."""
-    return Figure(figsize=(WIDTH, height), layout="constrained")
+def figure(height: float, *, colour_bars: bool = False) -> Figure:
+    """An empty figure as wide as the page; with colour bars, whose room matplotlib has to find."""
+    return Figure(figsize=(WIDTH, height), layout="constrained" if colour_bars else Margins())
 
 
 def scale(dimension: str) -> tuple[float, str]:
@@ -138,6 +139,10 @@ def svg(draw: Draw, result: "Result", name: str, title: str) -> str:
     stream = io.StringIO()
     with mpl.rc_context({**LOOK, "svg.hashsalt": name}):
         drawn = draw(result)
+        layout = drawn.get_layout_engine()
+        if isinstance(layout, Margins):  # now, and not again: with a layout engine a figure is drawn twice
+            layout.execute(drawn)
+            drawn.set_layout_engine("none")
         drawn.savefig(
             stream, format="svg", transparent=True,
             metadata={"Date": None, "Creator": None, "Format": None, "Type": None},

@@ -86,7 +86,7 @@ def wall(result: "Result") -> Figure:
     error = result["surface"]["wall_error"]
     long, long_unit = scale("length")
     factor, unit = scale("small_length")
-    drawn = figure(2.4)
+    drawn = figure(2.4, colour_bars=True)
     axes = drawn.subplots()
     travel, height = long * result["motion"]["travel"].values, long * error["height"].values
     image = axes.contourf(travel, height, factor * error.values.T, levels=12, cmap="viridis")
@@ -103,7 +103,7 @@ def plan(result: "Result") -> Figure:
     factor, unit = scale("small_length")
     x, y = (long * position.sel(axis=name).values for name in "xy")
     values = factor * error.values
-    drawn = figure(4.6)
+    drawn = figure(4.6, colour_bars=True)
     axes = drawn.subplots()
     axes.plot(x, y, "-", color=GRID, linewidth=1.0)
     ends = np.stack([np.column_stack([x[:-1], y[:-1]]), np.column_stack([x[1:], y[1:]])], axis=1)
@@ -177,7 +177,7 @@ def slices(result: "Result") -> Figure:
     size = factor * np.linalg.norm(volume["error"].values, axis=-1)
     at = {name: long * volume[name].values for name in "XYZ"}
     levels = np.linspace(0.0, size.max(), 13)
-    drawn = figure(3.1)
+    drawn = figure(3.1, colour_bars=True)
     panels = drawn.subplots(1, 3)
     image = None
     for k, (axes, (across, up)) in enumerate(zip(panels, (("Y", "Z"), ("X", "Z"), ("X", "Y")), strict=True)):

@@ -7,13 +7,18 @@ with the mean of the directional force coefficients over the arc (zeroth order: 
 
 import math
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
 
+from cutwise.later import later
 from cutwise.maths.curves import FloatArray
 from cutwise.physics.cutting.flute import EdgeCoefficients
+
+if TYPE_CHECKING:
+    from scipy import optimize
+else:
+    optimize = later("scipy.optimize")
 
 Receptance = Callable[[FloatArray], np.ndarray]  # angular frequency (m,) [rad/s] to (m, 3, 3) [m/N]
 
@@ -120,7 +125,7 @@ def depth_limit(receptance: Receptance, directions: FloatArray, tooth_period: fl
             low, high = part(omega[k]).imag, part(omega[k + 1]).imag
             if low * high > 0.0:
                 continue
-            w = brentq(lambda w: part(w).imag, omega[k], omega[k + 1], xtol=1e-12, rtol=1e-14)
+            w = optimize.brentq(lambda w: part(w).imag, omega[k], omega[k + 1], xtol=1e-12, rtol=1e-14)
             found = part(w).real
             if found > 0.0 and 1.0 / found < best.depth:
                 best = DepthLimit(1.0 / found, w / (2.0 * math.pi))

@@ -2,13 +2,18 @@
 
 import math
 from functools import lru_cache
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import brentq
 
+from cutwise.later import later
 from cutwise.physics.motion.drives import Controller, Plant
+
+if TYPE_CHECKING:
+    from scipy import optimize
+else:
+    optimize = later("scipy.optimize")
 
 FloatArray = npt.NDArray[np.float64]
 ComplexArray = npt.NDArray[np.complex128]
@@ -144,7 +149,7 @@ def _phase_margin(loop, grid: FloatArray) -> float:  # type: ignore[no-untyped-d
     level = np.log(np.abs(loop(grid)))
     margins = []
     for i in np.nonzero(level[:-1] * level[1:] < 0.0)[0]:
-        cross = brentq(lambda w: math.log(abs(complex(loop(w)))), grid[i], grid[i + 1], xtol=1e-12, rtol=1e-14)
+        cross = optimize.brentq(lambda w: math.log(abs(complex(loop(w)))), grid[i], grid[i + 1], xtol=1e-12, rtol=1e-14)
         margins.append(_wrapped(math.pi + float(np.angle(loop(cross)))))
     return min(margins, default=math.pi)
 
@@ -164,7 +169,7 @@ def _bandwidth(loop, grid: FloatArray) -> float:  # type: ignore[no-untyped-def]
     if falls.size == 0:
         return float(grid[-1] / (2.0 * math.pi))
     i = int(falls[0])
-    return float(brentq(level, grid[i], grid[i + 1], xtol=1e-12, rtol=1e-14)) / (2.0 * math.pi)
+    return float(optimize.brentq(level, grid[i], grid[i + 1], xtol=1e-12, rtol=1e-14)) / (2.0 * math.pi)
 
 
 def _gain_change(plant: Plant, law: Controller, farthest: float) -> float:
@@ -187,4 +192,4 @@ def _gain_change(plant: Plant, law: Controller, farthest: float) -> float:
     if changes.size == 0:
         return math.inf if farthest > 1.0 else 0.0
     first = int(changes[0])
-    return float(brentq(lambda factor: excess(np.array([factor]))[0], factors[first - 1], factors[first]))
+    return float(optimize.brentq(lambda factor: excess(np.array([factor]))[0], factors[first - 1], factors[first]))

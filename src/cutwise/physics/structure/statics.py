@@ -64,7 +64,22 @@ def characteristic(ring: PistonRing, reach: float) -> Characteristic:
     )
 
 
-def gauge(ring: PistonRing, piston_force: float, moment: FloatArray) -> tuple[float, FloatArray]:
+class Borders(NamedTuple):
+    """The normals of a ring's zonotope where its edges meet, and how far the unit ring reaches along them."""
+
+    normal: FloatArray  # unit vectors, shape (2 n, 2)
+    support: FloatArray  # shape (2 n,)
+
+
+def borders(ring: PistonRing) -> Borders:
+    """Both normals of every piston of a ring, with their support."""
+    n = ring.direction
+    across = np.stack([np.column_stack([-n[:, 1], n[:, 0]]), np.column_stack([n[:, 1], -n[:, 0]])], axis=1)
+    normal = across.reshape(-1, 2)
+    return Borders(normal, np.array([support(n, u) for u in normal]))
+
+
+def gauge(ring: PistonRing, piston_force: float, moment: FloatArray, of: Borders) -> tuple[float, FloatArray]:
     r"""How much of the holding limit a moment uses, :math:`g = \max_u M \cdot u / h_Z(u)`, and the u of the maximum.
 
     :math:`g = 1` on the border of the zonotope. The maximum is met at a normal of one of its edges, which are parallel
@@ -78,12 +93,9 @@ def gauge(ring: PistonRing, piston_force: float, moment: FloatArray) -> tuple[fl
         Largest force F of each piston [N], positive.
     moment : array
         Moment as force times arm, x and y [N m], shape (2,).
+    of : Borders
+        Of this ring; found once, asked many times.
     """
-    best = 0.0
-    where = np.array([0.0, 1.0])
-    for n in ring.direction:
-        for u in (np.array([-n[1], n[0]]), np.array([n[1], -n[0]])):
-            part = float(moment @ u) / (ring.arm * piston_force * support(ring.direction, u))
-            if part > best:
-                best, where = part, u
-    return best, where
+    part = (of.normal[:, 0] * moment[0] + of.normal[:, 1] * moment[1]) / (ring.arm * piston_force * of.support)
+    best = int(part.argmax())
+    return (float(part[best]), of.normal[best]) if part[best] > 0.0 else (0.0, np.array([0.0, 1.0]))

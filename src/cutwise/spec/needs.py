@@ -1,0 +1,147 @@
+"""What a measure needs of the scenario: keys without which no run can give it, whatever else is right.
+
+A need is a key that must be given (``tool.modes``), a key with its value (``numerics.force: tooth_resolved``), one of
+several (``part.step or part.block``), or a key that must not be given (``no hole.grid``). Measures stand as patterns:
+``force_*_peak``.
+"""
+
+from collections.abc import Iterator, Mapping
+from fnmatch import fnmatchcase
+
+from cutwise.spec import fields
+from cutwise.spec.base import Spec
+from cutwise.spec.faults import split_dotted
+
+Needs = Mapping[str, tuple[str, ...]]
+
+_AXIAL = "material.K_ac or material.k_a11"
+_FORCES = "numerics.force: tooth_resolved or numerics.force: averaged"
+_TOOTH = "numerics.force: tooth_resolved"
+_PASS = "path or program"
+
+_ARM: Needs = dict.fromkeys(
+    (
+        "joint_*_margin",
+        "wrist_margin",
+        "redundancy_angle_*",
+        "feed_possible_min",
+        "natural_frequency_min",
+        "sag_change_max",
+        "deflection_arm_*",
+        "deflection_base_*",
+        "share_arm",
+        "share_base",
+    ),
+    ("robot",),
+)
+_TERMS = "robot or machine or tool.stiffness or part.stiffness"
+_STEPPED = "numerics.mode: step"
+DEBURRING: Needs = {
+    "*_force_*_z": (_AXIAL,),
+    **_ARM,
+    **dict.fromkeys(("deflection_*", "share_*", "stiffness_normal_*"), (_TERMS,)),
+    **dict.fromkeys(("deflection_pistons_*", "share_pistons"), (_STEPPED,)),
+    **dict.fromkeys(("deflection_tip_*", "share_tip"), ("tool.stiffness",)),
+    **dict.fromkeys(("deflection_bodies_*", "share_bodies"), ("machine",)),
+    **dict.fromkeys(("deflection_part_stiffness_*", "share_part_stiffness"), ("part.stiffness",)),
+    "energy_balance": ("numerics.mode: still", _TERMS),
+    **dict.fromkeys(
+        (
+            "surface_error_loaded", "surface_error_unloaded", "surface_error_frictionless", "*_force_rms_*",
+            "*_force_peak_*", "settling_time", "tip_deflection_*", "stroke_margin", "path_memory_index", "edge_taper",
+            "breakaway_force", "*loading_force",
+        ),
+        (_STEPPED,),
+    ),
+}  # fmt: skip
+DRILLING: Needs = {"redundancy_angle": ("no hole.grid",)}
+MILLING: Needs = {
+    "chatter_growth_*": ("tool.modes",),
+    "stable_depth_straight": ("tool.modes",),
+    "stable_depth_corner": ("tool.modes",),
+    **_ARM,
+    **dict.fromkeys(("deflection_*", "share_*", "stiffness_normal_*"), ("robot",)),
+    **dict.fromkeys(
+        ("stable_depth_min", "depth_margin", "energy_balance", "floor_error_*", "wall_tilt_max"), ("robot",)
+    ),
+    **dict.fromkeys(
+        (
+            "contour_error_*",
+            "cycle_time_ideal",
+            "tracking_error_*",
+            "settling_*",
+            "drive_voltage_max",
+            "drive_torque_*",
+            "saturation_time",
+            "feed_min",
+            "bandwidth_*",
+            "phase_margin_*",
+            "stops",
+        ),
+        ("no robot",),
+    ),
+    "tip_deflection_max": ("tool.modes or robot", f"{_TOOTH} or robot"),
+    "wall_error_*": ("tool.modes or robot", f"{_TOOTH} or robot"),
+    "force_*_peak": (_TOOTH, "no robot"),
+    "force_z_peak": (_AXIAL,),
+    "force_xy_*_straight": (f"{_FORCES} or robot",),
+    "force_xy_*_corner": (_FORCES, "no robot"),
+    "remov*": ("stock",),
+    "drive_error_max": ("path_mode.blend or program",),
+}
+MACHINE: Needs = {
+    "deviation_*": (_PASS,),
+    "share_*": (_PASS,),
+    "position_start_*": (_PASS,),
+    "linear_residual_max": (_PASS,),
+    "energy_balance": (_PASS,),
+    "work_convexity": (_PASS,),
+    "stiffening_gain_best": (_PASS,),
+    "wall_*": ("surface", _PASS),
+    "deviation_p95": ("uncertainty",),
+    "deviation_random_p95": ("uncertainty",),
+    "deviation_std_*": ("uncertainty",),
+    "probability_within": ("uncertainty.tolerance", _PASS),
+    "volumetric_error_max": ("volume",),
+    "diagonal_range_*": ("volume",),
+    "map_interpolation_error": ("volume",),
+}
+CHAMFER: Needs = {
+    "edges_*": ("part.step or part.block",),
+    "length_trimmed": ("part.step or part.block",),
+    "corners_joined": ("part.step or part.block",),
+    "setup_width_*": ("setup",),
+    **dict.fromkeys(("force_mean_*", "burr_force_*", "lateral_force_max", "chip_area"), ("material",)),
+    "cutting_power_mean": ("material",),
+    "*force_mean_z": ("material.K_ac",),
+    "burr_force_mean_*": ("part.burr",),
+    **dict.fromkeys(("width_deflected_*", "tip_deflection_max", "stroke_margin"), ("spindle",)),
+    "rod_clearance_deflected_min": ("spindle",),
+    "breakaway_force": ("spindle",),
+}
+
+
+def unmet(scenario: Spec, needs: Needs, measure: str) -> Iterator[str]:
+    """The needs of a measure that a scenario does not meet, each with what the key is."""
+    for pattern, keys in needs.items():
+        if fnmatchcase(measure, pattern):
+            for need in keys:
+                ways = need.split(" or ")
+                if not any(_given(scenario, way) for way in ways):
+                    yield " or ".join(_described(scenario, way) for way in ways)
+
+
+def _given(scenario: Spec, way: str) -> bool:
+    key, _, wanted = way.removeprefix("no ").partition(": ")
+    here: object = scenario
+    for step in split_dotted(key):
+        here = getattr(here, str(step), None)
+    there = here is not None and here != () and here != {}
+    if way.startswith("no "):
+        return not there
+    return here == wanted if wanted else there
+
+
+def _described(scenario: Spec, way: str) -> str:
+    info = fields.field_at(type(scenario), split_dotted(way.removeprefix("no ").partition(": ")[0]))
+    return way if info is None or ": " in way or not info.description else f"{way} ({info.description})"

@@ -1,0 +1,51 @@
+"""Numbers as people read them: the examples of the rule, each in one unit and never with another verdict."""
+
+import math
+
+import pytest
+
+from cutwise.app.numbers import form, grouped, held, titled
+from cutwise.io.scenario import load
+
+
+@pytest.mark.parametrize(("limit", "value", "shown"), [
+    ("surface_error_max={max: 0.05 mm}", -9.466e-6, "-0.0095 mm"),
+    ("surface_error_max={max: 60 um}", 46.8238e-6, "46.8 µm"),
+    ("cutting_power_mean={max: 340 W}", 175.2138, "175 W"),
+    ("surface_error_max={max: 0.05 mm}", 1.5617e-25, "< 0.0001 mm"),
+    ("surface_error_max={max: 60 um}", 60.004e-6, "60.004 µm"),
+    ("surface_error_max={max: 60 um}", 59.9996e-6, "60.0 µm"),
+    ("surface_error_max={min: 0.29 mm}", 0.28996e-3, "0.28996 mm"),
+    ("fraction_partial={max: 0.2}", 0.1159, "0.116"),
+    ("surface_error_max={max: 0 mm}", 0.0, "0 mm"),
+    ("surface_error_max={max: 0 mm}", 1.5617e-25, "1.56e-22 mm"),
+])  # fmt: skip
+def test_with_a_limit(examples, limit, value, shown):
+    name, _, ends = limit.partition("=")
+    scenario = load(examples / "deburr_compliant_spindle.yaml", [f"requirements={{{name}: {ends}}}"])
+    if shown != "1.56e-22 mm":
+        assert held(scenario, name, value, scenario.requirements[name]).text == shown
+    number = held(scenario, name, value, scenario.requirements[name]).number
+    met = value <= (scenario.requirements[name].max if scenario.requirements[name].max is not None else math.inf)
+    if scenario.requirements[name].min is None and not number.startswith("<"):
+        unit = 1.0 if "W" in ends or "fraction" in name else 1e-6 if "um" in ends else 1e-3
+        assert (float(number) <= round(scenario.requirements[name].max / unit, 9)) == met
+
+
+def test_without_a_limit():
+    lengths = [1.5617e-25, 9.1588e-6, 2.2741e-5]
+    assert [form("length", lengths).text(value) for value in lengths] == ["0 µm", "9.16 µm", "22.74 µm"]
+    forces = [0.42, 38.05, 712.9]
+    assert [form("force", forces).number(value) for value in forces] == ["0.4", "38.0", "712.9"]
+    assert form("small_length", [1.2e-3]).text(1.2e-3) == "1.200 mm"
+    assert form("angle", [math.radians(35.0)]).text(math.radians(35.0)) == "35.00°"
+    assert form("small_angle", [360e-6]).unit == "mrad"
+
+
+def test_the_required_ones_come_first_then_the_focus_then_groups(examples):
+    scenario = load(examples / "deburr_compliant_spindle.yaml")
+    found = grouped(scenario, scenario.measures, scenario.requirements)
+    assert found[""] == ["surface_error_max", "surface_error_min", "cutting_power_mean", "surface_error_mean"]
+    assert list(found)[1:] == ["surface", "force and power", "motion and time", "structure", "checks"]
+    assert sum(map(len, found.values())) == len(scenario.measures)
+    assert titled("surface_error_max") == "Surface error, max"
