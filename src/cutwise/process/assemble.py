@@ -21,8 +21,8 @@ from cutwise.physics.structure.pistons import (
     piston_directions,
 )
 from cutwise.physics.structure.terms import Compliance, Rigid
-from cutwise.process.bodies_along import bodies_along
 from cutwise.process.carried import GRAVITY, ArmAlong, arm_along, path_in_base, terms_of
+from cutwise.process.chain_compliance import bodies_along
 from cutwise.process.edges import edges
 from cutwise.process.loops import (
     AVERAGED,
@@ -97,8 +97,8 @@ def _carriage(scenario: DeburringScenario) -> tuple[tuple[str, NamedTuple], ...]
     if scenario.machine is None:
         return ()
     path = path_of(scenario)
-    along = bodies_along(scenario.machine, scenario.part.block, path.point, path.axes, ("path", "tool_axis"))
-    return (("bodies", Compliance(path.at, along.matrix)),)
+    along = bodies_along(scenario.machine, scenario.part.block, np.array(scenario.machine.tip), path)
+    return (("bodies", Compliance(path.at, along.total)),)
 
 
 def _terms(

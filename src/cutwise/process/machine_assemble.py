@@ -19,9 +19,10 @@ from cutwise.process.machine_pass import ElasticElement, FlexiblePart, MachineCe
 from cutwise.process.machine_program import program_way
 from cutwise.process.machine_way import Way, path_way
 from cutwise.spec.geometry_errors import COMPONENTS, LINEAR_AXES, SQUARENESS
-from cutwise.spec.machine import Beam, ContactGroup, Drive, Joint, Machine, PartBlock
+from cutwise.spec.machine import Beam, ContactGroup, Drive, Joint, Machine
 from cutwise.spec.machine import ElasticElement as ElementSpec
 from cutwise.spec.machine_scenario import MachineScenario, MachineTool
+from cutwise.spec.part_block import PartBlock
 from cutwise.spec.tables import Table
 
 _PLUNGE = 1e-6  # sine of the angle between feed and tool axis
@@ -54,7 +55,7 @@ def machine_cell(scenario: MachineScenario, *, samples: int | None = None) -> Ma
         np.array(scenario.tool.tip),
         _elements(scenario),
         _weights(scenario),
-        flexible_part(scenario.part),
+        part_block(scenario.part),
         way,
         cut,
         scenario.convention == "paper_literal",
@@ -75,7 +76,7 @@ def machine_axes(scenario: MachineScenario) -> Axes:
 
 
 def axes_of(machine: Machine, given: dict[str, Any]) -> Axes:
-    """The axes of a machine, with geometric errors by their names."""
+    """The axes of a machine with given geometric errors, by name."""
     joints = [body.joint for body in machine.ordered[1:]]
     side = np.array([-1 if joint.side == "part" else 1 for joint in joints])
     rotations = [rotation_from_rpy(*(joint.rotation or (0.0, 0.0, 0.0))) for joint in joints]
@@ -121,8 +122,16 @@ def _error_function(spec: Any, name: str) -> ErrorFunction:
     return geometry.Sines(np.array(spec.amplitudes), np.array(spec.phases), spec.over)
 
 
+def _elements(scenario: MachineScenario) -> tuple[ElasticElement, ...]:
+    found = elements_of(scenario.machine)
+    if scenario.tool.flexible:
+        last = len(scenario.machine.ordered) - 1
+        found.append(ElasticElement("tool", last, last, np.array(scenario.tool.tip), _tool_beam(scenario.tool), None))
+    return tuple(found)
+
+
 def elements_of(machine: Machine) -> list[ElasticElement]:
-    """What yields at the joints of a machine."""
+    """The elastic elements of a machine."""
     found = []
     for joint, body in enumerate(machine.ordered[1:], 1):
         for element in body.elements:
@@ -130,14 +139,6 @@ def elements_of(machine: Machine) -> list[ElasticElement]:
             compliance, contact = _compliance(element)
             found.append(ElasticElement(element.name, joint, frame, np.array(element.at), compliance, contact))
     return found
-
-
-def _elements(scenario: MachineScenario) -> tuple[ElasticElement, ...]:
-    found = elements_of(scenario.machine)
-    if scenario.tool.flexible:
-        last = len(scenario.machine.ordered) - 1
-        found.append(ElasticElement("tool", last, last, np.array(scenario.tool.tip), _tool_beam(scenario.tool), None))
-    return tuple(found)
 
 
 def _compliance(element: ElementSpec) -> tuple[FloatArray, ContactPads | None]:
@@ -202,8 +203,8 @@ def _weights(scenario: MachineScenario) -> tuple[Weight, ...]:
     return tuple(found)
 
 
-def flexible_part(part: PartBlock | None) -> FlexiblePart | None:
-    """The part as a block that bends; None where it does not."""
+def part_block(part: PartBlock | None) -> FlexiblePart | None:
+    """The part as it bends; None for a rigid one."""
     if part is None or not part.flexible:
         return None
     section = block_section(part.width_x, part.width_y, shear_factor=part.shear_factor)

@@ -1,5 +1,6 @@
 """A pass on a machine tool, twice: ideal, and under forces, weights and geometric errors (Demeč, Madáč, Eqs. 1-9)."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -15,7 +16,6 @@ from cutwise.physics.structure import bodies
 from cutwise.physics.structure.beams import Section, cantilever
 from cutwise.physics.structure.bodies import Elements, Loads, PartBlock
 from cutwise.physics.structure.pads import ContactPads, NoEquilibriumError, PadLostError, contact_equilibrium
-from cutwise.physics.structure.series_compliance import carried_to, chain_compliance
 from cutwise.process.machine_force import CutForce
 from cutwise.process.machine_way import Way
 from cutwise.results import Infeasible, SolverFailure
@@ -46,16 +46,6 @@ class FlexiblePart(NamedTuple):
     section: Section
     youngs_modulus: float  # [Pa]
     shear_modulus: float  # [Pa]
-
-
-class Bodies(NamedTuple):
-    """A machine as it yields: its chain, what is elastic in it, where the tool is."""
-
-    axes: Axes
-    ground: int
-    tip: FloatArray  # [m] tool point in the last frame, shape (3,)
-    elements: tuple[ElasticElement, ...]
-    part: FlexiblePart | None
 
 
 class MachineCell(NamedTuple):
@@ -114,7 +104,7 @@ def run_pass(cell: MachineCell) -> MachineRun:
     """Ideal pass, loads, twists of all bodies, and their sum at the tool point."""
     at = chains.frames(cell.axes.chain, cell.way.commands * cell.axes.sense)
     ideal = chains.tool_point(at, cell.tip)
-    elements, loads = elements_at(cell, at), loads_at(cell, at, ideal, cell.cut.force)
+    elements, loads = placed_elements(cell.elements, cell.ground, at), _loads(cell, at, ideal)
     wrenches = bodies.element_wrenches(elements, loads, feed_moment=cell.feed_moment)
     yielded = bodies.element_twists(elements, wrenches)
     for e, element in enumerate(cell.elements):
@@ -165,22 +155,21 @@ def energy_balance(run: MachineRun) -> float | None:
     return float(bodies.energy_residual(run.external[loaded], run.internal[loaded]).max())
 
 
-def elements_at(cell: Bodies | MachineCell, at: Frames) -> Elements:
-    """What yields between the bodies, in frame 0 for every posture."""
-    count = len(cell.elements)
-    frame = np.array([element.frame for element in cell.elements], dtype=np.int64)
-    point = np.array([element.point for element in cell.elements]).reshape(count, 3)
-    compliance = np.array([element.compliance for element in cell.elements]).reshape(count, 6, 6)
-    joint = np.array([element.joint for element in cell.elements], dtype=np.int64)
-    return Elements(joint, cell.ground, *bodies.place(at, frame, point, compliance))
+def placed_elements(elements: Sequence[ElasticElement], ground: int, at: Frames) -> Elements:
+    """Elements seen from frame 0 in every posture."""
+    count = len(elements)
+    frame = np.array([element.frame for element in elements], dtype=np.int64)
+    point = np.array([element.point for element in elements]).reshape(count, 3)
+    compliance = np.array([element.compliance for element in elements]).reshape(count, 6, 6)
+    joint = np.array([element.joint for element in elements], dtype=np.int64)
+    return Elements(joint, ground, *bodies.place(at, frame, point, compliance))
 
 
-def loads_at(cell: MachineCell, at: Frames, tool: FloatArray, cut: FloatArray) -> Loads:
-    """Cutting force on the tool [N], shape (m, 3), its reaction, and the weights, in frame 0 for every posture."""
+def _loads(cell: MachineCell, at: Frames, tool: FloatArray) -> Loads:
     # the cutting force on the last body and its reaction on the part come first
     upright = at.rotations[:, cell.ground]
     last = len(cell.names) - 1
-    body, force, point = [last, 0], [cut, -cut], [tool, tool]
+    body, force, point = [last, 0], [cell.cut.force, -cell.cut.force], [tool, tool]
     for weight in cell.weights:
         body.append(weight.body)
         force.append(upright @ weight.force)
@@ -188,54 +177,23 @@ def loads_at(cell: MachineCell, at: Frames, tool: FloatArray, cut: FloatArray) -
     return Loads(np.array(body), np.stack(force, axis=1), np.stack(point, axis=1))
 
 
-def part_blocks(part: FlexiblePart, tool: FloatArray) -> FloatArray:
-    """Compliance of the part up to the height of the tool points, at its axis there, shape (m, 6, 6)."""
-    heights, inverse = np.unique(tool[:, 2], return_inverse=True)
-    rigid = np.zeros((6, 6))  # the block does not bend below its foot
-    blocks = [
-        cantilever(part.section, h, part.youngs_modulus, part.shear_modulus) if h > 0.0 else rigid for h in heights
-    ]
-    return np.array(blocks)[inverse]
-
-
-def element_compliances(cell: Bodies | MachineCell, commands: FloatArray) -> tuple[tuple[str, ...], FloatArray]:
-    r"""What every element adds to the compliance of the tool against the part, :math:`X_e^T C_e X_e` in frame 0.
-
-    Parameters
-    ----------
-    commands : array (m, n)
-        Of the axes.
-
-    Returns
-    -------
-    names, compliances : tuple and array (m, e, 6, 6)
-        "part" first if it is flexible; at the tool point.
-    """
-    at = chains.frames(cell.axes.chain, commands * cell.axes.sense)
-    tool = chains.tool_point(at, cell.tip)
-    elements = elements_at(cell, at)
-    each, names = carried_to(elements.compliance, tool[:, None] - elements.point), tuple(e.name for e in cell.elements)
-    if cell.part is None:
-        return names, each
-    of_part = carried_to(part_blocks(cell.part, tool), tool * [1.0, 1.0, 0.0])
-    return ("part", *names), np.concatenate([of_part[:, None], each], axis=1)
-
-
-def compliance_at(cell: Bodies | MachineCell, commands: FloatArray) -> FloatArray:
-    """Compliance of the tool against the part at commands of the axes (m, n), in frame 0 at the tool point, (m, 6, 6)."""
-    each = element_compliances(cell, commands)[1]
-    return chain_compliance(each, np.zeros((*each.shape[:2], 3)))
-
-
 def _part_displacement(cell: MachineCell, tool: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Displacement of the material under the tool [m] and the work in the part [J]."""
     if cell.part is None:
         return np.zeros_like(tool), np.zeros(len(tool))
-    blocks = part_blocks(cell.part, tool)
-    centre = tool * [0.0, 0.0, 1.0]  # on the axis of the block
-    block = PartBlock(centre, blocks)
+    block = block_under(cell.part, tool)
     wrench, twist = bodies.part_twist(block, cell.cut.force, tool)
-    return bodies.point_displacement(centre, twist, tool), np.einsum("mi,mi->m", wrench, twist)
+    return bodies.point_displacement(block.point, twist, tool), np.einsum("mi,mi->m", wrench, twist)
+
+
+def block_under(part: FlexiblePart, tool: FloatArray) -> PartBlock:
+    """The part up to the height of each tool point, shape (m, 3)."""
+    heights, inverse = np.unique(tool[:, 2], return_inverse=True)
+    rigid = np.zeros((6, 6))  # the block does not bend below its foot
+    blocks = np.array(
+        [cantilever(part.section, h, part.youngs_modulus, part.shear_modulus) if h > 0.0 else rigid for h in heights]
+    )
+    return PartBlock(tool * [0.0, 0.0, 1.0], blocks[inverse])  # on the axis of the block
 
 
 def _contact_twists(element: ElasticElement, at: Frames, wrenches: FloatArray, tool: FloatArray) -> FloatArray:

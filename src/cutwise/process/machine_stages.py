@@ -1,25 +1,18 @@
 """The histories and maps of a pass on a machine as labelled arrays, and what is to be said about them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
+import xarray as xr
 
 from cutwise import units
 from cutwise.io.programs.block_text import block_named, blocks_named
-from cutwise.later import later
 from cutwise.physics.surface import budget
 from cutwise.process import stock_moves
+from cutwise.process.chain_compliance import off_part
 from cutwise.process.machine import MachinePass, VolumeMap
 from cutwise.process.machine_pass import MachineRun
 from cutwise.spec.machine_scenario import MachineScenario
-
-if TYPE_CHECKING:
-    import xarray as xr
-else:
-    xr = later("xarray")
 
 _AXES = ["x", "y", "z"]
 _COMPONENTS = ["x", "y", "z", "a", "b", "c"]
@@ -199,12 +192,7 @@ def _cut_warnings(scenario: MachineScenario, run: MachineRun) -> Iterator[str]:
     part = scenario.part
     if part is None:
         return
-    at, reach = run.ideal[run.counted], 0.5 * scenario.tool.diameter
-    if at[:, 2].max() > part.height * (1 + 1e-9) or at[:, 2].min() < 0.0:
-        low, high = (units.show(float(end), "length") for end in (at[:, 2].min(), at[:, 2].max()))
-        yield f"the tool point cuts at z = {low} to {high}, but the part stands from 0 to {units.show(part.height, 'length')}"
-    if (np.abs(at[:, :2]) > 0.5 * np.array([part.width_x, part.width_y]) + reach).any():
-        yield "the tool point leaves the part by more than the radius of the tool while it cuts"
+    yield from off_part(part, run.ideal[run.counted], 0.5 * scenario.tool.diameter)
 
 
 def notes(scenario: MachineScenario, found: MachinePass | None, volume: VolumeMap | None) -> dict[str, str]:

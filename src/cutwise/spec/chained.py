@@ -2,43 +2,45 @@
 
 from collections.abc import Iterator
 
+from pydantic import Field
+
 from cutwise.spec.base import Remark
-from cutwise.spec.machine import Machine, PartBlock
+from cutwise.spec.machine import Machine, Place
 from cutwise.spec.machine_checks import chain_faults
+from cutwise.spec.part_block import PartBlock
 
 ONE_CARRIER = "the tool has one carrier: write robot or machine"
 
 
-def machine_faults(machine: Machine) -> Iterator[Remark]:
-    """A chain that cannot stand, a tool point that is not known, pads that have no constant stiffness."""
-    for remark in chain_faults(machine):
-        yield Remark(("machine", *remark.path), remark.message)
-    if machine.tool_point is None:
-        yield Remark(
-            ("machine", "tool_point"),
-            "missing: where the tip of the tool is in the frame of the last body, for example [0 mm, 0 mm, -45 mm]; "
-            "demec_mill has it",
-        )
-    for place, body in enumerate(machine.chain):
-        for number, element in enumerate(body.elements):
-            if element.contact is not None:
-                yield Remark(
-                    ("machine", "chain", place, "elements", number, "contact"),
-                    "pads with the contact law are for process: machine; here they need a stiffness (pads)",
-                )
+class CarryingMachine(Machine):
+    """A machine tool as a chain of bodies that yield, with a tool that is not its own."""
 
+    tip: Place | None = Field(
+        default=None, description="tool point in the frame of the last body", examples=["[0 mm, 0 mm, -45 mm]"]
+    )
 
-def machine_remarks(machine: Machine) -> Iterator[Remark]:
-    """What of a machine is not a spring, and does not count."""
-    if machine.geometry_errors is not None:
-        yield Remark(
-            ("machine", "geometry_errors"),
-            "do not count here: only what the bodies yield by does (process: machine has them)",
-        )
-    if any(body.weight for body in machine.chain):
-        yield Remark(
-            ("machine", "chain"), "weights of the bodies do not count here: the zero of the part is taken under them"
-        )
+    def contradictions(self) -> Iterator[Remark]:
+        """A chain that holds together, with a tool point, that answers to a force at once."""
+        yield from chain_faults(self)
+        if self.tip is None:
+            yield Remark(("tip",), "missing; where the tool point is in the frame of the last body, for example "
+                         "[0 mm, 0 mm, -45 mm] (demec_mill has it)")  # fmt: skip
+        for place, body in enumerate(self.chain):
+            for number, element in enumerate(body.elements):
+                if element.contact is not None:
+                    yield Remark(
+                        ("chain", place, "elements", number, "contact"),
+                        "the contact law of pads is for process: machine; write pads with their stiffness",
+                    )
+
+    def remarks(self) -> Iterator[Remark]:
+        """What of a machine is no spring, and does not count."""
+        if self.geometry_errors is not None:
+            yield Remark(
+                ("geometry_errors",), "do not count here, only what the bodies yield by; process: machine has them"
+            )
+        if any(body.weight for body in self.chain):
+            yield Remark(("chain",), "weights of the bodies do not count: the zero of the part is taken under them")
 
 
 def block_faults(machine: Machine | None, block: PartBlock | None, stiffness: float | None) -> Iterator[Remark]:

@@ -10,8 +10,7 @@ from cutwise import units
 from cutwise.spec import needs
 from cutwise.spec.base import Remark
 from cutwise.spec.carrier import CarriedPath, CarryingRobot, Standing
-from cutwise.spec.chained import ONE_CARRIER, block_faults, machine_faults, machine_remarks
-from cutwise.spec.machine import Machine
+from cutwise.spec.chained import ONE_CARRIER, CarryingMachine, block_faults
 from cutwise.spec.material import Material
 from cutwise.spec.measures import DEBURRING
 from cutwise.spec.needs import Needs
@@ -68,7 +67,7 @@ class DeburringScenario(Scenario):
     )
     placement: Standing | None = Field(default=None, description="where the part stands before the robot")
     robot: CarryingRobot | None = Field(default=None, description="the robot that carries the spindle along the path")
-    machine: Machine | None = Field(
+    machine: CarryingMachine | None = Field(
         default=None, description="the machine tool that carries the spindle along the path, as bodies that yield"
     )
     numerics: TimeStepping = Field(default_factory=TimeStepping, description="how the computation is done")
@@ -151,7 +150,6 @@ class DeburringScenario(Scenario):
                 ("path", "arc"), "along an arc the normal turns through all directions of the machine, which is not "
                 "modelled; write a line",
             )  # fmt: skip
-        yield from machine_faults(self.machine)
 
     def _rest_faults(self) -> Iterator[Remark]:
         """What has a memory cannot be at rest, and what has none is not stepped."""
@@ -225,8 +223,6 @@ class DeburringScenario(Scenario):
         """Combinations of sections that are possible but unusual."""
         yield from self._chip_and_speed()
         yield from self._preset_and_stroke()
-        if self.machine is not None:
-            yield from machine_remarks(self.machine)
         if isinstance(self.part.burr.height, float) and self.part.burr.height > self.tool.diameter:
             yield Remark(("part", "burr", "height"), "is more than the diameter of the mill")
         if self.numerics.force == "tooth_resolved":

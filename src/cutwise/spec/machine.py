@@ -198,31 +198,6 @@ class Body(Spec):
     )
 
 
-class PartBlock(Spec):
-    """The part: a block standing on its clamping, its frame in the middle of its lower face."""
-
-    width_x: Length = Field(description="size in x", examples=["260 mm"], gt=0)
-    width_y: Length = Field(description="size in y", examples=["90 mm"], gt=0)
-    height: Length = Field(description="size in z", examples=["300 mm"], gt=0)
-    weight: Force = Field(description="weight, at half its height", examples=["540 N"], ge=0)
-    flexible: bool = Field(description="bends under the reaction to the cutting force", examples=[True])
-    youngs_modulus: Elasticity | None = Field(
-        default=None, description="Young's modulus", examples=["210 kN/mm^2"], gt=0
-    )
-    poisson_ratio: Annotated[Number, Usual(0.2, 0.4)] | None = Field(
-        default=None, description="Poisson's ratio", examples=[0.3], gt=-1, lt=0.5
-    )
-    shear_factor: Number | None = Field(
-        default=None, description="share of the section that carries shear", examples=[0.8333333], gt=0, le=1
-    )
-
-    def contradictions(self) -> Iterator[Remark]:
-        """What a flexible part needs."""
-        for key in ("youngs_modulus", "poisson_ratio", "shear_factor"):
-            if self.flexible and getattr(self, key) is None:
-                yield Remark((key,), "missing")
-
-
 class Machine(LibrarySpec):
     """A machine tool from the library, or written out as a chain."""
 
@@ -231,11 +206,6 @@ class Machine(LibrarySpec):
     chain: tuple[Body, ...] = Field(description="bodies from the part to the tool", examples=["[{name: part}]"])
     gravity: tuple[Number, Number, Number] = Field(
         description="direction of weights in the frame of the bed", examples=["[0, 0, -1]"]
-    )
-    tool_point: Place | None = Field(
-        default=None,
-        description="tip of the tool in the frame of the last body, where the tool itself does not say it (tool.tip)",
-        examples=["[0 mm, 0 mm, -45 mm]"],
     )
     geometry_errors: GeometryErrors | None = Field(
         default=None, description="geometric errors of its axes by ISO 230-1 names"

@@ -1,6 +1,5 @@
 """The scenario of a pass on a machine tool: where its error comes from, and what it leaves on the part."""
 
-import math
 from collections.abc import Iterator, Mapping
 from itertools import pairwise
 from typing import Annotated, Any, ClassVar, Literal
@@ -23,12 +22,13 @@ from cutwise.spec.base import (
 )
 from cutwise.spec.faults import Path
 from cutwise.spec.geometry_errors import LINEAR_AXES, ROTARY_AXES, SQUARENESS, GeometryErrors
-from cutwise.spec.machine import Joint, Machine, PartBlock, Place, merged_errors, stiffnesses
+from cutwise.spec.machine import Joint, Machine, Place, merged_errors, stiffnesses
 from cutwise.spec.machine_checks import chain_faults
 from cutwise.spec.machine_pass import AxisPosition, CutSurface, FromCutting, MachineLoad, MachinePath, ProgramPass
 from cutwise.spec.material import Material
 from cutwise.spec.measures import MACHINE
 from cutwise.spec.needs import Needs
+from cutwise.spec.part_block import PartBlock
 from cutwise.spec.program import StockBlock
 from cutwise.spec.scenario import MeasureSpec, Scenario
 from cutwise.spec.tables import Table
@@ -308,9 +308,6 @@ class MachineScenario(Scenario):
             ]
             if names:
                 yield Remark(("geometry_errors",), f"replaces {', '.join(names)} of machine.geometry_errors")
-        given = self.machine.tool_point
-        if given is not None and math.dist(given, self.tool.tip) > 1e-9:
-            yield Remark(("machine", "tool_point"), "is not used: tool.tip says where the tool point is")
         if self.has_pass and self.load.force is None:
             yield Remark(("load",), "no cutting force: the pass shows weights and geometric errors only")
 

@@ -8,7 +8,7 @@ from pydantic import Discriminator, Field
 
 from cutwise.spec.base import Count, Length, Remark, Spec, Stiffness, Usual
 from cutwise.spec.fields import tag
-from cutwise.spec.machine import PartBlock
+from cutwise.spec.part_block import PartBlock
 from cutwise.spec.tables import Column, Table
 
 
