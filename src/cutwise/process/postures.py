@@ -263,12 +263,12 @@ def candidates(arm: Arm, positions: FloatArray, poses: FloatArray, *, thorough: 
     within, measures = np.zeros(q.shape[:2], dtype=np.bool_), np.full((*q.shape[:2], 3), math.nan)
     _rate(
         arm.chain, arm.drives, arm.axes.to_motors, arm.limits, arm.stiffness, arm.tool_tip, poses,
-        _base_at(arm, positions, poses), arm.wrist is not None and is_direct(arm.drives), q, within, measures,
+        base_at(arm, positions, poses), arm.wrist is not None and is_direct(arm.drives), q, within, measures,
     )  # fmt: skip
     return Candidates(q, within, measures[..., 0], measures[..., 1:], np.where(within, bent, math.nan))
 
 
-def _base_at(arm: Arm, positions: FloatArray, poses: FloatArray) -> FloatArray:
+def base_at(arm: Arm, positions: FloatArray, poses: FloatArray) -> FloatArray:
     """What the base adds to xx, xy, yy, xz, yz, zz of the compliance at the tip, in tool axes [m/N], shape (m, 6)."""
     if not arm.base.any():
         return np.zeros((len(positions), 6))

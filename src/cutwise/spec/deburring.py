@@ -83,9 +83,9 @@ class DeburringScenario(Scenario):
         return self
 
     def turned(self) -> Mapping[str, tuple[str, str]]:
-        """At rest nothing is led in."""
-        still = self.numerics.mode == "still"
-        return {key: span for key, span in self.levers.items() if not (still and key == "operation.lead_in_time")}
+        """At rest nothing is led in, and no pistons are under pressure."""
+        idle = {"operation.lead_in_time", "spindle.pressure"} if self.numerics.mode == "still" else set()
+        return {key: ends for key, ends in self.levers.items() if key not in idle}
 
     def checks(self) -> Iterator[Iterator[Remark]]:
         """Edge and mill; what carries the spindle."""

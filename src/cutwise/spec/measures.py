@@ -212,10 +212,12 @@ DRILLING: Mapping[str, MeasureSpec] = {
     "lateral_deflection_max": MeasureSpec("small_length", "largest deflection of the tool tip across the drill axis"),
     "lateral_deflection_mean": MeasureSpec("small_length", "mean lateral deflection in full cut"),
     "hole_position_error_entry": MeasureSpec(
-        "small_length", "position error of the hole at the entry surface by what the arm yields; its own error is apart"
+        "small_length",
+        "position error of the hole at the entry surface by what the carrier yields; its own error is apart",
     ),
     "hole_position_error_exit": MeasureSpec(
-        "small_length", "position error of the hole at the exit surface by what the arm yields; its own error is apart"
+        "small_length",
+        "position error of the hole at the exit surface by what the carrier yields; its own error is apart",
     ),
     "hole_position_error_arm": MeasureSpec("small_length", "position error of the arm itself (robot.accuracy)"),
     "hole_position_error_total": MeasureSpec(
@@ -233,6 +235,14 @@ DRILLING: Mapping[str, MeasureSpec] = {
     ),
     "skating_margin": MeasureSpec("dimensionless", "friction minus skating ratio; negative: the tip skates"),
     "compliance_axial": MeasureSpec("compliance", "compliance along the drill axis in the chosen posture"),
+    "share_arm": MeasureSpec(
+        "small_length", "part of the robot's joints in the axial deflection under the mean thrust"
+    ),
+    "share_base": MeasureSpec("small_length", "part of the robot's base in it"),
+    "share_bodies": MeasureSpec(
+        "small_length", "part of the bodies of the machine in it, the part as a block included"
+    ),
+    "share_part_stiffness": MeasureSpec("small_length", "part of the part in it"),
     "redundancy_angle": MeasureSpec("angle", "angle of the tool about the drill axis"),
     "wrist_margin": MeasureSpec("dimensionless", "|sin| of the wrist angle; 0 is singular"),
     "joint_limit_margin": MeasureSpec("angle", "smallest distance of a joint from its limit"),

@@ -54,7 +54,14 @@ DEBURRING: Needs = {
         (_STEPPED,),
     ),
 }  # fmt: skip
-DRILLING: Needs = {"redundancy_angle": ("no hole.grid",)}
+DRILLING: Needs = {
+    "redundancy_angle": ("no hole.grid", "robot"),
+    **dict.fromkeys(("wrist_margin", "joint_limit_margin", "natural_frequency_min", "share_arm"), ("robot",)),
+    "share_base": ("robot.base_compliance",),
+    "share_bodies": ("machine",),
+    "share_part_stiffness": ("part.stiffness",),
+    **dict.fromkeys(("hole_position_error_arm", "hole_position_error_total"), ("robot.accuracy",)),
+}
 MILLING: Needs = {
     "chatter_growth_*": ("tool.modes",),
     "stable_depth_straight": ("tool.modes",),
