@@ -19,11 +19,11 @@ from cutwise.physics.cutting.stability import Milling, Tip, arc_of, lobes
 from cutwise.physics.cutting.uneven import even_edges
 from cutwise.physics.cutting.wall import AVERAGED, DISCS, FLUTES
 from cutwise.physics.engagement.wall import wall_patches
-from cutwise.physics.motion.drives import Controller, Plant
+from cutwise.physics.motion.drives import Controller, Drive, Plant
 from cutwise.physics.motion.loop import sampled_loop
 from cutwise.physics.motion.reference import central_difference
 from cutwise.physics.structure.modes import free_motion, modes
-from cutwise.process.loops_drives import NO_FORCE, Commands, Cut, DrivePair, run_drives
+from cutwise.process.loops_drives import NO_FORCE, Commands, Cut, run_drives
 
 FRICTION = (2.6256, -1.8672, 2.1529, -1.4730, 3.88, -3.51, 4.20, -3.52)
 METAL = EdgeCoefficients(767.01e6, 168.8e6, 222e6, 27.7e3, 26.6e3, 0.7e3)
@@ -31,7 +31,7 @@ MINUTES = 10.0
 FloatArray = npt.NDArray[np.float64]
 
 
-def job(seconds: float) -> tuple[Commands, DrivePair]:
+def job(seconds: float) -> tuple[Commands, tuple[Drive, ...]]:
     """Round and round a circle of 60 mm at 40 mm/s, which makes both drives reverse."""
     t = np.arange(round(seconds / 1e-3)) * 1e-3
     phase = 40.0 / 30.0 * t
@@ -44,7 +44,7 @@ def job(seconds: float) -> tuple[Commands, DrivePair]:
     x = Plant(6.4898, 0.4769, 0.0077736, 0.019811, 1.5915e-3, *FRICTION, 0.0)
     y = Plant(7.5768, 0.4769, 0.0098109, 0.28438, 1.5915e-3, *FRICTION, 0.0)
     law = Controller(70e3, 500e3, 300.0, 0.0, 0.0, 1e-3, 10.0, 0.0, 0.0)
-    return commands, DrivePair(x, law, y, law)
+    return commands, (Drive(x, law), Drive(y, law))
 
 
 def main() -> None:
@@ -75,10 +75,10 @@ def _cpu(job: Callable[[], object]) -> float:
     return time.process_time() - start
 
 
-def _linear_drives(commands: Commands, pair: DrivePair) -> float:
+def _linear_drives(commands: Commands, pair: tuple[Drive, ...]) -> float:
     """Both closed loops without friction or force, sample by sample."""
     loops = []
-    for plant, law in ((pair.plant_x, pair.law_x), (pair.plant_y, pair.law_y)):
+    for plant, law in pair:
         numerator, denominator = sampled_loop(plant, law)
         loops.append(dlti(numerator, np.polyadd(numerator, denominator), dt=law.sample_time))
     return _cpu(lambda: [dlsim(loop, commands.point[:, i]) for i, loop in enumerate(loops)])

@@ -13,6 +13,7 @@ from cutwise.balance import balance, look
 from cutwise.maths.compiled import inlined_stepping, stepping
 from cutwise.records import CONTACT, FIXED, Contact, History, Load
 from cutwise.stages import (
+    driven,
     left,
     moved,
     noted,
@@ -92,6 +93,7 @@ def advance(cell, flexed, contact, load, guess, table, first, steps, dt, stride)
         left(cell.engagement, cell.stock, contact, count)
         effort = stepped(structure, flexed, pose, load, dt)
         record(table, row, part, 1.0 / stride, pose, contact, load, structure, flexed, max(effort, trials))
+        driven(cell.motion, pose, load, dt)
         part += 1
         if part == stride:
             part = 0
@@ -100,7 +102,7 @@ def advance(cell, flexed, contact, load, guess, table, first, steps, dt, stride)
 
 def march(
     cell: Cell, flexed: NamedTuple, *, duration: float, time_step: float, seen: int, state: int, layers: int,
-    contacts: int, progress: Callable[[float], None] | None = None,
+    contacts: int, stride: int = 0, progress: Callable[[float], None] | None = None,
 ) -> History:  # fmt: skip
     """A whole run, in portions between which progress is told and Ctrl-C is heard.
 
@@ -114,9 +116,11 @@ def march(
         Columns that the engagement shows, that the structure notes, and layers of the work.
     contacts : int
         Largest number of rows of contact.
+    stride : int
+        Steps in a row of the history; left out, as many as make no more than ``ROWS`` rows.
     """
     steps = max(1, round(duration / time_step))
-    stride = max(1, math.ceil(steps / ROWS))
+    stride = stride or max(1, math.ceil(steps / ROWS))
     steps = math.ceil(steps / stride) * stride
     table = np.zeros((steps // stride, FIXED + seen + state + 9 * layers + 2))
     contact = Contact(np.zeros((contacts, CONTACT)), np.zeros(seen))

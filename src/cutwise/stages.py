@@ -76,7 +76,12 @@ def _law_of(laws: dict[type, Law], record: type, name: str) -> Law:
 
 @stage
 def moved(motion, time):
-    """Pose of the undeflected tool at a time [s]: what the carrier is told, without the cut."""
+    """Pose of the tool before its structure yields, at a time [s]: where the carrier has it."""
+
+
+@stage
+def driven(motion, pose, load, dt):
+    """One time step [s] of what moves the tool, under the load of the cut; a programmed motion goes on by itself."""
 
 
 @stage

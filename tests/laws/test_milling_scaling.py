@@ -12,10 +12,11 @@ from cutwise.physics.cutting.flute import EdgeCoefficients, Mill
 from cutwise.physics.cutting.uneven import even_edges
 from cutwise.physics.cutting.wall import FLUTES
 from cutwise.physics.engagement.wall import path_contact, wall_patches
+from cutwise.physics.motion.drives import Drive
 from cutwise.physics.motion.lookahead import plan
 from cutwise.physics.motion.profile import Limits
 from cutwise.physics.motion.reference import central_difference, sampled
-from cutwise.process.loops_drives import STANDSTILL, Commands, Cut, DrivePair, run_drives
+from cutwise.process.loops_drives import STANDSTILL, Commands, Cut, run_drives
 from peers.corner import AL7075, LIMITS, X, Y, laws
 
 
@@ -65,7 +66,7 @@ def scaled_run(length, mass, time):
         837.758 / time,
         STANDSTILL * speed,
     )
-    history = run_drives(commands, DrivePair(plant(X), x, plant(Y), y), cut, 10)
+    history = run_drives(commands, (Drive(plant(X), x), Drive(plant(Y), y)), cut, 10)
     return history.position / length, history.force / force, history.voltage
 
 

@@ -12,11 +12,11 @@ from cutwise.physics.cutting.uneven import even_edges
 from cutwise.physics.cutting.wall import AVERAGED, DISCS
 from cutwise.physics.engagement.wall import path_contact, wall_patches
 from cutwise.physics.motion.contour import contour_errors
-from cutwise.physics.motion.drives import Controller, Plant
+from cutwise.physics.motion.drives import Controller, Drive, Plant
 from cutwise.physics.motion.lookahead import plan
 from cutwise.physics.motion.profile import Limits
 from cutwise.physics.motion.reference import central_difference, sampled
-from cutwise.process.loops_drives import NO_FORCE, Commands, Cut, DrivePair, run_drives
+from cutwise.process.loops_drives import NO_FORCE, Commands, Cut, run_drives
 
 FRICTION = (2.6256, -1.8672, 2.1529, -1.4730, 3.88, -3.51, 4.20, -3.52)
 NO_FRICTION = (0.0, 0.0, 0.0, 0.0, 3.88, -3.51, 4.20, -3.52)
@@ -61,7 +61,7 @@ def run(
         point, velocity, central_difference(velocity, step),
         np.arctan2(reference.direction[:, 1], reference.direction[:, 0]), wall_patches(arcs, 0.005),
     )  # fmt: skip
-    pair = DrivePair(plants[0], controllers[0], plants[1], controllers[1])
+    pair = (Drive(plants[0], controllers[0]), Drive(plants[1], controllers[1]))
     mill = Mill(0.01, 3, math.radians(30))
     cut = Cut(law, mill, discs(0.01, mill.helix, 0.005, 3, 20), edges or even_edges(AL7075), OMEGA)
     history = run_drives(commands, pair, cut, substeps, modes=modes)

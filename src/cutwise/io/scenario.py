@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -229,10 +230,31 @@ def _without_displaced(node: Node, model: type[Spec]) -> Node:
     return replace(node, value=value)
 
 
-def _fitting(sections: Sequence[type[Spec]], node: Node) -> type[Spec]:
+def _fitting(sections: Sequence[type[Spec]], written: set[str]) -> type[Spec]:
     """The alternative of a key that knows most of what is written there; the first among equals."""
-    written = set(node.value) if isinstance(node.value, dict) else set()
-    return max(sections, key=lambda section: len(written & set(section.model_fields)))
+    return max(sections, key=lambda section: len(written & {*section.model_fields, *section.stands_for}))
+
+
+def _moved_inside(node: Node, section: type[Spec], faults: list[Fault], path: spec_faults.Path) -> Node:
+    """The section with each key that names one of a section inside of it put there (``Spec.stands_for``)."""
+    if not isinstance(node.value, dict):
+        return node
+    for key, inside in section.stands_for.items():
+        if key not in node.value:
+            continue
+        item = node.value[key]
+        kept = replace(node, value={name: one for name, one in node.value.items() if name != key})
+        below = kept.value.get(inside)
+        if below is not None and isinstance(below.value, dict) and key in below.value:
+            if below.value[key].layer == item.layer:
+                faults.append(
+                    item.fault((*path, key), f"is written as {inside}.{key} too; write one of them", at_key=True)
+                )
+            if below.value[key].layer >= item.layer:
+                node = kept
+                continue
+        node = placed(kept, (inside, key), item)
+    return node
 
 
 def _may_be_empty(info: FieldInfo) -> bool:
@@ -262,6 +284,7 @@ class _Assembly:
 
     def complete(self, node: Node, section: type[Spec], path: spec_faults.Path) -> Node:
         """The section with its library entry merged in and its tables read."""
+        node = _moved_inside(node, section, self.faults, path)
         if issubclass(section, LibrarySpec) and isinstance(node.value, dict):
             node = self._with_library(node, section, path)
         if "urdf" in section.model_fields and isinstance(node.value, dict):
@@ -290,7 +313,7 @@ class _Assembly:
                 value[name] = replace(value[name], value={})  # "part:" with nothing below it
                 value[name] = self.complete(value[name], sections[0], here)
             elif sections:
-                value[name] = self.complete(value[name], _fitting(sections, value[name]), here)
+                value[name] = self.complete(value[name], _fitting(sections, self._written(value[name], sections)), here)
             elif value[name].value is None and value[name].layer == _OVERRIDE:
                 del value[name]
             elif value[name].value is None:
@@ -298,6 +321,17 @@ class _Assembly:
                 self.faults.append(value[name].fault(here, message, at_key=True))
         node = replace(node, value=value)
         return self._with_solid(node, path) if "solid" in section.model_fields and "solid" in value else node
+
+    def _written(self, node: Node, sections: Sequence[type[Spec]]) -> set[str]:
+        """The keys of a section; where it may be one of several, those of its library entry too."""
+        keys = set(node.value) if isinstance(node.value, dict) else set()
+        label = node.value.get("library") if keys else None
+        shelves = {section.library_shelf for section in sections if issubclass(section, LibrarySpec)}
+        if len(sections) < 2 or label is None or not label.text or len(shelves) != 1:
+            return keys
+        with suppress(ScenarioFault):  # told when the entry is read
+            keys |= set(self._entry(label, *shelves).values.value)
+        return keys
 
     def _with_library(self, node: Node, section: type[LibrarySpec], path: spec_faults.Path) -> Node:
         label_node = node.value.get("library")

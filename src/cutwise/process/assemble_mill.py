@@ -6,24 +6,24 @@ import numpy as np
 
 from cutwise.io.programs.given import setup_of
 from cutwise.io.programs.interpreter import Interpreted, interpret
-from cutwise.maths.linearc import join
+from cutwise.maths.linearc import join, line
 from cutwise.paths.pocket import corner
 from cutwise.physics.cutting.discs import discs
 from cutwise.physics.cutting.flute import Mill
 from cutwise.physics.cutting.uneven import even_and_linear
 from cutwise.physics.cutting.wall import AVERAGED, DELAYED, DISCS, FLUTES
-from cutwise.physics.motion.drives import Controller, Plant
+from cutwise.physics.motion.drives import Controller, Drive, Plant
 from cutwise.physics.motion.lookahead import AxisLimits
 from cutwise.physics.motion.loop import LoopFigures, loop_figures
 from cutwise.physics.motion.profile import Limits
 from cutwise.physics.structure.modes import Modes, modes
 from cutwise.process.drive_remedies import GainKeys, remedies
 from cutwise.process.edges import edges
-from cutwise.process.loops_drives import NO_FORCE, Cut, DrivePair
+from cutwise.process.loops_drives import NO_FORCE, Cut
 from cutwise.process.program_path import Pace, ProgramPath, blocks_path, moves_path, program_speed
 from cutwise.spec.drives import CncMachine, FeedDrive
 from cutwise.spec.faults import Fault, ScenarioFault
-from cutwise.spec.milling import MillingScenario
+from cutwise.spec.milling import CornerPath, MillingScenario
 from cutwise.spec.program import top_of
 
 _DISCS = 20  # where the scenario names no number
@@ -37,10 +37,15 @@ def program_path(scenario: MillingScenario, program: Interpreted | None) -> Prog
         assert scenario.program is not None
         return moves_path(
             program, feed=operation.feed, turning=operation.spindle_speed is not None, mode=mode,
-            top=top_of(scenario.program, scenario.stock), pace=_pace(scenario.machine),
+            top=top_of(scenario.program, scenario.stock), pace=_pace(scenario.drives),
         )  # fmt: skip
-    assert scenario.path is not None
     assert operation.feed is not None
+    if scenario.line is not None:
+        ends = scenario.line.line
+        return blocks_path(
+            join([line(ends.start, ends.end)]), np.full(1, operation.feed), np.ones(1, bool), "exact_path"
+        )
+    assert isinstance(scenario.path, CornerPath)
     blocks = corner(scenario.path.lead, scenario.path.turn, scenario.path.fillet)
     n = len(blocks)
     return blocks_path(join(blocks), np.full(n, operation.feed), np.ones(n, bool), scenario.path_mode)
@@ -75,46 +80,48 @@ def _pace(machine: CncMachine) -> Pace:
     return Pace(given.velocity, given.acceleration, given.jerk)
 
 
-def drive_pair(machine: CncMachine) -> DrivePair:
-    """Both drives under the reading of the gain table that the scenario chose.
+def feed_drives(machine: CncMachine, section: str = "machine") -> tuple[Drive, ...]:
+    """The drives of x, y and z, if it has one, under the reading of the gain table; ``section`` is their dotted key.
 
     Raises
     ------
     ScenarioFault
         A position loop is unstable; the message gives its margin.
     """
-    gains = {"x": _gains(machine.x), "y": _gains(machine.y)}
-    keys = {axis: GainKeys(*(f"machine.{axis}.{key}" for key in ("K_p", "K_i", "K_d"))) for axis in "xy"}
+    given = {axis: drive for axis in "xyz" if (drive := getattr(machine, axis)) is not None}
+    gains = {axis: _gains(drive) for axis, drive in given.items()}
+    keys = {axis: GainKeys(*(f"{section}.{axis}.{key}" for key in ("K_p", "K_i", "K_d"))) for axis in given}
     if machine.reading != "as_printed":
         gains = {axis: (g[1], g[0], *g[2:]) for axis, g in gains.items()}
         keys = {axis: GainKeys(k.integral, k.proportional, k.derivative) for axis, k in keys.items()}
     if machine.reading == "matched":
-        gains, keys = {"x": gains["y"], "y": gains["x"]}, {"x": keys["y"], "y": keys["x"]}
+        gains |= {"x": gains["y"], "y": gains["x"]}
+        keys |= {"x": keys["y"], "y": keys["x"]}
     c = machine.control
     laws = {axis: Controller(*g, c.sample_time, c.saturation, c.encoder, float(c.delay)) for axis, g in gains.items()}
-    pair = DrivePair(_plant(machine.x), laws["x"], _plant(machine.y), laws["y"])
+    drives = tuple(Drive(_plant(drive), laws[axis]) for axis, drive in given.items())
     faults = []
-    for axis, plant, figures in zip("xy", (pair.plant_x, pair.plant_y), loops(pair), strict=True):
+    for axis, drive, figures in zip(given, drives, loops(drives), strict=True):
         if not figures.stable:
-            helps = remedies(plant, laws[axis], keys[axis])
-            faults.append(Fault(("machine", axis), _unstable(axis, figures, machine, helps)))
+            helps = remedies(drive.plant, drive.law, keys[axis])
+            faults.append(Fault((*section.split("."), axis), _unstable(axis, figures, machine, helps, section)))
     if faults:
         raise ScenarioFault(faults)
-    return pair
+    return drives
 
 
-def loops(pair: DrivePair) -> tuple[LoopFigures, LoopFigures]:
-    """Margins, bandwidth and poles of both axes."""
-    return loop_figures(pair.plant_x, pair.law_x), loop_figures(pair.plant_y, pair.law_y)
+def loops(drives: tuple[Drive, ...]) -> tuple[LoopFigures, ...]:
+    """Margins, bandwidth and poles of every axis."""
+    return tuple(loop_figures(*drive) for drive in drives)
 
 
-def _unstable(axis: str, figures: LoopFigures, machine: CncMachine, helps: list[str]) -> str:
+def _unstable(axis: str, figures: LoopFigures, machine: CncMachine, helps: list[str], section: str) -> str:
     margin = 20.0 * math.log10(figures.sampled_gain_margin) if figures.sampled_gain_margin > 0.0 else -math.inf
     margin_text = f"gain margin {margin:.1f} dB" if math.isfinite(margin) else "no smaller gain makes it stable"
     phase = figures.sampled_phase_margin
     phase_text = f"phase margin {math.degrees(phase):.1f}°" if phase < math.pi else "the gain never crosses 1"
     late = f" and a delay of {machine.control.delay} sample" if machine.control.delay else ""
-    other = "" if len(machine.readings) == 1 else f"; or take another machine.reading (now {machine.reading})"
+    other = "" if len(machine.readings) == 1 else f"; or take another {section}.reading (now {machine.reading})"
     return (
         f"the position loop of {axis} is unstable at {1e3 * machine.control.sample_time:g} ms{late}: largest pole "
         f"|z| = {figures.largest_pole:.4g} (stable below 1), {margin_text}, {phase_text}; stable is "

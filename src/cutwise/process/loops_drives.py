@@ -13,7 +13,7 @@ from cutwise.physics.cutting.discs import Discs, first_disc
 from cutwise.physics.cutting.flute import Mill
 from cutwise.physics.cutting.uneven import Edges
 from cutwise.physics.cutting.wall import AVERAGED, DELAYED, disc_range, runout_offset, wall_force
-from cutwise.physics.motion.drives import Controller, Plant, advance, control, played, response_integrals
+from cutwise.physics.motion.drives import APPLIED, BEFORE, LOAD, SPEED, Axis, Drive, at_rest, axes_of, fed, served
 from cutwise.physics.structure.modes import Modes, transition
 
 FloatArray = npt.NDArray[np.float64]
@@ -23,18 +23,8 @@ STANDSTILL = 0.05e-3  # [m/s]
 CHUNK = 200_000  # servo steps between two looks at the keyboard
 STEPS_PER_OSCILLATION = 60  # of the quickest mode, at ten substeps of the drives
 STEPS_PER_TOOTH = 200  # of a rigid mill whose chips depend on earlier teeth, at ten substeps
-_STATE = 8  # per axis: motor side x, w, integral, last error, held voltage, load side x, load x one substep before
 _DELAYS_PER_TURN = 2  # how many turns back a tooth that jumped out of the cut may matter
 _AT_WALL = 1e-6  # [rad] from the wall side: an arc of contact that begins nearer leaves a wall
-
-
-class DrivePair(NamedTuple):
-    """The x and y drives."""
-
-    plant_x: Plant
-    law_x: Controller
-    plant_y: Plant
-    law_y: Controller
 
 
 class Cut(NamedTuple):
@@ -51,9 +41,9 @@ class Cut(NamedTuple):
 class Commands(NamedTuple):
     """What the drives are told at each servo instant, ``n`` of them, and what the tool then meets."""
 
-    point: FloatArray  # [m], shape (n, 2)
-    velocity: FloatArray  # [m/s], shape (n, 2)
-    acceleration: FloatArray  # [m/s^2], shape (n, 2)
+    point: FloatArray  # [m], shape (n, axes): x, y, and z if it has a drive
+    velocity: FloatArray  # [m/s], shape (n, axes)
+    acceleration: FloatArray  # [m/s^2], shape (n, axes)
     heading: FloatArray  # commanded direction of feed [rad], shape (n,)
     patches: FloatArray  # contact over the servo step: arc from, to [rad], heights from, to [m]; shape (n, p, 4)
 
@@ -80,10 +70,10 @@ class TipMemory(NamedTuple):
 class DriveHistory(NamedTuple):
     """What the drives did, at the servo instants (positions before the step) and as peaks over the step's substeps."""
 
-    position: FloatArray  # of the load [m], shape (n, 2)
-    speed: FloatArray  # of the load side of the motor, r_g w [m/s], shape (n, 2)
-    voltage: FloatArray  # held over the step [V], shape (n, 2)
-    clipped: npt.NDArray[np.bool_]  # controller at its limit, shape (n, 2)
+    position: FloatArray  # of the load [m], shape (n, axes)
+    speed: FloatArray  # of the load side of the motor, r_g w [m/s], shape (n, axes)
+    voltage: FloatArray  # held over the step [V], shape (n, axes)
+    clipped: npt.NDArray[np.bool_]  # controller at its limit, shape (n, axes)
     force: FloatArray  # mean over the step, on the tool [N], shape (n, 3)
     force_peak: FloatArray  # largest magnitude in the step of x, y, z and of the xy vector [N], shape (n, 4)
     tip: FloatArray  # displacement of the tip by its modes: mean x, y, and largest length in the step [m], shape (n, 3)
@@ -229,34 +219,23 @@ def _in_contact(patches: FloatArray) -> bool:
 
 @compiled
 def _run(
-    first: int, last: int, state: FloatArray, commands: Commands, drives: DrivePair, cut: Cut, substeps: int, tip: Tip,
-    memory: TipMemory, history: DriveHistory,
+    first: int, last: int, state: FloatArray, commands: Commands, axes: tuple[Axis, ...], cut: Cut, substeps: int,
+    tip: Tip, memory: TipMemory, history: DriveHistory,
 ) -> int:  # fmt: skip
     """Steps from ``first`` to ``last``; the number of the step behind the last one that counts."""
-    plant_x, law_x, plant_y, law_y = drives.plant_x, drives.law_x, drives.plant_y, drives.law_y
     position, speed, voltage, clipped, force, force_peak, swing, wall_left, _ = history
-    step = law_x.sample_time / substeps
-    gain_x, gain_y = plant_x.current_gain * plant_x.torque_constant, plant_y.current_gain * plant_y.torque_constant
-    px1, px2 = response_integrals(plant_x.viscous / plant_x.inertia, step)
-    py1, py2 = response_integrals(plant_y.viscous / plant_y.inertia, step)
+    sample, step = axes[0].law.sample_time, axes[0].step
+    travel_x, travel_y = axes[0].plant.transmission, axes[1].plant.transmission
     pitch_time = 2.0 * math.pi / (cut.spindle * cut.mill.flutes) if cut.law != NO_FORCE else 0.0
-    x, wx, ix, ex, ux = state[0, 0], state[0, 1], state[0, 2], state[0, 3], state[0, 4]
-    y, wy, iy, ey, uy = state[1, 0], state[1, 1], state[1, 2], state[1, 3], state[1, 4]
-    load_x, load_y, before_x, before_y = state[0, 5], state[1, 5], state[0, 6], state[1, 6]
     top, left, moved = np.zeros(7), np.zeros(2), np.empty((tip.delay.shape[0], 2))
     for k in range(first, last):
-        position[k, 0], position[k, 1] = load_x, load_y
-        speed[k, 0], speed[k, 1] = wx * plant_x.transmission, wy * plant_y.transmission
-        new_x, ix, ex, clipped[k, 0] = control(
-            commands.point[k, 0], commands.velocity[k, 0], commands.acceleration[k, 0], x, ix, ex, law_x
-        )
-        new_y, iy, ey, clipped[k, 1] = control(
-            commands.point[k, 1], commands.velocity[k, 1], commands.acceleration[k, 1], y, iy, ey, law_y
-        )
-        applied_x = ux if law_x.delay > 0.5 else new_x
-        applied_y = uy if law_y.delay > 0.5 else new_y
-        ux, uy = new_x, new_y
-        voltage[k, 0], voltage[k, 1] = applied_x, applied_y
+        for a in range(len(axes)):
+            position[k, a] = state[a, LOAD]
+            speed[k, a] = state[a, SPEED] * axes[a].plant.transmission
+            clipped[k, a] = served(
+                axes[a], state, a, commands.point[k, a], commands.velocity[k, a], commands.acceleration[k, a]
+            )
+            voltage[k, a] = state[a, APPLIED]
         heading, patches = commands.heading[k], commands.patches[k]
         head_x, head_y = math.cos(heading), math.sin(heading)
         contact = cut.law != NO_FORCE and _in_contact(patches)
@@ -266,28 +245,28 @@ def _run(
         left[0], left[1] = math.inf, -math.inf
         for m in range(substeps):
             if cut.law == DELAYED:  # the tip swings on where nothing cuts
-                rate = math.hypot(wx * plant_x.transmission, wy * plant_y.transmission)
-                angle = -cut.spindle * (k * law_x.sample_time + m * step)
+                rate = math.hypot(state[0, SPEED] * travel_x, state[1, SPEED] * travel_y)
+                angle = -cut.spindle * (k * sample + m * step)
+                load_x, load_y = state[0, LOAD], state[1, LOAD]
                 fx, fy, fz = _cut_on_modes(
                     cut, tip, memory, patches, heading, angle, step / tip.micro, load_x, load_y,
-                    (load_x - before_x) / step, (load_y - before_y) / step, contact and rate >= cut.standstill, moved,
-                    top, left,
+                    (load_x - state[0, BEFORE]) / step, (load_y - state[1, BEFORE]) / step,
+                    contact and rate >= cut.standstill, moved, top, left,
                 )  # fmt: skip
             elif contact:
                 fx, fy, fz = 0.0, 0.0, 0.0
-                vx, vy = wx * plant_x.transmission, wy * plant_y.transmission
+                vx, vy = state[0, SPEED] * travel_x, state[1, SPEED] * travel_y
                 rate = math.hypot(vx, vy)
                 if rate >= cut.standstill:
                     feed_x, feed_y = vx * pitch_time, vy * pitch_time
                     if cut.law == AVERAGED:  # at the speed |v|, along the commanded direction
                         feed_x, feed_y = rate * pitch_time * head_x, rate * pitch_time * head_y
-                    angle = -cut.spindle * (k * law_x.sample_time + (m + 0.5) * step)
+                    angle = -cut.spindle * (k * sample + (m + 0.5) * step)
                     fx, fy, fz = _cut_rigid(cut, patches, heading, angle, feed_x, feed_y, top)
             sum_x, sum_y, sum_z = sum_x + fx, sum_y + fy, sum_z + fz
-            x, wx = advance(x, wx, gain_x * applied_x + fx * plant_x.transmission, step, px1, px2, plant_x)
-            y, wy = advance(y, wy, gain_y * applied_y + fy * plant_y.transmission, step, py1, py2, plant_y)
-            before_x, before_y = load_x, load_y
-            load_x, load_y = played(load_x, x, plant_x.backlash), played(load_y, y, plant_y.backlash)
+            on_axis = (fx, fy, fz)
+            for a in range(len(axes)):
+                fed(axes[a], state, a, on_axis[a])
         force[k, 0], force[k, 1], force[k, 2] = sum_x / substeps, sum_y / substeps, sum_z / substeps
         force_peak[k, 0], force_peak[k, 1], force_peak[k, 2], force_peak[k, 3] = (
             top[0],
@@ -302,17 +281,14 @@ def _run(
             wall_left[k, 1] = left[1] if left[0] <= left[1] else math.nan
             if not top[4] <= tip.limit**2:
                 return k
-    state[0, 0], state[0, 1], state[0, 2], state[0, 3], state[0, 4], state[0, 5] = x, wx, ix, ex, ux, load_x
-    state[1, 0], state[1, 1], state[1, 2], state[1, 3], state[1, 4], state[1, 5] = y, wy, iy, ey, uy, load_y
-    state[0, 6], state[1, 6] = before_x, before_y
     return last
 
 
 def run_drives(
-    commands: Commands, drives: DrivePair, cut: Cut, substeps: int, progress: Callable[[float], None] | None = None,
+    commands: Commands, drives: tuple[Drive, ...], cut: Cut, substeps: int, progress: Callable[[float], None] | None = None,
     *, modes: Modes | None = None, tip_limit: float = math.inf,
 ) -> DriveHistory:  # fmt: skip
-    """Two feed drives following their commands under friction and cutting forces.
+    """Feed drives following their commands under friction and cutting forces.
 
     Each servo step measures, computes the voltage and holds it; the plant is stepped exactly in ``substeps`` with
     force and friction held over each. The chip load follows from the actual velocity (with the law ``DELAYED`` from the
@@ -323,8 +299,8 @@ def run_drives(
     ----------
     commands : Commands
         Set points and contact at the servo instants.
-    drives : DrivePair
-        The axes; both controllers have the same sample time.
+    drives : tuple of Drive
+        Those of x and y, and of z if it has one; all controllers have the same sample time.
     cut : Cut
         Cutting force law, or none.
     substeps : int
@@ -341,23 +317,19 @@ def run_drives(
     ValueError
         Sample times differ, there are no substeps, or modes come with another law.
     """
-    if drives.law_x.sample_time != drives.law_y.sample_time:
-        raise ValueError("both axes need the same sample time")
-    if substeps < 1:
-        raise ValueError("at least one substep per servo step is needed")
+    axes = axes_of(drives, substeps)
     if modes is not None and cut.law != DELAYED:
         raise ValueError("tool-tip modes need chips from the true positions: the law DELAYED")
     n = commands.point.shape[0]
-    state = np.zeros((2, _STATE))
-    state[:, 0] = state[:, 5] = state[:, 6] = commands.point[0]
+    state, count = at_rest(commands.point[0]), len(axes)
     swings = n if cut.law == DELAYED else 0
-    tip = tip_dynamics(modes, cut, drives.law_x.sample_time, substeps, tip_limit)
-    memory = tip_at_rest(tip, commands.point[0])
+    tip = tip_dynamics(modes, cut, axes[0].law.sample_time, substeps, tip_limit)
+    memory = tip_at_rest(tip, commands.point[0, :2])
     history = DriveHistory(
-        np.empty((n, 2)),
-        np.empty((n, 2)),
-        np.empty((n, 2)),
-        np.zeros((n, 2), dtype=bool),
+        np.empty((n, count)),
+        np.empty((n, count)),
+        np.empty((n, count)),
+        np.zeros((n, count), dtype=bool),
         np.empty((n, 3)),
         np.empty((n, 4)),
         np.empty((swings, 3)),
@@ -366,7 +338,7 @@ def run_drives(
     )
     for first in range(0, n, CHUNK):
         last = min(first + CHUNK, n)
-        known = _run(first, last, state, commands, drives, cut, substeps, tip, memory, history)
+        known = _run(first, last, state, commands, axes, cut, substeps, tip, memory, history)
         if known < last:
             return _known_until(history, known)
         if progress is not None:

@@ -14,13 +14,16 @@ from cutwise.later import later
 from cutwise.maths.curves import FloatArray
 from cutwise.physics.cutting.wall import DELAYED
 from cutwise.physics.motion.contour import contour_errors
+from cutwise.physics.motion.driven import SetPoints
+from cutwise.physics.motion.drives import Drive, axes_of
 from cutwise.physics.motion.lookahead import Plan, highest_feeds, plan
 from cutwise.physics.motion.loop import LoopFigures, open_loop, sampled_response
 from cutwise.physics.motion.reference import Reference, central_difference, sampled
+from cutwise.process import milling_wall
 from cutwise.process.assemble_mill import (
     ProgramPath,
     cut,
-    drive_pair,
+    feed_drives,
     loops,
     motion_limits,
     program_path,
@@ -29,9 +32,10 @@ from cutwise.process.assemble_mill import (
     tip_modes,
 )
 from cutwise.process.labels import labelled
-from cutwise.process.loops_drives import Commands, Cut, DriveHistory, DrivePair, run_drives
+from cutwise.process.loops_drives import Commands, Cut, DriveHistory, run_drives
 from cutwise.process.milling_contact import Contact, SteadyCuts, contact, steady_cuts
 from cutwise.process.milling_stability import TipStability, tip_stability
+from cutwise.process.milling_wall import WallRun
 from cutwise.spec.faults import Fault, ScenarioFault, all_faults
 from cutwise.spec.milling import MillingScenario
 
@@ -60,8 +64,8 @@ class MillRun(NamedTuple):
     plan: Plan
     reference: Reference
     contact: Contact
-    drives: DrivePair
-    loops: tuple[LoopFigures, LoopFigures]
+    drives: tuple[Drive, ...]  # of x, y, and z if it has one
+    loops: tuple[LoopFigures, ...]
     cut: Cut
     history: DriveHistory
     contour_error: FloatArray  # from the programmed path [m], shape (n,), NaN on rapid moves
@@ -70,6 +74,7 @@ class MillRun(NamedTuple):
     steady: SteadyCuts
     tip_swings: bool  # whether the tool tip moves on modes in the loop
     stop_cost: StopCost
+    wall: WallRun | None  # of a straight wall that is milled in the loop
 
     @property
     def lost(self) -> float | None:
@@ -83,16 +88,22 @@ def run(scenario: MillingScenario, substeps: int, progress: Progress | None = No
     program = read_program(scenario)
     path, motion = _planned(scenario, program)
     spindle = spindle_speed(scenario, program)
-    sample_time = scenario.machine.control.sample_time
+    sample_time = scenario.drives.control.sample_time
     reference = sampled(path.curve, [motion.profile], sample_time, scenario.numerics.settling_time)
     met = contact(scenario, path, reference)
     cutting = cut(scenario, spindle, met.depth)
-    drives = drive_pair(scenario.machine)
-    tip = tip_modes(scenario) if cutting.law == DELAYED else None
-    history = run_drives(
-        _commands(reference, met.patches, sample_time), drives, cutting, substeps, progress,
-        modes=tip, tip_limit=tip_limit(scenario),
-    )  # fmt: skip
+    drives = feed_drives(scenario.drives, scenario.drives_key)
+    tip = tip_modes(scenario) if cutting.law == DELAYED and not milling_wall.on_loop(scenario) else None
+    wall = None
+    if milling_wall.on_loop(scenario):
+        order = set_points(reference, sample_time, len(drives))
+        log, wall = milling_wall.wall_run(scenario, reference, order, axes_of(drives, substeps), substeps, progress)
+        history = DriveHistory(*log, np.empty((0, 3)), np.empty((0, 2)), len(reference.time))
+    else:
+        history = run_drives(
+            _commands(reference, met.patches, sample_time, len(drives)), drives, cutting, substeps, progress,
+            modes=tip, tip_limit=tip_limit(scenario),
+        )  # fmt: skip
     rapid = np.isinf(path.feed[reference.block])
     error = contour_errors(path.programmed, path.origin[reference.block], history.position, True)
     error[rapid] = np.nan
@@ -100,7 +111,7 @@ def run(scenario: MillingScenario, substeps: int, progress: Progress | None = No
     if path.blended:
         driven = contour_errors(path.curve, reference.block, history.position, True)
         driven[rapid] = np.nan
-    limits, axes = motion_limits(scenario.machine)
+    limits, axes = motion_limits(scenario.drives)
     feed = highest_feeds(path.curve, path.feed, limits, axes)
     steady = steady_cuts(
         scenario, path, reference, met, feed, cutting._replace(edges=cutting.edges._replace(runout=0.0))
@@ -120,6 +131,7 @@ def run(scenario: MillingScenario, substeps: int, progress: Progress | None = No
         steady,
         tip is not None,
         stop_cost(path, motion, scenario),
+        wall,
     )
 
 
@@ -132,11 +144,11 @@ def tip_limit(scenario: MillingScenario) -> float:
 def _planned(scenario: MillingScenario, program: Interpreted | None) -> tuple[ProgramPath, Plan]:
     """The commanded path and its motion, if there are not too many samples in it."""
     path = program_path(scenario, program)
-    limits, axes = motion_limits(scenario.machine)
+    limits, axes = motion_limits(scenario.drives)
     motion = plan(path.curve, path.feed, limits, path.stop_at, path.dwell_after, axes=axes)
-    step, time = scenario.machine.control.sample_time, motion.profile.duration + scenario.numerics.settling_time
+    step, time = scenario.drives.control.sample_time, motion.profile.duration + scenario.numerics.settling_time
     if not time <= _MOST_SAMPLES * step:
-        raise ScenarioFault([Fault(("machine", "control", "sample_time"), (
+        raise ScenarioFault([Fault((*scenario.drives_key.split("."), "control", "sample_time"), (
             f"of {1e3 * step:.3g} ms makes {time / step:.2g} samples of the {units.show(time, 'time', 3)} that the "
             f"motion takes, more than {_MOST_SAMPLES:.0e}: raise it, or feed and limits of the motion, or shorten the path"
         ))])  # fmt: skip
@@ -147,7 +159,7 @@ def stop_cost(path: ProgramPath, motion: Plan, scenario: MillingScenario) -> Sto
     """The motion once more, run through all of its corners."""
     if motion.stops == 0:
         return StopCost()
-    limits, axes = motion_limits(scenario.machine)
+    limits, axes = motion_limits(scenario.drives)
     through = plan(path.curve, path.feed, limits, None, path.dwell_after, axes=axes, stop_at_corners=False)
     asked = int((path.stop_at & (path.dwell_after[:-1] <= 0.0)).sum())
     return StopCost(
@@ -167,15 +179,28 @@ def prepare(scenario: MillingScenario) -> None:
     all_faults(
         lambda: _planned(scenario, program),
         lambda: spindle_speed(scenario, program),
-        lambda: drive_pair(scenario.machine),
+        lambda: feed_drives(scenario.drives, scenario.drives_key),
+        lambda: _wall(scenario),
     )
 
 
-def _commands(reference: Reference, patches: FloatArray, sample_time: float) -> Commands:
-    point = np.ascontiguousarray(reference.point[:, :2])
+def _wall(scenario: MillingScenario) -> None:
+    """The bodies along the wall, if there is one."""
+    if scenario.line is not None:
+        milling_wall.bodies_of(scenario, milling_wall.stations_of(scenario))
+
+
+def set_points(reference: Reference, sample_time: float, axes: int) -> SetPoints:
+    """What the first ``axes`` of x, y and z are told at the servo instants."""
+    point = np.ascontiguousarray(reference.point[:, :axes])
     velocity = central_difference(point, sample_time)
     heading = np.arctan2(reference.direction[:, 1], reference.direction[:, 0])
-    return Commands(point, velocity, central_difference(velocity, sample_time), heading, patches)
+    return SetPoints(point, velocity, central_difference(velocity, sample_time), heading, reference.travelled)
+
+
+def _commands(reference: Reference, patches: FloatArray, sample_time: float, axes: int) -> Commands:
+    point, velocity, acceleration, heading, _ = set_points(reference, sample_time, axes)
+    return Commands(point, velocity, acceleration, heading, patches)
 
 
 def wall_left(done: MillRun) -> FloatArray:
@@ -187,22 +212,23 @@ def stages(done: MillRun, **more: xr.Dataset | None) -> xr.DataTree:
     """The histories of all stages as labelled arrays, with units; ``more`` are further groups, those that there are."""
     r, h = done.reference, done.history
     time = ("time", r.time, "s", "time")
-    plants = (done.drives.plant_x, done.drives.plant_y)
+    plants = [drive.plant for drive in done.drives]
+    axes = list("xyz"[: len(plants)])
     torque = h.voltage * np.array([p.current_gain * p.torque_constant for p in plants])
     travel = np.array([p.transmission for p in plants])
     groups = {
         "motion": labelled(time, {
             "travelled": (r.travelled, "m", "way along the path"),
-            "commanded": (np.ascontiguousarray(r.point[:, :2]), "m", "commanded position of the tool centre"),
+            "commanded": (np.ascontiguousarray(r.point[:, : len(axes)]), "m", "commanded position of the tool centre"),
             "actual": (h.position, "m", "actual position of the tool centre"),
             "speed_planned": (r.speed, "m/s", "planned speed along the path"),
             "speed_actual": (np.hypot(h.speed[:, 0], h.speed[:, 1]), "m/s", "actual speed"),
-            "tracking_error": (r.point[:, :2] - h.position, "m", "set point minus actual position"),
+            "tracking_error": (r.point[:, : len(axes)] - h.position, "m", "set point minus actual position"),
             "voltage": (h.voltage, "V", "output of the controllers"),
             "motor_torque": (torque, "N*m", "motor torque"),
-            "cutting_torque": (h.force[:, :2] * travel, "N*m", "mean torque of the cutting force on the motor in a sample"),
+            "cutting_torque": (h.force[:, : len(axes)] * travel, "N*m", "mean torque of the cut on the motor in a sample"),
             "saturated": (h.clipped.astype(float), "1", "controller at its limit"),
-        }, axis=["x", "y"]).merge(_frequency_response(done)),
+        }, axis=axes).merge(_frequency_response(done)),
         "engagement": _engagement(done, time),
         "cutting": labelled(time, {
             "force": (h.force, "N", "mean force on the tool over a sample"),
@@ -222,6 +248,8 @@ def stages(done: MillRun, **more: xr.Dataset | None) -> xr.DataTree:
             "wall_error_min": (wall[:, 0], "m", "least error of the wall left in a sample, positive into the wall"),
             "wall_error_max": (wall[:, 1], "m", "greatest error of the wall left in a sample, positive into the wall"),
         }, axis=["x", "y"])  # fmt: skip
+    if done.wall is not None:
+        groups |= milling_wall.stages(done.wall, r)
     groups |= {name: group for name, group in more.items() if group is not None}
     return xr.DataTree.from_dict(groups)
 
@@ -237,12 +265,11 @@ def _engagement(done: MillRun, time: tuple[str, FloatArray, str, str]) -> xr.Dat
 
 
 def _frequency_response(done: MillRun) -> xr.Dataset:
-    """Open and closed loop of both axes, continuous and sampled."""
-    d = done.drives
-    nyquist = 0.5 / d.law_x.sample_time
+    """Open and closed loop of every axis, continuous and sampled."""
+    pairs = done.drives
+    nyquist = 0.5 / pairs[0].law.sample_time
     hertz = np.geomspace(0.5, 0.98 * nyquist, 300)
     w = 2.0 * math.pi * hertz
-    pairs = ((d.plant_x, d.law_x), (d.plant_y, d.law_y))
     opened = np.column_stack([open_loop(w, *pair) for pair in pairs])
     held = np.column_stack([sampled_response(w, *pair) for pair in pairs])
     return labelled(("frequency", hertz, "Hz", "frequency"), {
@@ -252,7 +279,7 @@ def _frequency_response(done: MillRun) -> xr.Dataset:
         "sampled_closed_loop_gain": (np.abs(held / (1 + held)), "1", "magnitude of the sampled closed loop"),
         "sampled_open_loop_gain": (np.abs(held), "1", "magnitude of the sampled loop gain"),
         "sampled_open_loop_phase": (_phase(held), "rad", "phase of the sampled loop gain"),
-    }, axis=["x", "y"])  # fmt: skip
+    }, axis=list("xyz"[: len(pairs)]))  # fmt: skip
 
 
 def _phase(response: np.ndarray) -> FloatArray:
@@ -266,4 +293,7 @@ def stability(scenario: MillingScenario, done: MillRun) -> TipStability | None:
     tip = tip_modes(scenario)
     if tip is None or not done.steady.width:
         return None
+    if scenario.line is not None:  # modes are along x and y of the machine, steady cuts along the feed
+        c, s = done.reference.direction[0, :2]
+        tip = tip._replace(direction=tip.direction @ np.array([[c, -s], [s, c]]))
     return tip_stability(done.cut, tip, done.steady.width)

@@ -9,7 +9,7 @@ from cutwise import units
 from cutwise.later import later
 from cutwise.process.milling import run
 from cutwise.process.milling_measures import measures
-from cutwise.spec.milling import MillingScenario
+from cutwise.spec.milling import CornerPath, MillingScenario
 from cutwise.spec.program import Blend
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ def compare(scenario: MillingScenario) -> dict[str, Mapping[str, float]]:
     Where blends are among them, what the drives alone are off by is told of all: the contour error of a fillet is measured
     from the fillet, that of a blend from the corner that it rounds.
     """
-    if scenario.path is None:
+    if not isinstance(scenario.path, CornerPath):
         return {}
     rows: dict[str, Mapping[str, float]] = {}
     for strategy in scenario.path.compare:

@@ -16,7 +16,7 @@ from cutwise.physics.motion.reference import Reference
 from cutwise.process.loops_drives import Cut
 from cutwise.process.program_path import ProgramPath
 from cutwise.process.stock_moves import FLAT, StockMoves, moves_into_stock, stock_of
-from cutwise.spec.milling import MillingScenario
+from cutwise.spec.milling import CornerPath, MillingScenario
 
 
 class SteadyPatch(NamedTuple):
@@ -59,10 +59,12 @@ def _wall_contact(scenario: MillingScenario, path: ProgramPath, reference: Refer
     depth, width = operation.axial_depth, operation.radial_depth
     arcs = path_contact(path.curve, path.cuts, reference.block, reference.travelled, radius, width)
     arcs[reference.travelled >= path.curve.knots[-1]] = 0.0
+    if scenario.line is not None:
+        arcs[reference.travelled < (scenario.line.cut_from or 0.0)] = 0.0
     patches = wall_patches(arcs, depth)
     alpha = immersion(patches)
     greatest = float(alpha.max())
-    if scenario.path is not None:  # of a corner: the geometric maximum, not that of the samples
+    if isinstance(scenario.path, CornerPath):  # the geometric maximum, not that of the samples
         if path.blended:
             greatest = greatest_contact(path.curve, radius, width)
         else:
@@ -118,6 +120,10 @@ def steady_cuts(
         straight["straight"] = _one_patch(
             straight_immersion(scenario.operation.radial_depth or 0.0, radius), depth, chip
         )
+        if scenario.line is not None:
+            if scenario.operation.milling == "up":  # the arc ends at the far side
+                straight = {name: _mirrored(patch) for name, patch in straight.items()}
+            return SteadyCuts(straight, straight)
         if scenario.path is not None:  # of a corner: one feed, and the geometric maximum
             both = straight | {"corner": _one_patch(met.greatest, depth, chip)}
             return SteadyCuts(both, both)
@@ -139,6 +145,14 @@ def _heaviest(met: Contact, chips: FloatArray, weight: FloatArray) -> dict[str, 
 
 def _one_patch(angle: float, depth: float, chip: float) -> SteadyPatch:
     return SteadyPatch(0.0, angle, depth, chip, np.array([[0.0, angle, 0.0, depth]]))
+
+
+def _mirrored(patch: SteadyPatch) -> SteadyPatch:
+    """The same arc of a tool that has the work on its left."""
+    low, high = math.pi - patch.high, math.pi - patch.low
+    whole = patch.whole.copy()
+    whole[:, 0], whole[:, 1] = math.pi - patch.whole[:, 1], math.pi - patch.whole[:, 0]
+    return patch._replace(low=low, high=high, whole=whole)
 
 
 def _largest(rows: FloatArray) -> tuple[float, float, float]:

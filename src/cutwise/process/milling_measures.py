@@ -9,12 +9,13 @@ from cutwise.maths.curves import FloatArray
 from cutwise.physics.cutting.uneven import even_and_linear
 from cutwise.physics.cutting.wall import AVERAGED, DELAYED, FLUTES, tooth_period, wall_force
 from cutwise.physics.motion.lookahead import time_without_limits
+from cutwise.process import milling_wall
 from cutwise.process.loops_drives import NO_FORCE
 from cutwise.process.milling import MillRun, wall_left
 from cutwise.process.milling_contact import SteadyPatch
 from cutwise.process.milling_peaks import largest_forces
 from cutwise.results import SolverFailure
-from cutwise.spec.milling import MillingScenario
+from cutwise.spec.milling import CornerPath, MillingScenario
 
 NEAR_CORNER = 10e-3  # [m] within which the lowest feed is looked for
 SETTLED = 5e-6  # [m]
@@ -30,11 +31,13 @@ def measures(scenario: MillingScenario, done: MillRun) -> dict[str, float]:
         found |= _peak_forces(scenario, done)
     found |= _steady_forces(done)
     found |= _contact_measures(scenario, done)
-    for axis, figures in zip("xy", done.loops, strict=True):
+    for axis, figures in zip("xyz", done.loops, strict=False):
         found[f"bandwidth_{axis}"] = figures.sampled_bandwidth
         found[f"phase_margin_{axis}"] = figures.sampled_phase_margin
     if done.lost is None:
         found |= _tip_measures(done)
+    if done.wall is not None:
+        found |= milling_wall.measures(done.wall)
     found["path_length"] = float(done.path.curve.knots[-1])
     found["stops"] = float(done.plan.stops)
     return found
@@ -57,15 +60,15 @@ def _errors(done: MillRun) -> dict[str, float]:
 def _drive_measures(scenario: MillingScenario, done: MillRun) -> dict[str, float]:
     """Lag, settling, voltage and torque of the drives."""
     history, found = done.history, {}
-    lag = np.abs(done.reference.point[:, :2] - history.position).max(axis=0)
-    found["tracking_error_max_x"], found["tracking_error_max_y"] = map(float, lag)
+    lag = np.abs(done.reference.point[:, : len(done.drives)] - history.position).max(axis=0)
+    found |= {f"tracking_error_max_{axis}": float(most) for axis, most in zip("xyz", lag, strict=False)}
     found |= _settling(done)
     found["drive_voltage_max"] = float(np.abs(history.voltage).max())
-    found["saturation_time"] = float(history.clipped.any(axis=1).sum()) * scenario.machine.control.sample_time
+    found["saturation_time"] = float(history.clipped.any(axis=1).sum()) * scenario.drives.control.sample_time
     lowest = _lowest_feed(scenario, done)
     if lowest is not None:
         found["feed_min"] = lowest
-    for i, (axis, plant) in enumerate((("x", done.drives.plant_x), ("y", done.drives.plant_y))):
+    for i, (axis, (plant, _)) in enumerate(zip("xyz", done.drives, strict=False)):
         torque = plant.current_gain * plant.torque_constant * np.abs(history.voltage[:, i]).max()
         found[f"drive_torque_max_{axis}"] = float(torque)
     return found
@@ -77,7 +80,8 @@ def _contact_measures(scenario: MillingScenario, done: MillRun) -> dict[str, flo
     if done.steady.width:
         found["engagement_angle_max"] = met.greatest
     if "straight" in done.steady.width:
-        found["engagement_angle_straight"] = done.steady.width["straight"].high
+        straight = done.steady.width["straight"]
+        found["engagement_angle_straight"] = straight.high - straight.low
     if met.removal is not None:
         found["removed_volume"] = _removed(scenario, done, met.removal)
         found["removal_rate_max"] = float((met.removal * done.reference.speed).max())
@@ -124,7 +128,7 @@ def _settling(done: MillRun) -> dict[str, float]:
     direction = reference.direction[-1, :2]
     if not after.any() or math.hypot(*direction) < 0.5:
         return {}
-    off = history.position[after] - end
+    off = history.position[after, :2] - end
     found = {"settling_overshoot": max(float((off @ direction).max()), 0.0)}
     outside = np.flatnonzero(np.hypot(off[:, 0], off[:, 1]) > SETTLED)
     if outside.size == 0:
@@ -137,7 +141,7 @@ def _settling(done: MillRun) -> dict[str, float]:
 def _lowest_feed(scenario: MillingScenario, done: MillRun) -> float | None:
     speed = np.hypot(done.history.speed[:, 0], done.history.speed[:, 1])
     reference = done.reference
-    if scenario.path is not None:
+    if isinstance(scenario.path, CornerPath):
         near = np.hypot(reference.point[:, 0], reference.point[:, 1]) <= NEAR_CORNER
     else:
         cutting = np.flatnonzero(done.path.cuts)
@@ -155,7 +159,8 @@ def _peak_forces(scenario: MillingScenario, done: MillRun) -> dict[str, float]:
     """Peaks over the run; a force averaged over a revolution has none."""
     if done.cut.law in (NO_FORCE, AVERAGED) or not done.steady.width:
         return {}
-    peak = largest_forces(done, scenario.machine.control.sample_time)
+    sampled = done.history.force_peak.max(axis=0)
+    peak = sampled if done.wall is not None else largest_forces(done, scenario.drives.control.sample_time)
     axial = scenario.material.K_ac is not None or scenario.material.k_a11 is not None
     found = {"force_xy_peak": float(peak[3])}
     for i, axis in enumerate("xyz" if axial else "xy"):

@@ -169,7 +169,7 @@ def lobe_diagram(scenario: MillingScenario, found: TipStability) -> xr.Dataset:
 
 def vibration(found: TipStability) -> xr.Dataset:
     """The tip in a steady cut of the heaviest contact, from rest until it swings by more than the radius of the mill."""
-    c = found.cases["corner"].chatter
+    c = (found.cases.get("corner") or found.cases["straight"]).chatter
     within = np.logical_and.accumulate(np.abs(c.tip).max(axis=1) <= found.cut.mill.radius)
     return labelled(("vibration_time", c.time[within], "s", "time"), {
         "tip_corner": (c.tip[within], "m", "vibration of the tool tip in the heaviest contact"),

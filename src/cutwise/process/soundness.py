@@ -118,7 +118,7 @@ def _moving(run: MillRun) -> Iterator[Finding]:
     after = run.reference.time >= run.reference.end
     if run.lost is not None or not after.any():
         return
-    place = run.history.position[after]
+    place = run.history.position[after, :2]
     last = place[int((1.0 - _LAST) * len(place)) :]
     away = float(np.hypot(*(last - run.reference.point[-1, :2]).T).max())
     watched = float(run.reference.time[-1]) - run.reference.end

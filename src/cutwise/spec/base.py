@@ -1,6 +1,6 @@
 """The base of all specifications: frozen, unknown keys refused, and quantities that are text outside, SI inside."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self
 
@@ -39,6 +39,9 @@ class Spec(BaseModel):
 
     listed: ClassVar[bool] = True
     """Whether lists of all keys go into it; not where the keys are many and follow a rule."""
+
+    stands_for: ClassVar[Mapping[str, str]] = {}
+    """Keys that are names of keys in a section inside of this one, each with that section."""
 
     many_lines: ClassVar[tuple[str, ...]] = ()
     """Keys whose texts have lines; all others are written into comments, titles and tables, where a line end is harm."""

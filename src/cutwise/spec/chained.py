@@ -30,7 +30,7 @@ class CarryingMachine(Machine):
                 if element.contact is not None:
                     yield Remark(
                         ("chain", place, "elements", number, "contact"),
-                        "the contact law of pads is for process: machine; write pads with their stiffness",
+                        "the contact law of pads is for process: machine (still mode only); write pads with their stiffness",
                     )
 
     def remarks(self) -> Iterator[Remark]:

@@ -110,7 +110,7 @@ class Control(Spec):
 
 
 class CncMachine(LibrarySpec):
-    """A milling machine whose table follows two feed drives; z is taken as ideal."""
+    """A milling machine that follows its feed drives; without a z drive, z is taken as ideal."""
 
     library_shelf: ClassVar[str] = "machines"
 
@@ -129,6 +129,7 @@ class CncMachine(LibrarySpec):
     control: Control = Field(description="the sampled controller")
     x: FeedDrive = Field(description="the x axis")
     y: FeedDrive = Field(description="the y axis")
+    z: FeedDrive | None = Field(default=None, description="the z axis; left out: it follows exactly")
 
     def contradictions(self) -> Iterator[Remark]:
         """A reading that exchanges gains of a table that is not in doubt."""
@@ -140,7 +141,7 @@ class CncMachine(LibrarySpec):
 
     def remarks(self) -> Iterator[Remark]:
         """Friction that is larger in motion than at rest."""
-        for axis, friction in (("x", self.x.friction), ("y", self.y.friction)):
+        for axis, friction in ((axis, drive.friction) for axis in "xyz" if (drive := getattr(self, axis)) is not None):
             for way in ("plus", "minus"):
                 sliding, sticking = getattr(friction, f"coulomb_{way}"), getattr(friction, f"stiction_{way}")
                 if abs(sliding) > abs(sticking):

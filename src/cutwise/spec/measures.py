@@ -94,6 +94,7 @@ MILLING: Mapping[str, MeasureSpec] = {
     "cycle_time_ideal": MeasureSpec("time", "time at the programmed feed throughout, without limits of acceleration"),
     "tracking_error_max_x": MeasureSpec("small_length", "largest lag of the x axis behind its set point"),
     "tracking_error_max_y": MeasureSpec("small_length", "largest lag of the y axis behind its set point"),
+    "tracking_error_max_z": MeasureSpec("small_length", "largest lag of the z axis behind its set point"),
     "settling_overshoot": MeasureSpec("small_length", "how far the tool runs over the end point along the path"),
     "settling_time": MeasureSpec("time", "time after the last set point until the tool stays within 5 µm of it"),
     "drive_voltage_max": MeasureSpec("voltage", "largest voltage of the controllers, after clipping"),
@@ -115,10 +116,13 @@ MILLING: Mapping[str, MeasureSpec] = {
     "removal_rate_max": MeasureSpec("removal_rate", "largest volume taken per time, at the planned speed"),
     "drive_torque_max_x": MeasureSpec("moment", "largest motor torque of the x axis"),
     "drive_torque_max_y": MeasureSpec("moment", "largest motor torque of the y axis"),
+    "drive_torque_max_z": MeasureSpec("moment", "largest motor torque of the z axis"),
     "bandwidth_x": MeasureSpec("frequency", "-3 dB bandwidth of the sampled x position loop"),
     "bandwidth_y": MeasureSpec("frequency", "-3 dB bandwidth of the sampled y position loop"),
+    "bandwidth_z": MeasureSpec("frequency", "-3 dB bandwidth of the sampled z position loop"),
     "phase_margin_x": MeasureSpec("angle", "phase margin of the sampled x position loop"),
     "phase_margin_y": MeasureSpec("angle", "phase margin of the sampled y position loop"),
+    "phase_margin_z": MeasureSpec("angle", "phase margin of the sampled z position loop"),
     "chatter_growth_straight": MeasureSpec("dimensionless", "growth of tip vibration per tooth on the straight"),
     "chatter_growth_corner": MeasureSpec("dimensionless", "growth of tip vibration per tooth in the widest contact"),
     "stable_depth_straight": MeasureSpec(
@@ -132,6 +136,12 @@ MILLING: Mapping[str, MeasureSpec] = {
     "wall_error_max": MeasureSpec("small_length", "greatest error of the wall left, drives and tip, into the wall"),
     "path_length": MeasureSpec("length", "length of the commanded path"),
     **ROBOT_MILLING,
+    **_deflections("bodies", "displacement by the bodies of the machine and the part where the wall is read"),
+    "deviation_drives_max": MeasureSpec(
+        "small_length", "largest deviation of the drives off the wall over the cut, with its sign"
+    ),
+    "share_drives": MeasureSpec("small_length", "part of the drives in the displacement off the wall, worst place"),
+    "share_bodies": MeasureSpec("small_length", "part of the bodies of the machine and the part in it"),
     "stops": MeasureSpec("dimensionless", "full stops between the first and the last point"),
 }
 

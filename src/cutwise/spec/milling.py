@@ -28,7 +28,10 @@ from cutwise.spec.drives import CncMachine
 from cutwise.spec.fields import tag
 from cutwise.spec.material import Material
 from cutwise.spec.measures import MILLING
+from cutwise.spec.milled_path import MilledPath, machine_faults, robot_faults
+from cutwise.spec.milling_machine import MillingLoad, MillingMachine, machine_kind
 from cutwise.spec.needs import Needs
+from cutwise.spec.part_block import PartBlock
 from cutwise.spec.program import Blend, PathMode, Program, StockBlock
 from cutwise.spec.scenario import MeasureSpec, Scenario
 from cutwise.spec.tool import HelicalMill
@@ -36,7 +39,7 @@ from cutwise.spec.tool import HelicalMill
 
 def _path_kind(value: Any) -> str:
     written = value if isinstance(value, dict) else {}
-    carried = isinstance(value, CarriedPath) or bool({"line", "tool_axis", "work"} & set(written))
+    carried = isinstance(value, CarriedPath) or bool({"line", "arc", "tool_axis", "work", "cut_from"} & set(written))
     return "<line>" if carried else "<corner>"
 
 
@@ -225,8 +228,8 @@ class MillingScenario(Scenario):
     implied: ClassVar[Mapping[str, float]] = {"chatter_growth_corner": 1.0, "chatter_growth_straight": 1.0}
 
     def turned(self) -> Mapping[str, tuple[str, str]]:
-        """What this cut has: a program no corner, one in a stock no depths; a corner no blend unless it is asked for."""
-        idle = {"path.corner"} if self.program is not None else set()
+        """What this cut has: a program or a line no corner, a stock no depths; a corner no blend unless it is asked for."""
+        idle = {"path.corner"} if not isinstance(self.path, CornerPath) else set()
         if self.stock is not None:
             idle |= {"operation.axial_depth", "operation.radial_depth"}
         if self.program is None and not isinstance(self.path_mode, Blend):
@@ -241,9 +244,9 @@ class MillingScenario(Scenario):
 
     process: Literal["mill"] = Field(description="which operation is simulated", examples=["mill"])
     path: (
-        Annotated[Annotated[CornerPath, tag("corner")] | Annotated[CarriedPath, tag("line")], Discriminator(_path_kind)]
+        Annotated[Annotated[CornerPath, tag("corner")] | Annotated[MilledPath, tag("line")], Discriminator(_path_kind)]
         | None
-    ) = Field(default=None, description="a pocket corner, or a line that a robot follows (or give program)")
+    ) = Field(default=None, description="a pocket corner, or a straight wall (or give program)")
     placement: Standing | None = Field(default=None, description="where the part stands before the robot")
     robot: CarryingRobot | None = Field(
         default=None, description="the robot that carries the mill instead of a machine"
@@ -262,7 +265,14 @@ class MillingScenario(Scenario):
     operation: MillingOperation = Field(default_factory=MillingOperation, description="the cut")
     tool: EndMill = Field(description="the end mill")
     material: Material = Field(description="cutting coefficients of the material with this tool")
-    machine: CncMachine | None = Field(default=None, description="the machine and its drives (or give robot)")
+    machine: (
+        Annotated[
+            Annotated[CncMachine, tag("drives")] | Annotated[MillingMachine, tag("bodies")], Discriminator(machine_kind)
+        ]
+        | None
+    ) = Field(default=None, description="the machine: its drives, or bodies that yield and drives (or give robot)")
+    part: PartBlock | None = Field(default=None, description="the part on a machine with bodies; left out: rigid")
+    load: MillingLoad = Field(default_factory=MillingLoad, description="loads on the machine besides the cut")
     lobes: LobeDiagram = Field(
         default_factory=LobeDiagram, description="map of stability, drawn where the tool has modes"
     )
@@ -272,6 +282,23 @@ class MillingScenario(Scenario):
         description="whether a tool that chatters fails (required); ignore: it does not, and the run never passes",
         examples=["ignore"],
     )
+
+    @property
+    def drives(self) -> CncMachine:
+        """The feed drives: those of the machine, or the machine itself where it is nothing else."""
+        found = self.machine.drives if isinstance(self.machine, MillingMachine) else self.machine
+        assert found is not None
+        return found
+
+    @property
+    def drives_key(self) -> str:
+        """Dotted key of the feed drives."""
+        return "machine.drives" if isinstance(self.machine, MillingMachine) else "machine"
+
+    @property
+    def line(self) -> MilledPath | None:
+        """The straight wall along which a machine mills, if there is one."""
+        return self.path if self.robot is None and isinstance(self.path, MilledPath) else None
 
     @property
     def set_aside(self) -> frozenset[str]:
@@ -294,8 +321,14 @@ class MillingScenario(Scenario):
             yield from self._robot_faults()
             return
         if (self.path is None) == (self.program is None):
-            yield Remark(("path",), "give exactly one of path (a corner) and program (a G-code file)")
-        if isinstance(self.path, CornerPath):
+            yield Remark(("path",), "give exactly one of path (a corner or a line) and program (a G-code file)")
+        if isinstance(self.path, MilledPath):
+            yield from machine_faults(self.path)
+            yield from self._side_faults(self.path)
+            if self.operation.milling == "up" and self.numerics.force == "tooth_resolved" and self.tool.modes:
+                yield Remark(("operation", "milling"), "up is not covered for a tip that swings tooth by tooth (tool.modes); "
+                             "write numerics.force: averaged, or mill down")  # fmt: skip
+        if self.path is not None:
             for key, sample in (("feed", "40 mm/s"), ("spindle_speed", "8000 rpm")):
                 if getattr(self.operation, key) is None:
                     yield Remark(("operation", key), f"missing; write it as text with a unit, for example {sample}")
@@ -307,21 +340,51 @@ class MillingScenario(Scenario):
             yield Remark(("robot",), "the tool has one carrier: write robot or machine")
         if self.robot is None and self.machine is None:
             yield Remark(("machine",), "missing; write machine.library (or robot.library for a robot that mills)")
-        if self.robot is None and isinstance(self.path, CarriedPath):
-            yield Remark(
-                ("path", "line"), "is followed by a robot (robot.library); a machine takes a corner or a program"
-            )
+        if isinstance(self.machine, MillingMachine):
+            yield from self._bodies_faults(self.machine)
+        elif self.robot is None and self.part is not None:
+            yield Remark(("part",), "yields with the bodies of a machine; there are none (machine.library: demec_mill)")
+        if self.robot is not None and self.part is not None:
+            yield Remark(("part",), "stands on a machine; before a robot it is rigid: leave it out")
         if self.robot is None and self.placement is not None:
             yield Remark(("placement",), "places a part before a robot; there is none")
-        if self.robot is None and self.operation.milling == "up":
-            yield Remark(("operation", "milling"), "up is for a robot; a corner or program on a machine is milled down")
+        if self.robot is None and self.operation.milling == "up" and self.line is None:
+            yield Remark(("operation", "milling"), "up is for a line; a corner or program on a machine is milled down")
         if self.robot is None and self.numerics.mode == "still":
             yield Remark(("numerics", "mode"), "drives need time stepping: still is for a robot")
+
+    def _bodies_faults(self, machine: MillingMachine) -> Iterator[Remark]:
+        """What a machine with bodies that yield cannot do."""
+        if machine.drives is None:
+            yield Remark(("machine", "drives"), "missing; name the feed drives, for example drives: {library: fadal2216} "
+                         "(a machine that stands still is process: machine)")  # fmt: skip
+        if self.path is not None and self.line is None and self.robot is None:
+            yield Remark(("path",), "bodies of a machine yield along a straight wall (path.line); a corner is run with "
+                         "drives alone: machine: {library: fadal2216}")  # fmt: skip
+        if self.program is not None:
+            yield Remark(("program",), "bodies of a machine yield along a straight wall (path.line); a program is run with "
+                         "drives alone (machine: {library: fadal2216}), or at rest (process: machine)")  # fmt: skip
+        if self.numerics.force == "tooth_resolved" and self.tool.modes:
+            yield Remark(("numerics", "force"), "tooth_resolved steps the modes of the tool with drives alone; beside "
+                         "bodies of a machine write averaged: the modes then yield by F/k")  # fmt: skip
+
+    def _side_faults(self, path: MilledPath) -> Iterator[Remark]:
+        """A side of the work that contradicts the sense of milling."""
+        side = "right" if self.operation.milling == "down" else "left"
+        if path.work not in (None, side):
+            yield Remark(
+                ("path", "work"),
+                f"{path.work} contradicts operation.milling: a right-hand tool mills {self.operation.milling} with the "
+                f"work on the {side} of the feed",
+            )
 
     def _robot_faults(self) -> Iterator[Remark]:
         """What a robot that mills needs, and what it cannot do."""
         operation = self.operation
-        if not isinstance(self.path, CarriedPath):
+        if isinstance(self.path, MilledPath):
+            yield from robot_faults(self.path)
+            yield from self._side_faults(self.path)
+        else:
             yield Remark(("path",), "a robot needs to know where the wall is, for example path: {line: {from: [1900 mm, "
                          "-150 mm, 800 mm], to: [1900 mm, 150 mm, 800 mm]}, tool_axis: [0, 0, -1]}")  # fmt: skip
         for key, why in (
@@ -340,13 +403,6 @@ class MillingScenario(Scenario):
         if radial is not None and radial > self.tool.diameter * (1 + 1e-9):
             yield Remark(
                 ("operation", "radial_depth"), f"is more than the diameter of the mill ({_mm(self.tool.diameter)})"
-            )
-        side = "right" if operation.milling == "down" else "left"
-        if isinstance(self.path, CarriedPath) and self.path.work not in (None, side):
-            yield Remark(
-                ("path", "work"),
-                f"{self.path.work} contradicts operation.milling: a right-hand tool mills {operation.milling} with the "
-                f"work on the {side} of the feed",
             )
         length, depth = self.tool.flute_length, operation.axial_depth
         if length is not None and depth is not None and depth > length * (1 + 1e-9):
@@ -384,9 +440,12 @@ class MillingScenario(Scenario):
                 if getattr(self.operation, key) is not None:
                     yield Remark(("operation", key), "is not used: the stock says what the program meets")
         if self.robot is None and self.numerics.force != "tooth_resolved":
-            for key in ("modes", "runout"):
+            still = isinstance(self.machine, MillingMachine) and self.numerics.force == "averaged"  # modes are F/k
+            for key in ("runout",) if still else ("modes", "runout"):
                 if getattr(self.tool, key):
                     yield Remark(("tool", key), f"does not count with numerics.force: {self.numerics.force}")
+        if self.line is not None and self.numerics.discs and not self.tool.modes:
+            yield Remark(("numerics", "discs"), "does not count along a line: the flutes are taken in closed form")
         depth, length = self.operation.axial_depth, self.tool.flute_length
         if depth is not None and length is None and depth > _LONG_FLUTES * self.tool.diameter:
             yield Remark(
@@ -397,11 +456,11 @@ class MillingScenario(Scenario):
 
     def _chip_remarks(self) -> Iterator[Remark]:
         feed, speed = self.operation.feed, self.operation.spindle_speed
-        limits = self.machine.limits if self.machine is not None else None
+        limits = self.drives.limits if self.machine is not None else None
         if feed is not None and limits is not None and limits.act_on == "path" and feed > limits.velocity:
             yield Remark(
                 ("operation", "feed"),
-                f"is above machine.limits.velocity: no more than {units.show(limits.velocity, 'speed')} is run",
+                f"is above {self.drives_key}.limits.velocity: no more than {units.show(limits.velocity, 'speed')} is run",
             )
             feed = limits.velocity
         if feed is not None and speed is not None:
@@ -415,7 +474,7 @@ class MillingScenario(Scenario):
                 yield Remark(("material",), beyond)
             if self.machine is None:
                 return
-            step = self.machine.control.sample_time / self.numerics.substeps
+            step = self.drives.control.sample_time / self.numerics.substeps
             tooth = 2.0 * math.pi / (speed * self.tool.flutes)
             if self.numerics.force == "tooth_resolved" and step > tooth / 10:
                 yield Remark(

@@ -67,10 +67,23 @@ MILLING: Needs = {
     "stable_depth_straight": ("tool.modes",),
     "stable_depth_corner": ("tool.modes",),
     **_ARM,
-    **dict.fromkeys(("deflection_*", "share_*", "stiffness_normal_*"), ("robot",)),
+    **dict.fromkeys(("stiffness_normal_*", "wall_tilt_max"), ("robot or machine.chain",)),
+    "floor_error_*": ("robot or machine.chain or machine.z",),
+    "deflection_*": ("robot or machine.chain",),
+    "deflection_[apb][!o]*": ("robot",),  # arm, base
+    "deflection_bodies_*": ("machine.chain",),
+    "deflection_tip_*": ("tool.modes",),
+    "share_*": ("robot or path.line", _FORCES + " or robot"),
+    "share_[apb][!o]*": ("robot",),
+    "share_bodies": ("machine.chain",),
+    "share_tip": ("tool.modes", "robot or machine.chain"),
+    "share_drives": ("no robot",),
+    "deviation_drives_max": ("path.line", "no robot", _FORCES),
     **dict.fromkeys(
-        ("stable_depth_min", "depth_margin", "energy_balance", "floor_error_*", "wall_tilt_max"), ("robot",)
+        ("tracking_error_max_z", "drive_torque_max_z", "bandwidth_z", "phase_margin_z"),
+        ("machine.z or machine.drives.z",),
     ),
+    **dict.fromkeys(("stable_depth_min", "depth_margin", "energy_balance"), ("robot",)),
     **dict.fromkeys(
         (
             "contour_error_*",
@@ -88,7 +101,7 @@ MILLING: Needs = {
         ("no robot",),
     ),
     "tip_deflection_max": ("tool.modes or robot", f"{_TOOTH} or robot"),
-    "wall_error_*": ("tool.modes or robot", f"{_TOOTH} or robot"),
+    "wall_error_*": ("tool.modes or robot or path.line", f"{_TOOTH} or robot or path.line"),
     "force_*_peak": (_TOOTH, "no robot"),
     "force_z_peak": (_AXIAL,),
     "force_xy_*_straight": (f"{_FORCES} or robot",),

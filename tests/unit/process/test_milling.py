@@ -6,7 +6,7 @@ import pytest
 
 from cutwise.io.scenario import parse
 from cutwise.process import milling_compare
-from cutwise.process.assemble_mill import drive_pair
+from cutwise.process.assemble_mill import feed_drives
 from cutwise.process.recipes import quick_measures, simulate
 from cutwise.spec.faults import ScenarioFault
 
@@ -151,6 +151,6 @@ def test_a_reading_belongs_to_a_table_in_doubt():
 ])  # fmt: skip
 def test_remedies_of_an_unstable_loop_help(changes, remedy, mended):
     with pytest.raises(ScenarioFault) as found:
-        drive_pair(parse(BASE, overrides=changes).machine)
+        feed_drives(parse(BASE, overrides=changes).machine)
     assert remedy in str(found.value)
-    drive_pair(parse(BASE, overrides=[*changes, *mended]).machine)
+    feed_drives(parse(BASE, overrides=[*changes, *mended]).machine)

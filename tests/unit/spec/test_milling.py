@@ -5,7 +5,7 @@ import math
 import pytest
 
 from cutwise.io.scenario import load, parse, read_document
-from cutwise.process.assemble_mill import drive_pair, read_program
+from cutwise.process.assemble_mill import feed_drives, read_program
 from cutwise.process.recipes import simulate
 from cutwise.spec.faults import ScenarioFault
 
@@ -149,8 +149,8 @@ def test_what_is_wrong_with_a_program_and_what_stands_beside_it(tmp_path):
 
 def test_readings_of_the_gain_table():
     def gains(reading):
-        pair = drive_pair(parse(BASE, overrides=[f"machine.reading={reading}"]).machine)
-        return [(law.proportional, law.integral, law.derivative) for law in (pair.law_x, pair.law_y)]
+        pair = feed_drives(parse(BASE, overrides=[f"machine.reading={reading}"]).machine)
+        return [(law.proportional, law.integral, law.derivative) for _, law in pair]
 
     assert gains("as_printed") == [pytest.approx((500e3, 70e3, 300.0)), pytest.approx((462.539e3, 64.75e3, 278.0))]
     assert gains("kp_ki_swapped") == [pytest.approx((70e3, 500e3, 300.0)), pytest.approx((64.75e3, 462.539e3, 278.0))]
@@ -161,14 +161,14 @@ def test_cjme2023_is_the_cascade_of_its_source():
     """P position and PI velocity loop: poles at 158.7 rad/s with damping 0.48, and at 8.3 rad/s."""
     from cutwise.physics.motion.loop import continuous_poles
 
-    pair = drive_pair(parse(BASE, overrides=["machine={library: cjme2023}"]).machine)
-    for plant, law in ((pair.plant_x, pair.law_x), (pair.plant_y, pair.law_y)):
+    pair = feed_drives(parse(BASE, overrides=["machine={library: cjme2023}"]).machine)
+    for plant, law in pair:
         poles = sorted(continuous_poles(plant, law), key=abs)
         assert abs(poles[0]) == pytest.approx(8.3, abs=0.2)
         assert abs(poles[2]) == pytest.approx(158.7, abs=3.0)
         assert -poles[2].real / abs(poles[2]) == pytest.approx(0.48, abs=0.02)
-    assert pair.plant_x.stiction_plus == pytest.approx(1.802, abs=1e-3)
-    assert pair.plant_y.coulomb_minus == pytest.approx(-2.430, abs=1e-3)
+    assert pair[0].plant.stiction_plus == pytest.approx(1.802, abs=1e-3)
+    assert pair[1].plant.coulomb_minus == pytest.approx(-2.430, abs=1e-3)
 
 
 def test_chatter_is_said_and_a_stiff_tool_does_not():

@@ -32,7 +32,7 @@ _POINTS = 4000
 def worst_place(result: "Result") -> Figure:
     """Commanded path and actual path where the path is left most, the error magnified."""
     motion, error = result["motion"], result["surface"]["contour_error"].values
-    commanded, actual = motion["commanded"].values, motion["actual"].values
+    commanded, actual = motion["commanded"].values[:, :2], motion["actual"].values[:, :2]
     largest = float(np.nanmax(np.abs(error)))
     worst = int(np.nanargmax(np.abs(error)))
     times = _round_down(_LENGTH_OF_ERROR / largest) if largest > 0.0 else 1.0
@@ -133,12 +133,12 @@ def voltages(result: "Result") -> Figure:
     torque, torque_unit = scale("moment")
     drawn = figure(4.6)
     top, bottom = drawn.subplots(2, sharex=True)
-    for axis, colour in zip("xy", SERIES, strict=False):
+    for axis, colour in zip(motion["axis"].values, SERIES, strict=False):
         curve(top, time, motion["voltage"].sel(axis=axis).values, color=colour, linewidth=1.0, label=axis)
         motor, load = (torque * motion[name].sel(axis=axis).values for name in ("motor_torque", "cutting_torque"))
         curve(bottom, time, motor, color=colour, linewidth=1.0, label=f"{axis}, motor")
         curve(bottom, time, load, color=colour, linewidth=0.8, linestyle=":", label=f"{axis}, cutting")
-    limit = result.scenario.machine.control.saturation  # type: ignore[attr-defined]
+    limit = result.scenario.drives.control.saturation  # type: ignore[attr-defined]
     if result.measures["drive_voltage_max"].value > 0.6 * limit:
         line_note(top, limit, "limit", SERIES[5])
         line_note(top, -limit, "limit", SERIES[5], above=False)
@@ -156,7 +156,7 @@ def frequency_response(result: "Result") -> Figure:
     hertz = motion["frequency"].values
     drawn = figure(4.8)
     closed, opened, phase = drawn.subplots(3, sharex=True)
-    for axis, colour in zip("xy", SERIES, strict=False):
+    for axis, colour in zip(motion["axis"].values, SERIES, strict=False):
         for kind, style, name in (("", "--", "continuous"), ("sampled_", "-", "sampled")):
             label = f"{axis}, {name}"
             gain = motion[f"{kind}closed_loop_gain"].sel(axis=axis).values
@@ -212,6 +212,27 @@ def tip_and_wall(result: "Result") -> Figure:
     bottom.axhline(0.0, color=SOFT, linewidth=0.8)
     bottom.set(xlabel="time [s]", ylabel=f"wall left [{unit}]")
     bottom.margins(x=0)
+    return drawn
+
+
+def wall_made_of(result: "Result") -> Figure:
+    """Error of a straight wall along the path, and what drives, bodies and tip give to it."""
+    structure, travelled = result["structure"], result["motion"]["travelled"].values
+    factor, unit = scale("small_length")
+    way, way_unit = scale("length")
+    wall = factor * structure["wall_error"].values
+    cut = np.isfinite(wall)
+    drawn = figure(3.4)
+    axes = drawn.subplots()
+    axes.axhline(0.0, color=SOFT, linewidth=0.8)
+    names = [name for name in structure.data_vars if str(name).startswith(("deviation_", "deflection_"))]
+    for name, colour in zip(names, SERIES, strict=False):
+        part = -factor * structure[name].sel(axis="y").values
+        curve(axes, way * travelled[cut], part[cut], color=colour, linewidth=1.0, label=str(name).split("_", 1)[1])
+    curve(axes, way * travelled[cut], wall[cut], color=INK, label="wall")
+    axes.set(xlabel=f"way along the path [{way_unit}]", ylabel=f"error of the wall [{unit}]")
+    axes.margins(x=0)
+    legend_above(axes, 4)
     return drawn
 
 
@@ -275,6 +296,8 @@ PLOTS: list[Plot] = [
          frequency_response, ("motion/closed_loop_gain",)),
     Plot("Tool tip and wall", "Displacement of the tip by its modes, and the wall left: error of the drives plus tip where "
          "a tooth passes the wall; positive into the wall.", tip_and_wall, ("structure/tip_peak",)),
+    Plot("Wall and what it is made of", "Error of the wall, and the parts of drives, bodies of the machine and tip modes; "
+         "positive into the part.", wall_made_of, ("structure/deviation_drives", "measures/wall_error_min")),
     Plot("Stability", "Pairs of spindle speed and axial depth at which vibration dies out.", lobes, ("lobes/growth",)),
     Plot("Vibration of the tool tip", "Steady cut of the heaviest contact, from rest.", vibration,
          ("vibration/tip_corner",)),

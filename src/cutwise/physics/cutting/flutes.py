@@ -3,7 +3,7 @@
 import math
 from typing import NamedTuple
 
-from cutwise.maths.compiled import inlined, inlined_stepping
+from cutwise.maths.compiled import inlined_stepping
 from cutwise.physics.cutting.flute import FluteForce, Mill, mean_force, mirrored, tooth_force
 from cutwise.physics.cutting.uneven import (
     Edges,
@@ -12,7 +12,7 @@ from cutwise.physics.cutting.uneven import (
     turning_mean_force,
     uneven_tooth_force,
 )
-from cutwise.stages import cut
+from cutwise.stages import cut, stage
 
 
 class MeanFlutes(NamedTuple):
@@ -41,28 +41,30 @@ class ChipFlutes(NamedTuple):
     up_milling: bool
 
 
-@inlined
-def averaged(
-    flutes: MeanFlutes, chip: float, theta: float, lo: float, hi: float, length: float, time: float
-) -> FluteForce:
-    """Mean force of one arc over a strip: in closed form where flutes are even and linear, quadrature elsewhere."""
-    mill, edges = flutes.mill, flutes.edges
+@stage
+def arc_force(cutting, chip, theta, lo, hi, foot, width, time):
+    """Force of one arc over a strip of the mill, in down milling."""
+
+
+@arc_force.of(MeanFlutes)
+def _(cutting, chip, theta, lo, hi, foot, width, time):
+    """In closed form where flutes are even and the law is linear, quadrature elsewhere."""
+    mill, edges = cutting.mill, cutting.edges
+    length = (foot + width) - foot
     if even_and_linear(edges):
         return mean_force(lo, hi, chip, theta, length, mill.flutes, edges.linear)
-    rotation = (flutes.spindle_speed * time) % (2.0 * math.pi)
+    rotation = (cutting.spindle_speed * time) % (2.0 * math.pi)
     return turning_mean_force(rotation, lo, hi, chip, theta, length, mill, edges)
 
 
-@inlined
-def resolved(
-    flutes: ToothFlutes, chip: float, theta: float, lo: float, hi: float, z_lo: float, z_hi: float, time: float
-) -> FluteForce:
-    """Force of one arc over a strip as the teeth stand at a time."""
-    mill, edges = flutes.mill, flutes.edges
-    rotation = (flutes.spindle_speed * time) % (2.0 * math.pi)
+@arc_force.of(ToothFlutes)
+def _(cutting, chip, theta, lo, hi, foot, width, time):
+    """As the teeth stand at a time."""
+    mill, edges = cutting.mill, cutting.edges
+    rotation = (cutting.spindle_speed * time) % (2.0 * math.pi)
     if even_and_linear(edges):
-        return tooth_force(rotation, lo, hi, chip, theta, z_lo, z_hi, mill, edges.linear)
-    return uneven_tooth_force(rotation, lo, hi, chip, theta, z_lo, z_hi, mill, edges)
+        return tooth_force(rotation, lo, hi, chip, theta, foot, foot + width, mill, edges.linear)
+    return uneven_tooth_force(rotation, lo, hi, chip, theta, foot, foot + width, mill, edges)
 
 
 @inlined_stepping
@@ -84,7 +86,7 @@ def put(load, layer: int, force: FluteForce, arm: float) -> None:  # type: ignor
     total[5] += arm * force.y
 
 
-@cut.of(MeanFlutes)
+@cut.of(MeanFlutes, ToothFlutes)
 def _(cutting, contact, count, time, pivot, load):
     """Up milling is the mirror image."""
     rows = contact.rows
@@ -93,22 +95,7 @@ def _(cutting, contact, count, time, pivot, load):
         foot, width = rows[i, 1], rows[i, 2]
         if cutting.up_milling:
             lo, hi, theta = math.pi - hi, math.pi - lo, -theta
-        force = averaged(cutting, rows[i, 5], theta, lo, hi, (foot + width) - foot, time)
-        if cutting.up_milling:
-            force = mirrored(force)
-        put(load, int(rows[i, 0]), force, pivot - foot - 0.5 * width)
-
-
-@cut.of(ToothFlutes)
-def _(cutting, contact, count, time, pivot, load):
-    """Up milling is the mirror image."""
-    rows = contact.rows
-    for i in range(count):
-        lo, hi, theta = rows[i, 3], rows[i, 4], rows[i, 6]
-        foot, width = rows[i, 1], rows[i, 2]
-        if cutting.up_milling:
-            lo, hi, theta = math.pi - hi, math.pi - lo, -theta
-        force = resolved(cutting, rows[i, 5], theta, lo, hi, foot, foot + width, time)
+        force = arc_force(cutting, rows[i, 5], theta, lo, hi, foot, width, time)
         if cutting.up_milling:
             force = mirrored(force)
         put(load, int(rows[i, 0]), force, pivot - foot - 0.5 * width)

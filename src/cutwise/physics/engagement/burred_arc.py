@@ -15,9 +15,9 @@ from typing import NamedTuple
 from cutwise.maths.compiled import inlined
 from cutwise.maths.curves import polyline_value
 from cutwise.physics.engagement.arc import LayerArcs
-from cutwise.physics.engagement.burred_edge import Immersion, Layers, Round, show
+from cutwise.physics.engagement.burred_edge import Immersion, Layers, Placed, Round, immersed, meet_layers
 from cutwise.physics.engagement.feed import feed_direction, feed_per_tooth
-from cutwise.stages import axial, displaced, left, met, probed
+from cutwise.stages import axial, left, met, probed
 
 
 class BurredArc(NamedTuple):
@@ -26,13 +26,6 @@ class BurredArc(NamedTuple):
     layers: Layers
     mill: Round
     radius: float  # [m] of the nominal edge
-
-
-class OnArc(NamedTuple):
-    """The mill against the arc at one height above its tip."""
-
-    immersion: Immersion
-    turn: float  # [rad] of the normal there from y of the process axes, clockwise
 
 
 @inlined
@@ -72,12 +65,14 @@ def arcs_of(depth: float, work_depth: float, theta: float, radius: float, top: f
     )
 
 
-@inlined
-def immersion_on(engagement: BurredArc, burr: float, x: float, y: float, speed_x: float, speed_y: float) -> OnArc:
-    """Immersion from place and velocity of the axis, seen from the centre of the arc in process axes [m, m/s]."""
+@immersed.of(BurredArc)
+def _(engagement, pose, tip):
+    """From place and velocity of the axis, seen from the centre of the arc; process axes may turn with the edge."""
     mill = engagement.mill
+    x, y = pose.x + tip.x, pose.y + tip.y
+    speed_x, speed_y = pose.vx + tip.vx + pose.spin * tip.y, pose.vy + tip.vy - pose.spin * tip.x
+    burr = polyline_value(engagement.layers.burr_height, pose.along)
     distance = math.hypot(x, y)
-    turn = math.atan2(x, y)
     sine, cosine = x / distance, y / distance
     along, off = speed_x * cosine - speed_y * sine, speed_x * sine + speed_y * cosine
     height = distance - engagement.radius - mill.radius
@@ -85,7 +80,7 @@ def immersion_on(engagement: BurredArc, burr: float, x: float, y: float, speed_x
     depth, work_depth = burr - height, max(0.0, -height)
     arcs = arcs_of(max(depth, work_depth), work_depth, theta, mill.radius, engagement.radius + burr, engagement.radius)
     chip = feed_per_tooth(along, off, mill.spindle_speed, mill.flutes)
-    return OnArc(Immersion(depth, work_depth, theta, chip, arcs), turn)
+    return Placed(Immersion(depth, work_depth, theta, chip, arcs), math.atan2(x, y))
 
 
 @axial.of(BurredArc)
@@ -101,46 +96,7 @@ def _(engagement, pose):
 
 @met.of(BurredArc)
 def _(engagement, stock, pose, structure, flexed, contact):
-    """A mill is round: the arcs of the normal at the axis are arcs of the process axes, turned."""
-    burr_height, burr_width, strips = engagement.layers
-    rows = contact.rows
-    width, burr = polyline_value(burr_width, pose.along), polyline_value(burr_height, pose.along)
-    tip = displaced(structure, flexed, strips.burr_start, 0.5 * width)
-    at_a = immersion_on(
-        engagement, burr, pose.x + tip.x, pose.y + tip.y,
-        pose.vx + tip.vx + pose.spin * tip.y, pose.vy + tip.vy - pose.spin * tip.x,
-    )  # fmt: skip
-    n = strips.slices
-    count = 0
-    for layer in range(2):
-        start = strips.burr_start if layer == 0 else strips.work_start
-        strip = (width if layer == 0 else strips.work_width) / n
-        for k in range(n):
-            foot = start + k * strip
-            here = at_a
-            if n > 1:
-                tip = displaced(structure, flexed, foot, 0.5 * strip)
-                here = immersion_on(
-                    engagement, burr, pose.x + tip.x, pose.y + tip.y,
-                    pose.vx + tip.vx + pose.spin * tip.y, pose.vy + tip.vy - pose.spin * tip.x,
-                )  # fmt: skip
-            arcs = here.immersion.arcs
-            lo = arcs.front_lo if layer == 0 else arcs.work_lo
-            hi = arcs.front_hi if layer == 0 else arcs.work_hi
-            for piece in range(2 - layer):
-                if piece == 1:
-                    lo, hi = arcs.back_lo, arcs.back_hi
-                if hi > lo:
-                    rows[count, 0] = layer
-                    rows[count, 1] = foot
-                    rows[count, 2] = strip
-                    rows[count, 3] = lo + here.turn
-                    rows[count, 4] = hi + here.turn
-                    rows[count, 5] = here.immersion.chip
-                    rows[count, 6] = here.immersion.theta + here.turn
-                    count += 1
-    show(at_a.immersion, contact.seen)
-    return count
+    return meet_layers(engagement, pose, structure, flexed, contact)
 
 
 @left.of(BurredArc)

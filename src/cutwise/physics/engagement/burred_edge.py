@@ -7,7 +7,7 @@ from cutwise.maths.curves import FloatArray, Polyline, polyline_value
 from cutwise.physics.engagement.arc import LayerArcs, layer_arcs
 from cutwise.physics.engagement.burr import entry_position
 from cutwise.physics.engagement.feed import feed_direction, feed_per_tooth
-from cutwise.stages import axial, displaced, left, met, probed
+from cutwise.stages import axial, displaced, left, met, probed, stage
 
 SEEN = 6  # columns that the edge shows of itself
 PIECES = 3  # rows of contact of a slice: burr before and behind the lowest point, work
@@ -55,6 +55,18 @@ class Immersion(NamedTuple):
     arcs: LayerArcs
 
 
+class Placed(NamedTuple):
+    """An immersion, and how the normal stands that it is seen from."""
+
+    immersion: Immersion
+    turn: float  # [rad] of the normal from y of the process axes, clockwise
+
+
+@stage
+def immersed(engagement, pose, tip):
+    """Immersion of the mill with its axis displaced, at one height."""
+
+
 @inlined
 def immersion_at(
     mill: Round, burr_height: Polyline, x: float, height: float, speed_x: float, speed_y: float
@@ -95,16 +107,28 @@ def _(engagement, pose):
     return layers.strips.burr_start, 0.5 * polyline_value(layers.burr_width, pose.along)
 
 
-@met.of(BurredEdge)
-def _(engagement, stock, pose, structure, flexed, contact):
-    """With one slice the whole mill is immersed as at the middle of the burr; with several each strip as at its own
-    height, tilted with the motor."""
-    burr_height, burr_width, strips = engagement.layers
-    mill = engagement.mill
+@immersed.of(BurredEdge)
+def _(engagement, pose, tip):
+    here = immersion_at(
+        engagement.mill,
+        engagement.layers.burr_height,
+        pose.x + tip.x,
+        pose.y + tip.y,
+        pose.vx + tip.vx,
+        pose.vy + tip.vy,
+    )
+    return Placed(here, 0.0)
+
+
+@inlined_stepping
+def meet_layers(engagement, pose, structure, flexed, contact):  # type: ignore[no-untyped-def]
+    """Rows of contact of burr and work: with one slice the whole mill is immersed as at the middle of the burr; with
+    several each strip as at its own height, tilted with the motor. A mill is round, so that arcs seen from a normal that
+    is turned are arcs of the process axes, turned."""
+    strips = engagement.layers.strips
     rows = contact.rows
-    width = polyline_value(burr_width, pose.along)
-    tip = displaced(structure, flexed, strips.burr_start, 0.5 * width)
-    at_a = immersion_at(mill, burr_height, pose.x + tip.x, pose.y + tip.y, pose.vx + tip.vx, pose.vy + tip.vy)
+    width = polyline_value(engagement.layers.burr_width, pose.along)
+    at_a = immersed(engagement, pose, displaced(structure, flexed, strips.burr_start, 0.5 * width))
     n = strips.slices
     count = 0
     for layer in range(2):
@@ -114,11 +138,8 @@ def _(engagement, stock, pose, structure, flexed, contact):
             foot = start + k * strip
             here = at_a
             if n > 1:
-                tip = displaced(structure, flexed, foot, 0.5 * strip)
-                here = immersion_at(
-                    mill, burr_height, pose.x + tip.x, pose.y + tip.y, pose.vx + tip.vx, pose.vy + tip.vy
-                )
-            arcs = here.arcs
+                here = immersed(engagement, pose, displaced(structure, flexed, foot, 0.5 * strip))
+            arcs = here.immersion.arcs
             lo = arcs.front_lo if layer == 0 else arcs.work_lo
             hi = arcs.front_hi if layer == 0 else arcs.work_hi
             for piece in range(2 - layer):
@@ -128,13 +149,18 @@ def _(engagement, stock, pose, structure, flexed, contact):
                     rows[count, 0] = layer
                     rows[count, 1] = foot
                     rows[count, 2] = strip
-                    rows[count, 3] = lo
-                    rows[count, 4] = hi
-                    rows[count, 5] = here.chip
-                    rows[count, 6] = here.theta
+                    rows[count, 3] = lo + here.turn
+                    rows[count, 4] = hi + here.turn
+                    rows[count, 5] = here.immersion.chip
+                    rows[count, 6] = here.immersion.theta + here.turn
                     count += 1
-    show(at_a, contact.seen)
+    show(at_a.immersion, contact.seen)
     return count
+
+
+@met.of(BurredEdge)
+def _(engagement, stock, pose, structure, flexed, contact):
+    return meet_layers(engagement, pose, structure, flexed, contact)
 
 
 @left.of(BurredEdge)

@@ -7,6 +7,7 @@ is what it leaves. A tool that yields by u cuts :math:`a_e - u_y` wide and :math
 import math
 from typing import NamedTuple
 
+from cutwise.maths.compiled import inlined
 from cutwise.physics.engagement.arc import immersion_half_angle
 from cutwise.physics.engagement.burred_edge import Round
 from cutwise.physics.engagement.feed import feed_per_tooth
@@ -20,6 +21,9 @@ class Shoulder(NamedTuple):
 
     mill: Round
     axial_depth: float  # a_p [m]
+    begins: float = -math.inf  # [m] of the path: where the work begins
+    ends: float = math.inf  # [m] of the path: where it ends
+    standstill: float = 0.0  # [m/s] slower feed cuts nothing
 
 
 class Slot(NamedTuple):
@@ -27,6 +31,15 @@ class Slot(NamedTuple):
 
     mill: Round
     axial_depth: float  # a_p [m]
+    begins: float = -math.inf  # [m] of the path: where the work begins
+    ends: float = math.inf  # [m] of the path: where it ends
+    standstill: float = 0.0  # [m/s] slower feed cuts nothing
+
+
+@inlined
+def cuts(engagement: Shoulder, along: float, vx: float, vy: float) -> bool:
+    """Whether the tool is in the work, and fed."""
+    return engagement.begins <= along < engagement.ends and math.hypot(vx, vy) >= engagement.standstill
 
 
 @axial.of(Shoulder, Slot)
@@ -43,8 +56,11 @@ def _(engagement, pose):
 @met.of(Shoulder)
 def _(engagement, stock, pose, structure, flexed, contact):
     mill, rows, seen = engagement.mill, contact.rows, contact.seen
+    if not cuts(engagement, pose.along, pose.vx, pose.vy):
+        seen[0], seen[1], seen[2] = 0.0, 0.0, 0.0
+        return 0
     tip = displaced(structure, flexed, 0.0, 0.5 * engagement.axial_depth)
-    radial, depth = -(pose.y + tip.y), engagement.axial_depth - tip.z
+    radial, depth = -(pose.y + tip.y), engagement.axial_depth - (pose.z + tip.z)
     angle = immersion_half_angle(radial, mill.radius)
     seen[0], seen[1], seen[2] = max(0.0, radial), max(0.0, depth), angle
     if angle <= 0.0 or depth <= 0.0:
@@ -62,8 +78,11 @@ def _(engagement, stock, pose, structure, flexed, contact):
 @met.of(Slot)
 def _(engagement, stock, pose, structure, flexed, contact):
     mill, rows, seen = engagement.mill, contact.rows, contact.seen
+    if not cuts(engagement, pose.along, pose.vx, pose.vy):
+        seen[0], seen[1], seen[2] = 0.0, 0.0, 0.0
+        return 0
     tip = displaced(structure, flexed, 0.0, 0.5 * engagement.axial_depth)
-    depth = engagement.axial_depth - tip.z
+    depth = engagement.axial_depth - (pose.z + tip.z)
     seen[0], seen[1], seen[2] = 2.0 * mill.radius, max(0.0, depth), math.pi
     if depth <= 0.0:
         return 0

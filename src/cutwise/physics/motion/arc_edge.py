@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from cutwise.physics.motion.edge import EdgePass, programmed_motion
 from cutwise.records import Pose
-from cutwise.stages import moved
+from cutwise.stages import driven, moved
 
 
 class ArcFixed(NamedTuple):
@@ -48,3 +48,9 @@ def _(motion, time):
     rate = motion.edge.feed / motion.radius
     distance = motion.radius + motion.mill + tool.height
     return Pose(time, tool.position, 0.0, distance, 0.0, rate * distance, tool.climb, 0.0, rate)
+
+
+@driven.of(ArcFixed, ArcFollowed)
+def _(motion, pose, load, dt):
+    """The programmed motion knows no load."""
+    return 0

@@ -1,9 +1,13 @@
 """One feed drive: position controller, amplifier, motor, and friction that truly sticks."""
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
-from cutwise.maths.compiled import compiled
+import numpy as np
+
+from cutwise.maths.compiled import compiled, inlined_stepping
+from cutwise.maths.curves import FloatArray
 
 
 class Plant(NamedTuple):
@@ -37,6 +41,28 @@ class Controller(NamedTuple):
     saturation: float  # largest output [V]
     encoder: float  # position quantum [m], 0 for none
     delay: float  # 0 or 1: the output of the last sample is applied
+
+
+class Drive(NamedTuple):
+    """A feed drive of one axis."""
+
+    plant: Plant
+    law: Controller
+
+
+class Axis(NamedTuple):
+    """A feed drive that is stepped by a fixed time; see :func:`axes_of`."""
+
+    plant: Plant
+    law: Controller
+    step: float  # [s]
+    phi1: float  # [s] :func:`response_integrals` of the step
+    phi2: float  # [s^2]
+
+
+MOTOR, SPEED, INTEGRAL, LAST, OUTPUT, LOAD, BEFORE, APPLIED = range(8)  # columns of the state of an axis
+"""Motor side [m], its speed [rad/s], integral [m s] and last error [m] of the controller, its output and the voltage
+that is applied [V], load side now and one step before [m]."""
 
 
 @compiled
@@ -186,3 +212,58 @@ def played(output: float, motor_side: float, play: float) -> float:
     """Position of the load behind a play [m]: it moves only when the motor side pushes it."""
     half = 0.5 * play
     return min(max(output, motor_side - half), motor_side + half)
+
+
+def axes_of(drives: Sequence[Drive], substeps: int) -> tuple[Axis, ...]:
+    """Axes that are stepped ``substeps`` times in a sample of their controllers.
+
+    Raises
+    ------
+    ValueError
+        The sample times differ, there are no substeps, or more axes than x, y and z.
+    """
+    if not 2 <= len(drives) <= 3:
+        raise ValueError(f"a force acts along x, y and z; there are {len(drives)} drives")
+    if len({drive.law.sample_time for drive in drives}) != 1:
+        raise ValueError("all axes need the same sample time")
+    if substeps < 1:
+        raise ValueError("at least one substep per servo step is needed")
+    found = []
+    for plant, law in drives:
+        step = law.sample_time / substeps
+        found.append(Axis(plant, law, step, *response_integrals(plant.viscous / plant.inertia, step)))
+    return tuple(found)
+
+
+def at_rest(point: FloatArray) -> FloatArray:
+    """The state of axes that stand at a point [m], integrals and last errors zero; shape (axes, 8)."""
+    state = np.zeros((len(point), 8))
+    state[:, MOTOR] = state[:, LOAD] = state[:, BEFORE] = point
+    return state
+
+
+@inlined_stepping
+def served(
+    axis: Axis, state: FloatArray, a: int, reference: float, velocity: float, acceleration: float
+) -> bool:  # fmt: skip
+    """One sample of the controller of axis ``a``: what it applies until the next; True where it was clipped."""
+    new, state[a, INTEGRAL], state[a, LAST], clipped = control(
+        reference, velocity, acceleration, state[a, MOTOR], state[a, INTEGRAL], state[a, LAST], axis.law
+    )
+    state[a, APPLIED] = state[a, OUTPUT] if axis.law.delay > 0.5 else new
+    state[a, OUTPUT] = new
+    return clipped
+
+
+@inlined_stepping
+def fed(axis: Axis, state: FloatArray, a: int, force: float) -> None:
+    """One step of axis ``a`` under the applied voltage and a force along it on the tool [N]."""
+    plant = axis.plant
+    gain = plant.current_gain * plant.torque_constant
+    x, state[a, SPEED] = advance(
+        state[a, MOTOR], state[a, SPEED], gain * state[a, APPLIED] + force * plant.transmission, axis.step, axis.phi1,
+        axis.phi2, plant,
+    )  # fmt: skip
+    state[a, MOTOR] = x
+    state[a, BEFORE] = state[a, LOAD]
+    state[a, LOAD] = played(state[a, LOAD], x, plant.backlash)

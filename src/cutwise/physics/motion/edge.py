@@ -6,7 +6,7 @@ from typing import NamedTuple
 from cutwise.maths.compiled import inlined
 from cutwise.maths.curves import Cubic, cubic_value_slope
 from cutwise.records import Pose
-from cutwise.stages import moved
+from cutwise.stages import driven, moved
 
 
 class EdgePass(NamedTuple):
@@ -77,6 +77,12 @@ def programmed_motion(path: EdgePass, time: float) -> ToolMotion:
 def _(motion, time):
     tool = programmed_motion(motion, time)
     return Pose(time, tool.position, tool.position, tool.height, 0.0, motion.feed, tool.climb, 0.0, 0.0)
+
+
+@driven.of(EdgePass)
+def _(motion, pose, load, dt):
+    """The programmed motion knows no load."""
+    return 0
 
 
 def path_memory_index(largest_curvature: float, radius: float) -> float:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cutwise.maths.compiled import inlined
-from cutwise.maths.curves import FloatArray
+from cutwise.maths.curves import FloatArray, segment
 from cutwise.physics.structure.pistons import PistonRing, RingState, at_rest
 from cutwise.physics.structure.pistons import step as piston_step
 from cutwise.records import Tip
@@ -102,13 +102,7 @@ def station(at: FloatArray, along: float) -> tuple[int, float]:
         return 0, 0.0
     if along >= at[last]:
         return last - 1, 1.0
-    low, high = 0, last
-    while high - low > 1:
-        middle = (low + high) // 2
-        if at[middle] <= along:
-            low = middle
-        else:
-            high = middle
+    low = segment(at, along)
     return low, (along - at[low]) / (at[low + 1] - at[low])
 
 

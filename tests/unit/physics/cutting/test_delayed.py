@@ -17,8 +17,9 @@ from cutwise.physics.cutting.uneven import (
     uneven_tooth_force,
 )
 from cutwise.physics.cutting.wall import DELAYED, DISCS, tooth_period
+from cutwise.physics.motion.drives import Drive
 from cutwise.physics.structure.modes import modes
-from cutwise.process.loops_drives import Commands, Cut, DrivePair, run_drives, tip_dynamics
+from cutwise.process.loops_drives import Commands, Cut, run_drives, tip_dynamics
 from cutwise.process.loops_regenerative import SteadyCut, run_regenerative
 from peers import corner as peer
 from peers.corner import AL7075, OMEGA, X, Y, laws
@@ -101,7 +102,7 @@ def straight(tip, *, arc=1.2, seconds=0.6, substeps=10, chip_speed=0.04, edges=M
     x, y = (law._replace(proportional=1e8, integral=0.0, derivative=1e6, saturation=1e9) for law in laws("matched"))
     commands = Commands(point, velocity, np.zeros((n, 2)), np.zeros(n), patches)
     cut = Cut(DELAYED, MILL, discs(0.01, MILL.helix, 5e-3, 3, 20), edges, OMEGA)
-    return run_drives(commands, DrivePair(heavy[0], x, heavy[1], y), cut, substeps, modes=tip)
+    return run_drives(commands, (Drive(heavy[0], x), Drive(heavy[1], y)), cut, substeps, modes=tip)
 
 
 def steady(tip, arc, periods=200):
@@ -140,7 +141,7 @@ def test_the_wall_is_left_where_a_tooth_passes_it():
                          coulomb_minus=0.0) for p in (X, Y)]  # fmt: skip
     x, y = (law._replace(proportional=1e8, integral=0.0, derivative=1e6, saturation=1e9) for law in laws("matched"))
     cut = Cut(DELAYED, mill, discs(0.01, 0.0, 5e-3, 3, 20), METAL, OMEGA)
-    ours = run_drives(commands, DrivePair(plants[0], x, plants[1], y), cut, 40, modes=SOFT)
+    ours = run_drives(commands, (Drive(plants[0], x), Drive(plants[1], y)), cut, 40, modes=SOFT)
     left = ours.left[200:]
     left = left[np.isfinite(left[:, 0])]
     assert left.mean() == pytest.approx(expected, rel=0.03)

@@ -1,0 +1,122 @@
+"""A tool that feed drives move: their position loops are stepped with the cell, under the force of the cut."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from cutwise.maths.compiled import compiled
+from cutwise.maths.curves import FloatArray
+from cutwise.physics.motion.drives import APPLIED, LOAD, SPEED, Axis, at_rest, fed, served
+from cutwise.records import Pose
+from cutwise.stages import driven, moved
+
+
+class SetPoints(NamedTuple):
+    """What the axes are told at the servo instants, ``n`` of them; axis ``a`` moves along coordinate ``a``."""
+
+    point: FloatArray  # [m], shape (n, a)
+    velocity: FloatArray  # [m/s], shape (n, a)
+    acceleration: FloatArray  # [m/s^2], shape (n, a)
+    heading: FloatArray  # commanded direction of feed in the xy plane [rad], shape (n,)
+    along: FloatArray  # commanded place along the path [m], shape (n,)
+
+
+class DriveLog(NamedTuple):
+    """What drives did, written in place at the servo instants and over the step behind each."""
+
+    position: FloatArray  # of the load before the step [m], shape (n, a)
+    speed: FloatArray  # of the load side of the motor, r_g w [m/s], shape (n, a)
+    voltage: FloatArray  # held over the step [V], shape (n, a)
+    clipped: npt.NDArray[np.bool_]  # controller at its limit, shape (n, a)
+    force: FloatArray  # mean over the step, on the tool in machine axes [N], shape (n, 3)
+    force_peak: FloatArray  # largest magnitude in the step of x, y, z and of the xy vector [N], shape (n, 4)
+
+
+class Driven(NamedTuple):
+    """Feed drives along x, y and so on that follow set points along a wall."""
+
+    axes: tuple[Axis, ...]  # x, y, and z if it has a drive
+    order: SetPoints
+    substeps: int  # in a servo step
+    side: float  # 1.0: the work stands on the right of the feed, -1.0: on the left
+    height: float  # [m] of the commanded lowest point of the tool above the uncut surface
+    state: FloatArray  # of the axes, shape (a, 8); changes
+    clock: npt.NDArray[np.int64]  # substeps so far, shape (1,); changes
+    log: DriveLog
+
+
+def driven_tool(axes: tuple[Axis, ...], order: SetPoints, substeps: int, side: float, height: float) -> Driven:
+    """Drives at rest on their first set point."""
+    n, count = order.point.shape
+    log = DriveLog(
+        np.empty((n, count)), np.empty((n, count)), np.empty((n, count)), np.zeros((n, count), dtype=bool),
+        np.zeros((n, 3)), np.zeros((n, 4)),
+    )  # fmt: skip
+    return Driven(axes, order, substeps, side, height, at_rest(order.point[0]), np.zeros(1, dtype=np.int64), log)
+
+
+@compiled
+def process_parts(x: float, y: float, heading: float, side: float) -> tuple[float, float]:
+    r"""Parts of a vector of the xy plane along the feed and off the work, and the way back.
+
+    .. math:: a = x\cos\vartheta + y\sin\vartheta, \qquad b = \sigma(-x\sin\vartheta + y\cos\vartheta)
+
+    with the work on the right for :math:`\sigma = 1`, on the left for :math:`\sigma = -1`.
+    """
+    c, s = math.cos(heading), math.sin(heading)
+    return x * c + y * s, side * (y * c - x * s)
+
+
+@compiled
+def machine_parts(along: float, off: float, heading: float, side: float) -> tuple[float, float]:
+    """A vector along the feed and off the work in the xy plane of the machine: the inverse of :func:`process_parts`."""
+    c, s = math.cos(heading), math.sin(heading)
+    return along * c - side * off * s, along * s + side * off * c
+
+
+@moved.of(Driven)
+def _(motion, time):
+    """The commanded place, and what the axes deviate from it, in the process axes of the commanded direction."""
+    order, state = motion.order, motion.state
+    k = motion.clock[0] // motion.substeps
+    axes = motion.axes
+    heading = order.heading[k]
+    ahead, off = process_parts(
+        state[0, LOAD] - order.point[k, 0], state[1, LOAD] - order.point[k, 1], heading, motion.side
+    )
+    forward, sideways = process_parts(
+        state[0, SPEED] * axes[0].plant.transmission, state[1, SPEED] * axes[1].plant.transmission, heading, motion.side
+    )
+    up, climb = 0.0, 0.0
+    if len(axes) > 2:
+        up = state[2, LOAD] - order.point[k, 2]
+        climb = state[2, SPEED] * axes[-1].plant.transmission
+    along = order.along[k]
+    return Pose(time, along, along + ahead, motion.height + off, up, forward, sideways, climb, 0.0)
+
+
+@driven.of(Driven)
+def _(motion, pose, load, dt):
+    """A servo step measures, computes the voltage and holds it; the axes are stepped exactly under force and friction."""
+    order, state, log, axes = motion.order, motion.state, motion.log, motion.axes
+    k, part = motion.clock[0] // motion.substeps, motion.clock[0] % motion.substeps
+    if part == 0:
+        for a in range(len(axes)):
+            log.position[k, a] = state[a, LOAD]
+            log.speed[k, a] = state[a, SPEED] * axes[a].plant.transmission
+            log.clipped[k, a] = served(
+                axes[a], state, a, order.point[k, a], order.velocity[k, a], order.acceleration[k, a]
+            )
+            log.voltage[k, a] = state[a, APPLIED]
+    fx, fy = machine_parts(load.total[0], load.total[1], order.heading[k], motion.side)
+    force = (fx, fy, load.total[2])
+    for i in range(3):
+        log.force[k, i] += force[i] / motion.substeps
+        log.force_peak[k, i] = max(log.force_peak[k, i], abs(force[i]))
+    log.force_peak[k, 3] = max(log.force_peak[k, 3], math.hypot(fx, fy))
+    for a in range(len(axes)):
+        fed(axes[a], state, a, force[a])
+    motion.clock[0] += 1
+    return 0

@@ -1,0 +1,310 @@
+"""A wall milled on a machine: its drives, its bodies and the tool's tip in one loop, and one error of the wall."""
+
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from cutwise import loop, units
+from cutwise.balance import TRIALS
+from cutwise.maths.curves import FloatArray
+from cutwise.paths.carried import CarriedPath, line
+from cutwise.physics.cutting.flute import Mill
+from cutwise.physics.cutting.flutes import MeanFlutes, ToothFlutes
+from cutwise.physics.engagement.burred_edge import Round
+from cutwise.physics.engagement.shoulder import SEEN, Shoulder, Slot
+from cutwise.physics.motion.driven import DriveLog, SetPoints, driven_tool
+from cutwise.physics.motion.drives import Axis
+from cutwise.physics.motion.reference import Reference
+from cutwise.physics.structure.series_compliance import in_axes, translation_at
+from cutwise.physics.structure.terms import Compliance, Rigid, displacement, in_series, relaxed, width
+from cutwise.process.chain_compliance import BodiesAlong, bodies_along, off_part, tool_point_at_zero
+from cutwise.process.edges import edges
+from cutwise.process.labels import labelled
+from cutwise.process.loops_drives import STANDSTILL, DriveHistory
+from cutwise.records import FIXED
+from cutwise.results import SolverFailure
+from cutwise.spec.milling import MillingScenario
+from cutwise.spec.milling_machine import MillingMachine
+
+_STILL = 1e-12  # [m] that a commanded axis may move and still be at rest
+
+LIMITS = (
+    "Bodies, part and tip modes yield without inertia, under the mean force of the cut at half the axial depth; weights and "
+    "geometric errors of the axes are left out.",
+    "The arc of contact is as wide and as deep as drives, bodies and tip leave it; the wall is read where the tool passes.",
+)
+
+
+class WallRun(NamedTuple):
+    """What the wall is left with, at the servo instants, n of them; process axes (x feed, y off the work, z up)."""
+
+    path: CarriedPath  # stations, in the part
+    bodies: BodiesAlong | None
+    terms: tuple[tuple[str, Compliance], ...]
+    moved: dict[str, FloatArray]  # displacement of the tool by each term where the wall is read [m], shape (n, 3)
+    drives: FloatArray  # deviation by the drives [m], shape (n, 3)
+    turned: FloatArray  # tilt of the tool about the feed [rad], shape (n,)
+    counted: npt.NDArray[np.bool_]  # where the tool is in the cut, shape (n,)
+    slot: bool  # both sides are walls
+    height: float  # over the tip, where the wall is read [m]
+
+    @property
+    def total(self) -> FloatArray:
+        """Displacement by drives and all terms [m], shape (n, 3)."""
+        return np.asarray(self.drives + sum(self.moved.values()))
+
+    @property
+    def wall(self) -> FloatArray:
+        """Error of the wall, positive into the part [m], shape (n,)."""
+        return np.asarray(-self.total[:, 1])
+
+    @property
+    def worst(self) -> int:
+        """Instant of the cut at which the wall is off most."""
+        return int(np.argmax(np.where(self.counted, np.abs(self.wall), -1.0)))
+
+
+def on_loop(scenario: MillingScenario) -> bool:
+    """Whether the wall follows from a cell of the loop: a straight wall and a force, the tool without modes that swing."""
+    swings = scenario.numerics.force == "tooth_resolved" and bool(scenario.tool.modes)
+    return scenario.line is not None and scenario.numerics.force != "none" and not swings
+
+
+def stations_of(scenario: MillingScenario) -> CarriedPath:
+    """Stations of the wall in the part; a line of two coordinates lies at the height of the machine's tool point."""
+    assert scenario.line is not None
+    given = scenario.line.line
+    start, end = np.array(given.start), np.array(given.end)
+    machine = scenario.machine
+    if given.flat and isinstance(machine, MillingMachine):
+        start[2] = end[2] = tool_point_at_zero(machine, np.array(machine.tip))[2]
+    up = scenario.operation.milling == "up"
+    return line(start, end, np.array([0.0, 0.0, -1.0]), scenario.numerics.station, work_on_left=up)
+
+
+def bodies_of(scenario: MillingScenario, path: CarriedPath) -> BodiesAlong | None:
+    """How the machine yields along the wall; None for drives alone."""
+    machine = scenario.machine
+    if not isinstance(machine, MillingMachine):
+        return None
+    return bodies_along(machine, scenario.part, np.array(machine.tip), path)
+
+
+def _terms(
+    scenario: MillingScenario, path: CarriedPath, bodies: BodiesAlong | None
+) -> tuple[tuple[str, Compliance], ...]:
+    """Terms without inertia in series, the first at the tool; tip modes are along x and y of the machine."""
+    if bodies is None:
+        return ()
+    terms = [("bodies", Compliance(path.at, np.ascontiguousarray(bodies.total)))]
+    if scenario.tool.modes:
+        matrix = np.zeros((6, 6))
+        for mode in scenario.tool.modes:
+            axis = "xy".index(mode.direction)
+            matrix[axis, axis] += 1.0 / mode.stiffness
+        terms.insert(0, ("tip", Compliance(np.zeros(1), in_axes(matrix, path.axes[:1]))))
+    return tuple(terms)
+
+
+def wall_run(
+    scenario: MillingScenario, reference: Reference, order: SetPoints, axes: tuple[Axis, ...], substeps: int,
+    progress: Callable[[float], None] | None = None,
+) -> tuple[DriveLog, WallRun]:  # fmt: skip
+    """Drives, force and yielding terms stepped together along the wall.
+
+    Raises
+    ------
+    SolverFailure
+        No displacement was found that its own force gives.
+    """
+    operation = scenario.operation
+    assert operation.axial_depth is not None
+    assert operation.radial_depth is not None
+    assert scenario.line is not None
+    path = stations_of(scenario)
+    bodies = bodies_of(scenario, path)
+    terms = _terms(scenario, path, bodies)
+    structure = in_series([term for _, term in terms]) if terms else Rigid(0.0)
+    tool, up = scenario.tool, operation.milling == "up"
+    mill = Mill(0.5 * tool.diameter, tool.flutes, tool.helix)
+    speed = operation.spindle_speed
+    assert speed is not None
+    begins, ends = scenario.line.cut_from or 0.0, float(path.at[-1])
+    slot = operation.radial_depth >= tool.diameter * (1.0 - 1e-12)
+    engagement = (Slot if slot else Shoulder)(
+        Round(mill.radius, mill.flutes, speed), operation.axial_depth, begins, ends, STANDSTILL
+    )
+    averaged = scenario.numerics.force == "averaged"
+    given = edges(scenario.material, tool)
+    law = MeanFlutes if averaged else ToothFlutes
+    flutes = law(mill, given._replace(runout=0.0) if averaged else given, speed, up)
+    motion = driven_tool(axes, order, substeps, -1.0 if up else 1.0, -operation.radial_depth)
+    cell = loop.Cell(motion, engagement, (), flutes, structure)
+    step = axes[0].law.sample_time
+    history = loop.march(
+        cell, relaxed(structure), duration=len(reference.time) * step, time_step=step / substeps, seen=SEEN,
+        state=width(structure), layers=1, contacts=1, stride=substeps, progress=progress,
+    )  # fmt: skip
+    table = history.table
+    unsolved = np.flatnonzero(table[:, -1] >= TRIALS)
+    if unsolved.size:
+        raise SolverFailure(
+            f"no equilibrium of force and displacement was found at {reference.travelled[unsolved[0]] * 1e3:.4g} mm of "
+            "the path: the machine is too soft for this cut; reduce operation.axial_depth"
+        )
+    height = 0.5 * operation.axial_depth
+    moved, turned, at = {}, np.zeros(len(table)), FIXED + SEEN
+    for name, term in terms:
+        columns = table[:, at : at + width(term)]
+        moved[name], turned = displacement(term, columns, height), turned + columns[:, 3]
+        at += width(term)
+    counted = (reference.travelled >= begins) & (reference.travelled < ends)
+    drives = _deviation(reference, order, motion.log, motion.side)
+    return motion.log, WallRun(path, bodies, terms, moved, drives, turned, counted, slot, height)
+
+
+def _deviation(reference: Reference, order: SetPoints, log: DriveLog, side: float) -> FloatArray:
+    """Actual position against the commanded one in process axes [m], shape (n, 3)."""
+    off = log.position - order.point
+    found = np.zeros((len(reference.time), 3))
+    c, s = np.cos(order.heading), np.sin(order.heading)
+    found[:, 0] = off[:, 0] * c + off[:, 1] * s
+    found[:, 1] = side * (off[:, 1] * c - off[:, 0] * s)
+    found[:, 2] = off[:, 2] if off.shape[1] > 2 else 0.0
+    return found
+
+
+def measures(done: WallRun) -> dict[str, float]:
+    """Wall and floor, what each term gives to them, and how stiff the machine is; SI."""
+    if not done.counted.any():
+        return {}
+    wall, floor = done.wall[done.counted], 0.0 - done.total[done.counted, 2]
+    found = {
+        "wall_error_min": float(wall.min()),
+        "wall_error_max": float(wall.max()),
+        "deviation_drives_max": _largest(done.drives[done.counted, 1]),
+        "share_drives": float(done.drives[done.worst, 1]),
+    }
+    if done.slot:  # its two walls are off the same way, which is into one of them
+        most = float(np.abs(wall).max())
+        found["wall_error_min"], found["wall_error_max"] = 0.0 - most, most
+    if done.terms or done.drives[:, 2].any():
+        found |= {"floor_error_min": float(floor.min()), "floor_error_max": float(floor.max())}
+    for name, of_term in done.moved.items():
+        for axis, letter in enumerate("xyz"):
+            part = of_term[done.counted, axis]
+            found[f"deflection_{name}_mean_{letter}"] = float(part.mean())
+            found[f"deflection_{name}_max_{letter}"] = _largest(part)
+        found[f"share_{name}"] = float(of_term[done.worst, 1])
+    if done.bodies is not None:
+        normal = translation_at(done.bodies.total, done.height)[:, 1, 1]
+        found["wall_tilt_max"] = float(np.abs(done.turned[done.counted]).max())
+        if normal.min() > 0.0:
+            found["stiffness_normal_min"] = float(1.0 / normal.max())
+            found["stiffness_normal_max"] = float(1.0 / normal.min())
+    return found
+
+
+def _largest(values: FloatArray) -> float:
+    """The value of largest magnitude, with its sign."""
+    return float(values[int(np.argmax(np.abs(values)))])
+
+
+def elements_at(done: WallRun, row: int, along: float) -> dict[str, float]:
+    """What each body gives off the wall at an instant [m], by name: the force there is the one that all of it gives."""
+    if done.bodies is None:
+        return {}
+    matrices = translation_at(_between(done.path.at, done.bodies.each, along), done.height)
+    total = matrices.sum(axis=0)
+    force = np.linalg.lstsq(total, done.moved["bodies"][row], rcond=None)[0]
+    return {name: float((one @ force)[1]) for name, one in zip(done.bodies.names, matrices, strict=True)}
+
+
+def _between(at: FloatArray, matrices: FloatArray, along: float) -> FloatArray:
+    """Matrices of stations (e, n, 6, 6), straight between them."""
+    after = min(max(int(np.searchsorted(at, along)), 1), len(at) - 1)
+    share = (along - at[after - 1]) / (at[after] - at[after - 1])
+    return np.asarray((1.0 - share) * matrices[:, after - 1] + share * matrices[:, after])
+
+
+def stages(done: WallRun, reference: Reference) -> dict[str, xr.Dataset]:
+    """Histories of the terms, and the bodies one by one along the path, with units."""
+    time = ("time", reference.time, "s", "time")
+    wall = np.where(done.counted, done.wall, np.nan)
+    floor = np.where(done.counted, -done.total[:, 2], np.nan)
+    groups = {
+        "structure": labelled(time, {
+            "deviation_drives": (done.drives, "m", "deviation by the drives: along the feed, off the work, up"),
+            **{
+                f"deflection_{name}": (value, "m", f"displacement by the term {name} where the wall is read")
+                for name, value in done.moved.items()
+            },
+            "wall_error": (wall, "m", "error of the wall, positive into the part"),
+            "floor_error": (floor, "m", "error of the floor, positive into the part"),
+        }, axis=list("xyz")),
+    }  # fmt: skip
+    if done.bodies is not None:
+        at = ("s", done.path.at, "m", "place along the path")
+        normal = translation_at(done.bodies.each, done.height)[:, :, 1, 1].T
+        rows = np.clip(np.searchsorted(reference.travelled, done.path.at), 0, len(reference.time) - 1)
+        parts = [
+            list(elements_at(done, int(row), float(s)).values()) for row, s in zip(rows, done.path.at, strict=True)
+        ]
+        groups["bodies"] = labelled(at, {
+            "compliance": (normal, "m/N", "compliance off the wall of each body and joint"),
+            "deflection": (np.array(parts), "m", "displacement off the wall by each under the force of the cut there"),
+        }, element=list(done.bodies.names))  # fmt: skip
+    return groups
+
+
+def notes(
+    scenario: MillingScenario, done: WallRun, reference: Reference, history: DriveHistory
+) -> dict[str, str]:  # fmt: skip
+    """The worst place and what it is made of; axes that stand still and are held there by friction."""
+    told = {}
+    if done.counted.any():
+        row = done.worst
+        parts = {"drives": done.drives[row, 1], **{name: value[row, 1] for name, value in done.moved.items()}}
+        shares = ", ".join(f"{name} {units.show(-float(value), 'small_length', 4)}" for name, value in parts.items())
+        told["wall"] = (
+            f"The wall is off most at {units.show(reference.travelled[row], 'length')} of the path, t = "
+            f"{units.show(reference.time[row], 'time', 4)}: {units.show(float(done.wall[row]), 'small_length', 4)} "
+            f"({shares}; positive is into the part)."
+        )
+        by_element = elements_at(done, row, float(reference.travelled[row]))
+        if by_element:
+            told["bodies"] = "Of the bodies there: " + ", ".join(
+                f"{name} {units.show(-value, 'small_length', 4)}"
+                for name, value in sorted(by_element.items(), key=lambda item: -abs(item[1]))
+            ) + "."  # fmt: skip
+    told |= dict(_standing(scenario, reference, history))
+    return told
+
+
+def _standing(
+    scenario: MillingScenario, reference: Reference, history: DriveHistory
+) -> Iterator[tuple[str, str]]:  # fmt: skip
+    """Axes that are not commanded to move, and what holds them."""
+    for a, axis in enumerate("xyz"[: history.position.shape[1]]):
+        drive = getattr(scenario.drives, axis)
+        if float(np.ptp(reference.point[:, a])) > _STILL or float(np.ptp(history.position[:, a])) > _STILL:
+            continue
+        torque = float(history.force_peak[:, a].max()) * drive.r_g
+        pushed = float(history.force[:, a].sum()) >= 0.0
+        holds = drive.friction.stiction_plus if pushed else -drive.friction.stiction_minus
+        yield (
+            f"standing_{axis}",
+            (
+                f"The {axis} axis is not moved and stays exactly where it is: the cut turns it with "
+                f"{units.show(torque, 'moment', 3)}, friction holds {units.show(holds, 'moment', 3)}."
+            ),
+        )
+
+
+def warnings(scenario: MillingScenario, done: WallRun) -> Iterator[str]:
+    """A tool that is not beside the part."""
+    if scenario.part is not None and done.bodies is not None:
+        yield from off_part(scenario.part, done.path.point, 0.5 * scenario.tool.diameter)

@@ -1,0 +1,59 @@
+"""A machine that mills as a whole: its feed drives, and the bodies that yield between part and tool."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any, ClassVar
+
+from pydantic import Field
+
+from cutwise.spec.base import LibrarySpec, Remark, Spec
+from cutwise.spec.chained import CarryingMachine
+from cutwise.spec.drives import CncMachine
+
+AXES = ("X", "Y", "Z")
+
+
+class MillingMachine(CarryingMachine):
+    """A machine tool as a chain of bodies that yield, moved by its feed drives."""
+
+    stands_for: ClassVar[Mapping[str, str]] = dict.fromkeys(("reading", "limits", "control"), "drives")
+
+    drives: CncMachine | None = Field(
+        default=None,
+        description="feed drives: their controllers, limits and friction",
+        examples=["{library: fadal2216}"],
+    )
+
+    def contradictions(self) -> Iterator[Remark]:
+        """A chain that holds together, with a tool point, moved along x, y and z, that answers at once."""
+        yield from super().contradictions()
+        there = self.axes()
+        missing = [letter for letter in AXES if letter not in there]
+        if missing:
+            yield Remark(("chain",), f"has no axis {' and '.join(missing)}; a mill is moved along x, y and z")
+
+    def remarks(self) -> Iterator[Remark]:
+        """What is left out."""
+        if self.geometry_errors is not None:
+            yield Remark(("geometry_errors",), "do not count in milling; process: machine has them")
+
+
+class MillingLoad(Spec):
+    """Loads on the machine besides the cut."""
+
+    weights: bool = Field(
+        default=False, description="weights of bodies and part; left out in milling", examples=[False]
+    )
+
+    def contradictions(self) -> Iterator[Remark]:
+        """What milling leaves out."""
+        if self.weights:
+            yield Remark(("weights",), "true is for process: machine; in milling the wall is set against the machine as it "
+                         "stands under its weights: write false")  # fmt: skip
+
+
+def machine_kind(value: Any) -> str:
+    """Which of the two a machine section is: drives alone, or bodies with their drives."""
+    if isinstance(value, LibrarySpec):
+        return "<bodies>" if isinstance(value, MillingMachine) else "<drives>"
+    written = value if isinstance(value, dict) else {}
+    return "<bodies>" if {"chain", "drives", "tip", "gravity"} & set(written) else "<drives>"
