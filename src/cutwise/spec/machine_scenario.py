@@ -18,6 +18,7 @@ from cutwise.spec.base import (
     SmallAngle,
     SmallLength,
     Spec,
+    Stiffness,
     Usual,
 )
 from cutwise.spec.faults import Path
@@ -32,6 +33,7 @@ from cutwise.spec.part_block import PartBlock
 from cutwise.spec.program import StockBlock
 from cutwise.spec.scenario import MeasureSpec, Scenario
 from cutwise.spec.tables import Table
+from cutwise.spec.tool import ToolMode
 
 
 class MachineTool(LibrarySpec):
@@ -56,9 +58,32 @@ class MachineTool(LibrarySpec):
     shear_factor: Number | None = Field(
         default=None, description="share of the section that carries shear", examples=[0.9], gt=0, le=1
     )
+    stiffness: Annotated[Stiffness, Usual("0.1 N/um", "100 N/um")] | None = Field(
+        default=None, description="measured static stiffness at the tip across the tool; left out: not known",
+        examples=["20 N/um"], gt=0,
+    )  # fmt: skip
+    modes: tuple[ToolMode, ...] = Field(
+        default=(), description="vibration modes of the tip along x and y of the last body; the pass is at rest: F/k",
+        examples=["[{direction: x, frequency: 950 Hz, damping: 0.03, stiffness: 18 N/um}]"],
+    )  # fmt: skip
+
+    def remarks(self) -> Iterator[Remark]:
+        """What of a mode is not for a pass at rest."""
+        if self.modes:
+            yield Remark(("modes",), "count by their stiffness: a pass at rest knows no frequency and no damping")
 
     def contradictions(self) -> Iterator[Remark]:
-        """What a flexible tool needs."""
+        """One way in which a tool bends, and what it needs."""
+        ways = [
+            key
+            for key, there in (("flexible", self.flexible), ("stiffness", self.stiffness), ("modes", self.modes))
+            if there
+        ]
+        if len(ways) > 1:
+            yield Remark(
+                (ways[-1],),
+                f"and tool.{ways[0]} both say how the tool bends; write one of flexible: true, stiffness, modes",
+            )
         for key in ("overhang", "filling", "youngs_modulus", "poisson_ratio", "shear_factor"):
             if self.flexible and getattr(self, key) is None:
                 yield Remark((key,), "missing")

@@ -13,13 +13,10 @@ from cutwise.spec.base import (
     Angle,
     AngularSpeed,
     Count,
-    Frequency,
     Length,
-    Number,
     Remark,
     Spec,
     Speed,
-    Stiffness,
     Time,
     Usual,
 )
@@ -34,7 +31,7 @@ from cutwise.spec.needs import Needs
 from cutwise.spec.part_block import PartBlock
 from cutwise.spec.program import Blend, PathMode, Program, StockBlock
 from cutwise.spec.scenario import MeasureSpec, Scenario
-from cutwise.spec.tool import HelicalMill
+from cutwise.spec.tool import HelicalMill, ToolMode
 
 
 def _path_kind(value: Any) -> str:
@@ -118,17 +115,6 @@ class MillingOperation(Spec):
         default="down", description="down (climb) or up (conventional) milling of a robot; drives mill down",
         examples=["down"],
     )  # fmt: skip
-
-
-class ToolMode(Spec):
-    """A vibration mode of the tool tip."""
-
-    direction: Literal["x", "y"] = Field(description="direction of the tip's motion", examples=["x"])
-    frequency: Annotated[Frequency, Usual("50 Hz", "10000 Hz")] = Field(
-        description="natural frequency", examples=["922 Hz"], gt=0
-    )
-    damping: Annotated[Number, Usual(0.005, 0.15)] = Field(description="damping ratio", examples=[0.011], ge=0, lt=1)
-    stiffness: Stiffness = Field(description="modal stiffness", examples=["1.34 N/um"], gt=0)
 
 
 class LobeDiagram(Spec):

@@ -2,11 +2,34 @@
 
 import math
 from collections.abc import Iterator
-from typing import Annotated, ClassVar
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from cutwise.spec.base import Angle, Count, Length, LibrarySpec, Remark, SmallLength, Stiffness, Usual
+from cutwise.spec.base import (
+    Angle,
+    Count,
+    Frequency,
+    Length,
+    LibrarySpec,
+    Number,
+    Remark,
+    SmallLength,
+    Spec,
+    Stiffness,
+    Usual,
+)
+
+
+class ToolMode(Spec):
+    """A vibration mode of the tool tip."""
+
+    direction: Literal["x", "y"] = Field(description="direction of the tip's motion", examples=["x"])
+    frequency: Annotated[Frequency, Usual("50 Hz", "10000 Hz")] = Field(
+        description="natural frequency", examples=["922 Hz"], gt=0
+    )
+    damping: Annotated[Number, Usual(0.005, 0.15)] = Field(description="damping ratio", examples=[0.011], ge=0, lt=1)
+    stiffness: Stiffness = Field(description="modal stiffness", examples=["1.34 N/um"], gt=0)
 
 
 class RotatingTool(LibrarySpec):
