@@ -133,6 +133,9 @@ REFUSED = {
     "machine=null": "write robot.library",
     "machine.tip=null": "where the tool point is",
     "part.placement={x: [-10 mm, 10 mm]}": "tries places before a robot",
+    "spindle={library: default}": "a spindle tilting on pistons cannot guide a drill",
+    "tool.modes=[{direction: x, frequency: 1 kHz, damping: 0.03, stiffness: 5 N/um}]": "once the hole guides it",
+    "machine.drives={library: fadal2216}": "drives hold still while a drill feeds along z",
     "requirements={redundancy_angle: {max: 1 deg}}": "it needs robot",
 }
 

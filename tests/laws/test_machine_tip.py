@@ -55,3 +55,16 @@ def test_measured_stiffness_is_that_across_the_tool(on_machine, bare):
 def test_a_tool_bends_in_one_way(on_machine, change):
     with pytest.raises(cutwise.ScenarioFault, match="both say how the tool bends"):
         on_machine(MODES, change)
+
+
+@pytest.mark.parametrize(
+    ("change", "why"),
+    [
+        ("spindle={library: default}", "pistons remember how they were loaded"),
+        ("machine.drives={library: fadal2216}", "drives need time stepping"),
+        ("robot={library: kr270_r2700}", "a robot follows a path of process: deburr or mill"),
+    ],
+)
+def test_what_has_no_place_at_rest_is_refused_in_words(on_machine, change, why):
+    with pytest.raises(cutwise.ScenarioFault, match=why):
+        on_machine(change)

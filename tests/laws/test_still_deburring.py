@@ -90,6 +90,15 @@ def test_machine_measures_and_shares(on_machine):
     assert found["energy_balance"] < 1e-12
 
 
+def test_modes_of_the_tip_count_by_their_stiffness(on_machine):
+    modes = "tool.modes=[{direction: y, frequency: 1 kHz, damping: 0.03, stiffness: 5 N/um}]"
+    ((name, term), _) = edge_cut(on_machine(modes, "numerics.station=200 mm")).behind
+    assert name == "tip"
+    assert np.diag(term.matrix[0]) == pytest.approx([0.0, 2e-7, 0.0, 0.0, 0.0, 0.0], rel=1e-12)
+    with pytest.raises(cutwise.ScenarioFault, match="both say how the tool bends"):
+        on_machine(modes, "tool.stiffness=5 N/um")
+
+
 def test_nothing_that_yields_leaves_the_preset(examples):
     scenario = cutwise.load(
         examples / "deburr_rigid_on_machine.yaml",
@@ -121,6 +130,7 @@ REFUSED = {
     "tool.runout=5 um": "surface with memory",
     "placement={origin: [0 mm, 0 mm, 0 mm]}": "places a part before a robot",
     "numerics.force=tooth_resolved": "the mean force of the teeth counts",
+    "machine.drives={library: fadal2216}": "drives are stepped in milling only",
 }
 
 

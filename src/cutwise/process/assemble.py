@@ -35,7 +35,7 @@ from cutwise.process.loops import (
     Strips,
     still_edge,
 )
-from cutwise.process.yielding import spring
+from cutwise.process.yielding import modes_at_rest, spring
 from cutwise.spec.carrier import CarryingRobot, Standing
 from cutwise.spec.deburring import DeburringScenario
 from cutwise.spec.operation import DeburringOperation, PathErrorSpectrum, SinePathError
@@ -105,9 +105,10 @@ def _terms(
     scenario: DeburringScenario, carrier: tuple[tuple[str, NamedTuple], ...]
 ) -> tuple[tuple[str, NamedTuple], ...]:
     """What yields behind the spindle, from the tool to the part."""
-    tip, part = scenario.tool.stiffness, scenario.part.stiffness
+    tip, part, modes = scenario.tool.stiffness, scenario.part.stiffness, scenario.tool.modes
     return (
         *((("tip", spring({0: tip, 1: tip})),) if tip is not None else ()),
+        *((("tip", modes_at_rest(modes)),) if modes else ()),
         *carrier,
         *((("part_stiffness", spring({1: part})),) if part is not None else ()),
     )

@@ -26,6 +26,14 @@ from cutwise.spec.tool import Bur
 USUAL_CUTTING_SPEED = {"P": 600.0, "M": 350.0, "K": 600.0, "N": 900.0, "S": 350.0, "H": 350.0}
 
 
+class DeburringMachine(CarryingMachine):
+    """A machine tool that carries the spindle, as a chain of bodies that yield."""
+
+    refused: ClassVar[Mapping[str, str]] = {
+        "drives": "drives are stepped in milling only (process: mill); leave them out",
+    }
+
+
 class DeburringScenario(Scenario):
     """Deburring one edge with a pneumatic compliant spindle (Berselli et al. 2016)."""
 
@@ -67,7 +75,7 @@ class DeburringScenario(Scenario):
     )
     placement: Standing | None = Field(default=None, description="where the part stands before the robot")
     robot: CarryingRobot | None = Field(default=None, description="the robot that carries the spindle along the path")
-    machine: CarryingMachine | None = Field(
+    machine: DeburringMachine | None = Field(
         default=None, description="the machine tool that carries the spindle along the path, as bodies that yield"
     )
     numerics: TimeStepping = Field(default_factory=TimeStepping, description="how the computation is done")

@@ -34,6 +34,10 @@ from cutwise.spec.scenario import MeasureSpec, Scenario
 class Drill(LibrarySpec):
     """A twist drill with two lips."""
 
+    refused: ClassVar[Mapping[str, str]] = {
+        "modes": "bending modes of a free drill do not hold once the hole guides it: leave them out",
+    }
+
     library_shelf: ClassVar[str] = "drills"
 
     diameter: Annotated[Length, Usual("1 mm", "32 mm")] = Field(description="diameter D", examples=["6 mm"], gt=0)
@@ -243,9 +247,20 @@ class DrillingNumerics(Spec):
     )  # fmt: skip
 
 
+class DrillingMachine(CarryingMachine):
+    """A machine tool that drills, as a chain of bodies that yield."""
+
+    refused: ClassVar[Mapping[str, str]] = {
+        "drives": "drives hold still while a drill feeds along z: leave them out",
+    }
+
+
 class DrillingScenario(Scenario):
     """Drilling a plate with a robot (Garnier, Subrin, Waiyagan 2017), or on a machine tool."""
 
+    refused: ClassVar[Mapping[str, str]] = {
+        "spindle": "a spindle tilting on pistons cannot guide a drill: leave it out",
+    }
     measures: ClassVar[Mapping[str, MeasureSpec]] = DRILLING
     needs: ClassVar[Needs] = needs.DRILLING
     starts: ClassVar[Mapping[str, str]] = {
@@ -282,7 +297,7 @@ class DrillingScenario(Scenario):
     material: DrilledMaterial = Field(description="the drilled material")
     contact: Contact = Field(description="how the hole holds the drill")
     robot: Robot | None = Field(default=None, description="the robot and its posture (or give machine)")
-    machine: CarryingMachine | None = Field(
+    machine: DrillingMachine | None = Field(
         default=None, description="the machine tool that drills, as bodies that yield (or give robot)"
     )
     numerics: DrillingNumerics = Field(default_factory=DrillingNumerics, description="how the computation is done")

@@ -131,9 +131,19 @@ class Volume(Spec):
     )
 
 
+class StillMachine(Machine):
+    """A machine tool whose pass is looked at at rest."""
+
+    refused: ClassVar[Mapping[str, str]] = {"drives": "drives need time stepping; use process: mill"}
+
+
 class MachineScenario(Scenario):
     """Error budget of a machine tool along a pass, and its volumetric error (Demeč and Madáč; ISO 230)."""
 
+    refused: ClassVar[Mapping[str, str]] = {
+        "spindle": "pistons remember how they were loaded, machine is still; use process: deburr or mill",
+        "robot": "a robot follows a path of process: deburr or mill; here a chain is taken (machine)",
+    }
     measures: ClassVar[Mapping[str, MeasureSpec]] = MACHINE
     needs: ClassVar[Needs] = needs.MACHINE
     either: ClassVar[tuple[tuple[str, ...], ...]] = (("path",), ("program",))
@@ -157,7 +167,7 @@ class MachineScenario(Scenario):
     }
 
     process: Literal["machine"] = Field(description="which operation is simulated", examples=["machine"])
-    machine: Machine = Field(description="the machine tool")
+    machine: StillMachine = Field(description="the machine tool")
     tool: MachineTool = Field(description="the tool")
     part: PartBlock | None = Field(default=None, description="the part; left out: rigid and without weight")
     path: MachinePath | None = Field(

@@ -34,14 +34,14 @@ _ARM: Needs = dict.fromkeys(
     ),
     ("robot",),
 )
-_TERMS = "robot or machine or tool.stiffness or part.stiffness"
+_TERMS = "robot or machine or tool.stiffness or tool.modes or part.stiffness"
 _STEPPED = "numerics.mode: step"
 DEBURRING: Needs = {
     "*_force_*_z": (_AXIAL,),
     **_ARM,
     **dict.fromkeys(("deflection_*", "share_*", "stiffness_normal_*"), (_TERMS,)),
     **dict.fromkeys(("deflection_pistons_*", "share_pistons"), (_STEPPED,)),
-    **dict.fromkeys(("deflection_tip_*", "share_tip"), ("tool.stiffness",)),
+    **dict.fromkeys(("deflection_tip_*", "share_tip"), ("tool.stiffness or tool.modes",)),
     **dict.fromkeys(("deflection_bodies_*", "share_bodies"), ("machine",)),
     **dict.fromkeys(("deflection_part_stiffness_*", "share_part_stiffness"), ("part.stiffness",)),
     "energy_balance": ("numerics.mode: still", _TERMS),

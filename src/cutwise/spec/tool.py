@@ -78,3 +78,20 @@ class Bur(HelicalMill):
         default=None, description="static stiffness of the tool at its tip across its axis; left out: rigid",
         examples=["5 N/um"], gt=0,
     )  # fmt: skip
+    modes: tuple[ToolMode, ...] = Field(
+        default=(), description="vibration modes of the tool tip, which count at rest: F/k",
+        examples=["[{direction: y, frequency: 1020 Hz, damping: 0.035, stiffness: 20 N/um}]"],
+    )  # fmt: skip
+
+    def contradictions(self) -> Iterator[Remark]:
+        """One way in which a tool bends."""
+        yield from super().contradictions()
+        if self.modes and self.stiffness is not None:
+            yield Remark(("modes",), "and tool.stiffness both say how the tool bends; write one of them")
+
+    def remarks(self) -> Iterator[Remark]:
+        """What of a mode does not count beside pistons."""
+        if self.modes:
+            yield Remark(
+                ("modes",), "count by their stiffness alone: modes are given for a rigid spindle, and do not swing here"
+            )
