@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from cutwise.app.numbers import form, grouped, held, titled
+from cutwise.app.numbers import form, forms, grouped, held, titled
 from cutwise.io.scenario import load
 
 
@@ -49,3 +49,10 @@ def test_the_required_ones_come_first_then_the_focus_then_groups(examples):
     assert list(found)[1:] == ["surface", "force and power", "motion and time", "structure", "checks"]
     assert sum(map(len, found.values())) == len(scenario.measures)
     assert titled("surface_error_max") == "Surface error, max"
+
+
+def test_a_small_error_beside_a_long_path_is_not_shown_as_nothing(examples):
+    scenario = load(examples / "mill_pocket_corner.yaml")
+    values = {"path_length": 0.1, "tracking_error_max_x": 34.2e-6, "settling_overshoot": 9.9e-6}
+    shapes = forms(scenario, values, list(values))
+    assert [shapes[name].text(values[name]) for name in values] == ["100.0 mm", "34.20 µm", "9.90 µm"]

@@ -189,10 +189,12 @@ def forms(
 
 
 def _kind(dimension: str, name: str) -> str:
-    """The quantity: lengths are one, angles are one; numbers without a unit each stand alone."""
-    if dimension == "dimensionless":
-        return name
-    return "length" if dimension in _LENGTHS else "angle" if dimension in _ANGLES else dimension
+    """What shares unit and decimals: numbers of one dimension, those without a unit each alone.
+
+    An error of micrometres and the length of a path are both lengths, but a common number of decimals would show the error
+    as 0: small lengths and angles have a form of their own.
+    """
+    return name if dimension == "dimensionless" else dimension
 
 
 def titled(name: str) -> str:
