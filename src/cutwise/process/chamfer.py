@@ -10,6 +10,7 @@ from cutwise.process import chamfer_proof as proof
 from cutwise.process.chamfer_chains import EdgePlan, plan_chains
 from cutwise.process.chamfer_corners import Link, links
 from cutwise.process.chamfer_cut import Deflected, ball_end, deflected, mounted, rigid
+from cutwise.process.chamfer_led import as_run, programmed
 from cutwise.process.chamfer_loop import PassForces
 from cutwise.process.chamfer_plan import EdgePath, plan_pipe
 from cutwise.process.chamfer_remedies import remedies
@@ -33,6 +34,8 @@ class ChamferRun(NamedTuple):
     """Everything that a run found."""
 
     plans: tuple[EdgePlan, ...]
+    programmed: tuple[EdgePath, ...]  # all paths, with the preset
+    led: tuple[EdgePath, ...]  # all paths as a rigid tool runs them on the part as it stands
     members: tuple[proof.EdgeZone, ...]  # where the tool is meant to cut
     links: tuple[Link, ...]  # ways round corners, between the paths counted over all edges
     forces: tuple[PassForces, ...]  # one for each path, or none
@@ -45,7 +48,7 @@ class ChamferRun(NamedTuple):
 
     @property
     def paths(self) -> tuple[EdgePath, ...]:
-        """All paths of all edges."""
+        """All paths of all edges as planned."""
         return tuple(path for plan in self.plans for path in plan.paths)
 
 
@@ -87,18 +90,20 @@ def run(
         else _cad(scenario, outline="outline" in wanted, progress=progress)
     )
     paths = [path for plan in found.plans for path in plan.paths]
+    written = tuple(programmed(scenario, path) for path in paths)
+    led = tuple(as_run(scenario, path, found.members) for path in paths)
     forces: list[PassForces] = []
     aside: list[Deflected] = []
     if scenario.has_forces:
         ball = ball_end(scenario)
-        forces = [rigid(scenario, path, ball) for path in paths]
+        forces = [rigid(scenario, path, ball) for path in led]
         if scenario.spindle is not None:
             aside = [deflected(scenario, path, ball, mounted(path, paths)) for path in paths]
     band = None
     if "band" in wanted and scenario.setup is not None and paths and not found.infeasible:
-        band = setup_band(scenario, part, paths)
+        band = setup_band(scenario, part, led)
     return ChamferRun(
-        found.plans, found.members, links(scenario, paths, found.members), tuple(forces), tuple(aside), band,
+        found.plans, written, led, found.members, links(scenario, written, found.members), tuple(forces), tuple(aside), band,
         found.outline, found.infeasible, found.remedies, found.remarks,
     )  # fmt: skip
 

@@ -12,11 +12,13 @@ from cutwise.paths.chamfer import ENVELOPE, NoPathError, chamfer_path
 from cutwise.paths.pipe import one_turn
 from cutwise.physics.structure.statics import characteristic
 from cutwise.physics.surface.approach import Approach
+from cutwise.process import motor
 from cutwise.process.assemble import piston_ring
 from cutwise.process.chamfer import ChamferRun
 from cutwise.process.chamfer_cut import TIME_STEP, Deflected, ball_end, deflected, mounted, rigid
 from cutwise.process.chamfer_loop import SLICES
 from cutwise.process.chamfer_plan import EdgePath, chamfer_of, swept
+from cutwise.process.chamfer_proof import GOUGE_LIMIT
 from cutwise.process.convergence import change_on_halved_step
 from cutwise.results import Histories
 from cutwise.spec.chamfer import ChamferScenario
@@ -38,8 +40,8 @@ def measures(scenario: ChamferScenario, done: ChamferRun) -> Mapping[str, float]
         found["corners_joined"] = float(len(done.links))
     if not paths:
         return found
-    found |= _widths([path.found.width for path in paths], "")
-    found |= _proof(paths)
+    found |= _widths([path.found.width for path in done.led], "")
+    found |= _proof(done.led)
     found["knife_margin_min"] = min(m.value for path in paths for m in path.margins if m.code == reach.KNIFE)
     found["tilt"] = max((path.tilt for path in paths), key=abs)
     found["leg_ratio_max"] = max(_leg_ratio(path) for path in paths)
@@ -138,7 +140,7 @@ def convergence(scenario: ChamferScenario, done: ChamferRun) -> dict[str, float]
         return tuple(deflected(scenario, path, ball, mounted(path, done.paths), **how) for path in paths)  # type: ignore[arg-type]
 
     now = force_measures(scenario, done)
-    forces = tuple(rigid(scenario, path, ball, 2 * SLICES) for path in done.paths)
+    forces = tuple(rigid(scenario, path, ball, 2 * SLICES) for path in done.led)
     finer = done._replace(forces=forces, deflected=passes(time_step=0.5 * TIME_STEP))
     change |= change_on_halved_step(now, force_measures(scenario, finer))
     coarser = force_measures(scenario, done._replace(deflected=passes(every=2))) if done.deflected else {}
@@ -213,6 +215,14 @@ def warnings(
         if scenario.spindle is not None:
             instead = "probe the part; how far the spindle makes up for it, a run with operation.part_error shows"
         said.append(f"50 µm of set-up error along the tool axis change the width by {change}: {instead}")
+    beyond = found.get("gouge_max", 0.0)
+    if beyond > GOUGE_LIMIT and all(path.gouge.value < beyond for path in done.paths):
+        said.append(
+            f"preset and part error take the ball {units.show(beyond, 'length', 3)} into the part beside the chamfer: a "
+            "rigid tool does not give way (operation.preset, operation.part_error)"
+        )
+    if scenario.spindle is not None and "cutting_power_mean" in found:
+        said += motor.overload(scenario.spindle, found["cutting_power_mean"])
     return (*said, *_yielding(found))
 
 

@@ -371,12 +371,17 @@ def _kept(scenario: ChamferScenario, work: EdgeWork, dense: ChamferPath) -> NDAr
     return feeds.thinned(total, wanted[:-1] if closed else wanted, closed=closed)
 
 
-def swept(scenario: ChamferScenario, path: ChamferPath, at: EdgeFrames) -> SweptChamfer:
-    """What the sweep of a path leaves of an edge, and what it cuts beside the chamfer."""
+def swept(
+    scenario: ChamferScenario, path: ChamferPath, at: EdgeFrames, *, further: float = 0.0
+) -> SweptChamfer:  # fmt: skip
+    """What the sweep of a path leaves of an edge, and what it cuts beside the chamfer.
+
+    ``further``: how far the ball may be from where it was planned [m].
+    """
     longest = float(path.leg.max())
     zone = proof.leg_zone(longest, scenario.chamfer.width)
     radius, closed = scenario.tool.ball_radius, path.frames.closed
-    return swept_chamfer(at, path.centre, radius, 2.0 * longest, closed=closed, zone=zone)
+    return swept_chamfer(at, path.centre, radius, 2.0 * (longest + further), closed=closed, zone=zone)
 
 
 def finished(

@@ -115,9 +115,9 @@ def _surface(done: ChamferRun) -> xr.Dataset:
         at.append(before + np.interp(path.at.parameter, parameter, run_length))
         before += float(run_length[-1])
     columns = {
-        "width": (_joined(paths, lambda p: p.found.width), "m", "chamfer width left by the sweep"),
-        "swept_leg": (_joined(paths, lambda p: p.found.leg), "m", "legs left by the sweep"),
-        "beside": (_joined(paths, lambda p: p.found.beyond), "m", "cut into both faces beside the chamfer"),
+        "width": (_joined(done.led, lambda p: p.found.width), "m", "chamfer width left by the sweep"),
+        "swept_leg": (_joined(done.led, lambda p: p.found.leg), "m", "legs left by the sweep"),
+        "beside": (_joined(done.led, lambda p: p.found.beyond), "m", "cut into both faces beside the chamfer"),
         "setup_slope": (_joined(paths, lambda p: p.slope), "1", "width change per shift along the tool axis"),
         "path_measured": (
             np.concatenate([np.full(len(p.found.width), float(i)) for i, p in enumerate(paths)]), "1", "path number",

@@ -33,7 +33,7 @@ from cutwise.process.loops import (
 from cutwise.process.plateaus import Band, band
 from cutwise.process.yielding import normal_stiffness, term_measures
 from cutwise.records import EdgeHistory, Surface
-from cutwise.results import Histories
+from cutwise.results import Histories, SolverFailure
 from cutwise.spec.deburring import DeburringScenario
 
 if TYPE_CHECKING:
@@ -79,7 +79,21 @@ def run_for(scenario: DeburringScenario, cell: EdgeCell) -> Callable[..., EdgeHi
 
 
 def evaluate(cell: EdgeCell, history: EdgeHistory) -> EdgeRun:
-    """Surface, band and static characteristic of a pass."""
+    """Surface, band and static characteristic of a pass.
+
+    Raises
+    ------
+    SolverFailure
+        The tool went out of all bounds.
+    """
+    wild = ~np.isfinite(history.response.tilt).all(axis=-1)
+    if wild.any():
+        first = float(history.motion.time[int(np.argmax(wild))])
+        helps = " (robot.dynamics: modal gives the arm its mass)" if cell.behind else ""
+        raise SolverFailure(
+            f"the step from surface to force to tool did not settle after {first:.4g} s: take a smaller numerics.time_step"
+            + helps
+        )
     strips, radius = cell.layers.strips, cell.cutter.mill.radius
     width = np.interp(history.motion.position, cell.layers.burr_width.at, cell.layers.burr_width.value)
     arm = cell.reach - strips.burr_start - 0.5 * width

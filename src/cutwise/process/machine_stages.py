@@ -13,6 +13,7 @@ from cutwise.process.chain_compliance import off_part
 from cutwise.process.machine import MachinePass, VolumeMap
 from cutwise.process.machine_pass import MachineRun
 from cutwise.spec.machine_scenario import MachineScenario
+from cutwise.spec.notices import notices
 
 _AXES = ["x", "y", "z"]
 _COMPONENTS = ["x", "y", "z", "a", "b", "c"]
@@ -138,7 +139,7 @@ def _volume_group(volume: VolumeMap) -> xr.Dataset:
 
 def warnings(scenario: MachineScenario, found: MachinePass | None) -> tuple[str, ...]:
     """What the engineer should know before he trusts the numbers."""
-    return () if found is None else tuple(_warnings(scenario, found))
+    return (*notices(scenario), *(() if found is None else _warnings(scenario, found)))
 
 
 def _warnings(scenario: MachineScenario, found: MachinePass) -> Iterator[str]:

@@ -63,7 +63,8 @@ def moves_path(
     program : Interpreted
         Its moves.
     feed : float or None
-        Speed [m/s] that replaces those of the program.
+        Speed [m/s] that replaces those of the program where it cuts; plunges and feed moves above the material keep
+        theirs, which were chosen for other reasons.
     turning : bool
         The spindle is taken to turn although the program does not say so.
     mode : str, Blend or None
@@ -98,7 +99,7 @@ def moves_path(
     feeds = table.feeds[keep]
     path = blocks_path(
         curve,
-        feeds if feed is None else np.where(np.isinf(feeds), feeds, feed),
+        feeds if feed is None else np.where(within, feed, feeds),
         within & turns,
         given,
         dwell=dwell,

@@ -327,7 +327,7 @@ def chamfer_path(scenario: ChamferScenario, progress: Progress | None = None) ->
     if progress is not None:
         progress(0.6)
     found = chamfer_measures.measures(scenario, done)
-    program = chamfer_program.moves(scenario, done.paths, done.links, done.members) if done.paths else None
+    program = chamfer_program.moves(scenario, done.programmed, done.links, done.members) if done.paths else None
     return collect(
         scenario,
         found,

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from cutwise import units
+from cutwise.process import motor
 from cutwise.process.deburring import EdgeRun, after_lead_in, between, memory_needed, places_after_lead_in, run_for
 from cutwise.process.loops import EdgeCell, run_swept_edge
 from cutwise.spec.deburring import DeburringScenario
@@ -28,12 +29,7 @@ def warnings(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, floa
 
 def _process(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, float]) -> Iterator[str]:
     steady = run.steady
-    rating, power = scenario.spindle.power_rating, found["cutting_power_mean"]
-    if rating is not None and power > rating:
-        yield (
-            f"cutting takes {units.show(power, 'power')}, more than the motor's {units.show(rating, 'power')}: it will "
-            "slow down or stall; reduce feed or burr height"
-        )
+    yield from motor.overload(scenario.spindle, found["cutting_power_mean"])
     depth = run.history.engagement.burr_depth[steady] + run.history.engagement.work_depth[steady]
     if depth.max() > 0.0 and np.abs(run.history.response.tilt[steady]).max() * run.cell.reach < 1e-6:
         yield (

@@ -140,6 +140,13 @@ def notes(scenario: MillingScenario, done: MillRun, program_notices: tuple[str, 
             f"The path is left most at x = {units.show(x, 'length')}, y = {units.show(y, 'length')}{place}, "
             f"t = {units.show(done.reference.time[worst], 'time', 4)}, {side}."
         )
+    feed, path = scenario.operation.feed, done.path
+    if feed is not None and scenario.program is not None:
+        others = int((np.isfinite(path.feed) & (path.feed != feed)).sum())
+        told["feed"] = (
+            f"operation.feed {units.show(feed, 'speed')} replaces the F of the moves that cut; {others} other feed "
+            f"move{'s' * (others != 1)} (plunges, moves above the material) keep theirs."
+        )
     if done.wall is not None:
         told |= milling_wall.notes(scenario, done.wall, done.reference, done.history)
     if done.path.cut_short:

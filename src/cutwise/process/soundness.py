@@ -140,8 +140,9 @@ def chamfer(run: ChamferRun, found: Mapping[str, float]) -> Iterator[Finding]:
     for name in ("width_min", "width_deflected_min"):
         if found.get(name) == 0.0:
             yield Finding("edge_stands", measure=name, value=0.0, dimension="length")
-    rod = found.get("rod_clearance_deflected_min", 0.0)
-    if rod < 0.0 <= found.get("rod_clearance_min", 0.0):
+    planned = min((path.rod.value for path in run.paths if path.rod is not None), default=0.0)
+    rod = found.get("rod_clearance_deflected_min", found.get("rod_clearance_min", 0.0))
+    if rod < 0.0 <= planned:  # carried there by the spindle, or by preset and part error
         yield Finding("rubs", value=rod, limit=0.0, dimension="length")
 
 

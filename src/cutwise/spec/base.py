@@ -57,6 +57,13 @@ class Spec(BaseModel):
         """Combinations that are possible but unusual."""
         yield from ()
 
+    def unused(self) -> Iterator[Remark]:
+        """Keys that change nothing beside the others, each with the reason: told where the engineer wrote them himself.
+
+        What has to be written anyway is not told, nor what a library entry says for other uses.
+        """
+        yield from ()
+
     @model_validator(mode="after")
     def _holds_together(self) -> Self:
         found = tuple(self._hidden_letters()) or tuple(self.contradictions())

@@ -227,6 +227,21 @@ class CarryingRobot(Robot):
                 ("accuracy",),
                 f"{own} is the error of the arm itself; errors of the surface hold what it yields by, and this adds to them",
             )
+        if self.payload is not None and (self.tool_mass or 0.0) > self.payload:
+            rated = units.show(self.payload, "mass")
+            yield Remark(("tool_mass",), f"is more than the rated payload of the arm, {rated} (robot.payload)")
+
+    def unused(self) -> Iterator[Remark]:
+        """Weights that do not count, a sag without weights, and what is chosen where nothing is left to choose."""
+        if self.payload is not None and self.tool_mass is None:
+            yield Remark(("payload",), "it is held against robot.tool_mass, which is not given")
+        if self.sag == "ignored":
+            for key in ("links", "tool_mass", "tool_centre"):
+                yield Remark((key,), "robot.sag is ignored")
+        elif self.links is None and self.tool_mass is None:
+            yield Remark(("sag",), "no weight of tool or links is given (robot.tool_mass, robot.links)")
+        if not isinstance(self.redundancy_angle, str):
+            yield Remark(("objective",), "the angle of the tool is given (robot.redundancy_angle)")
 
 
 def not_carrying(value: Any) -> str | None:

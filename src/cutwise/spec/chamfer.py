@@ -247,11 +247,15 @@ class ChamferOperation(Spec):
     )
     preset: Length = Field(
         default=0.0,
-        description="how much deeper than nominal the path is, across the tool axis, for a compliant spindle",
+        description="how much deeper than nominal the path is, across the tool axis: for a compliant spindle, whose force "
+        "then reaches breakaway; a rigid tool cuts that much deeper",
         examples=["0 mm"],
     )  # fmt: skip
     part_error: Length = Field(
-        default=0.0, description="how much farther than nominal the part stands towards the tool", examples=["0 mm"]
+        default=0.0,
+        description="how much farther than nominal the part stands towards the tool, across its axis; a rigid tool cuts "
+        "that much deeper",
+        examples=["0 mm"],
     )
 
     def contradictions(self) -> Iterator[Remark]:
@@ -373,6 +377,12 @@ class ChamferScenario(Scenario):
             chip = 2.0 * math.pi * feed / (self.operation.spindle_speed * self.tool.flutes)
             if beyond := self.material.beyond(chip):
                 yield Remark(("material",), beyond)
+
+    def unused(self) -> Iterator[Remark]:
+        """What forces averaged over a tooth do not ask for; the group of the material."""
+        yield Remark(("tool", "helix"), "the forces of the ball are averaged over a tooth, whatever its helix")
+        if self.material is not None:
+            yield Remark(("material", "group"), "deburring alone holds its cutting speed against that of the group")
 
     def remarks(self) -> Iterator[Remark]:
         """Half of what forces need; coefficients that do not hold."""

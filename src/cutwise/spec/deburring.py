@@ -227,6 +227,12 @@ class DeburringScenario(Scenario):
             if isinstance(size, Table) and given:
                 yield from uncovered(size, self.operation.run_length, ("part", "burr", name))
 
+    def unused(self) -> Iterator[Remark]:
+        """Places along a path that no robot follows."""
+        if self.robot is None:
+            yield Remark(("numerics", "station"), "there is no robot, whose compliance is taken at stations")
+            yield Remark(("placement",), "there is no robot, before which the part would stand")
+
     def remarks(self) -> Iterator[Remark]:
         """Combinations of sections that are possible but unusual."""
         yield from self._chip_and_speed()

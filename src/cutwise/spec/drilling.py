@@ -348,6 +348,17 @@ class DrillingScenario(Scenario):
                 "touch before its tip",
             )
 
+    def unused(self) -> Iterator[Remark]:
+        """Where a flat surface falls away; numerics of what is not computed."""
+        if not self.part.inclination:
+            flat = "the surfaces are not inclined (part.inclination)"
+            yield Remark(("part", "slope_direction"), flat)
+            yield Remark(("numerics", "azimuths"), flat)
+        if self.tool.lip_model == "simple":
+            yield Remark(("numerics", "lip_elements"), "simple lips need no elements (tool.lip_model)")
+        if not isinstance(self.robot.redundancy_angle, str):
+            yield Remark(("numerics", "angle_step"), "the angle of the tool is given (robot.redundancy_angle)")
+
     def remarks(self) -> Iterator[Remark]:
         """Chips too thin or too thick for the coefficients; slopes where the first turns matter."""
         chip = 0.5 * self.operation.feed_per_rev * math.sin(0.5 * self.tool.point_angle)

@@ -111,6 +111,9 @@ class Beam(Spec):
         for key in needed[self.section]:
             if getattr(self, key) is None:
                 yield Remark((key,), "missing")
+        for key in ("width_x", "width_y", "wall", "diameter"):
+            if getattr(self, key) is not None and key not in needed[self.section]:
+                yield Remark((key,), f"is no size of a {self.section}; it has {', '.join(needed[self.section])}")
         widths = [width for width in (self.width_x, self.width_y) if width is not None]
         if self.section == "box" and self.wall is not None and widths and 2 * self.wall >= min(widths):
             yield Remark(("wall",), "is thicker than half of the box")

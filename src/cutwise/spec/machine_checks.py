@@ -119,8 +119,15 @@ def _joint_faults(joint: Joint, path: Path) -> Iterator[Remark]:
     needed = {"prismatic": "travel", "revolute": "turn"}.get(joint.kind)
     if needed and joint.limits is None:
         yield Remark((*path, needed), "missing")
+    for key, kind in (("travel", "prismatic"), ("turn", "revolute")):
+        if getattr(joint, key) is not None and joint.kind != kind:
+            yield Remark((*path, key), f"belongs to a {kind} joint; this one is {joint.kind}")
+    if not moving and joint.axis is not None:
+        yield Remark((*path, "axis"), "a fixed joint has no axis")
     if joint.limits is not None and joint.limits[0] >= joint.limits[1]:
         yield Remark((*path, str(needed)), "ends before it begins")
+    if joint.side == "part" and not moving and joint.positive is not None:
+        yield Remark((*path, "positive"), "a fixed joint takes no command")
     if joint.side == "tool" and joint.positive is not None:
         yield Remark((*path, "positive"), "is for the part side only: on the tool side the body itself moves")
     if joint.side == "part" and moving and joint.positive is None:

@@ -30,10 +30,12 @@ from cutwise.spec.material import Material
 from cutwise.spec.measures import MACHINE
 from cutwise.spec.needs import Needs
 from cutwise.spec.part_block import PartBlock
-from cutwise.spec.program import StockBlock
+from cutwise.spec.program import StockBlock, top_of
 from cutwise.spec.scenario import MeasureSpec, Scenario
 from cutwise.spec.tables import Table
 from cutwise.spec.tool import ToolMode
+
+_ON_TOP = 1e-6  # [m]
 
 
 class MachineTool(LibrarySpec):
@@ -323,6 +325,44 @@ class MachineScenario(Scenario):
                 elif name.startswith("E") and value.rotary != (axis in ROTARY_AXES):
                     yield Remark((*before, name), _over_what(value, axis))
 
+    def unused(self) -> Iterator[Remark]:
+        """What a map does without, what a given force does not ask for, and what is rigid, weightless or not there."""
+        if not self.has_pass:
+            no_pass = "there is no pass (path or program), only a map of the working space"
+            for key in (("load", "force"), ("load", "weights"), ("tool", "flutes"), ("part",), ("material",), ("surface",),
+                        ("uncertainty",), ("stock",)):  # fmt: skip
+                yield Remark(key, no_pass)
+            yield from self._of_bodies(("weight", "weight_at", "elements"), no_pass)
+        elif not isinstance(self.load.force, FromCutting):
+            given = "it is not asked for: the force is given, not computed (load.force)"
+            yield Remark(("tool", "flutes"), given)
+            yield Remark(("material",), given)
+        else:
+            yield Remark(("material", "group"), "deburring alone holds its cutting speed against that of the group")
+        if not self.load.weights:
+            yield from self._of_bodies(("weight", "weight_at"), "load.weights is false")
+        if self.stock is not None:
+            for depth in ("axial_depth", "radial_depth") if isinstance(self.load.force, FromCutting) else ():
+                yield Remark(("load", "force", depth), "the stock says what the program meets")
+            yield Remark(("program", "top"), "the stock has its own top (stock.z)")
+        yield from _rigid("tool", ("overhang", "filling"), self.tool.flexible)
+        if self.part is not None:
+            yield from _rigid("part", (), self.part.flexible)
+        yield from self._unmoved()
+
+    def _of_bodies(self, keys: tuple[str, ...], reason: str) -> Iterator[Remark]:
+        for place in range(len(self.machine.chain)):
+            for key in keys:
+                yield Remark(("machine", "chain", place, key), reason)
+
+    def _unmoved(self) -> Iterator[Remark]:
+        """Where error motions act, of axes that have none."""
+        errors = [name for name in self.errors() if name.startswith("E")]
+        for place, body in enumerate(self.machine.chain):
+            if body.joint is not None and not any(name[-1] == body.joint.command for name in errors):
+                path: Path = ("machine", "chain", place, "joint", "errors_act")
+                yield Remark(path, "no error motions of this axis are given (geometry_errors)")
+
     def remarks(self) -> Iterator[Remark]:
         """Conventions that are not physics, and loads that the model does not cover."""
         if self.convention == "paper_literal":
@@ -343,12 +383,45 @@ class MachineScenario(Scenario):
             ]
             if names:
                 yield Remark(("geometry_errors",), f"replaces {', '.join(names)} of machine.geometry_errors")
+        yield from self._zero_on_part()
         if self.has_pass and self.load.force is None:
             yield Remark(("load",), "no cutting force: the pass shows weights and geometric errors only")
+
+    def _zero_on_part(self) -> Iterator[Remark]:
+        """A program whose material does not end where the part does, or a stock that the part does not hold."""
+        if self.program is None or self.part is None or self.program.words != "part":
+            return
+        x, y, z = self.program.zero
+        top, height = top_of(self.program, self.stock) + z, self.part.height
+        if abs(top - height) > _ON_TOP:
+            key = "stock.z" if self.stock is not None else "program.top"
+            yield Remark(
+                ("program", "zero"),
+                f"puts the top of the material ({key}) at z = {_mm(top)} of the part, which is {_mm(height)} high "
+                "(part.height)",
+            )
+        if self.stock is None:
+            return
+        for axis, shift, size in (("x", x, self.part.width_x), ("y", y, self.part.width_y)):
+            low, high = (end + shift for end in getattr(self.stock, axis))
+            if low < -0.5 * size - _ON_TOP or high > 0.5 * size + _ON_TOP:
+                yield Remark(
+                    ("stock", axis),
+                    f"reaches from {_mm(low)} to {_mm(high)} of the part, which is {_mm(size)} wide (part.width_{axis})",
+                )
+        if self.stock.z[0] + z < -_ON_TOP:
+            yield Remark(("stock", "z"), f"reaches {_mm(-self.stock.z[0] - z)} below the part (program.zero)")
 
     def errors(self) -> dict[str, object]:
         """Geometric errors that count, by name."""
         return merged_errors(self.machine, self.geometry_errors)
+
+
+def _rigid(section: str, keys: tuple[str, ...], flexible: bool) -> Iterator[Remark]:
+    """What bending asks for, of something rigid."""
+    if not flexible:
+        for key in (*keys, "youngs_modulus", "poisson_ratio", "shear_factor"):
+            yield Remark((section, key), f"{section}.flexible is false")
 
 
 def _over_what(error: Any, axis: str) -> str:
@@ -389,3 +462,7 @@ def _gaps(table: Table, axis: str, joint: Joint, path: Path) -> Iterator[Remark]
         if len(steps) >= 4 and high - low > 3.5 * usual:
             ends = [units.show(end, dimension) for end in (low, high, usual)]
             yield Remark(path, f"has a gap from {ends[0]} to {ends[1]}; its usual step is {ends[2]}")
+
+
+def _mm(value: float) -> str:
+    return units.show(value, "length")

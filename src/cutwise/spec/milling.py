@@ -96,7 +96,9 @@ class MillingOperation(Spec):
     """The cut: climb milling along a wall, the previous pass offset by the radial depth; or what a program meets."""
 
     feed: Annotated[Speed, Usual("1 mm/s", "500 mm/s")] | None = Field(
-        default=None, description="feed along the path; a program has its own (F), which this replaces",
+        default=None,
+        description="feed along the path; a program has its own (F), which this replaces where it cuts: plunges and "
+        "moves above the material keep theirs",
         examples=["40 mm/s"], gt=0,
     )  # fmt: skip
     spindle_speed: Annotated[AngularSpeed, Usual("500 rpm", "60000 rpm")] | None = Field(
@@ -418,6 +420,38 @@ class MillingScenario(Scenario):
             yield Remark(
                 ("operation", "axial_depth"), f"is more than the flute length ({_mm(length)}, tool.flute_length)"
             )
+
+    def unused(self) -> Iterator[Remark]:
+        """What belongs to a tool that vibrates, to time stepping or to a robot; the group of the material."""
+        if self.stock is not None:
+            yield Remark(("program", "top"), "the stock has its own top (stock.z)")
+        if self.robot is not None or not self.tool.modes:
+            yield Remark(("stability",), "the tool has no modes (tool.modes), which could chatter")
+        yield Remark(("material", "group"), "deburring alone holds its cutting speed against that of the group")
+        if self.robot is not None:
+            still = "a robot is computed at rest, with the mean force of the cut"
+            for key in ("substeps", "force", "discs", "settling_time"):
+                yield Remark(("numerics", key), still)
+            for key in ("runout", "runout_angle"):
+                yield Remark(("tool", key), still)
+            yield Remark(("path_mode",), "a robot follows its path; corners between blocks are those of a program")
+            yield Remark(("lobes",), "the depth at which the arm chatters is told along its path, not over the speed")
+            yield Remark(("robot", "dynamics"), "the cut is computed at rest, and chatter with the swinging mass")
+            return
+        if isinstance(self.path, CarriedPath):
+            yield Remark(("path_mode",), "a line has no corners")
+            for key in ("tool_axis", "orientation"):
+                yield Remark(("path", key), "it is for a robot; the tool of a machine stands as its chain says")
+            if self.numerics.force != "tooth_resolved":
+                yield Remark(("stability",), "chatter is looked at tooth by tooth (numerics.force)")
+        yield Remark(("numerics", "station"), "there is no robot, whose path is looked at in stations")
+        if not self.tool.modes or self.numerics.force != "tooth_resolved":
+            why = (
+                "the tool has no modes (tool.modes)" if not self.tool.modes else "force is not resolved tooth by tooth"
+            )
+            yield Remark(("lobes",), f"{why}: no map of stability is drawn")
+        if isinstance(self.path, CornerPath) and self.path.corner == "sharp" and self.path_mode == "exact_stop":
+            yield Remark(("path_mode",), "the tool stops in a sharp corner anyway (path.corner)")
 
     def remarks(self) -> Iterator[Remark]:
         """Feed per tooth, depth and sampling that are unusual; what does not count."""

@@ -1,19 +1,20 @@
 """Warnings about values that are possible but unusual, with what is usual."""
 
 from collections.abc import Iterator
+from typing import Any
 
 from pydantic.fields import FieldInfo
 
 from cutwise import units
 from cutwise.spec import fields
-from cutwise.spec.base import Usual
+from cutwise.spec.base import Spec, Usual
 from cutwise.spec.faults import Path, dotted
 from cutwise.spec.scenario import Scenario
 
 
 def notices(scenario: Scenario) -> tuple[str, ...]:
-    """What is unusual about a scenario, one line each: the key, the value, what is usual."""
-    found = [*_unusual_values(scenario), *_remarks(scenario)]
+    """What is unusual about a scenario, one line each: the key, the value, what is usual; and keys that are not used."""
+    found = [*_unusual_values(scenario), *_remarks(scenario), *_unused(scenario)]
     return tuple(f"{dotted(path)}: {message}" for path, message in found)
 
 
@@ -56,3 +57,32 @@ def _remarks(scenario: Scenario) -> Iterator[tuple[Path, str]]:
     for before, spec in fields.specs(scenario):
         for path, message in spec.remarks():
             yield (*before, *path), message
+
+
+def _unused(scenario: Scenario) -> Iterator[tuple[Path, str]]:
+    """Keys that the engineer wrote and that change nothing."""
+    for before, spec in fields.specs(scenario):
+        for path, reason in spec.unused():
+            if _written(scenario, spec, before, path):
+                yield (*before, *path), f"is not used: {reason}"
+
+
+def _written(scenario: Scenario, spec: Spec, before: Path, path: Path) -> bool:
+    """Whether a key was written by choice: it may be left out, and its value is not that of a library entry."""
+    owner: Any = spec
+    for step in path[:-1]:
+        owner = owner[step] if isinstance(step, int) else getattr(owner, str(step))
+        if owner is None:
+            return False
+    name = str(path[-1])
+    if (
+        type(owner).model_fields[name].is_required()
+        or name not in owner.model_fields_set
+        or getattr(owner, name) is None
+    ):
+        return False
+    if not before and isinstance(getattr(owner, name), Spec) and len(path) == 1:
+        return True  # no entry brings a section of the scenario
+    key = dotted((*before, *path))
+    origins = [origin for at, origin in scenario.origins.items() if at == key or at.startswith((f"{key}.", f"{key}["))]
+    return not origins or any(not origin.library for origin in origins)

@@ -207,6 +207,7 @@ class CompliantSpindle(LibrarySpec):
         if self.friction == "regularised":
             yield Remark(("friction",), "regularised friction creeps: the edge error drifts to the frictionless answer")
 
+<<<<<<< HEAD
 
 def _kind(value: Any) -> str:
     return "<compliant>" if isinstance(value, dict | CompliantSpindle) else "<rigid>"
@@ -215,3 +216,15 @@ def _kind(value: Any) -> str:
 Spindle = Annotated[
     Annotated[Literal["rigid"], tag("rigid")] | Annotated[CompliantSpindle, tag("compliant")], Discriminator(_kind)
 ]
+=======
+    def unused(self) -> Iterator[Remark]:
+        """What the friction law does not ask for; a weight without gravity."""
+        law = f"friction is {self.friction}"
+        if self.friction != "presliding":
+            yield Remark(("breakaway_travel",), f"{law}; seals that give before they slip are presliding")
+        if self.friction == "none":
+            yield Remark(("stribeck_velocity",), law)
+        if self.gravity == "off" and self.solid is None:
+            for key in ("mass", "centre_of_mass"):
+                yield Remark((key,), "gravity is off, and the inertia is given")
+>>>>>>> main

@@ -70,6 +70,10 @@ class HelicalMill(RotatingTool):
         if self.runout >= self.diameter / 2:
             yield Remark(("runout",), "is as large as the radius of the tool")
 
+    def unused(self) -> Iterator[Remark]:
+        """The direction of a run-out that is not there."""
+        if not self.runout:
+            yield Remark(("runout_angle",), "there is no run-out (tool.runout)")
 
 class Bur(HelicalMill):
     """A mill or bur along an edge, which may bend."""
