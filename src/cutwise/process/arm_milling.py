@@ -286,23 +286,7 @@ def stages(scenario: MillingScenario, done: ArmMilling) -> xr.DataTree:
 
 def warnings(scenario: MillingScenario, found: Mapping[str, float]) -> tuple[str, ...]:
     """What a user has to know about the run."""
-<<<<<<< HEAD
-    return carried.warnings(scenario.robot, found)
-=======
-    said = [*notices(scenario)]
-    if found.get("joint_speed_margin", 0.0) < 0.0:
-        said.append(
-            f"operation.feed: a joint would have to turn faster than it can; it follows "
-            f"{units.show(found['feed_possible_min'], 'speed')} at most"
-        )
-    if not scenario.robot.joint_speed:
-        said.append("robot.joint_speed is not given: whether the joints can follow the feed was not looked at")
-    if scenario.robot.sag != "ignored" and not carried.weights(scenario.robot):
-        said.append(
-            "robot.sag: no weight of tool or links is given (robot.tool_mass, robot.links): the sag is left out"
-        )
-    return tuple(said)
->>>>>>> main
+    return (*notices(scenario), *carried.warnings(scenario.robot, found))
 
 
 def infeasible(scenario: MillingScenario, found: Mapping[str, float]) -> tuple[str, ...]:

@@ -228,10 +228,16 @@ class DeburringScenario(Scenario):
                 yield from uncovered(size, self.operation.run_length, ("part", "burr", name))
 
     def unused(self) -> Iterator[Remark]:
-        """Places along a path that no robot follows."""
+        """Places along a path that nothing follows; what belongs to time, at rest."""
+        still = self.numerics.mode == "still"
+        if self.robot is None and self.machine is None and not still:
+            yield Remark(("numerics", "station"), "there is no carrier, whose compliance is taken at stations")
         if self.robot is None:
-            yield Remark(("numerics", "station"), "there is no robot, whose compliance is taken at stations")
             yield Remark(("placement",), "there is no robot, before which the part would stand")
+        if still:
+            for section, key in (("operation", "lead_in_time"), ("operation", "lead_out_time"), ("operation", "clearance"),
+                                 ("numerics", "time_step")):  # fmt: skip
+                yield Remark((section, key), "every place is at rest (numerics.mode)")
 
     def remarks(self) -> Iterator[Remark]:
         """Combinations of sections that are possible but unusual."""

@@ -356,7 +356,9 @@ class DrillingScenario(Scenario):
             yield Remark(("numerics", "azimuths"), flat)
         if self.tool.lip_model == "simple":
             yield Remark(("numerics", "lip_elements"), "simple lips need no elements (tool.lip_model)")
-        if not isinstance(self.robot.redundancy_angle, str):
+        if self.robot is None:
+            yield Remark(("numerics", "angle_step"), "a machine has no angle to choose")
+        elif not isinstance(self.robot.redundancy_angle, str):
             yield Remark(("numerics", "angle_step"), "the angle of the tool is given (robot.redundancy_angle)")
 
     def remarks(self) -> Iterator[Remark]:

@@ -207,16 +207,6 @@ class CompliantSpindle(LibrarySpec):
         if self.friction == "regularised":
             yield Remark(("friction",), "regularised friction creeps: the edge error drifts to the frictionless answer")
 
-<<<<<<< HEAD
-
-def _kind(value: Any) -> str:
-    return "<compliant>" if isinstance(value, dict | CompliantSpindle) else "<rigid>"
-
-
-Spindle = Annotated[
-    Annotated[Literal["rigid"], tag("rigid")] | Annotated[CompliantSpindle, tag("compliant")], Discriminator(_kind)
-]
-=======
     def unused(self) -> Iterator[Remark]:
         """What the friction law does not ask for; a weight without gravity."""
         law = f"friction is {self.friction}"
@@ -227,4 +217,12 @@ Spindle = Annotated[
         if self.gravity == "off" and self.solid is None:
             for key in ("mass", "centre_of_mass"):
                 yield Remark((key,), "gravity is off, and the inertia is given")
->>>>>>> main
+
+
+def _kind(value: Any) -> str:
+    return "<compliant>" if isinstance(value, dict | CompliantSpindle) else "<rigid>"
+
+
+Spindle = Annotated[
+    Annotated[Literal["rigid"], tag("rigid")] | Annotated[CompliantSpindle, tag("compliant")], Discriminator(_kind)
+]

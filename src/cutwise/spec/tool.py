@@ -75,6 +75,7 @@ class HelicalMill(RotatingTool):
         if not self.runout:
             yield Remark(("runout_angle",), "there is no run-out (tool.runout)")
 
+
 class Bur(HelicalMill):
     """A mill or bur along an edge, which may bend."""
 
