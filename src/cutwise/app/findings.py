@@ -128,7 +128,7 @@ def _at_rest(finding: Finding, result: Result) -> str:
 def _rubs(finding: Finding, result: Result) -> str:
     del result
     return (
-        f"the yielding spindle carries the rod {_shown(finding, -(finding.value or 0.0))} into the part: it would rub "
+        f"the rod is carried {_shown(finding, -(finding.value or 0.0))} into the part: it would rub "
         "there"
     )
 
