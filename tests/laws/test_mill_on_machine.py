@@ -17,6 +17,7 @@ from cutwise.process.edges import edges
 from cutwise.process.milling_measures import measures
 from cutwise.process.recipes import prepare
 from cutwise.results import SolverFailure
+from cutwise.spec.faults import dotted
 from cutwise.still import rest
 
 UM = 1e-6
@@ -204,4 +205,4 @@ def test_a_run_can_be_read_back(scenario):
 def test_what_cannot_be_is_refused_in_words(examples, changes, words):
     with pytest.raises(cutwise.ScenarioFault) as caught:
         prepare(cutwise.load(examples / "mill_on_machine.yaml", changes))
-    assert words in str(caught.value)
+    assert words in "\n".join(f"{dotted(fault.path)}: {fault.message}" for fault in caught.value.faults)

@@ -20,11 +20,8 @@ class CarryingMachine(Machine):
     )
 
     def contradictions(self) -> Iterator[Remark]:
-        """A chain that holds together, with a tool point, that answers to a force at once."""
+        """A chain that holds together and answers to a force at once."""
         yield from chain_faults(self)
-        if self.tip is None:
-            yield Remark(("tip",), "missing; where the tool point is in the frame of the last body, for example "
-                         "[0 mm, 0 mm, -45 mm] (demec_mill has it)")  # fmt: skip
         for place, body in enumerate(self.chain):
             for number, element in enumerate(body.elements):
                 if element.contact is not None:
@@ -33,14 +30,25 @@ class CarryingMachine(Machine):
                         "the contact law of pads is for process: machine (still mode only); write pads with their stiffness",
                     )
 
-    def remarks(self) -> Iterator[Remark]:
-        """What of a machine is no spring, and does not count."""
-        if self.geometry_errors is not None:
-            yield Remark(
-                ("geometry_errors",), "do not count here, only what the bodies yield by; process: machine has them"
-            )
-        if any(body.weight for body in self.chain):
-            yield Remark(("chain",), "weights of the bodies do not count: the zero of the part is taken under them")
+
+def tip_faults(machine: CarryingMachine) -> Iterator[Remark]:
+    """A tool point that is not known."""
+    if machine.tip is None:
+        yield Remark(("machine", "tip"), "missing; where the tool point is in the frame of the last body, for example "
+                     "[0 mm, 0 mm, -45 mm] (demec_mill has it)")  # fmt: skip
+
+
+def what_yields_alone(machine: CarryingMachine, *, weights: bool = True) -> Iterator[Remark]:
+    """What of a machine is no spring, and does not count; ``weights``: those of its bodies are among it."""
+    if machine.geometry_errors is not None:
+        yield Remark(
+            ("machine", "geometry_errors"),
+            "do not count here, only what the bodies yield by; process: machine has them",
+        )
+    if weights and any(body.weight for body in machine.chain):
+        yield Remark(
+            ("machine", "chain"), "weights of the bodies do not count: the zero of the part is taken under them"
+        )
 
 
 def block_faults(machine: Machine | None, block: PartBlock | None, stiffness: float | None) -> Iterator[Remark]:

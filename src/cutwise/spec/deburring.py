@@ -10,7 +10,7 @@ from cutwise import units
 from cutwise.spec import needs
 from cutwise.spec.base import Remark
 from cutwise.spec.carrier import CarriedPath, CarryingRobot, Standing
-from cutwise.spec.chained import ONE_CARRIER, CarryingMachine, block_faults
+from cutwise.spec.chained import ONE_CARRIER, CarryingMachine, block_faults, tip_faults, what_yields_alone
 from cutwise.spec.material import Material
 from cutwise.spec.measures import DEBURRING
 from cutwise.spec.needs import Needs
@@ -147,6 +147,7 @@ class DeburringScenario(Scenario):
         yield from block_faults(self.machine, self.part.block, self.part.stiffness)
         if self.machine is None:
             return
+        yield from tip_faults(self.machine)
         if self.robot is not None:
             yield Remark(("robot",), ONE_CARRIER)
         if self.placement is not None:
@@ -243,6 +244,8 @@ class DeburringScenario(Scenario):
         """Combinations of sections that are possible but unusual."""
         yield from self._chip_and_speed()
         yield from self._preset_and_stroke()
+        if self.machine is not None:
+            yield from what_yields_alone(self.machine)
         if isinstance(self.part.burr.height, float) and self.part.burr.height > self.tool.diameter:
             yield Remark(("part", "burr", "height"), "is more than the diameter of the mill")
         if self.numerics.force == "tooth_resolved":

@@ -23,7 +23,7 @@ from cutwise.spec.base import (
     Time,
     Usual,
 )
-from cutwise.spec.chained import ONE_CARRIER, CarryingMachine, block_faults
+from cutwise.spec.chained import ONE_CARRIER, CarryingMachine, block_faults, tip_faults, what_yields_alone
 from cutwise.spec.measures import DRILLING
 from cutwise.spec.needs import Needs
 from cutwise.spec.part_block import PartBlock
@@ -325,6 +325,8 @@ class DrillingScenario(Scenario):
         if self.robot is None and self.machine is None:
             yield Remark(("robot",), "missing; write robot.library (or machine.library for a machine that drills)")
         yield from block_faults(self.machine, self.part.block, self.part.stiffness)
+        if self.machine is not None:
+            yield from tip_faults(self.machine)
         if self.machine is not None and self.part.placement is not None:
             yield Remark(
                 ("part", "placement"),
@@ -363,6 +365,8 @@ class DrillingScenario(Scenario):
 
     def remarks(self) -> Iterator[Remark]:
         """Chips too thin or too thick for the coefficients; slopes where the first turns matter."""
+        if self.machine is not None:
+            yield from what_yields_alone(self.machine)
         chip = 0.5 * self.operation.feed_per_rev * math.sin(0.5 * self.tool.point_angle)
         if chip < 5e-6 or chip > 0.5e-3:
             yield Remark(

@@ -21,6 +21,7 @@ from cutwise.spec.base import (
     Usual,
 )
 from cutwise.spec.carrier import CarriedPath, CarryingRobot, Standing
+from cutwise.spec.chained import tip_faults, what_yields_alone
 from cutwise.spec.drives import CncMachine
 from cutwise.spec.fields import tag
 from cutwise.spec.material import Material
@@ -343,6 +344,7 @@ class MillingScenario(Scenario):
 
     def _bodies_faults(self, machine: MillingMachine) -> Iterator[Remark]:
         """What a machine with bodies that yield cannot do."""
+        yield from tip_faults(machine)
         if machine.drives is None:
             yield Remark(("machine", "drives"), "missing; name the feed drives, for example drives: {library: fadal2216} "
                          "(a machine that stands still is process: machine)")  # fmt: skip
@@ -455,6 +457,8 @@ class MillingScenario(Scenario):
 
     def remarks(self) -> Iterator[Remark]:
         """Feed per tooth, depth and sampling that are unusual; what does not count."""
+        if isinstance(self.machine, MillingMachine):
+            yield from what_yields_alone(self.machine, weights=False)
         if self.stock is not None:
             for key in ("axial_depth", "radial_depth"):
                 if getattr(self.operation, key) is not None:

@@ -24,17 +24,12 @@ class MillingMachine(CarryingMachine):
     )
 
     def contradictions(self) -> Iterator[Remark]:
-        """A chain that holds together, with a tool point, moved along x, y and z, that answers at once."""
+        """A chain that holds together, moved along x, y and z, that answers at once."""
         yield from super().contradictions()
         there = self.axes()
         missing = [letter for letter in AXES if letter not in there]
         if missing:
             yield Remark(("chain",), f"has no axis {' and '.join(missing)}; a mill is moved along x, y and z")
-
-    def remarks(self) -> Iterator[Remark]:
-        """What is left out."""
-        if self.geometry_errors is not None:
-            yield Remark(("geometry_errors",), "do not count in milling; process: machine has them")
 
 
 class MillingLoad(Spec):
