@@ -1,6 +1,7 @@
 """From what the engineer says to what the kernels read: specifications become records."""
 
 import math
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -22,7 +23,7 @@ from cutwise.physics.structure.pistons import (
 )
 from cutwise.physics.structure.terms import Compliance, Rigid
 from cutwise.process.carried import GRAVITY, ArmAlong, arm_along, path_in_base, terms_of
-from cutwise.process.chain_compliance import bodies_along
+from cutwise.process.chain_compliance import bodies_along, off_part
 from cutwise.process.edges import edges
 from cutwise.process.loops import (
     AVERAGED,
@@ -99,6 +100,12 @@ def _carriage(scenario: DeburringScenario) -> tuple[tuple[str, NamedTuple], ...]
     path = path_of(scenario)
     along = bodies_along(scenario.machine, scenario.part.block, np.array(scenario.machine.tip), path)
     return (("bodies", Compliance(path.at, along.total)),)
+
+
+def beside_part(scenario: DeburringScenario) -> Iterator[str]:
+    """What to say of a path that is not on the block under it."""
+    if scenario.part.block is not None and scenario.path is not None:
+        yield from off_part(scenario.part.block, path_of(scenario).point, 0.5 * scenario.tool.diameter)
 
 
 def _terms(

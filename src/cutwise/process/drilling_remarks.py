@@ -10,6 +10,7 @@ from cutwise.maths.chains import jacobian
 from cutwise.maths.frames import FloatArray
 from cutwise.physics.cutting.drill_formulas import half_specific_force, shaw_oxford, tungaloy
 from cutwise.physics.structure.joint_compliance import geometric_stiffness, holding_force
+from cutwise.process.chain_compliance import off_part
 from cutwise.process.drilling import DrilledHole, DrillRun, dynamics, nominal_shares, skating_of, slope_angle
 from cutwise.process.loops_drilling import HoleOutcome, quasi_static_hole
 from cutwise.process.postures import Posture, arm_compliance, posture_frames, posture_jacobian
@@ -92,8 +93,12 @@ def _why(scenario: DrillingScenario, run: DrillRun, index: int, hole: DrilledHol
 
 def warnings(scenario: DrillingScenario, run: DrillRun) -> tuple[str, ...]:
     """Everything that the engineer should know before he trusts the numbers."""
-    of_robot = _robot(scenario, run) if scenario.robot is not None else ()
-    return tuple(dict.fromkeys([*notices(scenario), *of_robot, *_process(scenario, run)]))
+    carrier = list(_robot(scenario, run) if scenario.robot is not None else ())
+    if scenario.part.block is not None:
+        carrier += off_part(
+            scenario.part.block, np.stack([hole.target.position for hole in run.holes]), 0.5 * scenario.tool.diameter
+        )
+    return tuple(dict.fromkeys([*notices(scenario), *carrier, *_process(scenario, run)]))
 
 
 def _robot(scenario: DrillingScenario, run: DrillRun) -> Iterator[str]:

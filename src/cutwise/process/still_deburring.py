@@ -14,7 +14,7 @@ from cutwise.maths.curves import FloatArray
 from cutwise.paths.carried import stations
 from cutwise.physics.structure.terms import Rigid, in_series
 from cutwise.process import carried, yielding
-from cutwise.process.assemble import answering, edge_cut, path_of, robot_along, surface_height
+from cutwise.process.assemble import answering, beside_part, edge_cut, path_of, robot_along, surface_height
 from cutwise.process.labels import labelled
 from cutwise.process.loops import EdgeCut, programmed_heights, still_edge
 from cutwise.results import Finding, SolverFailure
@@ -162,7 +162,7 @@ def findings(done: StillEdge) -> tuple[Finding, ...]:
 
 def warnings(scenario: DeburringScenario, found: Mapping[str, float]) -> tuple[str, ...]:
     """What a user has to know about the run."""
-    told = list(notices(scenario))
+    told = [*notices(scenario), *beside_part(scenario)]
     if scenario.robot is not None:
         told += carried.warnings(scenario.robot, found)
     return tuple(told)
