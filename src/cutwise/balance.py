@@ -6,6 +6,7 @@ from cutwise.maths.compiled import inlined_stepping
 from cutwise.stages import axial, cut, held, met, pivot, probed, settled, yielded
 
 CLOSE = 1e-14  # [m] of a displacement that is solved for with the force
+HARMLESS = 1e-9  # [m] by which it may be missed where rounding does not let it come closer
 TRIALS = 60  # looks at the force in one step; a step that takes them all has not found its displacement
 
 
@@ -74,6 +75,7 @@ def balance_of_one(cell, flexed, pose, contact, load, guess, height):  # type: i
             guess[0] = (fresh - g) / (new - u)
         u, g = new, fresh
         trials += 1
+    trials = min(trials, TRIALS - 1) if abs(g) < HARMLESS else TRIALS
     settled(structure, flexed, 0.0, 0.0)  # all of the twist is that of the last force: work and energy agree
     return count, trials
 
@@ -114,5 +116,6 @@ def balance_of_two(cell, flexed, pose, contact, load, guess, height):  # type: i
         share = 1.0 if math.hypot(new_y, new_z) <= 2.0 * math.hypot(gy, gz) else 0.5
         y, z, gy, gz = y + step_y, z + step_z, new_y, new_z
         trials += 1
+    trials = min(trials, TRIALS - 1) if abs(gy) < HARMLESS and abs(gz) < HARMLESS else TRIALS  # so NaN is not found
     settled(structure, flexed, 0.0, 0.0)
     return count, trials

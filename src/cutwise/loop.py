@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cutwise.balance import balance, look
+from cutwise.balance import TRIALS, balance, look
 from cutwise.maths.compiled import inlined_stepping, stepping
-from cutwise.records import CONTACT, FIXED, Contact, History, Load
+from cutwise.records import CONTACT, FIXED, UNSOLVED, Contact, History, Load
 from cutwise.stages import (
     driven,
     left,
@@ -88,6 +88,8 @@ def advance(cell, flexed, contact, load, guess, table, first, steps, dt, stride)
         pose = moved(cell.motion, time)
         if yielding(structure):
             count, trials = balance(cell, flexed, pose, contact, load, guess)
+            if trials >= TRIALS:
+                trials = UNSOLVED
         else:
             count, trials = look(cell, flexed, pose, contact, load), 0
         left(cell.engagement, cell.stock, contact, count)

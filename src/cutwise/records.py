@@ -9,6 +9,9 @@ from typing import NamedTuple
 
 from cutwise.maths.curves import FloatArray
 
+UNSOLVED = 2000
+"""Effort of a step whose state was not found: no solver takes as many trials otherwise."""
+
 
 class Pose(NamedTuple):
     """The undeflected tool at one instant."""

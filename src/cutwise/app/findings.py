@@ -105,7 +105,9 @@ def _unsolved(finding: Finding, result: Result) -> str:
             f"{_shown(finding, finding.limit, 2)}"
         )
     count = int(finding.value or 0)
-    return f"the piston forces were not found to 1 mN in {count} steps{_where(finding)}; use a smaller time step"
+    return (
+        f"the forces of pistons and structure were not found in {count} steps{_where(finding)}; use a smaller time step"
+    )
 
 
 def _edge_stands(finding: Finding, result: Result) -> str:
@@ -127,10 +129,7 @@ def _at_rest(finding: Finding, result: Result) -> str:
 
 def _rubs(finding: Finding, result: Result) -> str:
     del result
-    return (
-        f"the rod is carried {_shown(finding, -(finding.value or 0.0))} into the part: it would rub "
-        "there"
-    )
+    return f"the rod is carried {_shown(finding, -(finding.value or 0.0))} into the part: it would rub there"
 
 
 def _unreached(finding: Finding, result: Result) -> str:

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from cutwise import units
 from cutwise.later import later
 from cutwise.loop import Cell
 from cutwise.maths.curves import FloatArray
 from cutwise.physics.cutting.flute import Mill
-from cutwise.physics.cutting.flutes import MeanFlutes
+from cutwise.physics.cutting.flutes import TurnFlutes
 from cutwise.physics.cutting.regeneration import (
     DepthLimit,
     Receptance,
@@ -21,7 +19,7 @@ from cutwise.physics.cutting.regeneration import (
     mean_directions,
     swinging_receptance,
 )
-from cutwise.physics.cutting.uneven import tangent_coefficients
+from cutwise.physics.cutting.uneven import largest_radius, tangent_coefficients
 from cutwise.physics.engagement.burred_edge import Round
 from cutwise.physics.engagement.shoulder import SEEN, Shoulder, Slot
 from cutwise.physics.structure.series_compliance import translation_at
@@ -76,13 +74,13 @@ def _is_slot(scenario: MillingScenario) -> bool:
     return radial >= scenario.tool.diameter * (1.0 - 1e-12)
 
 
-def _cutting(scenario: MillingScenario) -> tuple[Round, MeanFlutes]:
+def _cutting(scenario: MillingScenario) -> tuple[Round, TurnFlutes]:
     tool, operation = scenario.tool, scenario.operation
     speed = operation.spindle_speed
     assert speed is not None
     up = operation.milling == "up"
     mill = Mill(0.5 * tool.diameter, tool.flutes, tool.helix)
-    return Round(mill.radius, mill.flutes, speed), MeanFlutes(mill, edges(scenario.material, tool), speed, up)
+    return Round(mill.radius, mill.flutes, speed), TurnFlutes(mill, edges(scenario.material, tool), up)
 
 
 def _cell(scenario: MillingScenario, structure: NamedTuple) -> Cell:
@@ -201,18 +199,28 @@ def _turned(done: ArmMilling) -> FloatArray:
     return np.asarray(done.at_rest.state.reshape(len(done.along.path.at), -1, 6)[:, :, 3].sum(axis=1))
 
 
-def wall_and_floor(done: ArmMilling) -> tuple[FloatArray, FloatArray]:
-    """Error of wall and floor along the path [m], positive into the part: what the tool yields by and sags."""
+def outermost(scenario: MillingScenario) -> float:
+    """How far run-out carries the outermost flute [m]."""
+    tool = scenario.tool
+    return largest_radius(tool.runout, tool.runout_angle, tool.flutes) if tool.runout else 0.0
+
+
+def wall_and_floor(scenario: MillingScenario, done: ArmMilling) -> tuple[FloatArray, FloatArray]:
+    """Error of wall and floor along the path [m], positive into the part: what the tool yields by and sags.
+
+    The wall is cut by the flute that run-out carries outermost; of a slot, this is the wall on the side of the work.
+    """
     sag_y = done.along.sag[:, 1] - done.along.sag[:, 3] * done.height
     total = sum(moved(done).values())
-    return -(total[:, 1] + sag_y), -(total[:, 2] + done.along.sag[:, 2])
+    return outermost(scenario) - (total[:, 1] + sag_y), -(total[:, 2] + done.along.sag[:, 2])
 
 
 def measures(scenario: MillingScenario, done: ArmMilling) -> dict[str, float]:
     """Measures in SI."""
-    wall, floor = wall_and_floor(done)
+    wall, floor = wall_and_floor(scenario, done)
     operation, terms = scenario.operation, moved(done)
-    worst = int(np.argmax(np.abs(wall)))
+    deeper = outermost(scenario)
+    worst = int(np.argmax(np.abs(wall - deeper)))
     found = {
         "floor_error_min": float(floor.min()),
         "floor_error_max": float(floor.max()),
@@ -223,7 +231,8 @@ def measures(scenario: MillingScenario, done: ArmMilling) -> dict[str, float]:
         "engagement_angle_max": float(done.at_rest.seen[:, 2].max()),
     }
     if _is_slot(scenario):
-        found["wall_error_min"], found["wall_error_max"] = -abs(float(wall[worst])), abs(float(wall[worst]))
+        shift = abs(float(wall[worst] - deeper))  # moves one wall into the part and the other out of it
+        found["wall_error_min"], found["wall_error_max"] = deeper - shift, deeper + shift
     else:
         found["wall_error_min"], found["wall_error_max"] = float(wall.min()), float(wall.max())
     found |= yielding.term_measures(terms, slice(None), worst)
@@ -250,7 +259,7 @@ def measures(scenario: MillingScenario, done: ArmMilling) -> dict[str, float]:
 def stages(scenario: MillingScenario, done: ArmMilling) -> xr.DataTree:
     """Histories along the path, with units."""
     at = ("s", done.along.path.at, "m", "place along the path")
-    wall, floor = wall_and_floor(done)
+    wall, floor = wall_and_floor(scenario, done)
     twists = {
         f"deflection_{name}": (value, "m", f"displacement by the term {name} where the wall is read")
         for name, value in moved(done).items()
@@ -284,20 +293,9 @@ def stages(scenario: MillingScenario, done: ArmMilling) -> xr.DataTree:
     return xr.DataTree.from_dict(groups)
 
 
-def warnings(scenario: MillingScenario, found: Mapping[str, float]) -> tuple[str, ...]:
+def warnings(scenario: MillingScenario) -> tuple[str, ...]:
     """What a user has to know about the run."""
-    return (*notices(scenario), *carried.warnings(scenario.robot, found))
-
-
-def infeasible(scenario: MillingScenario, found: Mapping[str, float]) -> tuple[str, ...]:
-    """Why the operation cannot be done."""
-    said = []
-    if found.get("depth_margin", 1.0) <= 0.0:
-        said.append(
-            f"the arm chatters: operation.axial_depth {units.show(scenario.operation.axial_depth, 'length')}, limit "
-            f"{units.show(found['stable_depth_min'], 'length', 4)}"
-        )
-    return (*said, *carried.infeasible(scenario.operation.feed, found))
+    return (*notices(scenario), *carried.warnings(scenario.robot))
 
 
 def notes(done: ArmMilling) -> dict[str, str]:

@@ -260,6 +260,16 @@ def _best_constant(q: FloatArray, cost: FloatArray, reach: FloatArray) -> tuple[
     return int(angle), int(branch), float(mean[angle, branch])
 
 
+def too_fast(found: Mapping[str, float], feed: float) -> tuple[str, ...]:
+    """That the joints cannot follow the feed [m/s], if they cannot."""
+    if found.get("joint_speed_margin", 1.0) >= 0.0:
+        return ()
+    return (
+        f"the joints follow {units.show(found['feed_possible_min'], 'speed')} at most, operation.feed is "
+        f"{units.show(feed, 'speed')}",
+    )
+
+
 def measures(along: ArmAlong, robot: CarryingRobot, feed: float) -> dict[str, float]:
     """What the postures mean: room of the joints and the wrist, speeds, stiffness normal to the surface."""
     rates = np.abs(joint_rates(along.postures.q, along.path.at)).max(axis=0)
@@ -283,14 +293,9 @@ def measures(along: ArmAlong, robot: CarryingRobot, feed: float) -> dict[str, fl
     return found
 
 
-def warnings(robot: CarryingRobot, found: Mapping[str, float]) -> tuple[str, ...]:
+def warnings(robot: CarryingRobot) -> tuple[str, ...]:
     """What a user has to know about a robot along a path."""
     said = []
-    if found.get("joint_speed_margin", 0.0) < 0.0:
-        said.append(
-            f"operation.feed: a joint would have to turn faster than it can; it follows "
-            f"{units.show(found['feed_possible_min'], 'speed')} at most"
-        )
     if not robot.joint_speed:
         said.append("robot.joint_speed is not given: whether the joints can follow the feed was not looked at")
     if robot.sag != "ignored" and not weights(robot):
@@ -298,11 +303,3 @@ def warnings(robot: CarryingRobot, found: Mapping[str, float]) -> tuple[str, ...
             "robot.sag: no weight of tool or links is given (robot.tool_mass, robot.links): the sag is left out"
         )
     return tuple(said)
-
-
-def infeasible(feed: float, found: Mapping[str, float]) -> tuple[str, ...]:
-    """Why a robot cannot follow at this feed [m/s]."""
-    if found.get("joint_speed_margin", 1.0) >= 0.0:
-        return ()
-    possible = units.show(found["feed_possible_min"], "speed")
-    return (f"the joints follow {possible} at most, operation.feed is {units.show(feed, 'speed')}",)

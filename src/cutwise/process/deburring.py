@@ -14,7 +14,7 @@ from cutwise.maths.curves import FloatArray, largest_curvature
 from cutwise.physics.cutting.uneven import largest_radius
 from cutwise.physics.motion.edge import path_memory_index
 from cutwise.physics.structure.statics import Characteristic, characteristic
-from cutwise.physics.structure.terms import Swinging, displacement, natural_frequencies
+from cutwise.physics.structure.terms import Compliance, Swinging, displacement, natural_frequencies
 from cutwise.physics.structure.terms import width as width_of
 from cutwise.physics.surface.edge import machined_profile
 from cutwise.process.assemble import robot_along, surface_height
@@ -67,6 +67,14 @@ def memory_needed(cell: EdgeCell) -> bool:
     return cell.cutter.edges.runout > 0.0 or memory_index(cell) > 1.0
 
 
+def answers_at_once(cell: EdgeCell) -> bool:
+    """Whether a term without inertia stands behind the spindle.
+
+    A kept surface gives a step the chip of that step alone: the force has no displacement that goes with it then.
+    """
+    return any(isinstance(term, Compliance) for _, term in cell.behind)
+
+
 def run_for(scenario: DeburringScenario, cell: EdgeCell) -> Callable[..., EdgeHistory]:
     """The loop that carries this pass: arcs of the present position, or a swept surface with memory."""
     wanted = scenario.numerics.engagement
@@ -74,7 +82,7 @@ def run_for(scenario: DeburringScenario, cell: EdgeCell) -> Callable[..., EdgeHi
         return run_compliant_edge
     if wanted == "swept":
         return run_swept_edge
-    kept = memory_needed(cell) and cell.arc is None and columns_carry(cell)
+    kept = memory_needed(cell) and cell.arc is None and columns_carry(cell) and not answers_at_once(cell)
     return run_swept_edge if kept else run_compliant_edge
 
 

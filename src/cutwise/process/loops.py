@@ -19,6 +19,7 @@ from cutwise.physics.motion.edge import EdgePass, programmed_motion
 from cutwise.physics.structure.pistons import PistonRing, at_rest
 from cutwise.physics.structure.terms import Pistons, PistonsState, in_series, relaxed, width
 from cutwise.records import Contact, EdgeHistory, Load, edge_history
+from cutwise.results import SolverFailure
 from cutwise.stages import cut, met, moved
 from cutwise.still import Rest, rest
 
@@ -117,6 +118,12 @@ def run_cell(
         cell, relaxed(cell.structure), duration=duration, time_step=time_step,
         seen=SEEN, state=width(cell.structure), layers=2, contacts=contacts, progress=progress,
     )  # fmt: skip
+    if not np.isfinite(history.table).all():
+        first = int(np.argmin(np.isfinite(history.table).all(axis=1)))
+        raise SolverFailure(
+            f"no finite state from {history.table[first - 1, 0]:.4g} s on: a structure is too soft for this cut; reduce "
+            "operation.feed or part.burr.height, or take a smaller numerics.time_step"
+        )
     structure = cell.structure
     ring = structure.ring if isinstance(structure, Pistons) else structure.near.ring
     return edge_history(history, len(ring.direction))

@@ -99,7 +99,7 @@ def deburr(scenario: DeburringScenario, progress: Progress | None = None) -> Res
         findings=(*soundness.deburr(scenario, edge), *weights.deburr(edge)),
         bands=deburring.histories(scenario, edge, found),
         warnings=remarks.warnings(scenario, edge, found),
-        infeasible=carried.infeasible(scenario.operation.feed, found),
+        infeasible=carried.too_fast(found, scenario.operation.feed),
         limits=remarks.LIMITS,
         convergence=change,
         notes=remarks.notes(scenario, edge, found),
@@ -121,8 +121,8 @@ def deburr_at_rest(scenario: DeburringScenario, progress: Progress | None = None
         found,
         stages=still_deburring.stages(done),
         findings=still_deburring.findings(done),
-        warnings=still_deburring.warnings(scenario, found),
-        infeasible=carried.infeasible(scenario.operation.feed, found),
+        warnings=still_deburring.warnings(scenario),
+        infeasible=carried.too_fast(found, scenario.operation.feed),
         limits=still_deburring.LIMITS,
         convergence=change_on_halved_step({name: found[name] for name in again}, again),
         notes=still_deburring.notes(done),
@@ -145,8 +145,8 @@ def deburring_quick(scenario: DeburringScenario, wanted: Collection[str] = (), *
         done = still_deburring.run(scenario)
         at_rest = still_deburring.measures(scenario, done)
         return Outcome(
-            at_rest, still_deburring.findings(done), still_deburring.warnings(scenario, at_rest),
-            carried.infeasible(scenario.operation.feed, at_rest),
+            at_rest, still_deburring.findings(done), still_deburring.warnings(scenario),
+            carried.too_fast(at_rest, scenario.operation.feed),
         )  # fmt: skip
     step = scenario.numerics.time_step
     tooth = any(name.startswith("tooth_") for name in (*scenario.requirements, *wanted))
@@ -154,8 +154,8 @@ def deburring_quick(scenario: DeburringScenario, wanted: Collection[str] = (), *
         scenario, max(step, _STUDY_STEP) if coarse and coarser(scenario) else step, tooth=tooth
     )
     said = () if coarse else tuple(remarks.warnings(scenario, edge, found))
-    slow = carried.infeasible(scenario.operation.feed, found)
-    return Outcome(found, tuple(soundness.deburr(scenario, edge)), said, slow)
+    too_fast = carried.too_fast(found, scenario.operation.feed)
+    return Outcome(found, tuple(soundness.deburr(scenario, edge)), said, too_fast)
 
 
 def machine_errors(scenario: MachineScenario, progress: Progress | None = None) -> Result:
@@ -231,8 +231,8 @@ def mill_by_robot(scenario: MillingScenario, progress: Progress | None = None) -
         found,
         stages=arm_milling.stages(scenario, done),
         findings=soundness.arm_mill(found),
-        warnings=arm_milling.warnings(scenario, found),
-        infeasible=arm_milling.infeasible(scenario, found),
+        warnings=arm_milling.warnings(scenario),
+        infeasible=carried.too_fast(found, scenario.operation.feed),
         limits=arm_milling.LIMITS,
         convergence=change_on_halved_step({name: found[name] for name in again}, again),
         notes=arm_milling.notes(done),
@@ -245,8 +245,10 @@ def mill_quick(scenario: MillingScenario, wanted: Collection[str] = (), *, coars
     del wanted
     if scenario.robot is not None:
         by_arm = arm_milling.measures(scenario, arm_milling.run(scenario))
-        told = () if coarse else tuple(arm_milling.warnings(scenario, by_arm))
-        return Outcome(by_arm, tuple(soundness.arm_mill(by_arm)), told, tuple(arm_milling.infeasible(scenario, by_arm)))
+        told = () if coarse else arm_milling.warnings(scenario)
+        return Outcome(
+            by_arm, tuple(soundness.arm_mill(by_arm)), told, carried.too_fast(by_arm, scenario.operation.feed)
+        )
     done = milling.run(scenario, scenario.numerics.substeps)
     steady = milling.stability(scenario, done)
     found = milling_measures.measures(scenario, done)
@@ -397,7 +399,7 @@ def simulate(scenario: Scenario, progress: Progress | None = None) -> Result:
     """
     try:
         return RECIPES[scenario.process](scenario, progress)
-    except Infeasible as why:  # before there was anything to measure
+    except Infeasible as why:
         return collect(scenario, {}, stages=xr.DataTree(), warnings=notices(scenario), infeasible=(str(why),))
 
 
@@ -436,7 +438,10 @@ def quick_outcome(scenario: Scenario, wanted: Collection[str] = (), *, coarse: b
         For hundreds of variants: a larger step where that is known to do, and no warnings. Otherwise every measure is
         that of the run to the last bit.
     """
-    return OUTCOMES[scenario.process](scenario, wanted, coarse=coarse)
+    try:
+        return OUTCOMES[scenario.process](scenario, wanted, coarse=coarse)
+    except Infeasible as why:
+        return Outcome({}, infeasible=(str(why),))
 
 
 def quick_measures(scenario: Scenario, wanted: Collection[str] = ()) -> Mapping[str, float]:

@@ -7,7 +7,15 @@ import numpy as np
 from cutwise import units
 from cutwise.process import motor
 from cutwise.process.assemble import beside_part
-from cutwise.process.deburring import EdgeRun, after_lead_in, between, memory_needed, places_after_lead_in, run_for
+from cutwise.process.deburring import (
+    EdgeRun,
+    after_lead_in,
+    answers_at_once,
+    between,
+    memory_needed,
+    places_after_lead_in,
+    run_for,
+)
 from cutwise.process.loops import EdgeCell, run_swept_edge
 from cutwise.spec.deburring import DeburringScenario
 from cutwise.spec.notices import notices
@@ -44,7 +52,8 @@ def _process(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, floa
         yield (
             f"the mill meets its own older surface (path-memory index {index:.3g}, run-out "
             f"{units.show(run.cell.cutter.edges.runout, 'small_length')}), which the arcs leave out: trust the mean error, "
-            "not the wave; numerics.engagement swept (with averaged force) keeps the surface"
+            "not the wave; numerics.engagement swept (with averaged force"
+            f"{' and robot.dynamics: modal' if answers_at_once(run.cell) else ''}) keeps the surface"
         )
 
 

@@ -160,11 +160,11 @@ def findings(done: StillEdge) -> tuple[Finding, ...]:
     return () if (done.rest.seen[:, :2] > 0.0).any() else (Finding("untouched"),)
 
 
-def warnings(scenario: DeburringScenario, found: Mapping[str, float]) -> tuple[str, ...]:
+def warnings(scenario: DeburringScenario) -> tuple[str, ...]:
     """What a user has to know about the run."""
     told = [*notices(scenario), *beside_part(scenario)]
     if scenario.robot is not None:
-        told += carried.warnings(scenario.robot, found)
+        told += carried.warnings(scenario.robot)
     return tuple(told)
 
 

@@ -43,9 +43,21 @@ def moves_into_stock(path: ProgramPath, swept: Swept, stock: Stock) -> StockMove
     upright = curve.straight & (np.hypot(curve.along[:, 0], curve.along[:, 1]) < FLAT)
     down = upright & (curve.along[:, 2] < 0.0)
     into = _goes_down(curve, np.flatnonzero(down), swept, stock)
-    through = _goes_through(curve, np.flatnonzero(rapid & ~upright), swept, stock)
+    through = _goes_through(curve, np.flatnonzero(rapid & ~upright & ~_out_of_the_cut(curve, rapid)), swept, stock)
     hit = np.concatenate((into[rapid[into]], through))
     return StockMoves(_lines(source[hit]), _lines(source[into[~rapid[into]]]))
+
+
+def _out_of_the_cut(curve: LineArc, rapid: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+    """Rapid blocks that round a corner with a feed move: within its tolerance they take what the feed move left there.
+
+    Rapid moves are straight, so that one that bends belongs to a blend; so do the bends next to it.
+    """
+    bends = ~curve.straight
+    run = np.cumsum(~bends | ~np.append(False, bends[:-1]))
+    feeds = np.zeros(int(run[-1]) + 1 if run.size else 1, dtype=bool)
+    feeds[run[bends & ~rapid]] = True
+    return bends & rapid & feeds[run]
 
 
 def _places(curve: LineArc, blocks: IntArray, radius: float) -> tuple[IntArray, FloatArray]:

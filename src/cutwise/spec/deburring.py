@@ -129,6 +129,11 @@ class DeburringScenario(Scenario):
                 ("path",), "is followed by a robot or a machine; write robot.library, or operation.length alone"
             )
         yield from self._arc_faults(path)
+        if self.robot is not None and self.robot.dynamics == "static" and self.numerics.engagement == "swept":
+            yield Remark(
+                ("numerics", "engagement"), "a surface with memory needs an arm with mass; write robot.dynamics: modal, or "
+                "engagement: arcs",
+            )  # fmt: skip
         if (operation.length or operation.duration) and operation.run_length > path.length * (1 + 1e-9):
             key = "length" if operation.length is not None else "duration"
             yield Remark(

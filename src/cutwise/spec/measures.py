@@ -112,7 +112,10 @@ MILLING: Mapping[str, MeasureSpec] = {
     "force_xy_peak_corner": MeasureSpec("force", "peak over a tooth in the xy plane at the same place"),
     "engagement_angle_max": MeasureSpec("angle", "largest immersion angle on the path"),
     "engagement_angle_straight": MeasureSpec("angle", "immersion angle on the straight"),
-    "removed_volume": MeasureSpec("volume", "volume of the stock that the mill takes"),
+    "removed_volume": MeasureSpec(
+        "volume",
+        "volume of the stock that the flutes take sideways; what the end of the mill takes in plunges and ramps does not count",
+    ),
     "removal_rate_max": MeasureSpec("removal_rate", "largest volume taken per time, at the planned speed"),
     "drive_torque_max_x": MeasureSpec("moment", "largest motor torque of the x axis"),
     "drive_torque_max_y": MeasureSpec("moment", "largest motor torque of the y axis"),

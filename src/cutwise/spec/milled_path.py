@@ -131,6 +131,9 @@ def robot_faults(path: MilledPath) -> Iterator[Remark]:
                      "example [0, 0, -1]")  # fmt: skip
     if path.line is not None and path.line.flat:
         yield Remark(("path", "line"), "has two coordinates; a robot needs three: [1900 mm, -150 mm, 800 mm]")
+    if path.arc is not None:
+        yield Remark(("path", "arc"), "is for a robot that deburrs; a robot mills along a line, the contact of a curved wall "
+                     "is not modelled")  # fmt: skip
     if path.cut_from is not None:
         yield Remark(("path", "cut_from"), "is for a machine; a robot is looked at wherever the path goes")
 

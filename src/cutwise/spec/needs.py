@@ -153,8 +153,11 @@ def unmet(scenario: Spec, needs: Needs, measure: str) -> Iterator[str]:
 
 def _given(scenario: Spec, way: str) -> bool:
     key, _, wanted = way.removeprefix("no ").partition(": ")
+    steps = split_dotted(key)
+    if steps[0] in type(scenario).model_fields and steps[0] not in vars(scenario):
+        return True  # the section is there with faults of its own: nothing is said about what it would give
     here: object = scenario
-    for step in split_dotted(key):
+    for step in steps:
         here = getattr(here, str(step), None)
     there = here is not None and here != () and here != {}
     if way.startswith("no "):

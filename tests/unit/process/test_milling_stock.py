@@ -55,6 +55,14 @@ def test_the_way_back_climbs_along_the_wall_it_has_on_its_right(tmp_path):
     assert found[back] == pytest.approx(math.acos(1.0 - 2.0 / 5.0), abs=1e-9)
 
 
+@pytest.mark.parametrize("mode", ["G61", "G64 P0.001", "G64 P0.05", "G64"])
+def test_a_tool_that_leaves_the_cut_upwards_runs_through_nothing(tmp_path, mode):
+    """However the corner of the retract is rounded; a rapid move on through the stock stays one."""
+    text = f"G21 G90 {mode} S8000 M3\nG0 X-10 Y0 Z5\nZ-3\nG1 X30 F1200\nG0 {{}}\nZ5\nM30\n"
+    assert not simulate(scenario(tmp_path, text.format("Z5"))).unsound
+    assert "collides" in {f.code for f in simulate(scenario(tmp_path, text.format("X40 Y8"))).unsound}
+
+
 def test_rapid_moves_through_the_stock_and_plunges_are_named(tmp_path):
     text = "G21 G90 S8000 M3\nG0 X10 Y0 Z5\nG1 Z-3 F200\nX30 F1200\nG0 X50\nZ5\nM30\n"
     result = simulate(scenario(tmp_path, text))

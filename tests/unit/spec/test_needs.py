@@ -38,3 +38,17 @@ def test_the_key_that_provides_it_is_named(examples):
         load(examples / "chamfer_pipe_hole.yaml", ["requirements.edges_refused.max=0"])
     with pytest.raises(ScenarioFault, match=r"it needs numerics.force: tooth_resolved\n"):
         load(examples / "mill_pocket.yaml", ["numerics.force=averaged", "requirements={force_xy_peak: {max: 1 kN}}"])
+
+
+@pytest.mark.parametrize(
+    ("name", "faulty"),
+    [
+        ("chamfer_compliant_spindle", {"spindle.mass": "1.1 kg"}),
+        ("mill_on_robot", {"robot.dynamics": "links"}),
+        ("deburr_on_robot", {"robot.sag": "much", "requirements.share_arm": "{max: 1 mm}"}),
+    ],
+)
+def test_a_section_with_a_fault_of_its_own_is_not_called_missing(examples, name, faulty):
+    with pytest.raises(ScenarioFault) as told:
+        load(examples / f"{name}.yaml", faulty)
+    assert not any("no such measure" in str(fault) for fault in told.value.faults)

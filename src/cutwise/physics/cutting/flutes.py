@@ -11,6 +11,7 @@ from cutwise.physics.cutting.uneven import (
     force_per_length,
     turning_mean_force,
     uneven_tooth_force,
+    whole_turn_force,
 )
 from cutwise.stages import cut, stage
 
@@ -21,6 +22,14 @@ class MeanFlutes(NamedTuple):
     mill: Mill
     edges: Edges  # force law, coefficients and run-out
     spindle_speed: float  # [rad/s]
+    up_milling: bool
+
+
+class TurnFlutes(NamedTuple):
+    """A turning mill in a material, its force averaged over a whole turn: what a structure at rest answers to."""
+
+    mill: Mill
+    edges: Edges
     up_milling: bool
 
 
@@ -57,6 +66,15 @@ def _(cutting, chip, theta, lo, hi, foot, width, time):
     return turning_mean_force(rotation, lo, hi, chip, theta, length, mill, edges)
 
 
+@arc_force.of(TurnFlutes)
+def _(cutting, chip, theta, lo, hi, foot, width, time):
+    """Over a whole turn; without run-out every tooth is like the next."""
+    mill, edges = cutting.mill, cutting.edges
+    if even_and_linear(edges):
+        return mean_force(lo, hi, chip, theta, (foot + width) - foot, mill.flutes, edges.linear)
+    return whole_turn_force(lo, hi, chip, theta, (foot + width) - foot, mill, edges)
+
+
 @arc_force.of(ToothFlutes)
 def _(cutting, chip, theta, lo, hi, foot, width, time):
     """As the teeth stand at a time."""
@@ -86,7 +104,7 @@ def put(load, layer: int, force: FluteForce, arm: float) -> None:  # type: ignor
     total[5] += arm * force.y
 
 
-@cut.of(MeanFlutes, ToothFlutes)
+@cut.of(MeanFlutes, TurnFlutes, ToothFlutes)
 def _(cutting, contact, count, time, pivot, load):
     """Up milling is the mirror image."""
     rows = contact.rows

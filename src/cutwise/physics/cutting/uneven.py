@@ -24,6 +24,7 @@ KIENZLE = 1
 _POINT = 0.7745966692414834  # three-point Gauss rule on -1 to 1: place and weight of each point, weights of sum one
 GAUSS = ((-_POINT, 5.0 / 18.0), (0.0, 8.0 / 18.0), (_POINT, 5.0 / 18.0))
 PANEL = 0.12  # [rad] widest panel of the rule
+TURN = 60  # rotations in the mean over a turn
 
 
 class Kienzle(NamedTuple):
@@ -190,6 +191,30 @@ def turning_mean_force(
     span = hi - lo
     length = mill.flutes * width * span / (2.0 * math.pi)
     return uneven_arc_force(chip, theta, 0.5 * (lo + hi), span, length, rotation, mill.flutes, edges)
+
+
+@compiled
+def whole_turn_force(
+    lo: float, hi: float, chip: float, theta: float, width: float, mill: Mill, edges: Edges
+) -> FluteForce:
+    r"""Force averaged over a whole turn, for any force law and run-out.
+
+    .. math:: \bar F = \frac{1}{2\pi} \int_0^{2\pi} F(\Phi)\, d\Phi
+
+    by equal steps of the rotation :math:`\Phi`; which way the run-out points from flute 0 does not count (for one
+    direction the teeth differ from it by 4 % at most with a run-out of a third of the chip). A linear law without a
+    tooth that leaves the cut keeps the mean of even flutes: what one tooth cuts less, the next cuts more. Parameters
+    are those of :func:`turning_mean_force`.
+    """
+    steps = TURN if edges.runout != 0.0 else 1
+    x = y = z = tangential = 0.0
+    for k in range(steps):
+        f = turning_mean_force(2.0 * math.pi * (k + 0.5) / steps, lo, hi, chip, theta, width, mill, edges)
+        x += f.x / steps
+        y += f.y / steps
+        z += f.z / steps
+        tangential += f.tangential / steps
+    return FluteForce(x, y, z, tangential)
 
 
 @compiled

@@ -21,6 +21,7 @@ import numpy as np
 
 from cutwise.maths.compiled import compiled, inlined
 from cutwise.maths.curves import FloatArray
+from cutwise.records import UNSOLVED
 
 NO_FRICTION = 0
 SET_VALUED = 1
@@ -29,7 +30,7 @@ REGULARISED = 3
 
 _TOUCH = 1e-12  # [m] a face closer than this touches its piston
 STUCK_SPEED = 1e-6  # [m/s] a piston slower than this counts as stuck
-SWEEPS = 2000  # a step that takes them all has not found its forces
+SWEEPS = UNSOLVED  # a step that takes them all has not found its forces
 _HARMLESS = 1e-3  # [N] what is left over after them that moves nothing
 _PATIENCE = 20  # sweeps after which the step is asked whether nothing moves at all
 
