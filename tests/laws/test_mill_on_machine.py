@@ -13,7 +13,7 @@ from cutwise.physics.engagement.shoulder import SEEN, Shoulder
 from cutwise.physics.structure.series_compliance import in_axes, translation_at
 from cutwise.physics.structure.terms import Compliance, displacement, in_series, relaxed, width
 from cutwise.process import milling, milling_wall
-from cutwise.process.assemble import edges
+from cutwise.process.edges import edges
 from cutwise.process.milling_measures import measures
 from cutwise.process.recipes import prepare
 from cutwise.results import SolverFailure

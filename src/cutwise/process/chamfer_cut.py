@@ -11,7 +11,7 @@ from cutwise.physics.engagement.ball import PassFrames
 from cutwise.physics.structure.pistons import PistonRing
 from cutwise.physics.surface.sweep import swept_chamfer
 from cutwise.process import chamfer_proof as proof
-from cutwise.process.assemble import edge_profile, edges_alike, piston_ring, weight
+from cutwise.process.assemble import edge_profile, piston_ring, weight
 from cutwise.process.chamfer_loop import (
     SLICES,
     BallEnd,
@@ -26,6 +26,7 @@ from cutwise.process.chamfer_loop import (
     yielding_pass,
 )
 from cutwise.process.chamfer_plan import EdgePath
+from cutwise.process.edges import edges_alike
 from cutwise.spec.chamfer import ChamferScenario
 from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.spec.tables import Table

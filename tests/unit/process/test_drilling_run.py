@@ -8,7 +8,7 @@ import pytest
 import cutwise
 from cutwise.io import library
 from cutwise.io.scenario import read_document
-from cutwise.spec.faults import ScenarioFault
+from cutwise.spec.faults import ScenarioFault, dotted
 from cutwise.spec.notices import notices
 
 NAMES = (
@@ -168,11 +168,11 @@ def test_faults_all_at_once(examples):
             examples / "drill_robot.yaml",
             ["operation.feed_per_rev=-0.1 mm", "contact.wander_length=0 mm", "robot.redundancy_angle=bestt"],
         )
-    text = str(caught.value)
+    text = "\n".join(f"{dotted(fault.path)}: {fault.message}" for fault in caught.value.faults)
     assert "operation.feed_per_rev: -0.1 mm is impossible" in text
     assert "contact.wander_length" in text
     assert "did you mean best?" in text
-    assert "3 faults" in text
+    assert len(caught.value.faults) == 3
 
 
 def test_a_drill_shorter_than_the_hole(examples):
