@@ -134,6 +134,19 @@ def test_a_reader_that_goes_away(words, tmp_path):
     assert errors == ""
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="streams are closed in another way")
+@pytest.mark.parametrize("closed", [">&-", ">&- 2>&-", "<&- >&- 2>&-"])
+def test_streams_that_are_closed_from_the_start(closed, tmp_path):
+    line = f"{' '.join(WORDS)} new deburr -o d.yaml {closed}"
+    said = subprocess.run(
+        ["sh", "-c", line], cwd=tmp_path, env=ENVIRONMENT, capture_output=True, text=True, timeout=120
+    )
+    assert (said.returncode, said.stdout, "Traceback" in said.stderr) == (0, "", False)
+    text = (tmp_path / "d.yaml").read_text()
+    assert "process: deburr" in text
+    assert "next: cutwise" not in text  # what is said does not go into the first file that is opened
+
+
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="no SIGTERM between processes")
 @pytest.mark.parametrize("after", [0.4, 3.0])

@@ -85,10 +85,10 @@ def test_read_me_has_two_commands_and_ci_runs_the_second():
     environment, install, run = (part.strip() for part in first.split("&&"))
     assert environment == "python3 -m venv .venv"
     assert run == ".venv/bin/cutwise run examples/deburr_compliant_spindle.yaml"
-    assert second == f"{environment} && {install} && .venv/bin/python -m pytest -q"
+    assert second == f"{environment} && {install} && .venv/bin/python -m pytest -q -n auto --dist worksteal"
     ci = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
     assert install.partition(" ")[2] in ci
-    assert ci.rstrip().endswith("-m pytest -q")
+    assert ci.rstrip().endswith("-m pytest -q -n auto --dist worksteal")
 
 
 @pytest.mark.parametrize(

@@ -13,10 +13,11 @@ from cutwise.physics.engagement.shoulder import SEEN, Shoulder
 from cutwise.physics.structure.series_compliance import in_axes, translation_at
 from cutwise.physics.structure.terms import Compliance, displacement, in_series, relaxed, width
 from cutwise.process import milling, milling_wall
-from cutwise.process.assemble import edges
+from cutwise.process.edges import edges
 from cutwise.process.milling_measures import measures
 from cutwise.process.recipes import prepare
 from cutwise.results import SolverFailure
+from cutwise.spec.faults import dotted
 from cutwise.still import rest
 
 UM = 1e-6
@@ -163,7 +164,7 @@ def test_keys_of_the_drives_may_stand_in_the_machine(examples, scenario):
     assert found.drives.limits.acceleration == scenario.drives.limits.acceleration
     assert found.origins["machine.drives.limits.jerk"].status == "user"
     twice = ["machine={library: demec_mill, reading: as_printed, drives: {library: fadal2216, reading: matched}}"]
-    with pytest.raises(cutwise.ScenarioFault, match=r"machine.reading: is written as drives.reading too"):
+    with pytest.raises(cutwise.ScenarioFault, match=r"is written as drives.reading too"):
         cutwise.load(examples / "mill_on_machine.yaml", twice)
 
 
@@ -204,4 +205,4 @@ def test_a_run_can_be_read_back(scenario):
 def test_what_cannot_be_is_refused_in_words(examples, changes, words):
     with pytest.raises(cutwise.ScenarioFault) as caught:
         prepare(cutwise.load(examples / "mill_on_machine.yaml", changes))
-    assert words in str(caught.value)
+    assert any(f"{dotted(one.path)}: {one.message}".startswith(words) for one in caught.value.faults)

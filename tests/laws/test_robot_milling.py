@@ -15,8 +15,8 @@ from cutwise.physics.engagement.burred_edge import Round
 from cutwise.physics.engagement.shoulder import Shoulder, Slot
 from cutwise.physics.structure.series_compliance import translation_at
 from cutwise.physics.structure.terms import Compliance, displacement, natural_frequencies, relaxed, swinging
-from cutwise.process.assemble import edges
 from cutwise.process.carried import arm_along
+from cutwise.process.edges import edges
 from cutwise.still import rest
 
 MM, UM = 1e-3, 1e-6

@@ -9,7 +9,8 @@ from cutwise.maths.frames import rotation_about
 from cutwise.physics.cutting.drill import DrillPoint, ZoneLaw, cone_height, stress_at_feed
 from cutwise.physics.structure.joint_compliance import cartesian_compliance
 from cutwise.process.drill_profile import depth_profile, no_elements
-from cutwise.process.loops_drilling import DrillCycle, arm_dynamics
+from cutwise.process.hole_balance import DrillCycle
+from cutwise.process.loops_drilling import arm_dynamics
 from cutwise.process.postures import Arm, arm_with
 
 MPA, MICRO = 1e6, 1e-6

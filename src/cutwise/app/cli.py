@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn, TypeVar
 import typer
 
 import cutwise
-from cutwise.app import interrupt, leaving, looking, outputs
+from cutwise.app import calibrating, interrupt, leaving, looking, outputs
 from cutwise.app.leaving import INTERRUPTED, NOBODY_READS, OK, REQUIREMENT_FAILED, TERMINATED, explain, refuse
 from cutwise.app.options import SET, Overrides, ScenarioFile
 from cutwise.app.writing import REPORT, RUN, programs, written
@@ -268,7 +268,7 @@ def sweep(
         print(save(table, output))
 
 
-for _look in (looking.part, looking.program, looking.spindle):
+for _look in (calibrating.calibrate, looking.part, looking.program, looking.spindle):
     app.command()(_look)
 
 
@@ -387,6 +387,7 @@ def main(arguments: "Sequence[str] | None" = None) -> NoReturn:
     given = list(sys.argv[1:] if arguments is None else arguments)
     debug = "--debug" in given  # it may stand anywhere
     gc.set_threshold(_COLLECT, 20, 50)
+    leaving.open_streams()
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="replace")  # a terminal that lacks a letter gets a question mark, not a traceback

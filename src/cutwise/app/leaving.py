@@ -54,6 +54,23 @@ def explain(error: Exception) -> int:
     return SOLVER_FAILED
 
 
+def open_streams() -> None:
+    """Give a process that was started without standard streams (``>&-``) ones that lead nowhere.
+
+    Else the first file that is opened takes the number of one, and what is said goes into that file.
+    """
+    for number, name, mode in ((0, "stdin", "r"), (1, "stdout", "w"), (2, "stderr", "w")):
+        try:
+            os.fstat(number)
+        except OSError:
+            nowhere = os.open(os.devnull, os.O_RDWR)
+            if nowhere != number:
+                os.dup2(nowhere, number)
+                os.close(nowhere)
+        if getattr(sys, name) is None:
+            setattr(sys, name, os.fdopen(number, mode, encoding="utf-8", errors="replace", closefd=False))
+
+
 @contextmanager
 def reader_of(stream: TextIO) -> Iterator[Callable[[], bool]]:
     """Tells, within the block, whether the reader of a pipe has gone away."""

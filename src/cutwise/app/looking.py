@@ -50,6 +50,12 @@ def program(
     dialect: Annotated[
         Literal["auto", "rs274", "fanuc"], typer.Option(help="of G-code; auto: fanuc where the program shows macro B")
     ] = "auto",
+    step_limit: Annotated[
+        int | None,
+        typer.Option(
+            min=1, metavar="N", help="steps not written out (loops, repeats, pecks) before it counts as endless"
+        ),
+    ] = None,
 ) -> None:
     """Run through an NC program without a machine: tools, feeds, extents, lengths, time, and all its faults."""
     from cutwise.app.programs import Sketch, opened
@@ -58,7 +64,7 @@ def program(
 
     called = outputs.beside(file, SUBROUTINE_SUFFIXES) if picture is not None else []
     outputs.checked([picture], [file, *([tool_table] if tool_table is not None else []), *called])
-    run, setup, remarks = opened(file, tool_table, dialect)
+    run, setup, remarks = opened(file, tool_table, dialect, step_limit)
     if canonical:
         lines = list(canonical_text.lines(run.commands()))  # first all of them: a faulty program prints none
         print("\n".join(lines))

@@ -14,6 +14,7 @@ from cutwise.io.programs.moves import Move
 from cutwise.io.programs.setup import Setup
 from cutwise.io.programs.summary import arc_points
 from cutwise.io.programs.tools import read_tool_table
+from cutwise.spec.program import STEP_LIMIT
 
 _ARC_STEP = math.radians(5.0)
 _FINEST = 1.0 / 3000.0  # of the drawing: points nearer to each other are left out
@@ -27,7 +28,12 @@ class Opened(NamedTuple):
     remarks: tuple[str, ...]
 
 
-def opened(file: Path, tool_table: Path | None, dialect: Literal["auto", "rs274", "fanuc"] = "auto") -> Opened:
+def opened(
+    file: Path,
+    tool_table: Path | None,
+    dialect: Literal["auto", "rs274", "fanuc"] = "auto",
+    step_limit: int | None = None,
+) -> Opened:
     """Read a program, and a tool table if one is named.
 
     Raises
@@ -36,7 +42,7 @@ def opened(file: Path, tool_table: Path | None, dialect: Literal["auto", "rs274"
         A file cannot be read, or the tool table is wrong.
     """
     text = read_program(file, str(file))
-    setup = Setup(dialect=dialect, library=library_beside(file.parent))
+    setup = Setup(dialect=dialect, library=library_beside(file.parent), step_limit=step_limit or STEP_LIMIT)
     remarks = []
     if tool_table is not None:
         table = as_text(read_bytes(tool_table, str(tool_table)), str(tool_table))

@@ -48,6 +48,10 @@ class _Walls:
             for edge, found in uses.items() if any(face in self.wall for face, _ in found)
         }  # fmt: skip
         self._owner = {face: face for face in self.wall}
+        self.borders: dict[int, list[_Side]] = {}  # of each wall face
+        for found in self.sides.values():
+            for side in found:
+                self.borders.setdefault(side.face, []).append(side)
         self.inner: set[int] = set()  # edges between two faces of one wall, and seams
         for edge, found in self.sides.items():
             self._join(edge, found)
@@ -114,17 +118,16 @@ class _Walls:
         axis = self.table.axis[min(members)]
         corners = _Corners(max(self.tolerance, _CLOSE))
         steps: dict[int, list[tuple[int, float]]] = {}
-        for edge, found in self.sides.items():
-            for side in found:
-                if side.face not in members or edge in self.inner:
-                    continue
-                turn = self._turn(side) * math.copysign(1.0, float(axis @ self.table.axis[side.face]))
-                ends = curve_points(self.edges[edge], np.array(curve_range(self.edges[edge])))[0]
-                a, b = corners.number(ends[0]), corners.number(ends[1])
-                if a == b and abs(turn) > math.pi:
-                    return True
-                steps.setdefault(a, []).append((b, turn))
-                steps.setdefault(b, []).append((a, -turn))
+        for side in (side for face in sorted(members) for side in self.borders.get(face, ())):
+            if side.edge in self.inner:
+                continue
+            turn = self._turn(side) * math.copysign(1.0, float(axis @ self.table.axis[side.face]))
+            ends = curve_points(self.edges[side.edge], np.array(curve_range(self.edges[side.edge])))[0]
+            a, b = corners.number(ends[0]), corners.number(ends[1])
+            if a == b and abs(turn) > math.pi:
+                return True
+            steps.setdefault(a, []).append((b, turn))
+            steps.setdefault(b, []).append((a, -turn))
         return _goes_round(steps)
 
     def _turn(self, side: _Side) -> float:

@@ -16,6 +16,9 @@ from cutwise.maths.surfaces import FREE_FORM, PLANE
 OUTLINE = 5e-6  # [m] distance between the outlines of faces and those of their triangles
 _INSIDE = 1e-4  # [m] inside of faces, where corners are put on the surface anyway
 _TURN = 0.5  # [rad] largest angle between neighbouring triangles
+_MANY = (
+    500  # edges of a part from which on a mesher is taken whose time grows with their number, not with its power 1.5
+)
 
 
 def cad_skin(model: Topology, outline: float = OUTLINE) -> Skin:
@@ -23,6 +26,8 @@ def cad_skin(model: Topology, outline: float = OUTLINE) -> Skin:
     wanted = occ("IMeshTools").IMeshTools_Parameters()
     wanted.Deflection, wanted.DeflectionInterior = outline / MM, _INSIDE / MM
     wanted.Angle = wanted.AngleInterior = _TURN
+    if len(model.edges) > _MANY:  # it cannot be interrupted: 1,296 holes in a plate take the usual one 170 CPU s, it 7
+        wanted.MeshAlgo = occ("IMeshTools").IMeshTools_MeshAlgoType.IMeshTools_MeshAlgoType_Delabella
     occ("BRepMesh").BRepMesh_IncrementalMesh(model.part.shape, wanted)
     pieces = [np.zeros((0, 15))]
     owners = [np.zeros(0, np.int64)]

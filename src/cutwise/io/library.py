@@ -6,6 +6,7 @@ from difflib import get_close_matches
 from functools import lru_cache
 from pathlib import Path
 
+from cutwise.io.covariances import covariance_faults
 from cutwise.io.files import as_text, read_bytes
 from cutwise.io.tree import Node, compose, origins, unwrapped
 from cutwise.spec.faults import Fault, ScenarioFault, dotted
@@ -16,7 +17,7 @@ SHELVES = (
     "tools", "materials", "spindles", "path_errors", "machines", "robots", "drills", "drilled_materials",
 )  # fmt: skip
 
-_KEYS = ("name", "describes", "values")
+_KEYS = ("name", "describes", "values", "covariances", "measured")  # the last two: of a calibration
 
 
 @dataclass(frozen=True)
@@ -96,6 +97,8 @@ def read_entry(path: Path, shown: str, kind: str) -> Entry:
         faults.append(
             tree.fault(("values",), "missing; write values: and below it the keys, each {value, status, source}")
         )
+    if values is not None and isinstance(values.value, dict) and "covariances" in tree.value:
+        faults += covariance_faults(tree.value["covariances"], values)
     if faults:
         raise ScenarioFault(faults)
     assert values is not None

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from pydantic import ValidationError
 from pydantic.fields import FieldInfo
@@ -38,6 +38,8 @@ else:  # readers of what few scenarios hold
     program_files = later("cutwise.io.program_files")
     spindle_nodes = later("cutwise.io.spindle_nodes")
     urdf = later("cutwise.io.urdf")
+
+Read = TypeVar("Read", bound=Spec)
 
 _OVERRIDE = 2  # layer of values that are given beside the file; null takes away what the others say
 _UNNAMED = ("name", "process")  # not values with an origin
@@ -136,13 +138,37 @@ def _scenario(
     if model is None:
         raise ScenarioFault(_sorted(faults))
     tree = process_named(tree, model, title)
+    scenario, tree, files = _checked(tree, model, folder, faults)
+    return scenario.with_files(files).with_origins(
+        {dotted(path): origin for path, origin in origins(tree) if path[0] not in _UNNAMED and path[-1] != "library"}
+    )
+
+
+def settings(model: type[Read], overrides: Overrides, *, named: str = OVERRIDES) -> tuple[Read, dict[str, Origin]]:
+    """Settings that stand in no file, from dotted keys alone, with library entries read in; and their origins.
+
+    Raises
+    ------
+    ScenarioFault
+        With everything that is wrong.
+    """
+    faults: list[Fault] = []
+    tree = Node({}, layer=_OVERRIDE)
+    for key, value in _pairs(overrides, faults, named):
+        tree = _overridden(tree, key, value, faults, named.format(key))
+    read, tree, _ = _checked(tree, model, Path(), faults)
+    return read, {dotted(path): origin for path, origin in origins(tree)}
+
+
+def _checked(tree: Node, model: type[Read], folder: Path, faults: list[Fault]) -> tuple[Read, Node, list[str]]:
+    """The tree completed from outside of it and validated: the model, the tree, and the files that were read."""
     tree = _without_displaced(tree, model)
     assembly = _Assembly(model, folder, faults)
     tree = assembly.complete(tree, model, ())
     tree = _without_displaced(tree, model)
     plain = tree.plain()
     try:
-        scenario = model.model_validate(plain)
+        read = model.model_validate(plain)
     except ValidationError as error:
         settled = [fault.path for fault in faults if fault.path]
         faults += [
@@ -154,9 +180,7 @@ def _scenario(
         raise ScenarioFault(_sorted(faults)) from None
     if faults:
         raise ScenarioFault(_sorted(faults))
-    return scenario.with_files(assembly.files).with_origins(
-        {dotted(path): origin for path, origin in origins(tree) if path[0] not in _UNNAMED and path[-1] != "library"}
-    )
+    return read, tree, assembly.files
 
 
 def _sorted(faults: Sequence[Fault]) -> list[Fault]:
@@ -272,7 +296,7 @@ def _may_be_empty(info: FieldInfo) -> bool:
 class _Assembly:
     """Completes a tree from outside of it: library entries and CSV tables."""
 
-    def __init__(self, model: type[Scenario], folder: Path, faults: list[Fault]) -> None:
+    def __init__(self, model: type[Spec], folder: Path, faults: list[Fault]) -> None:
         self.model, self.folder, self.faults = model, folder, faults
         self.incomplete: set[spec_faults.Path] = set()  # sections that lack their library entry
         self.files: list[str] = []  # what was read

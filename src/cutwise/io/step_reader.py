@@ -93,6 +93,7 @@ def read(file: str, shape_file: str, places: frozenset[int]) -> dict[str, Any]:
     if shape is None or shape.IsNull():
         raise CadFault("its shapes could not be translated; export it as AP203, AP214 or AP242 solids")
     _check_size(shape)
+    shape = _placed(shape)
     _try_faces_and_edges(shape)
     tools = occ("BinTools").BinTools
     if not tools.Write_s(shape, shape_file):
@@ -109,6 +110,37 @@ def _type_faults(reader: Any) -> Iterator[tuple[int, str]]:
         for i in range(1, check.NbFails() + 1):
             yield checks.Number() - 1, str(check.CFail(i))
         checks.Next()
+
+
+def _placed(shape: Any) -> Any:
+    """The shape with bodies that are placed mirrored or scaled worked out, each with geometry of its own.
+
+    A placement (CARTESIAN_TRANSFORMATION_OPERATOR) may turn a body inside out or change its size; left as a placement,
+    the normals of a mirrored body point inward and parameters of a scaled one are not lengths.
+    """
+    kinds = occ("TopAbs").TopAbs_ShapeEnum
+    ladder = (kinds.TopAbs_SOLID, kinds.TopAbs_SHELL, kinds.TopAbs_FACE, kinds.TopAbs_WIRE, kinds.TopAbs_EDGE)
+    bodies = []
+    for kind, outer in zip(ladder, (kinds.TopAbs_SHAPE, *ladder[:-1]), strict=True):
+        explorer = occ("TopExp").TopExp_Explorer(shape, kind, outer)
+        while explorer.More():
+            bodies.append(explorer.Current())
+            explorer.Next()
+    if not any(_distorts(body.Location().Transformation()) for body in bodies):
+        return shape
+    whole, builder = occ("TopoDS").TopoDS_Compound(), occ("BRep").BRep_Builder()
+    builder.MakeCompound(whole)
+    for body in bodies:
+        trsf = body.Location().Transformation()
+        if _distorts(trsf):
+            plain = body.Located(occ("TopLoc").TopLoc_Location())
+            body = occ("BRepBuilderAPI").BRepBuilderAPI_Transform(plain, trsf, True).Shape()
+        builder.Add(whole, body)
+    return whole
+
+
+def _distorts(trsf: Any) -> bool:
+    return bool(trsf.IsNegative()) or abs(trsf.ScaleFactor() - 1.0) > 1e-9
 
 
 def _check_size(shape: Any) -> None:

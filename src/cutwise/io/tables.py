@@ -34,7 +34,7 @@ def read_table(path: Path, shown: str, key: Key, over: Sequence[Column], ordinat
     example = f'"{example_title(over[0])}, {example_title(ordinate)}"'
     if not lines:
         raise ScenarioFault([Fault(key, f"is empty; it needs a title line such as {example}", file=shown)])
-    wrong = _wrong_separator(lines, example)
+    wrong = wrong_separator(lines, example)
     if wrong is not None:
         raise ScenarioFault([Fault(key, wrong, lines[0][0], 1, shown)])
     sheet = _Sheet(shown, key, lines[0], over, ordinate)
@@ -55,7 +55,7 @@ class _Sheet:
         self, shown: str, key: Key, title_line: tuple[int, str], over: Sequence[Column], ordinate: Column
     ) -> None:
         self.shown, self.key, self.title_line = shown, key, title_line[0]
-        self.header = _cells(title_line[1])
+        self.header = cells_of(title_line[1])
         self.titles = [text for text, _ in self.header]
         named = [find(self.titles, wanted) for wanted in (over, (ordinate,))]
         self.complete = None not in named
@@ -71,7 +71,7 @@ class _Sheet:
 
     def add(self, number: int, line: str) -> None:
         """One row into the columns, if all of it can be read."""
-        cells = _cells(line)
+        cells = cells_of(line)
         if len(cells) > len(self.titles):
             hint = "; decimal commas? write decimal points" if len(cells) == 2 * len(self.titles) else ""
             self._fault(f"{len(cells)} values for {len(self.titles)} columns{hint}", number, 1)
@@ -81,7 +81,7 @@ class _Sheet:
             if title not in self.columns:
                 continue
             text, column = cells[place] if place < len(cells) else ("", len(line.rstrip()) + 1)
-            value = _number(text)
+            value = number_of(text)
             if value is None:
                 what = f'"{text}" is not a number' if text else "a hole"
                 self._fault(f"{what} in column {title}; every row needs a value", number, column)
@@ -108,7 +108,8 @@ class _Sheet:
         return sorted(self.faults, key=lambda fault: (fault.line or 0, fault.column or 0))
 
 
-def _number(text: str) -> float | None:
+def number_of(text: str) -> float | None:
+    """The finite number of a cell."""
     try:
         value = float(text)
     except ValueError:
@@ -116,7 +117,8 @@ def _number(text: str) -> float | None:
     return value if math.isfinite(value) and "_" not in text else None
 
 
-def _cells(line: str) -> list[Cell]:
+def cells_of(line: str) -> list[Cell]:
+    """The cells of a line, each with its place."""
     cells, start = [], 0
     for part in line.split(","):
         text = part.strip()
@@ -125,7 +127,7 @@ def _cells(line: str) -> list[Cell]:
     return cells
 
 
-def _wrong_separator(lines: list[tuple[int, str]], example: str) -> str | None:
+def wrong_separator(lines: list[tuple[int, str]], example: str) -> str | None:
     """What to say about semicolons and tabs in place of commas, as spreadsheets of some countries write them."""
     for separator, name in ((";", "semicolons"), ("\t", "tabs")):
         if separator in lines[0][1]:

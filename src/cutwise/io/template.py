@@ -61,7 +61,8 @@ def _body(section: type[Spec], path: Path, starts: Mapping[str, str]) -> Iterato
             continue
         here = (*path, name)
         inner = fields.sections(info)
-        if inner and len(inner) == len(list(fields.of_field(info))):  # of several kinds of section the first
+        begun = any(start.startswith(f"{dotted(here)}.") for start in starts)
+        if inner and (begun or len(inner) == len(list(fields.of_field(info)))):  # of several kinds of section the first
             if _left_out(info, here, starts) and path and info.examples:
                 yield from _value(info, here, starts)
                 continue
@@ -114,7 +115,7 @@ def _from_library(section: type[LibrarySpec], path: Path, starts: Mapping[str, s
     """A section that an entry fills; the keys that one may want to write are shown with the entry's values."""
     indent = "  " * len(path)
     entries = library.shelf(section.library_shelf)
-    there = {name: entry for name, entry in entries.items() if set(entry.values.value) <= set(section.model_fields)}
+    there = {name: entry for name, entry in entries.items() if _fits(set(entry.values.value), section)}
     name = starts.get(dotted((*path, "library")), next(iter(there), ""))
     yield f"{indent}# values from the library (a key written here wins); see: cutwise library {section.library_shelf}"
     yield from _comment(f"there are: {', '.join(there)}", indent)
@@ -132,6 +133,12 @@ def _from_library(section: type[LibrarySpec], path: Path, starts: Mapping[str, s
             yield f"{indent}# {f'{key}: {as_one_line(values[key])}':<32} # {brief}"
         elif key not in _LEFT_OUT and dotted((*path, key)) in starts:
             yield from _value(info, (*path, key), starts)
+
+
+def _fits(keys: set[str], section: type[LibrarySpec]) -> bool:
+    """Whether a section knows all that an entry says, or is given all that it needs."""
+    needed = {key for key, info in section.model_fields.items() if info.is_required()}
+    return keys <= set(section.model_fields) or (bool(needed) and needed <= keys)
 
 
 def _has_sections(node: Node) -> bool:

@@ -18,6 +18,7 @@ from cutwise.spec.texts import hidden_fault
 STATUSES = get_args(Status)
 _TAG = "tag:yaml.org,2002:"
 _WRAPPER = ("value", "status", "source", "library")
+_SCATTER = ("standard_error", "covariance")  # beside a measured value
 _MOST_NODES = 500_000
 _LONGEST_TEXT, _MOST_MARKS = 5_000_000, 200_000  # letters, and signs between values: about 8 CPU s of reading
 _LONGEST = 18  # digits of an integer; longer ones are read as floating point numbers
@@ -251,8 +252,9 @@ def unwrapped(node: Node, path: Path, faults: list[Fault]) -> Node:
     if "value" not in node.value:
         return replace(node, value={key: unwrapped(item, (*path, key), faults) for key, item in node.value.items()})
     for key in node.value:
-        if key not in _WRAPPER:
-            message = "unknown key beside value; known are value, status and source (a unit stands in the value)"
+        if key not in (*_WRAPPER, *_SCATTER):
+            message = "unknown key beside value; known are value, status, source, standard_error and covariance"
+            message += " (a unit stands in the value)"
             faults.append(node.value[key].fault((*path, key), message, at_key=True))
     inner = unwrapped(node.value["value"], path, faults)
     said = {key: node.value[key].text for key in _WRAPPER[1:] if key in node.value}

@@ -69,11 +69,11 @@ def _between(root: Node, path: Path, message: str, at_key: bool) -> Fault:
 
 
 def faults_among_sound_sections(
-    error: ValidationError, model: type[Scenario], root: Node, plain: Mapping[str, Any]
+    error: ValidationError, model: type[Spec], root: Node, plain: Mapping[str, Any]
 ) -> Iterator[Fault]:
     """Contradictions among the sections that did validate: a fault in one section does not hide those of others."""
     failed = {str(place) for item in error.errors() for place in item["loc"][:1]}
-    if not failed:  # the contradictions are what failed
+    if not failed or not issubclass(model, Scenario):  # the contradictions are what failed
         return
     sections = {}
     for name, field in model.model_fields.items():
@@ -96,6 +96,9 @@ def _contradiction(remark: Remark, before: Path, model: type[Spec]) -> tuple[Pat
 def unknown_key(model: type[Spec], path: Path) -> tuple[str, Path]:
     """What to say about a key that is not known, and the path that was probably meant."""
     before, name = path[:-1], str(path[-1])
+    reason = next((section.refused[name] for section in _holders(model, before) if name in section.refused), None)
+    if reason is not None:
+        return reason, ()
     siblings = list(_known(model, before))
     if name in siblings:
         return f"does not go together with the other keys of {dotted(before)}", ()
@@ -118,12 +121,17 @@ def _closest(name: str, names: list[str]) -> str | None:
 
 def _known(model: type[Spec], path: Path) -> Iterator[str]:
     """Keys that may stand at a path."""
+    for section in _holders(model, path):
+        yield from section.model_fields
+
+
+def _holders(model: type[Spec], path: Path) -> Iterator[type[Spec]]:
+    """The sections that may stand at a path."""
     if not path:
-        yield from model.model_fields
+        yield model
         return
     info = fields.field_at(model, path)
-    for section in fields.inner(info) if info is not None else ():
-        yield from section.model_fields
+    yield from fields.inner(info) if info is not None else ()
 
 
 def _missing(model: type[Spec], path: Path) -> str:

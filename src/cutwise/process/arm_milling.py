@@ -27,14 +27,13 @@ from cutwise.physics.structure.terms import (
     Compliance,
     Rigid,
     Swinging,
-    displacement,
     in_series,
     relaxed,
     swinging,
     width,
 )
-from cutwise.process import carried
-from cutwise.process.assemble import edges
+from cutwise.process import carried, yielding
+from cutwise.process.edges import edges
 from cutwise.process.labels import labelled
 from cutwise.results import SolverFailure
 from cutwise.spec.carrier import Standing
@@ -155,10 +154,7 @@ def run(scenario: MillingScenario, *, limits: bool = True) -> ArmMilling:
 
 def _tip(scenario: MillingScenario) -> Compliance:
     """Modes of the tool tip at rest: F/k in their directions."""
-    matrix = np.zeros((1, 6, 6))
-    for mode in scenario.tool.modes:
-        matrix[0, "xy".index(mode.direction), "xy".index(mode.direction)] += 1.0 / mode.stiffness
-    return Compliance(np.zeros(1), matrix)
+    return yielding.modes_at_rest(scenario.tool.modes)
 
 
 def _limit(scenario: MillingScenario, along: carried.ArmAlong, k: int, height: float) -> DepthLimit:
@@ -195,20 +191,12 @@ def _receptance(scenario: MillingScenario, swing: Swinging) -> Receptance:
 
 def moved(done: ArmMilling) -> dict[str, FloatArray]:
     """Displacement by each term where the wall is read, station by station [m], shape (n, 3)."""
-    found, at = {}, 0
-    for name, term in done.terms:
-        found[name] = displacement(term, done.at_rest.state[:, at : at + width(term)], done.height)
-        at += width(term)
-    return found
+    return yielding.by_term(done.terms, done.at_rest.state, done.height)
 
 
 def _turned(done: ArmMilling) -> FloatArray:
     """Tilt of the tool about the feed, which is the slope of the wall [rad], shape (n,)."""
-    total, at = np.zeros(len(done.along.path.at)), 0
-    for _, term in done.terms:
-        total += done.at_rest.state[:, at + 3]
-        at += width(term)
-    return total
+    return np.asarray(done.at_rest.state.reshape(len(done.along.path.at), -1, 6)[:, :, 3].sum(axis=1))
 
 
 def outermost(scenario: MillingScenario) -> float:
@@ -247,14 +235,11 @@ def measures(scenario: MillingScenario, done: ArmMilling) -> dict[str, float]:
         found["wall_error_min"], found["wall_error_max"] = deeper - shift, deeper + shift
     else:
         found["wall_error_min"], found["wall_error_max"] = float(wall.min()), float(wall.max())
-    for name, of_term in terms.items():
-        for axis, letter in enumerate("xyz"):
-            part = of_term[:, axis]
-            found[f"deflection_{name}_mean_{letter}"] = float(part.mean())
-            found[f"deflection_{name}_max_{letter}"] = float(part[int(np.argmax(np.abs(part)))])
-        found[f"share_{name}"] = float(of_term[worst, 1])
-    work = np.einsum("ni,ni->n", done.force, sum(terms.values()))
-    found["energy_balance"] = float(np.abs(work - _stored(done)).max() / max(np.abs(work).max(), 1e-30))
+    found |= yielding.term_measures(terms, slice(None), worst)
+    wrench = np.array([_wrench(force, done.height) for force in done.force])
+    twist = done.at_rest.state.reshape(len(wrench), -1, 6).sum(axis=1)
+    each = [term for _, term in done.terms]
+    found["energy_balance"] = yielding.energy_balance(each, done.along.path.at, wrench, twist)
     if done.limits:
         least = min(limit.depth for limit in done.limits)
         if math.isfinite(least):
@@ -269,16 +254,6 @@ def measures(scenario: MillingScenario, done: ArmMilling) -> dict[str, float]:
         np.sqrt(np.linalg.eigvalsh(swing.stiffness).min() / swing.mass) / (2 * math.pi)
     )
     return found
-
-
-def _stored(done: ArmMilling) -> FloatArray:
-    """Twice the elastic energy of all terms, from the wrench on each [J], shape (n,)."""
-    wrench = np.array([_wrench(force, done.height) for force in done.force])
-    total = np.zeros(len(wrench))
-    for _, term in done.terms:
-        matrix = term.matrix if len(term.at) > 1 else np.repeat(term.matrix, len(wrench), axis=0)
-        total += np.einsum("ni,nij,nj->n", wrench, matrix, wrench)
-    return total
 
 
 def stages(scenario: MillingScenario, done: ArmMilling) -> xr.DataTree:
@@ -320,14 +295,7 @@ def stages(scenario: MillingScenario, done: ArmMilling) -> xr.DataTree:
 
 def warnings(scenario: MillingScenario) -> tuple[str, ...]:
     """What a user has to know about the run."""
-    said = list(notices(scenario))
-    if not scenario.robot.joint_speed:
-        said.append("robot.joint_speed is not given: whether the joints can follow the feed was not looked at")
-    if scenario.robot.sag != "ignored" and not carried.weights(scenario.robot):
-        said.append(
-            "robot.sag: no weight of tool or links is given (robot.tool_mass, robot.links): the sag is left out"
-        )
-    return tuple(said)
+    return (*notices(scenario), *carried.warnings(scenario.robot))
 
 
 def notes(done: ArmMilling) -> dict[str, str]:

@@ -1,13 +1,15 @@
 """From what the engineer says to what the kernels read: specifications become records."""
 
 import math
+from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 
 from cutwise.maths.curves import Cubic, FloatArray, Polyline, constant, cubic_value_slope, no_cubic, smooth
 from cutwise.maths.fields import random_field, sum_of_sines
-from cutwise.physics.cutting.flute import EdgeCoefficients, Mill
-from cutwise.physics.cutting.uneven import KIENZLE, LINEAR, Edges, Kienzle
+from cutwise.paths.carried import CarriedPath
+from cutwise.physics.cutting.flute import Mill
 from cutwise.physics.motion.edge import EdgePass
 from cutwise.physics.structure.pistons import (
     NO_FRICTION,
@@ -19,27 +21,43 @@ from cutwise.physics.structure.pistons import (
     friction_at,
     piston_directions,
 )
+from cutwise.physics.structure.terms import Compliance, Rigid
 from cutwise.process.carried import GRAVITY, ArmAlong, arm_along, path_in_base, terms_of
-from cutwise.process.loops import AVERAGED, TOOTH_RESOLVED, Arc, Cutter, EdgeCell, Layers, Strips, cell_of, loads_at
-from cutwise.spec.carrier import Standing
+from cutwise.process.chain_compliance import bodies_along, off_part
+from cutwise.process.edges import edges
+from cutwise.process.loops import (
+    AVERAGED,
+    TOOTH_RESOLVED,
+    Arc,
+    Cutter,
+    EdgeCell,
+    EdgeCut,
+    Layers,
+    Strips,
+    still_edge,
+)
+from cutwise.process.yielding import modes_at_rest, spring
+from cutwise.spec.carrier import CarryingRobot, Standing
 from cutwise.spec.deburring import DeburringScenario
-from cutwise.spec.material import KIENZLE as KIENZLE_KEYS
-from cutwise.spec.material import LINEAR as LINEAR_KEYS
-from cutwise.spec.material import Material
 from cutwise.spec.operation import DeburringOperation, PathErrorSpectrum, SinePathError
 from cutwise.spec.part import RandomField
 from cutwise.spec.spindle import CompliantSpindle
 from cutwise.spec.tables import Table
-from cutwise.spec.tool import HelicalMill
 
 _FRICTION = {"none": NO_FRICTION, "set_valued": SET_VALUED, "presliding": PRESLIDING, "regularised": REGULARISED}
-_FORCE_LAW = {"linear": LINEAR, "kienzle": KIENZLE}
 _FORCE = {"averaged": AVERAGED, "tooth_resolved": TOOTH_RESOLVED}
 _SOLVER_TOLERANCE = 1e-6  # [N] of the piston forces: tighter costs hundreds of sweeps and changes nothing
 
 
 def deburring_cell(scenario: DeburringScenario) -> EdgeCell:
-    """Everything that takes part in a deburring pass, as bare SI records."""
+    """Everything that takes part in a deburring pass with a compliant spindle, as bare SI records."""
+    cut, spindle = edge_cut(scenario), scenario.spindle
+    assert isinstance(spindle, CompliantSpindle)
+    return EdgeCell(cut.path, cut.layers, cut.cutter, piston_ring(spindle), spindle.tool_reach, cut.arc, cut.behind)
+
+
+def edge_cut(scenario: DeburringScenario) -> EdgeCut:
+    """The mill along the edge, with all that yields behind the spindle."""
     operation, part, tool = scenario.operation, scenario.part, scenario.tool
     length = operation.run_length
     layers = Layers(
@@ -54,21 +72,53 @@ def deburring_cell(scenario: DeburringScenario) -> EdgeCell:
         operation.milling == "up",
         _FORCE[scenario.numerics.force],
     )
-    top = float(layers.burr_height.value.max())
-    alone = EdgeCell(
-        edge_pass(operation, top), layers, cutter, piston_ring(scenario.spindle), scenario.spindle.tool_reach
-    )
+    alone = EdgeCut(edge_pass(operation, float(layers.burr_height.value.max())), layers, cutter)
     if scenario.path is not None and scenario.path.arc is not None:
         follow = scenario.path.orientation == "follow" or (
             scenario.robot is not None and scenario.path.orientation is None
         )
         alone = alone._replace(arc=Arc(scenario.path.arc.radius, follow))
     if scenario.robot is None:
-        return alone
+        return alone._replace(behind=_terms(scenario, _carriage(scenario)))
     along, height = robot_along(scenario, alone), surface_height(alone)
     sag = along.sag[:, 1] - along.sag[:, 3] * height
     path = alone.path._replace(error_curve=added(alone.path.error_curve, along.path.at, sag))
-    return alone._replace(path=path, behind=terms_of(scenario.robot, along, height))
+    return alone._replace(path=path, behind=_terms(scenario, terms_of(answering(scenario), along, height)))
+
+
+def answering(scenario: DeburringScenario) -> CarryingRobot:
+    """The robot as it answers to the cut: at rest by its stiffness alone."""
+    assert scenario.robot is not None
+    still = scenario.numerics.mode == "still"
+    return scenario.robot.model_copy(update={"dynamics": "static"}) if still else scenario.robot
+
+
+def _carriage(scenario: DeburringScenario) -> tuple[tuple[str, NamedTuple], ...]:
+    """The bodies of a machine that carries the spindle; none without one."""
+    if scenario.machine is None:
+        return ()
+    path = path_of(scenario)
+    along = bodies_along(scenario.machine, scenario.part.block, np.array(scenario.machine.tip), path)
+    return (("bodies", Compliance(path.at, along.total)),)
+
+
+def beside_part(scenario: DeburringScenario) -> Iterator[str]:
+    """What to say of a path that is not on the block under it."""
+    if scenario.part.block is not None and scenario.path is not None:
+        yield from off_part(scenario.part.block, path_of(scenario).point, 0.5 * scenario.tool.diameter)
+
+
+def _terms(
+    scenario: DeburringScenario, carrier: tuple[tuple[str, NamedTuple], ...]
+) -> tuple[tuple[str, NamedTuple], ...]:
+    """What yields behind the spindle, from the tool to the part."""
+    tip, part, modes = scenario.tool.stiffness, scenario.part.stiffness, scenario.tool.modes
+    return (
+        *((("tip", spring({0: tip, 1: tip})),) if tip is not None else ()),
+        *((("tip", modes_at_rest(modes)),) if modes else ()),
+        *carrier,
+        *((("part_stiffness", spring({1: part})),) if part is not None else ()),
+    )
 
 
 def added(curve: Cubic, at: FloatArray, value: FloatArray) -> Cubic:
@@ -82,31 +132,32 @@ def added(curve: Cubic, at: FloatArray, value: FloatArray) -> Cubic:
     return smooth(places, np.array(total))
 
 
-def surface_height(cell: EdgeCell) -> float:
+def surface_height(cell: EdgeCut | EdgeCell) -> float:
     """Height over the tip at which the edge is read: the middle of the burr [m]."""
     return cell.layers.strips.burr_start + 0.5 * float(cell.layers.burr_width.value.mean())
 
 
-def rigid_wrench(cell: EdgeCell) -> FloatArray:
+def rigid_wrench(cut: EdgeCut) -> FloatArray:
     """Force and moment about the tip [N, N m] of a mill that stands at the nominal edge and does not yield, (6,)."""
-    still = cell._replace(
-        path=cell.path._replace(preset=0.0, lead_in=0.0, lead_out=0.0, error_amplitude=0.0, error_curve=no_cubic()),
-        cutter=cell.cutter._replace(force_law=AVERAGED), behind=(),
-    )  # fmt: skip
-    load = loads_at(cell_of(still), np.zeros(1), np.zeros((1, 4)), cell.layers.strips.slices)[0]
-    x, y, z = load[:3] + load[3:6]
-    return np.array([x, y, -z, load[7] - cell.reach * y, cell.reach * x - load[6], 0.0])
+    path = cut.path._replace(preset=0.0, error_amplitude=0.0, error_curve=no_cubic())
+    total = still_edge(cut._replace(path=path, arc=None), Rigid(0.0), np.zeros(1)).total[0]
+    return np.array([*total[:3], total[5], -total[4], 0.0])
 
 
-def robot_along(scenario: DeburringScenario, cell: EdgeCell) -> ArmAlong:
-    """The robot of a pass, along the path of the scenario."""
+def path_of(scenario: DeburringScenario) -> CarriedPath:
+    """The stations of the path in the frame of the carrier."""
     assert scenario.path is not None
-    assert scenario.robot is not None
-    path = path_in_base(
+    return path_in_base(
         scenario.path, scenario.placement or Standing(), scenario.numerics.station,
         work_on_left=scenario.operation.milling == "up",
     )  # fmt: skip
-    return arm_along(scenario.robot, path, rigid_wrench(cell), surface_height(cell), scenario.operation.feed)
+
+
+def robot_along(scenario: DeburringScenario, cell: EdgeCut | EdgeCell) -> ArmAlong:
+    """The robot of a pass, along the path of the scenario."""
+    assert scenario.robot is not None
+    cut = EdgeCut(cell.path, cell.layers, cell.cutter, cell.arc)
+    return arm_along(scenario.robot, path_of(scenario), rigid_wrench(cut), surface_height(cut), scenario.operation.feed)
 
 
 def edge_profile(size: float | Table | RandomField, length: float) -> Polyline:
@@ -151,22 +202,6 @@ def path_error_curve(operation: DeburringOperation) -> Cubic:
         scale = operation.feed if error.variable == "t" else 1.0
         return smooth(scale * np.array(at), np.array(value))
     return no_cubic()
-
-
-def linear_coefficients(material: Material) -> EdgeCoefficients:
-    """The straight-line law; an unknown axial pair counts as zero, and no axial force is reported then."""
-    return EdgeCoefficients(*(getattr(material, key) or 0.0 for key in LINEAR_KEYS))
-
-
-def edges(material: Material, tool: HelicalMill) -> Edges:
-    """How the edges cut; an unknown axial pair counts as zero, and no axial force is reported then."""
-    return edges_alike(material)._replace(runout=tool.runout, runout_angle=tool.runout_angle)
-
-
-def edges_alike(material: Material) -> Edges:
-    """The edges of a tool without run-out."""
-    kienzle = Kienzle(*(getattr(material, key) or 0.0 for key in KIENZLE_KEYS))
-    return Edges(_FORCE_LAW[material.law], linear_coefficients(material), kienzle, 0.0, 0.0)
 
 
 def piston_ring(spindle: CompliantSpindle) -> PistonRing:

@@ -17,8 +17,8 @@ from cutwise.physics.motion.lookahead import AxisLimits
 from cutwise.physics.motion.loop import LoopFigures, loop_figures
 from cutwise.physics.motion.profile import Limits
 from cutwise.physics.structure.modes import Modes, modes
-from cutwise.process.assemble import edges
 from cutwise.process.drive_remedies import GainKeys, remedies
+from cutwise.process.edges import edges
 from cutwise.process.loops_drives import NO_FORCE, Cut
 from cutwise.process.program_path import Pace, ProgramPath, blocks_path, moves_path, program_speed
 from cutwise.spec.drives import CncMachine, FeedDrive

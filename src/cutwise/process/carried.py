@@ -15,7 +15,7 @@ from cutwise.physics.structure.joint_compliance import cartesian_compliance
 from cutwise.physics.structure.series_compliance import carried_to, in_axes, translation_at
 from cutwise.physics.structure.terms import Compliance, swinging
 from cutwise.process.postures import Arm, candidates, posture_frames, posture_jacobian, tool_axes
-from cutwise.process.robot_arms import robot_arm
+from cutwise.process.robot_arms import base_element, robot_arm
 from cutwise.results import Infeasible
 from cutwise.spec.carrier import CarriedPath as PathSpec
 from cutwise.spec.carrier import CarryingRobot, Standing
@@ -145,8 +145,7 @@ def weights(robot: CarryingRobot) -> list[tuple[int, float, FloatArray]]:
 
 def base_compliance(robot: CarryingRobot, point: FloatArray) -> FloatArray:
     """Compliance of the base at the tool points, in base axes, shape (n, 6, 6)."""
-    given = robot.base_compliance or ()
-    return carried_to(np.diag([*given, *([0.0] * (6 - len(given)))]), point)
+    return carried_to(base_element(robot), point)
 
 
 def _zeros(path: CarriedPath) -> list[FloatArray | None]:
@@ -213,7 +212,8 @@ def _stiffest_branch(arm, path, q, allowed, wrench, height, fallback):  # type: 
 def _yielding(arm: Arm, path: CarriedPath, q: FloatArray, wrench: FloatArray, height: float) -> FloatArray:
     """Displacement normal to the surface at a height, for one posture at each station [m]."""
     jacobians = np.array([posture_jacobian(arm, row) for row in q])
-    twist = in_axes(cartesian_compliance(jacobians, arm.stiffness), path.axes) @ wrench
+    whole = cartesian_compliance(jacobians, arm.stiffness) + carried_to(arm.base, path.point)
+    twist = in_axes(whole, path.axes) @ wrench
     return twist[:, 1] - twist[:, 3] * height
 
 
@@ -237,7 +237,8 @@ def _all(robot, arm, path, angles, wrench, height):  # type: ignore[no-untyped-d
     moved = (np.einsum("mij,mi->mj", jacobian, towards) * np.einsum("mij,mi->mj", jacobian, push)) @ (
         1.0 / arm.stiffness
     )
-    cost[station, branch] = np.abs(moved)
+    of_base = np.einsum("mi,mij,mj->m", towards, carried_to(arm.base, path.point[station // turns]), push)
+    cost[station, branch] = np.abs(moved + of_base)
     return found.q.reshape(count, turns, -1, 6), cost.reshape(count, turns, -1)
 
 
@@ -291,3 +292,15 @@ def measures(along: ArmAlong, robot: CarryingRobot, feed: float) -> dict[str, fl
         found["feed_possible_min"] = float(possible) if math.isfinite(possible) else feed
         found["joint_speed_margin"] = float(1.0 - feed / possible)
     return found
+
+
+def warnings(robot: CarryingRobot) -> tuple[str, ...]:
+    """What a user has to know about a robot along a path."""
+    said = []
+    if not robot.joint_speed:
+        said.append("robot.joint_speed is not given: whether the joints can follow the feed was not looked at")
+    if robot.sag != "ignored" and not weights(robot):
+        said.append(
+            "robot.sag: no weight of tool or links is given (robot.tool_mass, robot.links): the sag is left out"
+        )
+    return tuple(said)

@@ -11,13 +11,16 @@ from cutwise.maths.frames import FloatArray
 from cutwise.paths.carried import CarriedPath
 from cutwise.physics.motion.setpoints import DependentAxesError, beyond, setpoints
 from cutwise.physics.motion.volumetric import Axes
-from cutwise.physics.structure.series_compliance import carried_to, in_axes
+from cutwise.physics.structure.series_compliance import carried_to, chain_compliance, in_axes
 from cutwise.process.machine_assemble import axes_of, elements_of, part_block
 from cutwise.process.machine_pass import block_under, placed_elements
 from cutwise.process.machine_way import joints_of
-from cutwise.spec.faults import Fault, ScenarioFault
+from cutwise.spec.faults import Fault, Path, ScenarioFault
 from cutwise.spec.machine import Machine
 from cutwise.spec.part_block import PartBlock
+
+_ASIDE = 1e-6  # sine of the angle between the axis of the tool and that of the spindle
+_AXIS = {"path": "tool_axis", "hole": "axis"}  # keys that say how the tool stands
 
 
 class BodiesAlong(NamedTuple):
@@ -29,7 +32,8 @@ class BodiesAlong(NamedTuple):
     @property
     def total(self) -> FloatArray:
         """All of them together, shape (n, 6, 6)."""
-        return np.asarray(self.each.sum(axis=0))
+        carried = np.moveaxis(self.each, 0, 1)
+        return chain_compliance(carried, np.zeros((*carried.shape[:2], 3)))
 
 
 def tool_point_at_zero(machine: Machine, tip: FloatArray) -> FloatArray:
@@ -38,7 +42,9 @@ def tool_point_at_zero(machine: Machine, tip: FloatArray) -> FloatArray:
     return np.asarray(chains.tool_point(chains.frames(axes.chain, np.zeros((1, len(axes.errors)))), tip))[0]
 
 
-def bodies_along(machine: Machine, part: PartBlock | None, tip: FloatArray, path: CarriedPath) -> BodiesAlong:
+def bodies_along(
+    machine: Machine, part: PartBlock | None, tip: FloatArray, path: CarriedPath, key: Path = ("path", "line")
+) -> BodiesAlong:
     r"""Compliance of the elements of a machine at its tool point along a path in the part.
 
     .. math:: \sum_e X_e^T C_e X_e, \qquad X_e = [I, 0; S(p - c_e), I]
@@ -52,21 +58,30 @@ def bodies_along(machine: Machine, part: PartBlock | None, tip: FloatArray, path
         Tool point in the frame of the last body [m].
     path : CarriedPath
         Stations in the frame of the part.
+    key : path
+        Of the scenario, which says where the tool goes; for messages.
 
     Raises
     ------
     ScenarioFault
-        The path leads an axis beyond its travel, or the axes do not span space.
+        The path leads an axis beyond its travel, the tool does not stand as the spindle does, or the axes do not span
+        space.
     """
     axes = axes_of(machine, {})
     try:
         commands = setpoints(axes, tip, path.point, np.zeros((len(path.at), len(axes.errors))))
     except DependentAxesError as error:
         raise ScenarioFault([Fault(("machine", "chain"), f"cannot follow a path: {error}")]) from None
-    faults = list(_travel_faults(machine, axes, commands))
+    faults = list(_travel_faults(machine, axes, commands, key))
     if faults:
         raise ScenarioFault(faults)
     at = chains.frames(axes.chain, commands * axes.sense)
+    aside = np.linalg.norm(np.cross(at.rotations[:, -1, :, 2], path.tool_axis), axis=1)
+    if aside.max() > _ASIDE:
+        shown = ", ".join(f"{x:.3g}" for x in -at.rotations[0, -1, :, 2] + 0.0)
+        raise ScenarioFault(
+            [Fault((*key[:-1], _AXIS[key[0]]), f"the spindle of this machine points along [{shown}]; write that")]
+        )
     given = elements_of(machine)
     placed = placed_elements(given, machine.ground, at)
     each = carried_to(placed.compliance, path.point[:, None] - placed.point)
@@ -80,13 +95,13 @@ def bodies_along(machine: Machine, part: PartBlock | None, tip: FloatArray, path
     return BodiesAlong(tuple(names), np.moveaxis(turned, 1, 0))
 
 
-def _travel_faults(machine: Machine, axes: Axes, commands: FloatArray) -> Iterator[Fault]:
+def _travel_faults(machine: Machine, axes: Axes, commands: FloatArray, key: Path) -> Iterator[Fault]:
     letters = {joint: letter for letter, joint in joints_of(machine).items()}
     for joint, _, command in beyond(axes, commands):
         there, low, high = (units.show(float(v), "length") for v in (command, axes.low[joint], axes.high[joint]))
         yield Fault(
-            ("path", "line"),
-            f"leads axis {letters[joint]} to {there}, beyond its travel of {low} to {high}; shift the line, or take "
+            key,
+            f"leads axis {letters[joint]} to {there}, beyond its travel of {low} to {high}; shift the part, or take "
             "another machine",
         )
 

@@ -13,7 +13,7 @@ from cutwise.physics.structure.pistons import PistonRing
 from cutwise.physics.structure.terms import Pistons, Swinging
 from cutwise.physics.surface.sweep import swept_chamfer
 from cutwise.process import chamfer_proof as proof
-from cutwise.process.assemble import edge_profile, edges_alike, piston_ring, weight
+from cutwise.process.assemble import edge_profile, piston_ring, weight
 from cutwise.process.chamfer_cell import (
     SLICES,
     BallEnd,
@@ -30,6 +30,7 @@ from cutwise.process.chamfer_cell import (
 )
 from cutwise.process.chamfer_plan import EdgePath
 from cutwise.process.chamfer_robot import ArmOnPath
+from cutwise.process.edges import edges_alike
 from cutwise.spec.carrier import Standing
 from cutwise.spec.chamfer import ChamferScenario
 from cutwise.spec.faults import Fault, ScenarioFault

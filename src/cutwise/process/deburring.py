@@ -31,6 +31,7 @@ from cutwise.process.loops import (
     tooth_resolved_forces,
 )
 from cutwise.process.plateaus import Band, band
+from cutwise.process.yielding import normal_stiffness, term_measures
 from cutwise.records import EdgeHistory, Surface
 from cutwise.results import Histories, SolverFailure
 from cutwise.spec.deburring import DeburringScenario
@@ -140,29 +141,23 @@ def displacements(cell: EdgeCell, history: EdgeHistory) -> dict[str, FloatArray]
 
 def carried_measures(scenario: DeburringScenario, run: EdgeRun) -> dict[str, float]:
     """What each term of the structure yields by, and what the postures of the robot mean."""
-    if scenario.robot is None:
+    if not run.cell.behind:
         return {}
     history, last = run.history, run.steady.stop
     first = min(int(np.searchsorted(history.motion.time, run.cell.path.lead_in)), last - 1)
     arm = run.cell.reach - surface_height(run.cell)
     tilt = np.column_stack([arm * history.response.tilt, np.zeros(len(history.motion.time))])
     terms = {"pistons": tilt, **displacements(run.cell, history)}
-    found: dict[str, float] = {}
-    total = sum(of_term[first:last, 1] for of_term in terms.values())
-    worst = first + int(np.argmax(np.abs(total - run.cell.path.preset)))
-    for name, of_term in terms.items():
-        for k, axis in enumerate(_AXES):
-            part = of_term[first:last, k]
-            if name == "pistons" and axis == "z":
-                continue
-            found[f"deflection_{name}_mean_{axis}"] = float(part.mean())
-            found[f"deflection_{name}_max_{axis}"] = float(part[int(np.argmax(np.abs(part)))])
-        found[f"share_{name}"] = float(of_term[worst, 1])
-    along = robot_along(scenario, run.cell)
+    total = sum(of_term[:, 1] for of_term in terms.values())
+    worst = first + int(np.argmax(np.abs(total[first:last] - run.cell.path.preset)))
+    found = term_measures(terms, slice(first, last), worst)
+    del found["deflection_pistons_mean_z"], found["deflection_pistons_max_z"]
     swings = [natural_frequencies(term) for _, term in run.cell.behind if isinstance(term, Swinging)]
     if swings:
         found["natural_frequency_min"] = float(swings[0].min())
-    return {**found, **robot_measures(along, scenario.robot, scenario.operation.feed)}
+    if scenario.robot is None:
+        return {**found, **normal_stiffness([term for _, term in run.cell.behind])}
+    return {**found, **robot_measures(robot_along(scenario, run.cell), scenario.robot, scenario.operation.feed)}
 
 
 def _profile_points(centre: FloatArray) -> int:

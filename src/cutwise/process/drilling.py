@@ -1,4 +1,4 @@
-"""Drilling with a robot: from the scenario to postures, forces and holes."""
+"""Drilling with a robot or on a machine: from the scenario to postures, forces and holes."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -20,15 +20,18 @@ from cutwise.physics.cutting.drill_elements import LipElements, oblique_elements
 from cutwise.physics.structure.joint_compliance import axis_tilt, worst_skating
 from cutwise.physics.surface.hole import perpendicularity, whirl_amplitudes
 from cutwise.process.drill_profile import DepthProfile, depth_profile, no_elements
+from cutwise.process.drilling_machine import on_machine
+from cutwise.process.hole_balance import DrillCycle
 from cutwise.process.loops_drilling import (
     ArmDynamics,
-    DrillCycle,
     HoleOutcome,
     arm_dynamics,
+    bodies_at_once,
     cycle_time,
     drill_hole,
     hole_error,
     modes,
+    on_part,
 )
 from cutwise.process.posture_search import (
     PoseTarget,
@@ -44,6 +47,7 @@ from cutwise.process.postures import (
     Arm,
     Posture,
     Reach,
+    base_at,
     candidates,
     least_missing,
     posture_at,
@@ -68,7 +72,7 @@ _SINGLE_ONLY = ("redundancy_angle",)
 class DrillCell(NamedTuple):
     """Everything that takes part in drilling, as bare SI records."""
 
-    arm: Arm
+    arm: Arm | None  # None: a machine drills
     point: DrillPoint
     law: ZoneLaw
     stress: ZoneStress
@@ -81,6 +85,7 @@ class DrillCell(NamedTuple):
     damping: float
     with_torque: bool
     not_spherical: str  # why there is no closed-form inverse kinematics; empty if there is
+    part_stiffness: float  # [N/m] of the part along the drill axis; infinite: rigid
 
 
 class DrilledHole(NamedTuple):
@@ -124,11 +129,13 @@ def drill_cell(scenario: DrillingScenario) -> DrillCell:
         feed, scenario.operation.spindle_speed / (2.0 * math.pi), scenario.part.thickness, tool.cone_height,
         material.m_c, contact.friction, contact.wall_stiffness, contact.wander_length,
     )  # fmt: skip
-    arm, reason = robot_arm(scenario.robot)
+    robot = scenario.robot
+    arm, reason = robot_arm(robot) if robot is not None else (None, "")
     return DrillCell(
         arm, point, law, stress, elements, profile, cycle, scenario.part.slope_direction,
-        side_over_thrust(profile, tool.cone_height), scenario.robot.modal_mass,
-        scenario.robot.damping, contact.drill_torque_on_arm, reason,
+        side_over_thrust(profile, tool.cone_height), robot.modal_mass if robot is not None else 0.0,
+        robot.damping if robot is not None else 0.0, contact.drill_torque_on_arm, reason,
+        scenario.part.stiffness or math.inf,
     )  # fmt: skip
 
 
@@ -176,8 +183,12 @@ def shifts(placement: Placement | None) -> Iterator[FloatArray]:
 
 
 def dynamics(cell: DrillCell, posture: Posture) -> ArmDynamics:
-    """The arm at the tip in a posture."""
-    return arm_dynamics(posture.compliance, cell.modal_mass, cell.damping, with_torque=cell.with_torque)
+    """What carries the drill, at its tip in a posture."""
+    if cell.arm is None:
+        carrier = bodies_at_once(posture.compliance, with_torque=cell.with_torque)
+    else:
+        carrier = arm_dynamics(posture.compliance, cell.modal_mass, cell.damping, with_torque=cell.with_torque)
+    return carrier if math.isinf(cell.part_stiffness) else on_part(carrier, cell.part_stiffness)
 
 
 def slope_angle(cell: DrillCell, posture: Posture) -> float:
@@ -206,6 +217,10 @@ def skating_of(cell: DrillCell, posture: Posture) -> float:
 
 def choose(scenario: DrillingScenario, cell: DrillCell, target: PoseTarget) -> tuple[Posture | None, Reach, bool]:
     """Posture for a hole, how well it is reached, and whether only a singularity stands in the way."""
+    if scenario.machine is not None:
+        return on_machine(scenario.machine, scenario.part.block, target), Reach(True, -1, 0.0), False
+    assert scenario.robot is not None
+    assert cell.arm is not None
     robot, choice = scenario.robot, scenario.robot.redundancy_angle
     if isinstance(choice, str):
         step = scenario.numerics.angle_step
@@ -234,6 +249,8 @@ def choose(scenario: DrillingScenario, cell: DrillCell, target: PoseTarget) -> t
 
 def fixed(scenario: DrillingScenario, cell: DrillCell, target: PoseTarget, angle: float) -> Posture | None:
     """The posture at a given redundancy angle: nearest to given joint angles, or the stiffest branch."""
+    assert scenario.robot is not None
+    assert cell.arm is not None
     pose = tool_axes(target.axis, np.array([angle]))
     given = scenario.robot.joint_angles
     near = None if given is None else np.array(given)
@@ -275,6 +292,8 @@ def place(scenario: DrillingScenario, cell: DrillCell) -> tuple[FloatArray, tupl
     offered = list(shifts(scenario.part.placement))
     if len(offered) == 1:
         return offered[0], ()
+    assert scenario.robot is not None
+    assert cell.arm is not None
     choice = scenario.robot.redundancy_angle
     score = score_of_choice(cell, choice if isinstance(choice, str) else "stiffest", scenario.numerics.time_step)
     at = targets(scenario.hole)
@@ -296,7 +315,6 @@ def hole_measures(scenario: DrillingScenario, cell: DrillCell, hole: DrilledHole
         posture.compliance[:2, :2], rotating_force(cell.point, cell.stress, scenario.tool.lip_height_error),
         cell.modal_mass, cell.damping, scenario.operation.spindle_speed,
     )  # fmt: skip
-    room = np.minimum(posture.q - cell.arm.limits[:, 0], cell.arm.limits[:, 1] - posture.q)
     skates = skating_of(cell, posture)
     found = {
         "thrust_max": outcome.thrust_max,
@@ -316,24 +334,44 @@ def hole_measures(scenario: DrillingScenario, cell: DrillCell, hole: DrilledHole
         "depth_error": outcome.rest,
         "skating_ratio": skates,
         "skating_margin": scenario.contact.friction - skates,
-        "compliance_axial": float(posture.compliance[2, 2]),
-        "redundancy_angle": posture.angle,
-        "wrist_margin": posture.wrist_sine,
-        "joint_limit_margin": float(room.min()),
-        "natural_frequency_min": float(hole.frequencies[0]),
+        "compliance_axial": float(posture.compliance[2, 2]) + 1.0 / cell.part_stiffness,
         "cycle_time": outcome.time,
+        **_shares(cell, hole, outcome.thrust_mean),
     }
+    if cell.arm is not None:
+        room = np.minimum(posture.q - cell.arm.limits[:, 0], cell.arm.limits[:, 1] - posture.q)
+        found |= {
+            "redundancy_angle": posture.angle,
+            "wrist_margin": posture.wrist_sine,
+            "joint_limit_margin": float(room.min()),
+            "natural_frequency_min": float(hole.frequencies[0]),
+        }
     if outcome.thrust_mean == 0.0:  # no full cut: the plate is thinner than the drill point
-        for name in ("thrust_mean", "axial_deflection_mean", "lateral_deflection_mean", "drill_tilt"):
+        shares = [name for name in found if name.startswith("share_")]
+        for name in ("thrust_mean", "axial_deflection_mean", "lateral_deflection_mean", "drill_tilt", *shares):
             del found[name]
     if outcome.feed_max == 0.0:  # it never breaks through
         del found["feed_per_rev_max"]
     return {name: value for name, value in found.items() if math.isfinite(value)}
 
 
+def _shares(cell: DrillCell, hole: DrilledHole, thrust: float) -> dict[str, float]:
+    """Part of each term in the axial deflection under a thrust [m]; together they are minus compliance times thrust."""
+    assert hole.posture is not None
+    whole = float(hole.posture.compliance[2, 2])
+    if cell.arm is None:
+        terms = {"bodies": whole}
+    else:
+        base = float(base_at(cell.arm, hole.target.position[None], tool_axes(hole.target.axis, np.zeros(1)))[0, 5])
+        terms = {"arm": whole - base, **({"base": base} if cell.arm.base.any() else {})}
+    if math.isfinite(cell.part_stiffness):
+        terms["part_stiffness"] = 1.0 / cell.part_stiffness
+    return {f"share_{name}": -compliance * thrust for name, compliance in terms.items()}
+
+
 def _position(scenario: DrillingScenario, cell: DrillCell, outcome: HoleOutcome) -> dict[str, float]:
     """Where the hole is, as far as there is one: what was not reached is left out."""
-    found, own = {}, scenario.robot.accuracy
+    found, own = {}, scenario.robot.accuracy if scenario.robot is not None else None
     if outcome.entered:
         found["hole_position_error_entry"] = float(np.hypot(*outcome.entry))
     if outcome.through:

@@ -9,14 +9,11 @@ from cutwise import units
 from cutwise.maths.chains import jacobian
 from cutwise.maths.frames import FloatArray
 from cutwise.physics.cutting.drill_formulas import half_specific_force, shaw_oxford, tungaloy
-from cutwise.physics.structure.joint_compliance import (
-    cartesian_compliance,
-    geometric_stiffness,
-    holding_force,
-)
+from cutwise.physics.structure.joint_compliance import geometric_stiffness, holding_force
+from cutwise.process.chain_compliance import off_part
 from cutwise.process.drilling import DrilledHole, DrillRun, dynamics, nominal_shares, skating_of, slope_angle
 from cutwise.process.loops_drilling import HoleOutcome, quasi_static_hole
-from cutwise.process.postures import Posture, posture_frames, posture_jacobian
+from cutwise.process.postures import Posture, arm_compliance, posture_frames, posture_jacobian
 from cutwise.spec.drilling import DrillingScenario
 from cutwise.spec.notices import notices
 
@@ -25,24 +22,37 @@ _ABSURD_SAG = 5e-3  # [m] under the rated payload; arms that drill have one to t
 _NEAR_LIMIT = math.radians(0.1)
 _RESONANCE = (0.7, 1.4)  # spindle frequency over arm frequency
 
-LIMITS = (
+_OF_ARM = (
     "The arm is its joints: links, bearings and spindle are rigid; joint stiffness is constant, that of the output.",
     "Hole wall, wander length, friction, modal mass and damping have no published values; they are inputs, assumed.",
+)
+_OF_MACHINE = (
+    "The bodies of the machine yield at once: no mass, no drives; their rate is a backward difference over a step.",
+    "Hole wall, wander length and friction have no published values; they are inputs, assumed.",
+)
+_OF_ALL = (
     "Rotation of the tool under load is not coupled back; gravity is constant and taken as calibrated out.",
-    "The plate does not bend and leaves no burr; at entry every point cuts at full chip thickness from its first turn.",
+    "The plate leaves no burr, and bends only as part.stiffness or part.block say; at entry every point cuts at full chip "
+    "thickness from its first turn.",
     "The estimate of circularity is an upper bound: the wall of the hole is taken to hold nothing.",
     "Zone factors of the chisel edge are calibrated to makers' thrust within 10 to 18 %; thrust of conventional points "
     "is up to 1.7 times larger, torque within 35 %.",
 )
 
 
+def limits(scenario: DrillingScenario) -> tuple[str, ...]:
+    """What the model leaves out."""
+    return (*(_OF_ARM if scenario.machine is None else _OF_MACHINE), *_OF_ALL)
+
+
 def infeasible(scenario: DrillingScenario, run: DrillRun) -> tuple[str, ...]:
     """Every hole that cannot be drilled, with what is missing."""
     unreached = [_why(scenario, run, index, hole) for index, hole in enumerate(run.holes, 1) if hole.posture is None]
     unfinished = [
-        f"{_named(index, hole)} is never through: the arm yields by {units.show(hole.outcome.axial_max, 'length', 3)} "
-        f"along the drill, and {units.show(hole.outcome.extra, 'length', 3)} of further feed did not bring the corner "
-        "of the drill out; choose a stiffer posture or a smaller feed"
+        f"{_named(index, hole)} is never through: what carries the drill yields by "
+        f"{units.show(hole.outcome.axial_max, 'length', 3)} along it, and "
+        f"{units.show(hole.outcome.extra, 'length', 3)} of further feed did not bring the corner of the drill out; choose a "
+        "stiffer posture, or a smaller feed"
         for index, hole in enumerate(run.holes, 1)
         if hole.outcome is not None and not hole.outcome.through
     ]
@@ -83,7 +93,12 @@ def _why(scenario: DrillingScenario, run: DrillRun, index: int, hole: DrilledHol
 
 def warnings(scenario: DrillingScenario, run: DrillRun) -> tuple[str, ...]:
     """Everything that the engineer should know before he trusts the numbers."""
-    return tuple(dict.fromkeys([*notices(scenario), *_robot(scenario, run), *_process(scenario, run)]))
+    carrier = list(_robot(scenario, run) if scenario.robot is not None else ())
+    if scenario.part.block is not None:
+        carrier += off_part(
+            scenario.part.block, np.stack([hole.target.position for hole in run.holes]), 0.5 * scenario.tool.diameter
+        )
+    return tuple(dict.fromkeys([*notices(scenario), *carrier, *_process(scenario, run)]))
 
 
 def _robot(scenario: DrillingScenario, run: DrillRun) -> Iterator[str]:
@@ -135,8 +150,7 @@ def _own_error(scenario: DrillingScenario) -> Iterator[str]:
 def sag(run: DrillRun, hole: DrilledHole, payload: float) -> float:
     """How far the tool sinks under the rated payload, in the posture of a hole [m]."""
     assert hole.posture is not None
-    compliance = cartesian_compliance(posture_jacobian(run.cell.arm, hole.posture.q), run.cell.arm.stiffness)
-    return float(compliance[2, 2]) * payload * _GRAVITY
+    return float(arm_compliance(run.cell.arm, hole.posture.q)[2, 2]) * payload * _GRAVITY
 
 
 def _process(scenario: DrillingScenario, run: DrillRun) -> Iterator[str]:
@@ -157,7 +171,21 @@ def _process(scenario: DrillingScenario, run: DrillRun) -> Iterator[str]:
 
 
 def _posture(scenario: DrillingScenario, run: DrillRun, posture: Posture) -> Iterator[str]:
-    arm, friction = run.cell.arm, scenario.contact.friction
+    if scenario.robot is not None:
+        yield from _stance(scenario, run, posture)
+    friction, skates = scenario.contact.friction, skating_of(run.cell, posture)
+    if skates > friction:
+        number = f", {skates:.3g}," if len(run.holes) == 1 else ""
+        other = "another redundancy angle (least_skating)" if scenario.robot is not None else "a stiffer setting-up"
+        yield (
+            f"the tip skates at entry: its skating ratio{number} is above the friction of {friction:.3g}; choose {other}, "
+            f"{'a milled seat, ' if len(run.cell.side) else ''}or a pilot hole"
+        )
+
+
+def _stance(scenario: DrillingScenario, run: DrillRun, posture: Posture) -> Iterator[str]:
+    """Room of the joints, and under the foot."""
+    arm = run.cell.arm
     room = np.minimum(posture.q - arm.limits[:, 0], arm.limits[:, 1] - posture.q)
     if room.min() < _NEAR_LIMIT:
         yield (
@@ -168,13 +196,6 @@ def _posture(scenario: DrillingScenario, run: DrillRun, posture: Posture) -> Ite
     heights = posture_frames(arm, posture.q).origins[1:, 2]
     if heights.min() < 0.0:
         yield f"joint {int(heights.argmin()) + 1} stands below the base: is there room under the foot of the robot?"
-    skates = skating_of(run.cell, posture)
-    if skates > friction:
-        number = f", {skates:.3g}," if len(run.holes) == 1 else ""
-        yield (
-            f"the tip skates at entry: its skating ratio{number} is above the friction of {friction:.3g}; choose another "
-            f"redundancy angle (least_skating), {'a milled seat, ' if len(run.cell.side) else ''}or a pilot hole"
-        )
 
 
 def _hole(scenario: DrillingScenario, hole: DrilledHole, outcome: HoleOutcome) -> Iterator[str]:
@@ -270,8 +291,11 @@ def _cross_check(run: DrillRun, hole: DrilledHole) -> str:
         f"{name} {_um(still_one)} against {_um(moving)}"
         for name, still_one, moving in (("entry", still[0], hole.outcome.entry), ("exit", still[1], hole.outcome.exit))
     ]
+    told = f"Position error without inertia and damping against the time stepping: {', '.join(texts)}."
+    if run.cell.arm is None:
+        return told
     return (
-        f"Position error without inertia and damping against the time stepping: {', '.join(texts)}.\n"
+        f"{told}\n"
         f"The stiffening of the arm by the load itself, which is left out, would change its compliance by "
         f"{_stiffening(run, hole.posture):.2g} of it (Chen and Kao)."
     )
@@ -285,21 +309,19 @@ def _stiffening(run: DrillRun, posture: Posture) -> float:
     feed = posture_frames(arm, posture.q).rotations[-1] @ arm.tool_rotation[:, 2]
     thrust, torque = _heaviest(run)
     load = -np.concatenate([feed * thrust, feed * torque])
-    plain = cartesian_compliance(jac, arm.stiffness)
+    plain = arm_compliance(arm, posture.q)
     turning = arm.drives.elastic.T @ geometric_stiffness(each, load) @ arm.drives.elastic
-    loaded = jac @ np.linalg.inv(np.diag(arm.stiffness) - turning) @ jac.T
-    return float(np.linalg.norm(loaded - plain) / np.linalg.norm(plain))
+    changed = jac @ (np.linalg.inv(np.diag(arm.stiffness) - turning) - np.diag(1.0 / arm.stiffness)) @ jac.T
+    return float(np.linalg.norm(changed) / np.linalg.norm(plain))
 
 
 def _line(index: int, hole: DrilledHole) -> str:
     if hole.posture is None or hole.outcome is None:
         return f"{index}: not drilled"
+    stands = "" if math.isnan(hole.posture.wrist_sine) else f"{units.show(hole.posture.angle, 'angle', 4)}, "
     if not hole.outcome.through:
-        return f"{index}: {units.show(hole.posture.angle, 'angle', 4)}, never through"
-    return (
-        f"{index}: {units.show(hole.posture.angle, 'angle', 4)}, entry {_um(hole.outcome.entry)}, "
-        f"exit {_um(hole.outcome.exit)}"
-    )
+        return f"{index}: {stands}never through"
+    return f"{index}: {stands}entry {_um(hole.outcome.entry)}, exit {_um(hole.outcome.exit)}"
 
 
 def _um(position: FloatArray) -> str:

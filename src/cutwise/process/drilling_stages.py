@@ -38,7 +38,8 @@ def stages(scenario: DrillingScenario, run: DrillRun, each: list[dict[str, float
     drilled = [hole for hole in run.holes if hole.outcome is not None]
     groups = {"engagement": _engagement(scenario, run.cell), "cutting": _shares(scenario, run.cell)}
     groups["holes"] = _holes(scenario, run, each)
-    groups["map"] = _map(run)
+    if run.cell.arm is not None:
+        groups["map"] = _map(run)
     if drilled:
         history = _of_one_length([hole.history for hole in drilled])
         index = [k + 1 for k, hole in enumerate(run.holes) if hole.outcome is not None]
@@ -139,7 +140,13 @@ def _forces(history: FloatArray, index: list[int]) -> xr.Dataset:
 
 def _motion(run: DrillRun, drilled: list[DrilledHole], history: FloatArray, index: list[int]) -> xr.Dataset:
     """Depth and feed over time; the arm in its posture."""
+    told = {
+        "depth": _variable(("hole", "time"), _column(history, "depth"), "m", "depth of the tip"),
+        "feed_per_rev": _variable(("hole", "time"), _column(history, "feed"), "m", "actual feed per revolution"),
+    }
     arm = run.cell.arm
+    if arm is None:
+        return xr.Dataset(told, _over_time(history, index))
     postures = np.stack([hole.posture.q for hole in drilled if hole.posture is not None])
     at = posture_frames(arm, postures)
     tip = at.origins[:, -1] + np.einsum("kij,j->ki", at.rotations[:, -1], arm.tool_tip)
@@ -147,8 +154,7 @@ def _motion(run: DrillRun, drilled: list[DrilledHole], history: FloatArray, inde
     names = ["base", *(f"joint {k}" for k in range(1, len(arm.chain.kinds) + 1)), "drill tip"]
     return xr.Dataset(
         {
-            "depth": _variable(("hole", "time"), _column(history, "depth"), "m", "depth of the tip"),
-            "feed_per_rev": _variable(("hole", "time"), _column(history, "feed"), "m", "actual feed per revolution"),
+            **told,
             "joint_angle": _variable(("hole", "joint"), postures, "rad", "joint angles"),
             "arm": _variable(("hole", "point", "axis"), points, "m", "joints and drill tip in the base frame"),
         },
@@ -160,6 +166,7 @@ def _structure(drilled: list[DrilledHole], history: FloatArray, index: list[int]
     compliance = np.stack([hole.posture.compliance for hole in drilled if hole.posture is not None])
     frequencies = np.stack([hole.frequencies for hole in drilled])
     twist = ["x", "y", "z", "rx", "ry", "rz"]
+    modes = {"mode": np.arange(1, frequencies.shape[1] + 1)}
     return xr.Dataset(
         {
             "tip_deflection": _variable(
@@ -175,7 +182,7 @@ def _structure(drilled: list[DrilledHole], history: FloatArray, index: list[int]
         },
         {
             **_over_time(history, index), "axis": ["x", "y", "z"], "across": ["x", "y"], "twist": twist,
-            "wrench": twist, "mode": [1, 2, 3],
+            "wrench": twist, **modes,
         },
     )  # fmt: skip
 
@@ -225,6 +232,7 @@ def _holes(scenario: DrillingScenario, run: DrillRun, each: list[dict[str, float
         name: _variable("hole", np.array([math.nan if one is None else one.get(name, math.nan) for one in each]), unit,
                         type(scenario).measures[name].description)
         for name, unit in _TABLE
+        if run.cell.arm is not None or name != "redundancy_angle"
     }  # fmt: skip
     passed = [one is not None and judge_values(scenario, one) for one in each]
     return xr.Dataset(

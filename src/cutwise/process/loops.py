@@ -21,6 +21,7 @@ from cutwise.physics.structure.terms import Pistons, PistonsState, in_series, re
 from cutwise.records import Contact, EdgeHistory, Load, edge_history
 from cutwise.results import SolverFailure
 from cutwise.stages import cut, met, moved
+from cutwise.still import Rest, rest
 
 __all__ = ["Layers", "Strips"]
 
@@ -47,8 +48,18 @@ class Arc(NamedTuple):
     follow: bool  # the tool turns with the edge; else it keeps its attitude
 
 
+class EdgeCut(NamedTuple):
+    """A mill along an edge, whatever holds it."""
+
+    path: EdgePass
+    layers: Layers
+    cutter: Cutter
+    arc: Arc | None = None  # the edge is an arc
+    behind: tuple[tuple[str, NamedTuple], ...] = ()  # terms of the structure behind the spindle, by name
+
+
 class EdgeCell(NamedTuple):
-    """Everything that takes part in a pass along an edge."""
+    """Everything that takes part in a pass along an edge with a compliant spindle."""
 
     path: EdgePass
     layers: Layers
@@ -64,8 +75,8 @@ def round_tool(cutter: Cutter) -> Round:
     return Round(cutter.mill.radius, cutter.mill.flutes, cutter.spindle_speed)
 
 
-def cell_of(cell: EdgeCell) -> loop.Cell:
-    """The records of the loop, for a surface that need not be kept."""
+def cell_with(cell: EdgeCut | EdgeCell, structure: NamedTuple) -> loop.Cell:
+    """The records of the loop, for a surface that need not be kept, with some structure."""
     cutter = cell.cutter
     law = ToothFlutes if cutter.force_law == TOOTH_RESOLVED else MeanFlutes
     motion, engagement = cell.path, BurredEdge(cell.layers, round_tool(cutter))
@@ -78,8 +89,24 @@ def cell_of(cell: EdgeCell) -> loop.Cell:
         engagement,
         (),
         law(cutter.mill, cutter.edges, cutter.spindle_speed, cutter.up_milling),
-        in_series([Pistons(cell.ring, cell.reach), *(term for _, term in cell.behind)]),
+        structure,
     )
+
+
+def cell_of(cell: EdgeCell) -> loop.Cell:
+    """The records of the loop with the compliant spindle, and what is behind it."""
+    return cell_with(cell, in_series([Pistons(cell.ring, cell.reach), *(term for _, term in cell.behind)]))
+
+
+def still_edge(cut: EdgeCut, structure: NamedTuple, at: FloatArray) -> Rest:
+    """The mill at rest at places of the edge [m], where the lead-in has ended, with a structure that yields at once."""
+    path = cut.path._replace(lead_in=0.0, lead_out=0.0)
+    poses = np.array([moved(path, float(s) / path.feed)[:8] for s in at])
+    cell = cell_with(cut._replace(cutter=cut.cutter._replace(force_law=AVERAGED)), structure)
+    return rest(
+        cell, relaxed(structure), poses, seen=SEEN, state=width(structure), layers=2,
+        contacts=PIECES * cut.layers.strips.slices,
+    )  # fmt: skip
 
 
 def run_cell(

@@ -14,6 +14,16 @@ import numpy as np
 from cutwise.maths.compiled import compiled
 from cutwise.maths.frames import FloatArray
 from cutwise.process.drill_profile import DepthProfile, profile_at
+from cutwise.process.hole_balance import (
+    AtOnce,
+    DrillCycle,
+    Instant,
+    cut_at,
+    held_at_most,
+    held_by,
+    nothing_at_once,
+    settle,
+)
 
 _APPROACH = 0.5e-3  # m above the surface where the feed starts
 _OVERRUN = 1e-3  # m beyond the point where the corner is through
@@ -25,26 +35,20 @@ _TOUCH = 0.2e-3  # m of contact transient left out of the feed minimum
 HISTORY = ("time", "depth", "x", "y", "z", "hole_x", "hole_y", "wall_x", "wall_y", "thrust", "torque", "feed")
 
 
-class DrillCycle(NamedTuple):
-    """What a cycle needs besides forces and structure."""
-
-    feed: float  # f [m] per revolution
-    turns: float  # n [1/s]
-    thickness: float  # [m] along the drill axis
-    cone: float  # h_t [m], height of the drill point
-    exponent: float  # m_c [1]: thrust and torque go with (f_a / f)^(1 - m_c)
-    friction: float  # mu [1] at the tip
-    wall_stiffness: float  # k_w [N/m]
-    wander: float  # L_w [m], depth over which the hole follows the drill
-
-
 class ArmDynamics(NamedTuple):
-    """The arm at the tip, in tool axes."""
+    """What carries the drill at its tip, in tool axes; an infinite mass stands still."""
 
     stiffness: FloatArray  # K [N/m], shape (3, 3)
     damping: FloatArray  # D [N s/m], shape (3, 3)
     mass: float  # m [kg], the same in every direction
     torque_push: FloatArray  # [N per N m] force that moves the tip as the drill torque does, shape (3,)
+    soft: AtOnce  # what yields at once besides
+
+    @property
+    def compliance(self) -> FloatArray:
+        """At rest, of all that yields, shape (3, 3)."""
+        of_mass = np.linalg.inv(self.stiffness) if math.isfinite(self.mass) else np.zeros((3, 3))
+        return np.asarray(of_mass + self.soft.compliance)
 
 
 class HoleOutcome(NamedTuple):
@@ -90,11 +94,27 @@ def arm_dynamics(compliance: FloatArray, mass: float, damping_ratio: float, *, w
     values, vectors = np.linalg.eigh(0.5 * (stiffness + stiffness.T))
     damping = vectors @ np.diag(2.0 * damping_ratio * np.sqrt(values * mass)) @ vectors.T
     push = stiffness @ compliance[:3, 5] if with_torque else np.zeros(3)
-    return ArmDynamics(np.ascontiguousarray(stiffness), np.ascontiguousarray(damping), mass, push)
+    return ArmDynamics(np.ascontiguousarray(stiffness), np.ascontiguousarray(damping), mass, push, nothing_at_once())
+
+
+def bodies_at_once(compliance: FloatArray, *, with_torque: bool) -> ArmDynamics:
+    """What carries the drill by its compliance (6, 6) alone, in tool axes, without mass: the bodies of a machine."""
+    turn = compliance[:3, 5].copy() if with_torque else np.zeros(3)
+    soft = AtOnce(np.ascontiguousarray(compliance[:3, :3]), turn)
+    return ArmDynamics(np.zeros((3, 3)), np.zeros((3, 3)), math.inf, np.zeros(3), soft)
+
+
+def on_part(arm: ArmDynamics, stiffness: float) -> ArmDynamics:
+    """The same, drilling into a part that yields along the drill axis [N/m]."""
+    compliance = arm.soft.compliance.copy()
+    compliance[2, 2] += 1.0 / stiffness
+    return arm._replace(soft=arm.soft._replace(compliance=compliance))
 
 
 def modes(arm: ArmDynamics) -> FloatArray:
-    r"""Frequencies of the arm, :math:`\sqrt{\lambda_k/m}/2\pi` [Hz], rising, shape (3,)."""
+    r"""Frequencies of the arm, :math:`\sqrt{\lambda_k/m}/2\pi` [Hz], rising, shape (3,); none without mass."""
+    if not math.isfinite(arm.mass):
+        return np.zeros(0)
     return np.sqrt(np.linalg.eigvalsh(arm.stiffness) / arm.mass) / (2.0 * math.pi)
 
 
@@ -125,6 +145,25 @@ def _wall_force(
 
 
 @compiled
+def _tally(
+    cycle: DrillCycle, depth: float, feed: float, force: FloatArray, wall: float, u: FloatArray, lateral: float,
+    sums: FloatArray, most: FloatArray,
+) -> None:  # fmt: skip
+    """Sums over the full cut, and extremes over all time."""
+    if cycle.cone + _FULL_CUT_MARGIN < depth < cycle.thickness - _FULL_CUT_MARGIN:
+        sums[0] += 1.0
+        sums[1] += force[0]
+        sums[2] += u[2]
+        sums[3] += lateral
+    if _TOUCH < depth < cycle.cone:
+        most[5] = min(most[5], feed)
+    if cycle.thickness < depth < cycle.thickness + cycle.cone:
+        most[6] = max(most[6], feed)
+    most[0], most[1], most[2] = max(most[0], force[0]), max(most[1], force[1]), max(most[2], wall)
+    most[3], most[4] = max(most[3], abs(u[2])), max(most[4], lateral)
+
+
+@compiled
 def _run(
     cycle: DrillCycle,
     arm: ArmDynamics,
@@ -137,32 +176,36 @@ def _run(
     history: FloatArray,
 ) -> HoleOutcome:
     v_feed, bottom = cycle.feed * cycle.turns, cycle.thickness + cycle.cone + _OVERRUN
-    through = cycle.thickness + cycle.cone
-    u, rate, hole, force = np.zeros(3), np.zeros(3), np.zeros(2), np.zeros(3)
+    cos_slope, sin_slope = turn_slope
+    swung, rate, moved, u = np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3)
+    hole, wall, cut, force = np.zeros(2), np.zeros(2), np.zeros(4), np.zeros(3)
     marks, reached = np.zeros((3, 2)), np.zeros(3, dtype=np.bool_)
-    levels = (cycle.cone, cycle.thickness, through)
-    deepest, rows = 0.0, 0.0
-    thrust_sum, axial_sum, lateral_sum = 0.0, 0.0, 0.0
-    thrust_max, torque_max, wall_max, axial_max, lateral_max = 0.0, 0.0, 0.0, 0.0, 0.0
-    feed_min, feed_max = math.inf, 0.0
+    levels = (cycle.cone, cycle.thickness, cycle.thickness + cycle.cone)
+    sums, most = np.zeros(4), np.array([0.0, 0.0, 0.0, 0.0, 0.0, math.inf, 0.0])
+    soft = np.abs(arm.soft.compliance).max() > 0.0
+    deepest, before = 0.0, 0.0
     usual, steps_in_all, k = bottom, steps, -1
     while k + 1 < steps_in_all:
         k += 1
         t = k * step
-        wanted = -_APPROACH + v_feed * t
-        if wanted >= bottom and not reached[2] and bottom < farthest:  # the arm lags: drill on until it is through
-            bottom = min(wanted + v_feed * step, farthest)
+        told = -_APPROACH + v_feed * t
+        if told >= bottom and not reached[2] and bottom < farthest:  # the arm lags: drill on until it is through
+            bottom = min(told + v_feed * step, farthest)
             steps_in_all = steps + math.ceil((bottom - usual) / (v_feed * step))
-        commanded = min(wanted, bottom)
+        commanded = min(told, bottom)
         moving = v_feed if commanded < bottom else 0.0
+        before = moved[2]
+        if soft:
+            now = Instant(commanded, moving, step, deepest, cos_slope, sin_slope)
+            settle(cycle, arm.soft, profile, now, swung, rate, moved, hole, cut, wall)
+        for i in range(3):
+            u[i] = swung[i] + moved[i]
         depth = commanded + u[2]
-        feed = max((moving + rate[2]) / cycle.turns, 0.0)
-        thrust, torque, side_x, side_y = 0.0, 0.0, 0.0, 0.0
-        if depth > 0.0 and depth >= deepest - 1e-12:
-            thrust, torque, side_x, side_y = profile_at(profile, depth)
-            share = (feed / cycle.feed) ** (1.0 - cycle.exponent)
-            thrust, torque, side_x, side_y = thrust * share, torque * share, side_x * share, side_y * share
-        wall_x, wall_y = _wall_force(cycle, depth, thrust, u[0], u[1], hole)
+        feed = max((moving + rate[2] + (moved[2] - before) / step) / cycle.turns, 0.0)
+        if not soft:
+            cut_at(cycle, profile, depth, deepest, feed, cut)
+            wall[0], wall[1] = _wall_force(cycle, depth, cut[0], u[0], u[1], hole)
+        thrust, torque, side_x, side_y = cut[0], cut[1], cut[2], cut[3]
         if depth > deepest:
             follow = min(1.0, (depth - deepest) / cycle.wander)
             hole[0] += (u[0] - hole[0]) * follow
@@ -172,38 +215,30 @@ def _run(
             if not reached[level] and depth >= levels[level]:
                 reached[level] = True
                 marks[level, 0], marks[level, 1] = hole[0], hole[1]
-        lateral, wall = math.hypot(u[0], u[1]), math.hypot(wall_x, wall_y)
-        if cycle.cone + _FULL_CUT_MARGIN < depth < cycle.thickness - _FULL_CUT_MARGIN:
-            rows += 1.0
-            thrust_sum += thrust
-            axial_sum += u[2]
-            lateral_sum += lateral
-        if _TOUCH < depth < cycle.cone:
-            feed_min = min(feed_min, feed)
-        if cycle.thickness < depth < through:
-            feed_max = max(feed_max, feed)
-        thrust_max, torque_max, wall_max = max(thrust_max, thrust), max(torque_max, torque), max(wall_max, wall)
-        axial_max, lateral_max = max(axial_max, abs(u[2])), max(lateral_max, lateral)
+        _tally(
+            cycle, depth, feed, cut, math.hypot(wall[0], wall[1]), u, math.hypot(u[0], u[1]), sums, most
+        )  # fmt: skip
         if every > 0 and k % every == 0:
             row = history[k // every]
             row[0], row[1], row[2], row[3], row[4] = t, depth, u[0], u[1], u[2]
-            row[5], row[6], row[7], row[8] = hole[0], hole[1], wall_x, wall_y
+            row[5], row[6], row[7], row[8] = hole[0], hole[1], wall[0], wall[1]
             row[9], row[10], row[11] = thrust, torque, feed
-        cos_slope, sin_slope = turn_slope
-        force[0] = wall_x + cos_slope * side_x - sin_slope * side_y - torque * arm.torque_push[0]
-        force[1] = wall_y + sin_slope * side_x + cos_slope * side_y - torque * arm.torque_push[1]
+        force[0] = wall[0] + cos_slope * side_x - sin_slope * side_y - torque * arm.torque_push[0]
+        force[1] = wall[1] + sin_slope * side_x + cos_slope * side_y - torque * arm.torque_push[1]
         force[2] = -thrust - torque * arm.torque_push[2]
         for i in range(3):
             for j in range(3):
-                force[i] -= arm.stiffness[i, j] * u[j] + arm.damping[i, j] * rate[j]
+                force[i] -= arm.stiffness[i, j] * swung[j] + arm.damping[i, j] * rate[j]
         for i in range(3):
             rate[i] += step * force[i] / arm.mass
-            u[i] += step * rate[i]
-    count = max(rows, 1.0)
+            swung[i] += step * rate[i]
+    count = max(sums[0], 1.0)
+    for i in range(3):
+        u[i] = swung[i] + moved[i]
     return HoleOutcome(
         marks[0], marks[1], marks[2], reached[0], reached[2], bottom - usual,
-        thrust_sum / count, axial_sum / count, lateral_sum / count,
-        thrust_max, torque_max, wall_max, axial_max, lateral_max, feed_min, feed_max, u[2], steps_in_all * step,
+        sums[1] / count, sums[2] / count, sums[3] / count,
+        most[0], most[1], most[2], most[3], most[4], most[5], most[6], u[2], steps_in_all * step,
     )  # fmt: skip
 
 
@@ -267,7 +302,7 @@ def farthest(cycle: DrillCycle, arm: ArmDynamics, profile: DepthProfile) -> floa
     comes to an end.
     """
     force = np.hypot(profile.thrust.max(), np.hypot(profile.lateral[:, 0], profile.lateral[:, 1]).max())
-    lag = force / float(np.linalg.eigvalsh(arm.stiffness)[0])
+    lag = force * float(np.linalg.eigvalsh(arm.compliance)[-1])
     return float(bottom(cycle) + min(3.0 * lag, _FARTHEST))
 
 
@@ -278,6 +313,8 @@ def step_limit(cycle: DrillCycle, arm: ArmDynamics, thrust: float) -> float:
     :math:`\omega = \sqrt{(k_w + \lambda_\max)/m}`; thrust that grows with the feed damps the axial motion with
     :math:`c = (1 - m_c)\,T/(f n)`, which is stiff at low speeds.
     """
+    if not math.isfinite(arm.mass):
+        return math.inf  # what has no mass is solved for, whatever the step
     omega = math.sqrt((cycle.wall_stiffness + float(np.linalg.eigvalsh(arm.stiffness)[-1])) / arm.mass)
     rate = (1.0 - cycle.exponent) * thrust / (cycle.feed * cycle.turns * arm.mass)
     return min(0.2 / omega, 0.5 / rate if rate > 0.0 else math.inf)
@@ -308,7 +345,11 @@ def quasi_static_hole(
     entry and exit [m], shape (2,) each.
     """
     turn = (math.cos(slope_angle), math.sin(slope_angle))
-    marks = _run_quasi_static(cycle, arm, profile, np.linalg.inv(arm.stiffness), turn, advance)
+    compliance = np.ascontiguousarray(arm.compliance)
+    turned = arm.soft.turn.copy()
+    if math.isfinite(arm.mass):
+        turned += np.linalg.solve(arm.stiffness, arm.torque_push)
+    marks = _run_quasi_static(cycle, profile, compliance, np.linalg.solve(compliance, turned), turn, advance)
     return marks[0], marks[1]
 
 
@@ -331,22 +372,11 @@ def _feed_share(advance: float, pushed: float, exponent: float, before: float, b
 
 
 @compiled
-def _held_by(compliance: FloatArray, stiffness: float, gap_x: float, gap_y: float, force: FloatArray) -> float:
-    r"""Force of a spring across the gap of a yielding arm, :math:`(I + k C_l) F = -k\,g`; its size is returned [N]."""
-    xx, yy = 1.0 + stiffness * compliance[0, 0], 1.0 + stiffness * compliance[1, 1]
-    xy = stiffness * compliance[0, 1]
-    determinant = xx * yy - xy * xy
-    force[0] = -stiffness * (yy * gap_x - xy * gap_y) / determinant
-    force[1] = -stiffness * (xx * gap_y - xy * gap_x) / determinant
-    return math.hypot(force[0], force[1])
-
-
-@compiled
 def _run_quasi_static(
     cycle: DrillCycle,
-    arm: ArmDynamics,
     profile: DepthProfile,
     compliance: FloatArray,
+    torque_push: FloatArray,
     turn_slope: tuple[float, float],
     advance: float,
 ) -> FloatArray:
@@ -358,9 +388,9 @@ def _run_quasi_static(
         depth = k * advance
         thrust, torque, side_x, side_y = profile_at(profile, depth)
         bias = compliance[2, 0] * wall[0] + compliance[2, 1] * wall[1]
-        force[0] = cos_slope * side_x - sin_slope * side_y - torque * arm.torque_push[0]
-        force[1] = sin_slope * side_x + cos_slope * side_y - torque * arm.torque_push[1]
-        force[2] = -thrust - torque * arm.torque_push[2]
+        force[0] = cos_slope * side_x - sin_slope * side_y - torque * torque_push[0]
+        force[1] = sin_slope * side_x + cos_slope * side_y - torque * torque_push[1]
+        force[2] = -thrust - torque * torque_push[2]
         pushed = compliance[2, 0] * force[0] + compliance[2, 1] * force[1] + compliance[2, 2] * force[2]
         share = _feed_share(advance, pushed, cycle.exponent, u[2], bias) ** (1.0 - cycle.exponent)
         thrust *= share
@@ -368,17 +398,11 @@ def _run_quasi_static(
         u *= share
         stiffness = cycle.wall_stiffness * min(1.0, depth / cycle.cone)
         gap_x, gap_y = u[0] - hole[0], u[1] - hole[1]
-        size = _held_by(compliance, stiffness, gap_x, gap_y, wall)
-        held = cycle.friction * thrust
-        slipping = depth < cycle.cone and size > held
-        if slipping:  # the force that friction can hold, against the remaining gap: a softer spring has it
-            low, high = 0.0, stiffness
-            for _ in range(60):
-                softer = 0.5 * (low + high)
-                if _held_by(compliance, softer, gap_x, gap_y, wall) > held:
-                    high = softer
-                else:
-                    low = softer
+        slipping = False
+        if depth < cycle.cone:
+            slipping = held_at_most(compliance, stiffness, gap_x, gap_y, cycle.friction * thrust, wall)
+        else:
+            held_by(compliance, stiffness, gap_x, gap_y, wall)
         for i in range(3):
             u[i] += compliance[i, 0] * wall[0] + compliance[i, 1] * wall[1]
         if slipping:

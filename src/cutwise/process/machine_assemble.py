@@ -18,6 +18,7 @@ from cutwise.process.machine_force import cut_force
 from cutwise.process.machine_pass import ElasticElement, FlexiblePart, MachineCell, Weight
 from cutwise.process.machine_program import program_way
 from cutwise.process.machine_way import Way, path_way
+from cutwise.process.yielding import modes_at_rest, spring
 from cutwise.spec.geometry_errors import COMPONENTS, LINEAR_AXES, SQUARENESS
 from cutwise.spec.machine import Beam, ContactGroup, Drive, Joint, Machine
 from cutwise.spec.machine import ElasticElement as ElementSpec
@@ -124,9 +125,14 @@ def _error_function(spec: Any, name: str) -> ErrorFunction:
 
 def _elements(scenario: MachineScenario) -> tuple[ElasticElement, ...]:
     found = elements_of(scenario.machine)
+    last = len(scenario.machine.ordered) - 1
     if scenario.tool.flexible:
-        last = len(scenario.machine.ordered) - 1
         found.append(ElasticElement("tool", last, last, np.array(scenario.tool.tip), _tool_beam(scenario.tool), None))
+    tip, stiffness = np.array(scenario.tool.tip), scenario.tool.stiffness
+    if scenario.tool.modes:
+        found.append(ElasticElement("tip", last, last, tip, modes_at_rest(scenario.tool.modes).matrix[0], None))
+    elif stiffness is not None:
+        found.append(ElasticElement("tip", last, last, tip, spring({0: stiffness, 1: stiffness}).matrix[0], None))
     return tuple(found)
 
 

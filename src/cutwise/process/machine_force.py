@@ -15,7 +15,7 @@ from cutwise.physics.engagement.corner import straight_immersion
 from cutwise.physics.engagement.path_sweep import swept_path
 from cutwise.physics.engagement.stock import contact_patches, immersion
 from cutwise.physics.engagement.wall import path_contact, wall_patches
-from cutwise.process.assemble import edges_alike
+from cutwise.process.edges import edges_alike
 from cutwise.process.machine_way import Way
 from cutwise.process.stock_moves import stock_of
 from cutwise.spec.faults import Fault, ScenarioFault

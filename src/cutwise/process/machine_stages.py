@@ -1,15 +1,12 @@
 """The histories and maps of a pass on a machine as labelled arrays, and what is to be said about them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
+import xarray as xr
 
 from cutwise import units
 from cutwise.io.programs.block_text import block_named, blocks_named
-from cutwise.later import later
 from cutwise.physics.surface import budget
 from cutwise.process import stock_moves
 from cutwise.process.chain_compliance import off_part
@@ -17,11 +14,6 @@ from cutwise.process.machine import MachinePass, VolumeMap
 from cutwise.process.machine_pass import MachineRun
 from cutwise.spec.machine_scenario import MachineScenario
 from cutwise.spec.notices import notices
-
-if TYPE_CHECKING:
-    import xarray as xr
-else:
-    xr = later("xarray")
 
 _AXES = ["x", "y", "z"]
 _COMPONENTS = ["x", "y", "z", "a", "b", "c"]

@@ -20,8 +20,8 @@ from cutwise.physics.motion.drives import Axis
 from cutwise.physics.motion.reference import Reference
 from cutwise.physics.structure.series_compliance import in_axes, translation_at
 from cutwise.physics.structure.terms import Compliance, Rigid, displacement, in_series, relaxed, width
-from cutwise.process.assemble import edges
 from cutwise.process.chain_compliance import BodiesAlong, bodies_along, off_part, tool_point_at_zero
+from cutwise.process.edges import edges
 from cutwise.process.labels import labelled
 from cutwise.process.loops_drives import STANDSTILL, DriveHistory
 from cutwise.records import FIXED

@@ -26,10 +26,12 @@ from cutwise.physics.motion.wrist import (
     wrapped,
     wrist_sine,
 )
-from cutwise.physics.structure.joint_compliance import (
-    axial_and_holding,
-    cartesian_compliance,
-    holding_ratio,
+from cutwise.physics.structure.joint_compliance import axial_and_holding, holding_ratio
+from cutwise.physics.structure.series_compliance import (
+    carried_to,
+    chain_compliance,
+    in_axes,
+    turning_elements,
 )
 
 _CHECKS = 64  # starts by numbers before a pose is called out of reach
@@ -48,6 +50,7 @@ class Arm(NamedTuple):
     stiffness: FloatArray  # [N m/rad] at the output of everything that yields, shape (k,)
     tool_rotation: FloatArray  # tool axes in the last frame, as columns, shape (3, 3)
     tool_tip: FloatArray  # [m] drill tip in the last frame, shape (3,)
+    base: FloatArray  # compliance of what the arm stands on, at the origin and in the axes of its base, shape (6, 6)
 
 
 def arm_with(
@@ -58,6 +61,7 @@ def arm_with(
     tool_tip: FloatArray,
     *,
     drives: Drives | None = None,
+    base: FloatArray | None = None,
 ) -> Arm:
     """An arm with its inverse kinematics: closed form for a spherical wrist, elimination for every other.
 
@@ -73,7 +77,8 @@ def arm_with(
         wrist = spherical_wrist(axes.chain)
     except NotSphericalError as fault:
         reason, general = str(fault), elimination(axes.chain)
-    return Arm(chain, drives, axes, wrist, general, reason, limits, stiffness, tool_rotation, tool_tip)
+    base = np.zeros((6, 6)) if base is None else base
+    return Arm(chain, drives, axes, wrist, general, reason, limits, stiffness, tool_rotation, tool_tip, base)
 
 
 class Candidates(NamedTuple):
@@ -123,10 +128,13 @@ def tool_axes(axis: FloatArray, angles: FloatArray | float, zero: FloatArray | N
 
 @compiled
 def _translation_measures(
-    jac: FloatArray, elastic: FloatArray, axes: FloatArray, stiffness: FloatArray, result: FloatArray
+    jac: FloatArray, elastic: FloatArray, axes: FloatArray, stiffness: FloatArray, base: FloatArray, result: FloatArray
 ) -> None:
-    """Axial compliance and holding force over thrust of one posture: the translation block of C, in tool axes."""
-    xx, xy, yy, xz, yz, zz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    """Axial compliance and holding force over thrust of one posture: the translation block of C, in tool axes.
+
+    ``base``: what the base adds to xx, xy, yy, xz, yz, zz of that block [m/N].
+    """
+    xx, xy, yy, xz, yz, zz = base[0], base[1], base[2], base[3], base[4], base[5]
     for i in range(len(stiffness)):
         x, y, z = 0.0, 0.0, 0.0
         for k in range(3):
@@ -183,6 +191,7 @@ def _rate(
     stiffness: FloatArray,
     tip: FloatArray,
     poses: FloatArray,
+    base: FloatArray,
     in_pairs: bool,
     q: FloatArray,
     within: np.ndarray,
@@ -225,7 +234,7 @@ def _rate(
                     chain.kinds, chain.axes, chain.rotations, chain.origins, joints, frame_rotations, frame_origins
                 )
                 fill_jacobian(chain.kinds, chain.axes, frame_rotations[0], frame_origins[0], tip, jac)
-                _translation_measures(jac, drives.elastic, poses[m], stiffness, found)
+                _translation_measures(jac, drives.elastic, poses[m], stiffness, base[m], found)
             measures[m, branch] = found
 
 
@@ -254,9 +263,17 @@ def candidates(arm: Arm, positions: FloatArray, poses: FloatArray, *, thorough: 
     within, measures = np.zeros(q.shape[:2], dtype=np.bool_), np.full((*q.shape[:2], 3), math.nan)
     _rate(
         arm.chain, arm.drives, arm.axes.to_motors, arm.limits, arm.stiffness, arm.tool_tip, poses,
-        arm.wrist is not None and is_direct(arm.drives), q, within, measures,
+        base_at(arm, positions, poses), arm.wrist is not None and is_direct(arm.drives), q, within, measures,
     )  # fmt: skip
     return Candidates(q, within, measures[..., 0], measures[..., 1:], np.where(within, bent, math.nan))
+
+
+def base_at(arm: Arm, positions: FloatArray, poses: FloatArray) -> FloatArray:
+    """What the base adds to xx, xy, yy, xz, yz, zz of the compliance at the tip, in tool axes [m/N], shape (m, 6)."""
+    if not arm.base.any():
+        return np.zeros((len(positions), 6))
+    block = np.swapaxes(poses, -1, -2) @ carried_to(arm.base, positions)[:, :3, :3] @ poses
+    return np.stack([block[:, i, k] for i, k in ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2))], axis=1)
 
 
 def _eliminated(
@@ -350,10 +367,19 @@ def posture_frames(arm: Arm, q: FloatArray) -> Frames:
     return frames(arm.chain, arm.drives.joints(q))
 
 
+def arm_compliance(arm: Arm, q: FloatArray) -> FloatArray:
+    """Compliance at the drill tip of the joints and of the base, in base axes, shape (6, 6)."""
+    joints = turning_elements(posture_jacobian(arm, q), arm.stiffness)
+    levers = np.zeros((len(joints) + 1, 3))
+    at = posture_frames(arm, q)
+    levers[-1] = at.origins[-1] + at.rotations[-1] @ arm.tool_tip
+    return chain_compliance(np.concatenate([joints, arm.base[None]]), levers)
+
+
 def posture_at(arm: Arm, angle: float, q: FloatArray) -> Posture:
     """The posture of known motor angles, with its whole compliance at the drill tip in tool axes."""
     rotation = posture_frames(arm, q).rotations[-1] @ arm.tool_rotation
-    compliance = cartesian_compliance(posture_jacobian(arm, q), arm.stiffness, rotation)
+    compliance = in_axes(arm_compliance(arm, q), rotation)
     axis_angles = np.linalg.solve(arm.axes.to_motors, q)
     if arm.wrist is not None:
         bent = float(wrist_sine(arm.wrist, axis_angles[4]))

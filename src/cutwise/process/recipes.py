@@ -40,6 +40,7 @@ if TYPE_CHECKING:
         remarks,
         remarks_mill,
         soundness,
+        still_deburring,
         weights,
     )
     from cutwise.spec.chamfer import ChamferScenario
@@ -72,6 +73,7 @@ else:  # a run imports its own process, not those of the others
     remarks = later("cutwise.process.remarks")
     remarks_mill = later("cutwise.process.remarks_mill")
     soundness = later("cutwise.process.soundness")
+    still_deburring = later("cutwise.process.still_deburring")
     weights = later("cutwise.process.weights")
 
 Progress = Callable[[float], None]
@@ -88,8 +90,9 @@ class Outcome(NamedTuple):
 
 def deburr(scenario: DeburringScenario, progress: Progress | None = None) -> Result:
     """Compliant-spindle deburring: time stepping over all five stages (Berselli et al. 2016, Fig. 8)."""
-
     scenario = deburring_part.on_part(scenario)
+    if scenario.numerics.mode == "still":
+        return deburr_at_rest(scenario, progress)
     step = scenario.numerics.time_step
     finer = _deburring_pass(scenario, 0.5 * step, _part(progress, 0.0, 2.0 / 3.0))[1]
     edge, found = _deburring_pass(scenario, step, _part(progress, 2.0 / 3.0, 1.0))
@@ -109,6 +112,29 @@ def deburr(scenario: DeburringScenario, progress: Progress | None = None) -> Res
     )
 
 
+def deburr_at_rest(scenario: DeburringScenario, progress: Progress | None = None) -> Result:
+    """An edge with a rigid spindle: each place at rest, on whatever carries the tool."""
+    done = still_deburring.run(scenario)
+    found = still_deburring.measures(scenario, done)
+    finer = scenario.numerics.model_copy(update={"station": 0.5 * scenario.numerics.station})
+    half = scenario.model_copy(update={"numerics": finer})
+    again = still_deburring.measures(half, still_deburring.run(half))
+    if progress is not None:
+        progress(1.0)
+    return collect(
+        scenario,
+        found,
+        stages=still_deburring.stages(done),
+        findings=still_deburring.findings(done),
+        warnings=still_deburring.warnings(scenario),
+        infeasible=carried.too_fast(found, scenario.operation.feed),
+        limits=still_deburring.LIMITS,
+        convergence=change_on_halved_step({name: found[name] for name in again}, again),
+        notes=still_deburring.notes(done),
+        references=("berselli2016", "altintas2012"),
+    )
+
+
 def _deburring_pass(
     scenario: DeburringScenario, time_step: float, progress: Progress | None = None, *, tooth: bool = True
 ) -> tuple[deburring.EdgeRun, Mapping[str, float]]:
@@ -121,6 +147,13 @@ def _deburring_pass(
 def deburring_quick(scenario: DeburringScenario, wanted: Collection[str] = (), *, coarse: bool = False) -> Outcome:
     """What studies need; coarse: at least 100 µs of step with averaged forces over arcs, and no word about the run."""
     scenario = deburring_part.on_part(scenario)
+    if scenario.numerics.mode == "still":
+        done = still_deburring.run(scenario)
+        at_rest = still_deburring.measures(scenario, done)
+        return Outcome(
+            at_rest, still_deburring.findings(done), still_deburring.warnings(scenario),
+            carried.too_fast(at_rest, scenario.operation.feed),
+        )  # fmt: skip
     step = scenario.numerics.time_step
     tooth = any(name.startswith("tooth_") for name in (*scenario.requirements, *wanted))
     edge, found = _deburring_pass(
@@ -267,7 +300,7 @@ def drill(scenario: DrillingScenario, progress: Progress | None = None) -> Resul
         findings=soundness.drill(run, scenario.numerics.time_step),
         warnings=drilling_remarks.warnings(scenario, run),
         infeasible=drilling_remarks.infeasible(scenario, run),
-        limits=drilling_remarks.LIMITS,
+        limits=drilling_remarks.limits(scenario),
         convergence=change,
         notes=drilling_remarks.notes(scenario, run),
         references=("garnier2017", "dumas2011", "chen_kao2000", *_ELIMINATION[: 2 * bool(run.cell.not_spherical)]),
@@ -342,7 +375,7 @@ OUTCOMES: Mapping[str, Callable[..., Outcome]] = {
 }
 PREPARATIONS: Mapping[str, Callable[..., object]] = {
     "chamfer": lambda scenario: chamfer.prepare(scenario),
-    "deburr": lambda scenario: assemble.deburring_cell(deburring_part.on_part(scenario)),
+    "deburr": lambda scenario: assemble.edge_cut(deburring_part.on_part(scenario)),
     "drill": lambda scenario: drilling.drill_cell(scenario),
     "machine": lambda scenario: machine.prepare(scenario),
     "mill": lambda scenario: (arm_milling if scenario.robot is not None else milling).prepare(scenario),
@@ -392,6 +425,7 @@ def coarser(scenario: Scenario) -> bool:
     """Whether a coarse outcome takes another step than the run: with averaged forces over arcs."""
     return (
         scenario.process == "deburr"
+        and scenario.numerics.mode == "step"  # type: ignore[attr-defined]
         and scenario.numerics.force == "averaged"  # type: ignore[attr-defined]
         and scenario.tool.runout == 0.0  # type: ignore[attr-defined]
         and scenario.numerics.time_step < _STUDY_STEP  # type: ignore[attr-defined]

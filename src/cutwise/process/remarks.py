@@ -6,6 +6,7 @@ import numpy as np
 
 from cutwise import units
 from cutwise.process import motor
+from cutwise.process.assemble import beside_part
 from cutwise.process.deburring import (
     EdgeRun,
     after_lead_in,
@@ -32,7 +33,7 @@ LIMITS = (
 
 def warnings(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, float]) -> tuple[str, ...]:
     """Everything that the engineer should know before he trusts the numbers."""
-    return (*notices(scenario), *_process(scenario, run, found))
+    return (*notices(scenario), *beside_part(scenario), *_process(scenario, run, found))
 
 
 def _process(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, float]) -> Iterator[str]:

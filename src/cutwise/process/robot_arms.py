@@ -3,7 +3,7 @@
 import numpy as np
 
 from cutwise.maths.chains import REVOLUTE, Chain, chain, frames
-from cutwise.maths.frames import rotation_from_rpy
+from cutwise.maths.frames import FloatArray, rotation_from_rpy
 from cutwise.physics.motion.coupled import Drives, NotSixAxesError
 from cutwise.process.postures import Arm, arm_with
 from cutwise.spec.faults import Fault, ScenarioFault
@@ -31,11 +31,18 @@ def robot_arm(robot: Robot) -> tuple[Arm, str]:
             serial, np.array([joints[k].limits for k in robot.motors]), np.array(robot.joint_stiffness),
             np.ascontiguousarray(flange @ rotation_from_rpy(*robot.tool_rotation)),
             np.array(robot.flange_origin) + flange @ np.array(robot.tool_position), drives=drives(robot, serial),
+            base=base_element(robot),
         )  # fmt: skip
     except NotSixAxesError as fault:
         message = f"{fault}; followers must stand on the line of another joint, or make a parallelogram with one"
         raise ScenarioFault([Fault(("robot", "joints"), message)]) from None
     return arm, arm.not_spherical
+
+
+def base_element(robot: Robot) -> FloatArray:
+    """Compliance of the base at its origin, in base axes, shape (6, 6)."""
+    given = robot.base_compliance or ()
+    return np.diag([*given, *([0.0] * (6 - len(given)))])
 
 
 def drives(robot: Robot, serial: Chain) -> Drives:

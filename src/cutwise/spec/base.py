@@ -43,6 +43,9 @@ class Spec(BaseModel):
     stands_for: ClassVar[Mapping[str, str]] = {}
     """Keys that are names of keys in a section inside of this one, each with that section."""
 
+    refused: ClassVar[Mapping[str, str]] = {}
+    """Keys that an engineer may well write here and that physics forbids, each with the reason and what to do."""
+
     many_lines: ClassVar[tuple[str, ...]] = ()
     """Keys whose texts have lines; all others are written into comments, titles and tables, where a line end is harm."""
 

@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import Discriminator, Field, create_model
 
 from cutwise import units
-from cutwise.spec.base import Angle, AngularCompliance, AngularSpeed, Compliance, Length, Mass, Remark, Spec, Usual
+from cutwise.spec.base import Angle, AngularSpeed, Length, Mass, Remark, Spec, Usual
 from cutwise.spec.fields import tag
 from cutwise.spec.robot import AXES, Angles, Direction, Position, Robot
 
@@ -195,15 +195,6 @@ class CarryingRobot(Robot):
         description="how the arm answers to the cut: by its joint stiffness alone, or as a swinging mass (modal_mass)",
         examples=["static"],
     )
-    base_compliance: (
-        tuple[Compliance, Compliance, Compliance]
-        | tuple[Compliance, Compliance, Compliance, AngularCompliance, AngularCompliance, AngularCompliance]
-        | None
-    ) = Field(
-        default=None,
-        description="compliance of the base at its origin: three of translation, or six with rotation",
-        examples=["[0.01 um/N, 0.01 um/N, 0.01 um/N]"],
-    )
     joint_speed: tuple[AngularSpeed, ...] | None = Field(
         default=None,
         description="largest speed of each joint",
@@ -228,10 +219,8 @@ class CarryingRobot(Robot):
     )
 
     def contradictions(self) -> Iterator[Remark]:
-        """What a base or a weight lacks."""
+        """What a weight lacks."""
         yield from super().contradictions()
-        if any(value < 0.0 for value in self.base_compliance or ()):
-            yield Remark(("base_compliance",), "a compliance is not below zero")
         if self.links is not None and len(self.links) != len(self.joints):
             yield Remark(("links",), f"has {len(self.links)} links for {len(self.joints)} joints")
         if (self.tool_mass is None) != (self.tool_centre is None):

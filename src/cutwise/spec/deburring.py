@@ -10,6 +10,7 @@ from cutwise import units
 from cutwise.spec import needs
 from cutwise.spec.base import Remark
 from cutwise.spec.carrier import CarryingRobot, PartPath, Standing
+from cutwise.spec.chained import ONE_CARRIER, CarryingMachine, block_faults, tip_faults, what_yields_alone
 from cutwise.spec.material import Material
 from cutwise.spec.measures import DEBURRING
 from cutwise.spec.needs import Needs
@@ -17,12 +18,20 @@ from cutwise.spec.numerics import TimeStepping
 from cutwise.spec.operation import DeburringOperation, SinePathError, uncovered
 from cutwise.spec.part import DeburringPart
 from cutwise.spec.scenario import MeasureSpec, Scenario
-from cutwise.spec.spindle import CompliantSpindle
+from cutwise.spec.spindle import CompliantSpindle, Spindle
 from cutwise.spec.tables import Table
-from cutwise.spec.tool import HelicalMill
+from cutwise.spec.tool import Bur
 
 # Upper end of the usual cutting speeds of carbide burs [m/min] by ISO 513 group, as recalled from makers' catalogues.
 USUAL_CUTTING_SPEED = {"P": 600.0, "M": 350.0, "K": 600.0, "N": 900.0, "S": 350.0, "H": 350.0}
+
+
+class DeburringMachine(CarryingMachine):
+    """A machine tool that carries the spindle, as a chain of bodies that yield."""
+
+    refused: ClassVar[Mapping[str, str]] = {
+        "drives": "drives are stepped in milling only (process: mill); leave them out",
+    }
 
 
 class DeburringScenario(Scenario):
@@ -58,12 +67,17 @@ class DeburringScenario(Scenario):
     process: Literal["deburr"] = Field(description="which operation is simulated", examples=["deburr"])
     operation: DeburringOperation = Field(description="the pass along the edge")
     part: DeburringPart = Field(description="the edge, its burr and the part below it")
-    tool: HelicalMill = Field(description="the mill or bur")
+    tool: Bur = Field(description="the mill or bur")
     material: Material = Field(description="cutting coefficients of the material with this tool")
-    spindle: CompliantSpindle = Field(description="the compliant spindle")
-    path: PartPath | None = Field(default=None, description="where the edge lies in the part, for a robot to follow")
+    spindle: Spindle = Field(description="the compliant spindle, or rigid (then at rest: numerics.mode still)")
+    path: PartPath | None = Field(
+        default=None, description="where the edge lies in the part, for a robot or a machine to follow"
+    )
     placement: Standing | None = Field(default=None, description="where the part stands before the robot")
     robot: CarryingRobot | None = Field(default=None, description="the robot that carries the spindle along the path")
+    machine: DeburringMachine | None = Field(
+        default=None, description="the machine tool that carries the spindle along the path, as bodies that yield"
+    )
     numerics: TimeStepping = Field(default_factory=TimeStepping, description="how the computation is done")
 
     @model_validator(mode="after")
@@ -76,10 +90,17 @@ class DeburringScenario(Scenario):
             object.__setattr__(self, "operation", filled)
         return self
 
+    def turned(self) -> Mapping[str, tuple[str, str]]:
+        """At rest nothing is led in, and no pistons are under pressure."""
+        idle = {"operation.lead_in_time", "spindle.pressure"} if self.numerics.mode == "still" else set()
+        return {key: ends for key, ends in self.levers.items() if key not in idle}
+
     def checks(self) -> Iterator[Iterator[Remark]]:
         """Edge and mill; what carries the spindle."""
         yield self._edge_faults()
         yield self._carrier_faults()
+        yield self._machine_faults()
+        yield self._rest_faults()
 
     def contradictions(self) -> Iterator[Remark]:
         """What contradicts itself between sections."""
@@ -96,14 +117,18 @@ class DeburringScenario(Scenario):
                 "missing; write duration (for example 0.6 s) or length (for example 48 mm)",
             )
         if path is None:
-            if self.robot is not None:
-                yield Remark(("path",), "missing; a robot needs to know where the edge is, for example "
-                             "path: {line: {from: [1900 mm, -150 mm, 800 mm], to: [1900 mm, 150 mm, 800 mm]}}")  # fmt: skip
+            for carrier in ("robot", "machine"):
+                if getattr(self, carrier) is not None:
+                    yield Remark(("path",), f"missing; a {carrier} needs to know where the edge is, for example path: {{line: "
+                                 "{from: [1900 mm, -150 mm, 800 mm], to: [1900 mm, 150 mm, 800 mm]}, "
+                                 "tool_axis: [0, 0, -1]}")  # fmt: skip
             if self.placement is not None:
                 yield Remark(("placement",), "has nothing to place: there is no path")
             return
-        if self.robot is None and path.arc is None and self.part.step is None:
-            yield Remark(("path",), "is followed by a robot; write robot.library, or operation.length alone")
+        if self.robot is None and self.machine is None and path.arc is None and self.part.step is None:
+            yield Remark(
+                ("path",), "is followed by a robot or a machine; write robot.library, or operation.length alone"
+            )
         yield from self._arc_faults(path)
         if self.robot is not None and self.robot.dynamics == "static" and self.numerics.engagement == "swept":
             yield Remark(
@@ -144,6 +169,50 @@ class DeburringScenario(Scenario):
             yield Remark(
                 ("path", key), "names the edge a second time: part.step and part.edges give it; keep one of them"
             )
+
+    def _machine_faults(self) -> Iterator[Remark]:
+        """Two carriers, a chain that is not one, a part that yields in two ways."""
+        yield from block_faults(self.machine, self.part.block, self.part.stiffness)
+        if self.machine is None:
+            return
+        yield from tip_faults(self.machine)
+        if self.robot is not None:
+            yield Remark(("robot",), ONE_CARRIER)
+        if self.placement is not None:
+            yield Remark(
+                ("placement",), "places a part before a robot; on a machine the path lies in the frame of the part"
+            )
+        if self.path is not None and self.path.arc is not None:
+            yield Remark(
+                ("path", "arc"), "along an arc the normal turns through all directions of the machine, which is not "
+                "modelled; write a line",
+            )  # fmt: skip
+
+    def _rest_faults(self) -> Iterator[Remark]:
+        """What has a memory cannot be at rest, and what has none is not stepped."""
+        numerics = self.numerics
+        if self.spindle == "rigid" and numerics.mode != "still":
+            yield Remark(("numerics", "mode"), "a rigid spindle is computed at rest: write mode: still")
+        if numerics.mode != "still":
+            return
+        if self.spindle != "rigid":
+            yield Remark(
+                ("numerics", "mode"), "pistons remember how they were loaded, still has no time: write mode: step, or "
+                "spindle: rigid",
+            )  # fmt: skip
+        for key, needed, why in (
+            ("force", "averaged", "at rest the mean force of the teeth counts; write averaged"),
+            ("engagement", "arcs", "a surface with memory needs time stepping; write arcs"),
+        ):
+            if getattr(numerics, key) not in (needed, "auto"):
+                yield Remark(("numerics", key), why)
+        if self.tool.runout > 0.0:
+            yield Remark(("tool", "runout"), "needs a surface with memory, which has no place at rest; leave it out")
+        if self.path is not None and self.path.arc is not None:
+            yield Remark(("path", "arc"), "is followed in time steps; at rest write a line")
+        robot = self.robot
+        if robot is not None and robot.dynamics == "modal" and "dynamics" in robot.model_fields_set:
+            yield Remark(("robot", "dynamics"), "a mass has no place at rest; write static")
 
     def _arc_faults(self, path: PartPath) -> Iterator[Remark]:
         """What an arc needs to be told, and what is not modelled along one."""
@@ -188,15 +257,23 @@ class DeburringScenario(Scenario):
                 yield from uncovered(size, self.operation.run_length, ("part", "burr", name))
 
     def unused(self) -> Iterator[Remark]:
-        """Places along a path that no robot follows."""
+        """Places along a path that nothing follows; what belongs to time, at rest."""
+        still = self.numerics.mode == "still"
+        if self.robot is None and self.machine is None and not still:
+            yield Remark(("numerics", "station"), "there is no carrier, whose compliance is taken at stations")
         if self.robot is None:
-            yield Remark(("numerics", "station"), "there is no robot, whose compliance is taken at stations")
             yield Remark(("placement",), "there is no robot, before which the part would stand")
+        if still:
+            for section, key in (("operation", "lead_in_time"), ("operation", "lead_out_time"), ("operation", "clearance"),
+                                 ("numerics", "time_step")):  # fmt: skip
+                yield Remark((section, key), "every place is at rest (numerics.mode)")
 
     def remarks(self) -> Iterator[Remark]:
         """Combinations of sections that are possible but unusual."""
         yield from self._chip_and_speed()
         yield from self._preset_and_stroke()
+        if self.machine is not None:
+            yield from what_yields_alone(self.machine)
         if isinstance(self.part.burr.height, float) and self.part.burr.height > self.tool.diameter:
             yield Remark(("part", "burr", "height"), "is more than the diameter of the mill")
         if self.numerics.force == "tooth_resolved":
@@ -226,14 +303,15 @@ class DeburringScenario(Scenario):
 
     def _preset_and_stroke(self) -> Iterator[Remark]:
         spindle, operation = self.spindle, self.operation
-        tip_stroke = spindle.stroke * spindle.tool_reach / spindle.piston_arm
         error = operation.path_error.amplitude if isinstance(operation.path_error, SinePathError) else 0.0
-        if operation.preset + error >= tip_stroke:
-            yield Remark(
-                ("operation", "preset"),
-                f"with the path error it takes the whole stroke of the tip ({_mm(tip_stroke)}): the spindle meets its "
-                "stop",
-            )
+        if isinstance(spindle, CompliantSpindle):
+            tip_stroke = spindle.stroke * spindle.tool_reach / spindle.piston_arm
+            if operation.preset + error >= tip_stroke:
+                yield Remark(
+                    ("operation", "preset"),
+                    f"with the path error it takes the whole stroke of the tip ({_mm(tip_stroke)}): the spindle meets its "
+                    "stop",
+                )
         height = self.part.burr.height
         if isinstance(height, float) and operation.preset + height <= 0:
             yield Remark(("operation", "preset"), "leaves the mill above the burr: nothing is cut")

@@ -23,14 +23,20 @@ from cutwise.spec.base import (
     Time,
     Usual,
 )
+from cutwise.spec.chained import ONE_CARRIER, CarryingMachine, block_faults, tip_faults, what_yields_alone
 from cutwise.spec.measures import DRILLING
 from cutwise.spec.needs import Needs
+from cutwise.spec.part_block import PartBlock
 from cutwise.spec.robot import Direction, Position, Robot
 from cutwise.spec.scenario import MeasureSpec, Scenario
 
 
 class Drill(LibrarySpec):
     """A twist drill with two lips."""
+
+    refused: ClassVar[Mapping[str, str]] = {
+        "modes": "bending modes of a free drill do not hold once the hole guides it: leave them out",
+    }
 
     library_shelf: ClassVar[str] = "drills"
 
@@ -138,9 +144,12 @@ class HoleGrid(Spec):
 
 
 class Hole(Spec):
-    """Where to drill, in the base frame of the robot."""
+    """Where to drill, in the base frame of the robot, or in the frame of the part on a machine."""
 
-    position: Position = Field(description="entry point of the (first) hole", examples=["[1900 mm, 300 mm, 800 mm]"])
+    position: Position = Field(
+        description="entry point of the (first) hole; on a machine in the frame of the part",
+        examples=["[1900 mm, 300 mm, 800 mm]"],
+    )  # fmt: skip
     axis: Direction = Field(description="feed direction", examples=["[0, 0, -1]"])
     grid: HoleGrid | None = Field(
         default=None,
@@ -189,6 +198,15 @@ class DrilledPart(Spec):
         "the feed",
         examples=["0 deg"],
     )
+    stiffness: Annotated[Stiffness, Usual("0.1 N/um", "10000 N/um")] | None = Field(
+        default=None, description="stiffness of the part along the drill axis; left out: rigid", examples=["20 N/um"],
+        gt=0,
+    )  # fmt: skip
+    block: PartBlock | None = Field(
+        default=None,
+        description="the part as a block on the table of a machine, which bends under the thrust",
+        examples=["{width_x: 260 mm, width_y: 90 mm, height: 300 mm, weight: 540 N, flexible: false}"],
+    )
     placement: Placement | None = Field(
         default=None, description="where the part may be put; the place with the best worst hole is taken",
         examples=["{x: [-200 mm, 200 mm], y: [-200 mm, 200 mm], steps: 3}"],
@@ -229,9 +247,20 @@ class DrillingNumerics(Spec):
     )  # fmt: skip
 
 
-class DrillingScenario(Scenario):
-    """Drilling a plate with a robot (Garnier, Subrin, Waiyagan 2017)."""
+class DrillingMachine(CarryingMachine):
+    """A machine tool that drills, as a chain of bodies that yield."""
 
+    refused: ClassVar[Mapping[str, str]] = {
+        "drives": "drives hold still while a drill feeds along z: leave them out",
+    }
+
+
+class DrillingScenario(Scenario):
+    """Drilling a plate with a robot (Garnier, Subrin, Waiyagan 2017), or on a machine tool."""
+
+    refused: ClassVar[Mapping[str, str]] = {
+        "spindle": "a spindle tilting on pistons cannot guide a drill: leave it out",
+    }
     measures: ClassVar[Mapping[str, MeasureSpec]] = DRILLING
     needs: ClassVar[Needs] = needs.DRILLING
     starts: ClassVar[Mapping[str, str]] = {
@@ -251,6 +280,11 @@ class DrillingScenario(Scenario):
         "robot.redundancy_angle": ("-180 deg", "180 deg"),
     }
 
+    def turned(self) -> Mapping[str, tuple[str, str]]:
+        """A machine has no angle to choose."""
+        idle = {"robot.redundancy_angle"} if self.robot is None else set()
+        return {key: ends for key, ends in self.levers.items() if key not in idle}
+
     def unasked(self) -> int:
         """A pattern drills every hole, and looks for its place."""
         return 100 if self.hole.grid is None and not self.hole.others and self.part.placement is None else 10
@@ -262,15 +296,44 @@ class DrillingScenario(Scenario):
     tool: Drill = Field(description="the drill")
     material: DrilledMaterial = Field(description="the drilled material")
     contact: Contact = Field(description="how the hole holds the drill")
-    robot: Robot = Field(description="the robot and its posture")
+    robot: Robot | None = Field(default=None, description="the robot and its posture (or give machine)")
+    machine: DrillingMachine | None = Field(
+        default=None, description="the machine tool that drills, as bodies that yield (or give robot)"
+    )
     numerics: DrillingNumerics = Field(default_factory=DrillingNumerics, description="how the computation is done")
 
     @property
     def focus(self) -> str:  # type: ignore[override]
         """The position of the hole, with the error of the arm itself where that is known."""
-        return "hole_position_error_exit" if self.robot.accuracy is None else "hole_position_error_total"
+        own = None if self.robot is None else self.robot.accuracy
+        return "hole_position_error_exit" if own is None else "hole_position_error_total"
+
+    def checks(self) -> Iterator[Iterator[Remark]]:
+        """The drill in its plate; what carries it."""
+        yield self._hole_faults()
+        yield self._carrier_faults()
 
     def contradictions(self) -> Iterator[Remark]:
+        """What contradicts itself between sections."""
+        for check in self.checks():
+            yield from check
+
+    def _carrier_faults(self) -> Iterator[Remark]:
+        """One carrier; a part that yields in one way, and stands where it is on a machine."""
+        if self.robot is not None and self.machine is not None:
+            yield Remark(("robot",), ONE_CARRIER)
+        if self.robot is None and self.machine is None:
+            yield Remark(("robot",), "missing; write robot.library (or machine.library for a machine that drills)")
+        yield from block_faults(self.machine, self.part.block, self.part.stiffness)
+        if self.machine is not None:
+            yield from tip_faults(self.machine)
+        if self.machine is not None and self.part.placement is not None:
+            yield Remark(
+                ("part", "placement"),
+                "tries places before a robot; on a machine the hole lies in the frame of the part",
+            )
+
+    def _hole_faults(self) -> Iterator[Remark]:
         """A drill that does not get through; a slope that the point meets with its corner first."""
         need = self.part.thickness + self.tool.cone_height
         if self.tool.flute_length < need:
@@ -295,11 +358,15 @@ class DrillingScenario(Scenario):
             yield Remark(("numerics", "azimuths"), flat)
         if self.tool.lip_model == "simple":
             yield Remark(("numerics", "lip_elements"), "simple lips need no elements (tool.lip_model)")
-        if not isinstance(self.robot.redundancy_angle, str):
+        if self.robot is None:
+            yield Remark(("numerics", "angle_step"), "a machine has no angle to choose")
+        elif not isinstance(self.robot.redundancy_angle, str):
             yield Remark(("numerics", "angle_step"), "the angle of the tool is given (robot.redundancy_angle)")
 
     def remarks(self) -> Iterator[Remark]:
         """Chips too thin or too thick for the coefficients; slopes where the first turns matter."""
+        if self.machine is not None:
+            yield from what_yields_alone(self.machine)
         chip = 0.5 * self.operation.feed_per_rev * math.sin(0.5 * self.tool.point_angle)
         if chip < 5e-6 or chip > 0.5e-3:
             yield Remark(

@@ -18,6 +18,7 @@ from cutwise.spec.base import (
     SmallAngle,
     SmallLength,
     Spec,
+    Stiffness,
     Usual,
 )
 from cutwise.spec.faults import Path
@@ -32,6 +33,7 @@ from cutwise.spec.part_block import PartBlock
 from cutwise.spec.program import StockBlock, top_of
 from cutwise.spec.scenario import MeasureSpec, Scenario
 from cutwise.spec.tables import Table
+from cutwise.spec.tool import ToolMode
 
 _ON_TOP = 1e-6  # [m]
 
@@ -58,9 +60,32 @@ class MachineTool(LibrarySpec):
     shear_factor: Number | None = Field(
         default=None, description="share of the section that carries shear", examples=[0.9], gt=0, le=1
     )
+    stiffness: Annotated[Stiffness, Usual("0.1 N/um", "100 N/um")] | None = Field(
+        default=None, description="measured static stiffness at the tip across the tool; left out: not known",
+        examples=["20 N/um"], gt=0,
+    )  # fmt: skip
+    modes: tuple[ToolMode, ...] = Field(
+        default=(), description="vibration modes of the tip along x and y of the last body; the pass is at rest: F/k",
+        examples=["[{direction: x, frequency: 950 Hz, damping: 0.03, stiffness: 18 N/um}]"],
+    )  # fmt: skip
+
+    def remarks(self) -> Iterator[Remark]:
+        """What of a mode is not for a pass at rest."""
+        if self.modes:
+            yield Remark(("modes",), "count by their stiffness: a pass at rest knows no frequency and no damping")
 
     def contradictions(self) -> Iterator[Remark]:
-        """What a flexible tool needs."""
+        """One way in which a tool bends, and what it needs."""
+        ways = [
+            key
+            for key, there in (("flexible", self.flexible), ("stiffness", self.stiffness), ("modes", self.modes))
+            if there
+        ]
+        if len(ways) > 1:
+            yield Remark(
+                (ways[-1],),
+                f"and tool.{ways[0]} both say how the tool bends; write one of flexible: true, stiffness, modes",
+            )
         for key in ("overhang", "filling", "youngs_modulus", "poisson_ratio", "shear_factor"):
             if self.flexible and getattr(self, key) is None:
                 yield Remark((key,), "missing")
@@ -108,9 +133,19 @@ class Volume(Spec):
     )
 
 
+class StillMachine(Machine):
+    """A machine tool whose pass is looked at at rest."""
+
+    refused: ClassVar[Mapping[str, str]] = {"drives": "drives need time stepping; use process: mill"}
+
+
 class MachineScenario(Scenario):
     """Error budget of a machine tool along a pass, and its volumetric error (Demeč and Madáč; ISO 230)."""
 
+    refused: ClassVar[Mapping[str, str]] = {
+        "spindle": "pistons remember how they were loaded, machine is still; use process: deburr or mill",
+        "robot": "a robot follows a path of process: deburr or mill; here a chain is taken (machine)",
+    }
     measures: ClassVar[Mapping[str, MeasureSpec]] = MACHINE
     needs: ClassVar[Needs] = needs.MACHINE
     either: ClassVar[tuple[tuple[str, ...], ...]] = (("path",), ("program",))
@@ -134,7 +169,7 @@ class MachineScenario(Scenario):
     }
 
     process: Literal["machine"] = Field(description="which operation is simulated", examples=["machine"])
-    machine: Machine = Field(description="the machine tool")
+    machine: StillMachine = Field(description="the machine tool")
     tool: MachineTool = Field(description="the tool")
     part: PartBlock | None = Field(default=None, description="the part; left out: rigid and without weight")
     path: MachinePath | None = Field(

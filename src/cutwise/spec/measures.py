@@ -21,6 +21,12 @@ CARRIED: Mapping[str, MeasureSpec] = {
     **_deflections("pistons", "displacement by the tilting spindle where the surface is read"),
     **_deflections("arm", "displacement by the joints of the robot where the surface is read"),
     **_deflections("base", "displacement by the base of the robot where the surface is read"),
+    **_deflections("tip", "displacement by the tip of the tool at rest where the surface is read"),
+    **_deflections("bodies", "displacement by the bodies of the machine where the surface is read"),
+    **_deflections("part_stiffness", "displacement by the part where the surface is read"),
+    "share_tip": MeasureSpec("small_length", "part of the tip of the tool in it"),
+    "share_bodies": MeasureSpec("small_length", "part of the bodies of the machine in it"),
+    "share_part_stiffness": MeasureSpec("small_length", "part of the part in it"),
     "share_pistons": MeasureSpec(
         "small_length", "part of the spindle in the displacement off the surface, worst place"
     ),
@@ -29,6 +35,7 @@ CARRIED: Mapping[str, MeasureSpec] = {
     "stiffness_normal_min": MeasureSpec("stiffness", "stiffness of the carrier off the surface, least along the path"),
     "stiffness_normal_max": MeasureSpec("stiffness", "stiffness of the carrier off the surface, greatest"),
     "natural_frequency_min": MeasureSpec("frequency", "lowest natural frequency of the arm along the path"),
+    "energy_balance": MeasureSpec("dimensionless", "work of the force less elastic energy, relative: a check"),
     "sag_change_max": MeasureSpec("small_length", "largest change along the path of the sag under links and tool"),
     "joint_speed_margin": MeasureSpec("dimensionless", "1 minus the largest speed of a joint over its limit"),
     "feed_possible_min": MeasureSpec("speed", "feed that the joints can follow everywhere on the path"),
@@ -69,14 +76,11 @@ DEBURRING: Mapping[str, MeasureSpec] = {
 
 ROBOT_MILLING: Mapping[str, MeasureSpec] = {
     **{name: spec for name, spec in CARRIED.items() if "pistons" not in name},
-    **_deflections("tip", "displacement by the tip modes of the tool at rest where the surface is read"),
-    "share_tip": MeasureSpec("small_length", "part of the tip modes of the tool in it"),
     "floor_error_min": MeasureSpec("small_length", "least error of the floor left by a robot, positive into the part"),
     "floor_error_max": MeasureSpec("small_length", "greatest error of the floor left by a robot"),
     "wall_tilt_max": MeasureSpec("small_angle", "largest tilt of the wall left by a robot"),
     "stable_depth_min": MeasureSpec("length", "least axial depth along the path at which the arm chatters"),
     "depth_margin": MeasureSpec("dimensionless", "1 minus axial depth over that limit; not above 0: it chatters"),
-    "energy_balance": MeasureSpec("dimensionless", "work of the force less elastic energy, relative: a check"),
 }
 
 MILLING: Mapping[str, MeasureSpec] = {
@@ -221,10 +225,12 @@ DRILLING: Mapping[str, MeasureSpec] = {
     "lateral_deflection_max": MeasureSpec("small_length", "largest deflection of the tool tip across the drill axis"),
     "lateral_deflection_mean": MeasureSpec("small_length", "mean lateral deflection in full cut"),
     "hole_position_error_entry": MeasureSpec(
-        "small_length", "position error of the hole at the entry surface by what the arm yields; its own error is apart"
+        "small_length",
+        "position error of the hole at the entry surface by what the carrier yields; its own error is apart",
     ),
     "hole_position_error_exit": MeasureSpec(
-        "small_length", "position error of the hole at the exit surface by what the arm yields; its own error is apart"
+        "small_length",
+        "position error of the hole at the exit surface by what the carrier yields; its own error is apart",
     ),
     "hole_position_error_arm": MeasureSpec("small_length", "position error of the arm itself (robot.accuracy)"),
     "hole_position_error_total": MeasureSpec(
@@ -242,6 +248,14 @@ DRILLING: Mapping[str, MeasureSpec] = {
     ),
     "skating_margin": MeasureSpec("dimensionless", "friction minus skating ratio; negative: the tip skates"),
     "compliance_axial": MeasureSpec("compliance", "compliance along the drill axis in the chosen posture"),
+    "share_arm": MeasureSpec(
+        "small_length", "part of the robot's joints in the axial deflection under the mean thrust"
+    ),
+    "share_base": MeasureSpec("small_length", "part of the robot's base in it"),
+    "share_bodies": MeasureSpec(
+        "small_length", "part of the bodies of the machine in it, the part as a block included"
+    ),
+    "share_part_stiffness": MeasureSpec("small_length", "part of the part in it"),
     "redundancy_angle": MeasureSpec("angle", "angle of the tool about the drill axis"),
     "wrist_margin": MeasureSpec("dimensionless", "|sin| of the wrist angle; 0 is singular"),
     "joint_limit_margin": MeasureSpec("angle", "smallest distance of a joint from its limit"),
@@ -292,5 +306,9 @@ CHAMFER: Mapping[str, MeasureSpec] = {
     "edges_refused": MeasureSpec("dimensionless", "number of selected edges without one"),
     "corners_joined": MeasureSpec("dimensionless", "corners at which one path goes on into the next"),
     "length_trimmed": MeasureSpec("length", "edge length given up at corners and concave neighbours"),
-    **CARRIED,
+    **{
+        name: spec
+        for name, spec in CARRIED.items()
+        if not any(term in name for term in ("bodies", "_tip_", "share_tip", "part_stiffness", "energy_balance"))
+    },
 }

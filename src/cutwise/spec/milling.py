@@ -13,17 +13,15 @@ from cutwise.spec.base import (
     Angle,
     AngularSpeed,
     Count,
-    Frequency,
     Length,
-    Number,
     Remark,
     Spec,
     Speed,
-    Stiffness,
     Time,
     Usual,
 )
 from cutwise.spec.carrier import CarriedPath, CarryingRobot, Standing
+from cutwise.spec.chained import tip_faults, what_yields_alone
 from cutwise.spec.drives import CncMachine
 from cutwise.spec.fields import tag
 from cutwise.spec.material import Material
@@ -34,7 +32,7 @@ from cutwise.spec.needs import Needs
 from cutwise.spec.part_block import PartBlock
 from cutwise.spec.program import Blend, PathMode, Program, StockBlock
 from cutwise.spec.scenario import MeasureSpec, Scenario
-from cutwise.spec.tool import HelicalMill
+from cutwise.spec.tool import HelicalMill, ToolMode
 
 
 def _path_kind(value: Any) -> str:
@@ -120,17 +118,6 @@ class MillingOperation(Spec):
         default="down", description="down (climb) or up (conventional) milling of a robot; drives mill down",
         examples=["down"],
     )  # fmt: skip
-
-
-class ToolMode(Spec):
-    """A vibration mode of the tool tip."""
-
-    direction: Literal["x", "y"] = Field(description="direction of the tip's motion", examples=["x"])
-    frequency: Annotated[Frequency, Usual("50 Hz", "10000 Hz")] = Field(
-        description="natural frequency", examples=["922 Hz"], gt=0
-    )
-    damping: Annotated[Number, Usual(0.005, 0.15)] = Field(description="damping ratio", examples=[0.011], ge=0, lt=1)
-    stiffness: Stiffness = Field(description="modal stiffness", examples=["1.34 N/um"], gt=0)
 
 
 class LobeDiagram(Spec):
@@ -357,6 +344,7 @@ class MillingScenario(Scenario):
 
     def _bodies_faults(self, machine: MillingMachine) -> Iterator[Remark]:
         """What a machine with bodies that yield cannot do."""
+        yield from tip_faults(machine)
         if machine.drives is None:
             yield Remark(("machine", "drives"), "missing; name the feed drives, for example drives: {library: fadal2216} "
                          "(a machine that stands still is process: machine)")  # fmt: skip
@@ -469,6 +457,8 @@ class MillingScenario(Scenario):
 
     def remarks(self) -> Iterator[Remark]:
         """Feed per tooth, depth and sampling that are unusual; what does not count."""
+        if isinstance(self.machine, MillingMachine):
+            yield from what_yields_alone(self.machine, weights=False)
         if self.stock is not None:
             for key in ("axial_depth", "radial_depth"):
                 if getattr(self.operation, key) is not None:

@@ -6,14 +6,13 @@ from typing import Any, ClassVar
 from pydantic import Field
 
 from cutwise.spec.base import LibrarySpec, Remark, Spec
+from cutwise.spec.chained import CarryingMachine
 from cutwise.spec.drives import CncMachine
-from cutwise.spec.machine import Machine, Place
-from cutwise.spec.machine_checks import chain_faults
 
 AXES = ("X", "Y", "Z")
 
 
-class MillingMachine(Machine):
+class MillingMachine(CarryingMachine):
     """A machine tool as a chain of bodies that yield, moved by its feed drives."""
 
     stands_for: ClassVar[Mapping[str, str]] = dict.fromkeys(("reading", "limits", "control"), "drives")
@@ -23,32 +22,14 @@ class MillingMachine(Machine):
         description="feed drives: their controllers, limits and friction",
         examples=["{library: fadal2216}"],
     )
-    tip: Place | None = Field(
-        default=None, description="tool point in the frame of the last body", examples=["[0 mm, 0 mm, -45 mm]"]
-    )
 
     def contradictions(self) -> Iterator[Remark]:
-        """A chain that holds together, with a tool point, moved along x, y and z, that answers at once."""
-        yield from chain_faults(self)
-        if self.tip is None:
-            yield Remark(("tip",), "missing; where the tool point is in the frame of the last body, for example "
-                         "[0 mm, 0 mm, -45 mm] (demec_mill has it)")  # fmt: skip
+        """A chain that holds together, moved along x, y and z, that answers at once."""
+        yield from super().contradictions()
         there = self.axes()
         missing = [letter for letter in AXES if letter not in there]
         if missing:
             yield Remark(("chain",), f"has no axis {' and '.join(missing)}; a mill is moved along x, y and z")
-        for place, body in enumerate(self.chain):
-            for number, element in enumerate(body.elements):
-                if element.contact is not None:
-                    yield Remark(
-                        ("chain", place, "elements", number, "contact"),
-                        "the contact law of pads is for process: machine (still mode only); write pads with their stiffness",
-                    )
-
-    def remarks(self) -> Iterator[Remark]:
-        """What is left out."""
-        if self.geometry_errors is not None:
-            yield Remark(("geometry_errors",), "do not count in milling; process: machine has them")
 
 
 class MillingLoad(Spec):

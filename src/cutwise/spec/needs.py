@@ -24,17 +24,44 @@ _ARM: Needs = dict.fromkeys(
         "joint_*_margin",
         "wrist_margin",
         "redundancy_angle_*",
-        "stiffness_normal_*",
         "feed_possible_min",
         "natural_frequency_min",
         "sag_change_max",
-        "deflection_*",
-        "share_*",
+        "deflection_arm_*",
+        "deflection_base_*",
+        "share_arm",
+        "share_base",
     ),
     ("robot",),
 )
-DEBURRING: Needs = {"*_force_*_z": (_AXIAL,), **_ARM}
-DRILLING: Needs = {"redundancy_angle": ("no hole.grid",)}
+_TERMS = "robot or machine or tool.stiffness or tool.modes or part.stiffness"
+_STEPPED = "numerics.mode: step"
+DEBURRING: Needs = {
+    "*_force_*_z": (_AXIAL,),
+    **_ARM,
+    **dict.fromkeys(("deflection_*", "share_*", "stiffness_normal_*"), (_TERMS,)),
+    **dict.fromkeys(("deflection_pistons_*", "share_pistons"), (_STEPPED,)),
+    **dict.fromkeys(("deflection_tip_*", "share_tip"), ("tool.stiffness or tool.modes",)),
+    **dict.fromkeys(("deflection_bodies_*", "share_bodies"), ("machine",)),
+    **dict.fromkeys(("deflection_part_stiffness_*", "share_part_stiffness"), ("part.stiffness",)),
+    "energy_balance": ("numerics.mode: still", _TERMS),
+    **dict.fromkeys(
+        (
+            "surface_error_loaded", "surface_error_unloaded", "surface_error_frictionless", "*_force_rms_*",
+            "*_force_peak_*", "settling_time", "tip_deflection_*", "stroke_margin", "path_memory_index", "edge_taper",
+            "breakaway_force", "*loading_force",
+        ),
+        (_STEPPED,),
+    ),
+}  # fmt: skip
+DRILLING: Needs = {
+    "redundancy_angle": ("no hole.grid", "robot"),
+    **dict.fromkeys(("wrist_margin", "joint_limit_margin", "natural_frequency_min", "share_arm"), ("robot",)),
+    "share_base": ("robot.base_compliance",),
+    "share_bodies": ("machine",),
+    "share_part_stiffness": ("part.stiffness",),
+    **dict.fromkeys(("hole_position_error_arm", "hole_position_error_total"), ("robot.accuracy",)),
+}
 MILLING: Needs = {
     "chatter_growth_*": ("tool.modes",),
     "stable_depth_straight": ("tool.modes",),
@@ -113,6 +140,7 @@ CHAMFER: Needs = {
     ),
     **dict.fromkeys(("stroke_margin", "breakaway_force"), ("spindle.pressure",)),
     **_ARM,
+    "stiffness_normal_*": ("robot",),
     **dict.fromkeys(("deflection_pistons_*", "share_pistons"), ("robot", "spindle.pressure")),
 }
 

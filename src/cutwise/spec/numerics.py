@@ -25,8 +25,15 @@ class TimeStepping(Spec):
         examples=["20 us"],
         gt=0,
     )
+    mode: Literal["step", "still"] = Field(
+        default="step",
+        description="time steps, or each place of the edge at rest (with spindle: rigid)",
+        examples=["step"],
+    )
     station: Annotated[Length, Usual("0.5 mm", "50 mm")] = Field(
-        default=5e-3, description="distance of the places along a path at which the carrier's compliance is taken",
+        default=5e-3,
+        description="distance of the places along a path at which the carrier's compliance is taken, and of those that "
+        "are looked at at rest",
         examples=["5 mm"], gt=0,
     )  # fmt: skip
     engagement: Literal["auto", "arcs", "swept"] = Field(

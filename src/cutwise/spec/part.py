@@ -6,8 +6,9 @@ from typing import Annotated, Any, ClassVar
 from annotated_types import Ge, Gt
 from pydantic import Discriminator, Field
 
-from cutwise.spec.base import Count, Length, Remark, Spec, Usual
+from cutwise.spec.base import Count, Length, Remark, Spec, Stiffness, Usual
 from cutwise.spec.fields import tag
+from cutwise.spec.part_block import PartBlock
 from cutwise.spec.tables import Column, Table
 
 
@@ -102,6 +103,16 @@ class DeburringPart(Spec):
         default=1, description="slices along the mill axis; more than one resolves the taper of a tilted mill",
         examples=[1], ge=1, le=1000,
     )  # fmt: skip
+
+    stiffness: Annotated[Stiffness, Usual("0.01 N/um", "1000 N/um")] | None = Field(
+        default=None, description="stiffness of the part against the tool, off its edge; left out: rigid",
+        examples=["0.2 N/um"], gt=0,
+    )  # fmt: skip
+    block: PartBlock | None = Field(
+        default=None,
+        description="the part as a block on the table of a machine, which bends under the cut",
+        examples=["{width_x: 260 mm, width_y: 90 mm, height: 300 mm, weight: 540 N, flexible: false}"],
+    )
 
     def remarks(self) -> Iterator[Remark]:
         """A burr that the part does not carry."""

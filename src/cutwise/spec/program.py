@@ -9,6 +9,8 @@ from cutwise.spec.base import Angle, Count, Length, Remark, Spec
 from cutwise.spec.fields import tag
 
 WORK_SYSTEMS = ("G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3")
+STEP_LIMIT = 500_000
+"""Steps that a program may take without writing them out: lines run again, repeats, pecks, turns."""
 
 
 class ProgramTool(Spec):
@@ -75,6 +77,11 @@ class Program(Spec):
     default_tool: Count | None = Field(
         default=None, description="number of the tool in the spindle before the program calls one", examples=[1], ge=1
     )
+
+    step_limit: Count = Field(
+        default=STEP_LIMIT, description="steps that the program may take without writing them out (lines run again, "
+        "repeats and pecks of cycles, turns of arcs) before it counts as endless", examples=[2_000_000], ge=1,
+    )  # fmt: skip
 
     def contradictions(self) -> Iterator[Remark]:
         """Work coordinate systems that do not exist; a tool twice; a default tool that is not there."""

@@ -6,7 +6,19 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Discriminator, Field
 
-from cutwise.spec.base import Angle, AngularStiffness, Length, LibrarySpec, Mass, Number, Remark, Spec, Usual
+from cutwise.spec.base import (
+    Angle,
+    AngularCompliance,
+    AngularStiffness,
+    Compliance,
+    Length,
+    LibrarySpec,
+    Mass,
+    Number,
+    Remark,
+    Spec,
+    Usual,
+)
 from cutwise.spec.fields import tag
 
 AXES = 6
@@ -194,6 +206,15 @@ class Robot(LibrarySpec):
         description="posture near which the solution at a given redundancy angle is taken; left out: the stiffest one",
         examples=["[-18 deg, 39 deg, -115 deg, 45 deg, 80 deg, -10 deg]"],
     )
+    base_compliance: (
+        tuple[Compliance, Compliance, Compliance]
+        | tuple[Compliance, Compliance, Compliance, AngularCompliance, AngularCompliance, AngularCompliance]
+        | None
+    ) = Field(
+        default=None,
+        description="compliance of the base at its origin: three of translation, or six with rotation",
+        examples=["[0.01 um/N, 0.01 um/N, 0.01 um/N]"],
+    )
     singularity_margin: Number = Field(
         default=0.05,
         description="smallest |sin| of the wrist angle that counts as regular",
@@ -227,6 +248,8 @@ class Robot(LibrarySpec):
             )
         if any(k <= 0 for k in self.joint_stiffness):
             yield Remark(("joint_stiffness",), "every joint needs a stiffness above zero")
+        if any(value < 0.0 for value in self.base_compliance or ()):
+            yield Remark(("base_compliance",), "a compliance is not below zero")
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import BeforeValidator, Field, PlainSerializer, WithJsonSchema
+from pydantic import BeforeValidator, Discriminator, Field, PlainSerializer, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
 from cutwise.spec.base import (
@@ -24,6 +24,7 @@ from cutwise.spec.base import (
     Speed,
     Usual,
 )
+from cutwise.spec.fields import tag
 from cutwise.spec.spindle_solid import SolidBody
 
 Vector = tuple[float, float, float]
@@ -216,3 +217,12 @@ class CompliantSpindle(LibrarySpec):
         if self.gravity == "off" and self.solid is None:
             for key in ("mass", "centre_of_mass"):
                 yield Remark((key,), "gravity is off, and the inertia is given")
+
+
+def _kind(value: Any) -> str:
+    return "<compliant>" if isinstance(value, dict | CompliantSpindle) else "<rigid>"
+
+
+Spindle = Annotated[
+    Annotated[Literal["rigid"], tag("rigid")] | Annotated[CompliantSpindle, tag("compliant")], Discriminator(_kind)
+]

@@ -2,11 +2,34 @@
 
 import math
 from collections.abc import Iterator
-from typing import Annotated, ClassVar
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from cutwise.spec.base import Angle, Count, Length, LibrarySpec, Remark, SmallLength, Usual
+from cutwise.spec.base import (
+    Angle,
+    Count,
+    Frequency,
+    Length,
+    LibrarySpec,
+    Number,
+    Remark,
+    SmallLength,
+    Spec,
+    Stiffness,
+    Usual,
+)
+
+
+class ToolMode(Spec):
+    """A vibration mode of the tool tip."""
+
+    direction: Literal["x", "y"] = Field(description="direction of the tip's motion", examples=["x"])
+    frequency: Annotated[Frequency, Usual("50 Hz", "10000 Hz")] = Field(
+        description="natural frequency", examples=["922 Hz"], gt=0
+    )
+    damping: Annotated[Number, Usual(0.005, 0.15)] = Field(description="damping ratio", examples=[0.011], ge=0, lt=1)
+    stiffness: Stiffness = Field(description="modal stiffness", examples=["1.34 N/um"], gt=0)
 
 
 class RotatingTool(LibrarySpec):
@@ -51,3 +74,29 @@ class HelicalMill(RotatingTool):
         """The direction of a run-out that is not there."""
         if not self.runout:
             yield Remark(("runout_angle",), "there is no run-out (tool.runout)")
+
+
+class Bur(HelicalMill):
+    """A mill or bur along an edge, which may bend."""
+
+    stiffness: Annotated[Stiffness, Usual("0.1 N/um", "100 N/um")] | None = Field(
+        default=None, description="static stiffness of the tool at its tip across its axis; left out: rigid",
+        examples=["5 N/um"], gt=0,
+    )  # fmt: skip
+    modes: tuple[ToolMode, ...] = Field(
+        default=(), description="vibration modes of the tool tip, which count at rest: F/k",
+        examples=["[{direction: y, frequency: 1020 Hz, damping: 0.035, stiffness: 20 N/um}]"],
+    )  # fmt: skip
+
+    def contradictions(self) -> Iterator[Remark]:
+        """One way in which a tool bends."""
+        yield from super().contradictions()
+        if self.modes and self.stiffness is not None:
+            yield Remark(("modes",), "and tool.stiffness both say how the tool bends; write one of them")
+
+    def remarks(self) -> Iterator[Remark]:
+        """What of a mode does not count beside pistons."""
+        if self.modes:
+            yield Remark(
+                ("modes",), "count by their stiffness alone: modes are given for a rigid spindle, and do not swing here"
+            )

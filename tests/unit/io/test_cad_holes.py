@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cutwise.io import cad, cad_edges, cad_parts, cad_select, step
+from cutwise.io import cad, cad_edges, cad_parts, cad_select, cad_skin, step
 from cutwise.io.occ import occ
 
 STEP = Path(__file__).parents[2] / "data" / "step"
@@ -183,3 +183,65 @@ def test_an_edge_that_only_fades_stays_whole():
     found = model(STEP / "fading_ridge_4mm.step")
     assert found.split == ()
     assert found.count(cad.CONVEX) == 15
+
+
+def placed(mirror=None, scale=None, by=(0.0, 0.0, 0.0)):
+    gp = occ("gp")
+    trsf, away = gp.gp_Trsf(), gp.gp_Trsf()
+    if mirror is not None:
+        trsf.SetMirror(gp.gp_Ax2(gp.gp_Pnt(0.0, 0.0, 0.0), gp.gp_Dir(*mirror)))
+    if scale is not None:
+        trsf.SetScale(gp.gp_Pnt(0.0, 0.0, 0.0), scale)
+    away.SetTranslation(gp.gp_Vec(*by))
+    return occ("TopLoc").TopLoc_Location(away.Multiplied(trsf))
+
+
+def together(*shapes):
+    whole, builder = occ("TopoDS").TopoDS_Compound(), occ("BRep").BRep_Builder()
+    builder.MakeCompound(whole)
+    for shape in shapes:
+        builder.Add(whole, shape)
+    return whole
+
+
+def test_bodies_placed_mirrored_or_scaled_are_as_good_as_any(tmp_path):
+    plate = cut(box(40, 30, 10), rod((10, 8, -1), (0, 0, 1), 4, 12))
+    pair = together(plate, plate.Moved(placed(by=(0, 0, 50))))
+    whole = together(
+        plate, plate.Moved(placed(mirror=(1, 0, 0), by=(-20, 0, 0))), plate.Moved(placed(scale=2.0, by=(100, 0, 0))),
+        pair.Moved(placed(mirror=(0, 1, 0), by=(0, -20, 0))),
+    )  # fmt: skip
+    with_placements("1")
+    try:
+        file = step.write_step(whole, tmp_path / "whole.step")
+    finally:
+        with_placements("0")
+    assert "CARTESIAN_TRANSFORMATION_OPERATOR_3D" in file.read_text()  # what a body is mirrored or scaled with
+    found = model(file)
+    assert {edge.kind for edge in found.edges} == {cad.CONVEX, cad.SEAM}
+    middles = sorted(tuple(np.round(1e3 * np.array(h.middle), 6)) for h in found.holes)
+    assert middles == [(-30, 8, 5), (10, -28, 5), (10, -28, 55), (10, 8, 5), (120, 16, 10)]
+    assert sorted(round(2e3 * h.radius, 6) for h in found.holes) == [8, 8, 8, 8, 16]
+    assert sorted(round(1e3 * h.depth, 6) for h in found.holes) == [10, 10, 10, 10, 20]
+    volume = step.mass_properties(found.part, 1e9).mass  # of 1 g/mm3, mm3 in g
+    assert volume == pytest.approx((4 + 8) * (12000 - 160 * math.pi), rel=1e-9)
+
+
+def with_placements(on):
+    occ("Interface").Interface_Static.SetCVal_s("write.step.assembly", on)
+
+
+@pytest.mark.parametrize("many", [10, 10_000])
+def test_the_skin_of_a_part_of_many_edges_is_whole(tmp_path, monkeypatch, many):
+    """Both ways to triangulate: the one that is quick for many edges, and the usual one."""
+    monkeypatch.setattr(cad_skin, "_MANY", many)
+    plate = cut(
+        box(60, 60, 10), *(rod((15 + 15 * i, 15 + 15 * j, -1), (0, 0, 1), 4, 12) for i in range(3) for j in range(3))
+    )
+    found = model(step.write_step(plate, tmp_path / "plate.step"))
+    skin = cad_skin.cad_skin(found)
+    corner = skin.corner[:, :9].reshape(-1, 3, 3)
+    sides = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    exact = 2 * (3600 - 9 * 16 * math.pi) + 2400 + 9 * 80 * math.pi
+    assert set(skin.face) == {face.index for face in found.faces}
+    assert 0.5e6 * np.linalg.norm(sides, axis=1).sum() == pytest.approx(exact, rel=5e-4)

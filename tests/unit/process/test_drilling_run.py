@@ -8,7 +8,7 @@ import pytest
 import cutwise
 from cutwise.io import library
 from cutwise.io.scenario import read_document
-from cutwise.spec.faults import ScenarioFault
+from cutwise.spec.faults import ScenarioFault, dotted
 from cutwise.spec.notices import notices
 
 NAMES = (
@@ -168,11 +168,11 @@ def test_faults_all_at_once(examples):
             examples / "drill_robot.yaml",
             ["operation.feed_per_rev=-0.1 mm", "contact.wander_length=0 mm", "robot.redundancy_angle=bestt"],
         )
-    text = str(caught.value)
+    text = "\n".join(f"{dotted(fault.path)}: {fault.message}" for fault in caught.value.faults)
     assert "operation.feed_per_rev: -0.1 mm is impossible" in text
     assert "contact.wander_length" in text
     assert "did you mean best?" in text
-    assert "3 faults" in text
+    assert len(caught.value.faults) == 3
 
 
 def test_a_drill_shorter_than_the_hole(examples):
@@ -198,7 +198,7 @@ def test_an_absurd_set_of_joint_stiffnesses_warns(examples):
 def test_every_robot_of_the_library_drills_or_asks_for_its_stiffness(examples):
     for name in library.names("robots"):
         extra = ["robot.joint_stiffness=[3e6 N m/rad, 3e6 N m/rad, 3e6 N m/rad, 5e5 N m/rad, 5e5 N m/rad, 5e5 N m/rad]"]
-        given = [] if name.startswith("kr") else extra
+        given = [] if "joint_stiffness" in library.entry("robots", name).values.value else extra
         got = run(examples, f"robot.library={name}", "robot.redundancy_angle=least_skating", *given)
         assert got.measures["holes_drilled"].value == 1, name
         if given:

@@ -223,6 +223,8 @@ def _name_lead_in(axes: Axes, start: float) -> None:
 
 
 def _lead_in_way(result: "Result") -> float:
+    if "error_at_tool" not in result["surface"]:
+        return 0.0  # at rest nothing is led in
     operation = result.scenario.operation  # type: ignore[attr-defined]
     return float(operation.lead_in_time * operation.feed)
 
@@ -287,7 +289,7 @@ PLOTS = [
         "Burr force over time",
         "Force of the burr on the tool, mean over a tooth: x along the feed, y from the work to the tool, z along the "
         "spindle toward the motor. The shaded part is the lead-in.",
-        burr_forces, ("cutting/burr_force",),
+        burr_forces, ("cutting/burr_force", "surface/error_at_tool"),
     ),
     Plot(
         "Edge error over time",

@@ -187,18 +187,19 @@ _TABLE = (
 def hole_table(result: "Result") -> Figure:
     """Every hole with its numbers, pass or fail."""
     holes = result["holes"]
+    shown_as = tuple(column for column in _TABLE if column[0] in holes)
     count = min(holes.sizes["hole"], _MOST_ROWS)
     head = [
         "hole",
         "x, y, z [mm]",
-        *(f"{text} [{scale(dim)[1]}]" if scale(dim)[1] else text for _, dim, text in _TABLE),
+        *(f"{text} [{scale(dim)[1]}]" if scale(dim)[1] else text for _, dim, text in shown_as),
         "",
     ]
     rows, colours = [], []
     for k in range(count):
         one = holes.isel(hole=k)
         place = ", ".join(f"{1e3 * x:.5g}" for x in one["position"].values)
-        values = [scale(dim)[0] * float(one[name]) for name, dim, _ in _TABLE]
+        values = [scale(dim)[0] * float(one[name]) for name, dim, _ in shown_as]
         drilled, passed = bool(one["drilled"]), bool(one["passed"])
         verdict = "not drilled" if not drilled else "pass" if passed else "fail"
         shown = [f"{value:.4g}" if np.isfinite(value) else "–" for value in values]

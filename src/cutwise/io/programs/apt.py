@@ -17,7 +17,7 @@ from cutwise.io.programs.apt_units import INCH_FEEDS, MM_FEEDS, first_unit, is_a
 from cutwise.io.programs.cldata import Statement, StatementFault, is_apt, statements
 from cutwise.io.programs.controller import INCH, MILLIMETRE, PLANES
 from cutwise.io.programs.moves import Point
-from cutwise.io.programs.scale import MOST, out_of_scale
+from cutwise.io.programs.scale import MOST, feed_out_of_scale, feed_too_small, out_of_scale
 from cutwise.io.programs.setup import Setup
 from cutwise.maths.circles import Circle, chords
 from cutwise.spec.faults import Fault, ScenarioFault
@@ -32,6 +32,7 @@ _SILENT = (
     "CUTTER", "TLDATA", "PAINT", "MACHIN", "INTOL", "OUTTOL", "TOLER", "TOOLNO", "SEQNO", "MODE", "AUXFUN", "HEAD",
     "OPNAME", "END-OF-PATH", "SELECT TOOL", "SELCTL", "SELECT", "CLEARP", "CATPROCESS", "PROGRAM", "DISPLY", "SETUP",
 )  # fmt: skip
+_PLACED = ("GOTO", "GODLTA", "FROM", "CIRCLE")  # words whose numbers are told apart by their places
 _SILENT_KIND = "CSI_SET_"  # sizes of the tool, as SolidWorks CAM writes them
 
 
@@ -139,6 +140,8 @@ class Apt:
         for argument in s.arguments:
             if argument.number is not None and abs(argument.number) > MOST:
                 raise StatementFault(out_of_scale(argument.number), argument.column)
+        if s.word in _PLACED:
+            s.check_numbers()
         if is_about_units(s):
             self.set_units(s)
         elif step is not None:
@@ -289,7 +292,8 @@ class Apt:
         self.steps_left -= math.ceil(3.0 * min(peck_count(hole), 1e12))
         if self.steps_left < 0:
             raise StatementFault("this cycle draws back more often than the limit of steps allows; its peck of "
-                                 f"{hole.peck:g} is too small", s.column)  # fmt: skip
+                                 f"{hole.peck:g} is too small (if it is meant, raise program.step_limit, "
+                                 "or --step-limit)", s.column)  # fmt: skip
         if hole.feed and hole.feed != self.feed:
             self.feed_before = self.feed
             self._set_feed(hole.feed, self.per_revolution)
@@ -325,6 +329,8 @@ class Apt:
             return
         if len(numbers) != 1 or numbers[0] <= 0.0:
             raise StatementFault("FEDRAT needs one positive feed", s.column)
+        if feed_too_small(numbers[0]):
+            raise StatementFault(feed_out_of_scale(numbers[0]), s.column)
         self.rapid = self.rapid and not self.rapid_holds
         self._set_feed(self._rate(s, numbers[0]), any(word in _PER_REVOLUTION for word in s.words()))
 

@@ -14,8 +14,11 @@ _TYPICAL = re.compile(
     re.IGNORECASE | re.MULTILINE,
 )
 _LOOKED_AT = 4000  # characters
-_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
+_NUMBER = re.compile(
+    r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][+-]?\d+)?"
+)  # D: exponent of FORTRAN, in which CL writers were written
 _SPOKEN = ("PARTNO", "PPRINT", "REMARK", "TOOL PATH", "INSERT", "OP_NAME", "TITLE", "LETTER")  # text behind them
+_GAP = re.compile(r"^\s*,|,\s*,")
 _BLANKS = re.compile(r"\s+")
 _NUMBERS = re.compile(r"[\s\d.,+\-eE]*\$?\s*")
 
@@ -56,6 +59,21 @@ class Statement(NamedTuple):
     def numbers(self) -> list[float]:
         """The arguments that are numbers."""
         return [argument.value for argument in self.arguments if isinstance(argument.value, float)]
+
+    def check_numbers(self) -> None:
+        """Refuse words and gaps among numbers of which the place tells the meaning: one less would shift all others.
+
+        Raises
+        ------
+        StatementFault
+            At the first of them.
+        """
+        for argument in self.arguments:
+            if isinstance(argument.value, str):
+                wrong = "out of scale" if _NUMBER.fullmatch(argument.value) else "not a number"
+                raise StatementFault(f'{self.word}: "{argument.value}" is {wrong}', argument.column)
+        if _GAP.search(self.text):
+            raise StatementFault(f"{self.word}: a number is missing between two commas", self.column)
 
     def after(self, *names: str) -> float | None:
         """The number behind the first of some words."""
@@ -116,5 +134,5 @@ def _arguments(text: str, before: int) -> Iterator[Argument]:
         if not bare:
             continue
         compact = _BLANKS.sub("", bare)
-        number = float(compact) if _NUMBER.fullmatch(compact) else math.nan
+        number = float(compact.upper().replace("D", "E")) if _NUMBER.fullmatch(compact) else math.nan
         yield Argument(number if math.isfinite(number) else bare.upper(), column)  # 1e999 is no number

@@ -155,7 +155,8 @@ class Controller:
     spline: list[tuple[float, float, float]] | None = None  # G5.2: x, y, weight so far
     spline_order: int = 3
     spline_tangent: tuple[float, float] | None = None  # end of the last G5: what a smooth one follows
-    line: int = 0
+    line: int = 0  # of the main program; while a file beside it runs, that of its call
+    file_line: int = 0  # of the file that is run
     number: str = ""
     notices: dict[str, int] = field(default_factory=dict)  # words: first line they hold for
     stores_cycles: bool = False  # a cycle repeated 0 times keeps its words for the blocks that follow (Fanuc)
@@ -186,7 +187,8 @@ class Controller:
         limit = self.setup.step_limit
         if self.steps + steps > limit:
             raise BlockFault(f"{what}: more than {limit} steps that are not written out; the program does not come to "
-                             "an end in reasonable time", place)  # fmt: skip
+                             "an end in reasonable time (if that is meant, raise program.step_limit, or "
+                             "--step-limit)", place)  # fmt: skip
         self.steps += math.ceil(steps)
 
     def unit(self) -> float:

@@ -74,6 +74,8 @@ class Fanuc(Rs274):
     :meth:`commands` gives its commands; when they are used up, :meth:`notices` tells what was assumed.
     """
 
+    branches = True
+
     def __init__(self, text: str, name: str, setup: Setup = Setup()) -> None:  # noqa: B008
         super().__init__(text, name, setup)
         main = MacroSource(name, text)

@@ -227,7 +227,9 @@ def _if(flow: Flow, word: OWord, at: int) -> None:
         at = flow.source.structure.following[at]
         branch = flow.source.line(at).o_word
         assert branch is not None
-        flow.controller.line = at + 1
+        flow.controller.file_line = at + 1
+        if flow.source is flow.main:
+            flow.controller.line = at + 1
         taken = branch.keyword == "else" or (branch.keyword == "elseif" and flow.value(branch) != 0.0)
     flow.index = at + 1
 

@@ -115,5 +115,5 @@ def setup_of(program: Program, library: Callable[[str], str | None] | None = Non
     start = program.start
     return Setup(
         tools or None, systems, None if start is None else (start.x, start.y, start.z), program.default_tool,
-        dialect=program.dialect, library=library or texts.get,
+        dialect=program.dialect, library=library or texts.get, step_limit=program.step_limit,
     )  # fmt: skip

@@ -14,6 +14,7 @@ from cutwise.io.programs.canon import (
 )
 from cutwise.io.programs.controller import INCH, MILLIMETRE, Controller, PathModeName, PlaneName, Saved, scaled
 from cutwise.io.programs.expressions import BlockFault
+from cutwise.io.programs.scale import feed_out_of_scale, feed_too_small
 
 _PLANES: dict[int, PlaneName] = {170: "XY", 180: "XZ", 190: "YZ"}
 _PATH_MODES: dict[int, PathModeName] = {610: "exact_path", 611: "exact_stop", 640: "continuous"}
@@ -67,6 +68,8 @@ def set_feed(c: Controller, block: Block) -> None:
     value = block.values["f"]
     if value < 0.0:
         raise block.fault(f"the feed must not be negative, found F{value:g}", "f")
+    if feed_too_small(value):
+        raise block.fault(feed_out_of_scale(value), "f")
     if c.feed_mode != 93:
         say_feed(c, value)
 

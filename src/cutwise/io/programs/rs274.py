@@ -12,9 +12,9 @@ from cutwise.io.programs.controller import INCH, MILLIMETRE, Controller, from_ma
 from cutwise.io.programs.expressions import BlockFault, CommentFault, FlowFault, computed
 from cutwise.io.programs.flow import Flow
 from cutwise.io.programs.remarks import say
-from cutwise.io.programs.scale import MOST
+from cutwise.io.programs.scale import MOST, feed_too_small
 from cutwise.io.programs.setup import Setup
-from cutwise.io.programs.source import Source
+from cutwise.io.programs.source import Source, motions_between
 from cutwise.io.programs.variables import Memory
 from cutwise.io.programs.words import Line, column
 from cutwise.spec.faults import Fault, ScenarioFault
@@ -53,6 +53,7 @@ class Rs274:
     """
 
     language: Literal["G-code", "APT"] = "G-code"
+    branches = False  # whether lines behind the end of the program may be reached by jumps (GOTO)
 
     def __init__(self, text: str, name: str, setup: Setup = Setup()) -> None:  # noqa: B008
         main = Source(name, text)
@@ -99,6 +100,27 @@ class Rs274:
             self.out.clear()
         if self.faults:
             raise ScenarioFault(list(self.faults))
+        self._say_behind_end()
+
+    def _say_behind_end(self) -> None:
+        """Motions that no run of the program reaches: behind its end, and behind the closing ``%``."""
+        flow, c = self.flow, self.controller
+        source = flow.source
+        if flow.frames:
+            return
+        if flow.index < source.end and not self.branches:
+            self._say_unrun(
+                *motions_between(source.lines, flow.index, source.end), f"the end of the program (line {c.line})"
+            )
+        if source.end < len(source.lines):
+            behind = motions_between(source.lines, source.end + 1, len(source.lines))
+            self._say_unrun(*behind, f"the % that closes the program (line {source.end + 1})")
+
+    def _say_unrun(self, count: int, line: int, what: str) -> None:
+        if count:
+            lines = "1 line with axis words stands" if count == 1 else f"{count} lines with axis words stand"
+            verb = "is" if count == 1 else "are"
+            self.controller.notices.setdefault(f"{lines} behind {what} and {verb} not run", line)
 
     def notices(self) -> list[str]:
         """What was assumed or left out, each with the line that it begins in."""
@@ -119,6 +141,7 @@ class Rs274:
         at, rotary, extra = c.at, c.rotary, c.extra
         x, y, z = at[:3]
         rapid, index, begun = c.motion == 0, flow.index, flow.index
+        caller = self.caller
         while index < end:
             match = _PLAIN(lines[index])
             if match is None:
@@ -136,42 +159,53 @@ class Rs274:
             to_rapid = code == "0" if code else rapid
             if not -MOST < to_x < MOST or not -MOST < to_y < MOST or not -MOST < to_z < MOST:
                 break
-            if not 0.0 <= rate < MOST or (not to_rapid and rate == 0.0):
+            if not 0.0 <= rate < MOST or feed_too_small(rate) or (not to_rapid and rate == 0.0):
                 break
             x, y, z, rapid = to_x, to_y, to_z, to_rapid
             index += 1
+            line = caller or index
             if feed:
                 c.feed = rate
-                yield FeedRate(rate, index, number)
+                yield FeedRate(rate, line, number)
             yield (
-                Traverse(x, y, z, rotary, extra, index, number)
-                if rapid
-                else Feed(x, y, z, rotary, extra, index, number)
+                Traverse(x, y, z, rotary, extra, line, number) if rapid else Feed(x, y, z, rotary, extra, line, number)
             )
         at[0], at[1], at[2] = x, y, z
         c.motion = 0 if rapid else 10
         self.blocks += index - begun
         flow.index = index
 
+    @property
+    def caller(self) -> int:
+        """Line of the main program from which a file beside it is being run; 0 while the main program itself is.
+
+        Places of moves and notices are lines of the main program: a line of another file would be looked up in its text.
+        """
+        flow = self.flow
+        if flow.source is flow.main:
+            return 0
+        return next((frame.line for frame in reversed(flow.frames) if frame.source is flow.main), 0)
+
     def _line(self) -> None:
         """Any other line."""
         flow, c = self.flow, self.controller
         source, at = flow.source, flow.index
         flow.index += 1
-        c.line = at + 1
+        c.file_line = at + 1
+        c.line = self.caller or at + 1
         try:
             self._run_line(source, at)
         except FlowFault as fault:
-            self._fault(source, c.line - 1, fault)
+            self._fault(source, c.file_line - 1, fault)
             self.ended = True
         except BlockFault as fault:
-            self._fault(source, c.line - 1, fault)
+            self._fault(source, c.file_line - 1, fault)
             if len(self.faults) >= MOST_FAULTS:
                 ends = f"here reading ended, after {MOST_FAULTS} faults; there may be more"
-                self.faults.setdefault(Fault((), ends, c.line, 1, source.name))
+                self.faults.setdefault(Fault((), ends, c.file_line, 1, source.name))
                 self.ended = True
         except RecursionError:
-            self._fault(source, c.line - 1, FlowFault("the expression has too many parts to be computed", 0))
+            self._fault(source, c.file_line - 1, FlowFault("the expression has too many parts to be computed", 0))
             self.ended = True
 
     def _run_line(self, source: Source, at: int) -> None:
@@ -225,7 +259,7 @@ class Rs274:
     def _end_of_file(self) -> None:
         c, flow = self.controller, self.flow
         if flow.frames:
-            self._fault(flow.source, c.line - 1, BlockFault("the file ends within a subroutine", 0))
+            self._fault(flow.source, c.file_line - 1, BlockFault("the file ends within a subroutine", 0))
         elif not flow.source.framed:
             c.line = 0
             c.notice("the program has no end (M2, M30, or % around it)")

@@ -3,6 +3,8 @@
 from collections.abc import Callable, Mapping
 from typing import Literal, NamedTuple
 
+from cutwise.spec.program import STEP_LIMIT
+
 Triple = tuple[float, float, float]
 _AT_ZERO: Triple = (0.0, 0.0, 0.0)
 
@@ -39,6 +41,4 @@ class Setup(NamedTuple):
     )
     dialect: Literal["auto", "rs274", "fanuc"] = "auto"  # of G-code; auto: fanuc where a program shows macro B
     library: Callable[[str], str | None] | None = None  # text of a subroutine file by its name without suffix
-    step_limit: int = (
-        500_000  # steps that are not written out (lines run again, repeats, pecks) before a program is endless
-    )
+    step_limit: int = STEP_LIMIT  # steps that are not written out before a program counts as endless

@@ -8,6 +8,7 @@ from cutwise.io.programs.expressions import BlockFault
 from cutwise.io.programs.words import Line, OWord, compact, read_line
 
 _O_LINE = re.compile(r"/?(?:n[\d.]*)?o")
+_MOTION = re.compile(r"[^(;%]*[XYZABCUVW][ \t]*[-+.\d#\[]", re.IGNORECASE)
 _REMEMBERED = 20_000  # lines
 _CLOSES = {"endif": "if", "endwhile": "while", "endrepeat": "repeat", "endsub": "sub"}
 
@@ -57,6 +58,20 @@ class Source:
     def structure(self) -> Structure:
         """The structure of its O words."""
         return _Scan(self).structure
+
+
+def motions_between(lines: list[str], first: int, end: int) -> tuple[int, int]:
+    """How many lines from the first up to one before the end hold axis words, and the first of them (from 1).
+
+    A line with an O word, where a subroutine begins that is called from elsewhere, ends the search.
+    """
+    count = line = 0
+    for at in range(first, end):
+        if _O_LINE.match("".join(lines[at].split()).lower()):
+            break
+        if _MOTION.match(lines[at]):
+            count, line = count + 1, line or at + 1
+    return count, line
 
 
 def extent(lines: list[str]) -> tuple[int, int, bool]:

@@ -108,7 +108,7 @@ def _compensation(m: Memory) -> float:
 _STATE: dict[str, Callable[[Memory], float]] = {
     "_vmajor": lambda m: 2.9,  # noqa: ARG005
     "_vminor": lambda m: 0.0,  # noqa: ARG005
-    "_line": lambda m: m.controller.line,
+    "_line": lambda m: m.controller.file_line,
     "_motion_mode": lambda m: m.controller.motion,
     "_plane": lambda m: {"XY": 170, "XZ": 180, "YZ": 190}[m.controller.plane],
     "_ccomp": _compensation,

@@ -3,7 +3,7 @@ r"""Compliances of a chain at the tool, as sums of element twists, and their tur
 An element e with the local compliance :math:`C_e` at the point :math:`c_e` gives, under a wrench (F; m) at the tool
 point p, the twist there of :math:`X_e^T C_e X_e (F; m)` with :math:`X_e = [I, 0; S(p - c_e), I]`. A joint of stiffness k
 about the axis a is the element of rank one :math:`C_e = (0; a)(0; a)^T / k`; the joints of an arm together are
-:math:`J K_\theta^{-1} J^T`.
+:math:`J K_\theta^{-1} J^T`. :func:`chain_compliance` is the sum for both.
 """
 
 import numpy as np
@@ -39,6 +39,53 @@ def joint_element(axis: FloatArray, stiffness: float) -> FloatArray:
     element = np.zeros((6, 6))
     element[3:, 3:] = np.outer(axis, axis) / stiffness
     return element
+
+
+def chain_compliance(elements: FloatArray, levers: FloatArray) -> FloatArray:
+    r"""Compliance at a tool point of everything that yields in a chain: :math:`C = \sum_e X_e^T C_e X_e`.
+
+    The one sum of an arm (joints and base) and of a machine (guides, castings, spindle, the part): tool side and part
+    side add, because the table is pushed away by the force that pushes the tool.
+
+    Parameters
+    ----------
+    elements : array (..., e, 6, 6)
+        Compliance of each at its own point.
+    levers : array (..., e, 3)
+        From each to the tool point [m].
+
+    Returns
+    -------
+    array (..., 6, 6)
+        Blocks [m/N, 1/N; rad/N, rad/(N m)].
+
+    Notes
+    -----
+    To first order: forces act at the undeformed tool point.
+
+    Examples
+    --------
+    A hinge of 1e6 N m/rad, 2 m beside the tool:
+
+    >>> hinge = joint_element(np.array([0.0, 0.0, 1.0]), 1e6)
+    >>> round(float(chain_compliance(hinge[None], np.array([[2.0, 0.0, 0.0]]))[1, 1]), 12)
+    4e-06
+    """
+    return np.asarray(carried_to(elements, levers).sum(axis=-3))
+
+
+def turning_elements(twists: FloatArray, stiffness: FloatArray) -> FloatArray:
+    r"""What yields by one angle each, seen at the tool: :math:`C_k = t_k t_k^T / k_k`, shape (..., k, 6, 6).
+
+    Parameters
+    ----------
+    twists : array (..., 6, k)
+        :math:`t_k`, twist of the tool for a unit turn of each: the columns of the Jacobian [m; 1 per rad].
+    stiffness : array (k,)
+        [N m/rad]; infinite for one that is stiff.
+    """
+    each = np.swapaxes(np.asarray(twists, dtype=float), -1, -2)
+    return np.asarray(each[..., :, None] * each[..., None, :] / np.asarray(stiffness, dtype=float)[:, None, None])
 
 
 def in_axes(compliance: FloatArray, axes: FloatArray) -> FloatArray:

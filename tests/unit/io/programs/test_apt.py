@@ -249,3 +249,21 @@ def test_incremental_points_and_numbers_out_of_scale_are_refused():
                         ("GOTO/1E999,0,0", "out of scale")):  # fmt: skip
         with pytest.raises(ScenarioFault, match=words):
             list(reading(HEAD + text, "p.cls").commands())
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("GOTO/1,A,2,3", '"A" is not a number'), ("GOTO/1,2,3,PSIS", '"PSIS" is not a number'),
+        ("GOTO/1,,2,3", "a number is missing"), ("GODLTA/,1,2,3", "a number is missing"),
+        ("GOTO/10,0,0\nCIRCLE/0,0,0,0,0,1,A10\nGOTO/0,10,0", '"A10" is not a number'),
+        ("FEDRAT/1E-12\nGOTO/1,2,3", "out of scale: feeds begin at"),
+    ],
+)  # fmt: skip
+def test_numbers_that_count_by_their_place_stand_in_a_row(text, said):
+    with pytest.raises(ScenarioFault, match=said):
+        made(text + "\nFINI")
+
+
+def test_exponents_of_fortran():
+    assert made("GOTO/1.5D1,-2.D0,3E-1\nFINI")[0].end == mm((15, -2, 0.3))

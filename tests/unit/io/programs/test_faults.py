@@ -7,10 +7,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cutwise.io.programs import canonical_text
+from cutwise.io.programs.given import setup_of
 from cutwise.io.programs.interpreter import interpret, reading
 from cutwise.io.programs.rs274 import MOST_FAULTS, Rs274
 from cutwise.io.programs.setup import Setup, Tool
 from cutwise.spec.faults import ScenarioFault
+from cutwise.spec.program import Program
 
 
 def faults(text, setup=None):
@@ -216,3 +218,48 @@ APT_WORDS = st.sampled_from(["GOTO/1,2,3", "GOTO/1,2,3,0,0,1", "GOTO/1,2", "GOTO
 def test_any_cl_data_is_run_or_refused_in_words(rows):
     with contextlib.suppress(ScenarioFault):
         list(reading("\n".join(rows), "p.cls").commands())
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("G21 G90 F100\nG1 X10\nM30\nG1 X20\nG1 Y50\nM2", "2 lines with axis words stand behind the end of the program (line 3)"),
+        ("%\nG21 G90 F100\nG1 X10\n%\n(two)\nG1 X20", "1 line with axis words stands behind the % that closes the program"),
+        ("G21 G90 F100\nG1 X10\nM98 P5\nM30\nO5\nG1 X20\nM99", ""),  # reached by the call
+        ("G21 G90 F100\nG1 X10\nM30\n%", ""),
+    ],
+)  # fmt: skip
+def test_motions_that_no_run_reaches_are_told(text, said):
+    behind = [notice for notice in interpret(text, "p.nc").notices if "not run" in notice]
+    assert [said in notice for notice in behind] == ([True] if said else [])
+
+
+@pytest.mark.parametrize(
+    "text", ["F1E-18 G1 X1", "G1 X1 F0.0000000001", "F100 G1 X1\nG1 X2 F0.0000000001", "G93 G1 X1 F1E-9"]
+)
+def test_a_feed_at_which_nothing_ever_ends_is_out_of_scale(text):
+    assert any("out of scale: feeds begin at" in fault for fault in faults(text.replace("1E-", "0.00000000000000000")))
+
+
+def test_the_limit_of_steps_is_said_with_the_key_that_raises_it():
+    text = "G21 G90 F100\no1 repeat [600]\nG1 X1\nG1 X0\no1 endrepeat\nM2"
+    assert "program.step_limit" in faults(text, Setup(step_limit=1000))[0]
+    assert len(interpret(text, "p.nc", Setup(step_limit=5000)).moves) == 1200
+    assert setup_of(Program(file="p.nc", step_limit=5000)).step_limit == 5000
+
+
+@pytest.mark.parametrize(
+    ("dialect", "name", "call", "body"),
+    [
+        ("rs274", "cut", "o<cut> call", "o<cut> sub\n(b)\n(c)\no1 if [1 EQ 1]\nG1 X5 F50\no1 endif\nG2 X7 I1{}\no<cut> endsub"),
+        ("fanuc", "o100", "M98 P100", "O100\n(b)\n(c)\n(d)\nG1 X5 F50\n(f)\nG2 X7 I1{}\nM99"),
+    ],
+)  # fmt: skip
+def test_places_in_a_file_that_is_called_are_told_by_the_line_of_the_call(dialect, name, call, body):
+    main = f"G21 G90 F100\nG0 X0. Y0. Z5.\n(here)\n{call}\nG1 X1.\nM30"
+    setup = Setup(dialect=dialect, library={name: body.format("")}.get)
+    assert [move.line for move in interpret(main, "main.nc", setup).moves] == [2, 4, 4, 5]
+    with pytest.raises(ScenarioFault) as found:  # but a fault names the file that it stands in
+        interpret(main, "main.nc", Setup(dialect=dialect, library={name: body.format(" M77")}.get))
+    assert found.value.faults[0].line == 7
+    assert name in found.value.faults[0].file

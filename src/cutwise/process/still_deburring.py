@@ -1,0 +1,181 @@
+"""An edge at rest: a rigid spindle on whatever carries it, place by place where the mill, the carrier and the part settle."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from cutwise import units
+from cutwise.balance import TRIALS
+from cutwise.later import later
+from cutwise.maths.curves import FloatArray
+from cutwise.paths.carried import stations
+from cutwise.physics.structure.terms import Rigid, in_series
+from cutwise.process import carried, yielding
+from cutwise.process.assemble import answering, beside_part, edge_cut, path_of, robot_along, surface_height
+from cutwise.process.labels import labelled
+from cutwise.process.loops import EdgeCut, programmed_heights, still_edge
+from cutwise.results import Finding, SolverFailure
+from cutwise.spec.deburring import DeburringScenario
+from cutwise.spec.notices import notices
+from cutwise.still import Rest
+
+if TYPE_CHECKING:
+    import xarray as xr
+else:
+    xr = later("xarray")
+
+LIMITS = (
+    "Every place of the edge is at rest: the mean force of the teeth displaces carrier, tool and part; lead-in, ripple "
+    "and vibration are left out.",
+    "Chip thickness is feed per tooth times the sine of the immersion angle (no trochoid: below 0.5 % in force).",
+    "Coefficients are constant along the edge; no wear, no temperature, no burr that bends away instead of being cut.",
+    "Joints and bodies are linear; weights are left out, the zero is taken under them.",
+)
+
+
+class StillEdge(NamedTuple):
+    """A finished pass at rest."""
+
+    cut: EdgeCut
+    at: FloatArray  # [m] of the edge, shape (n,)
+    height: float  # [m] over the tip at which the edge is read
+    rest: Rest
+    moved: Mapping[str, FloatArray]  # displacement by each term where the edge is read [m], shape (n, 3)
+    programmed: FloatArray  # [m] lowest point of the undeflected mill above the edge, shape (n,)
+    burr: FloatArray  # [m] height of the burr, shape (n,)
+
+    @property
+    def total(self) -> FloatArray:
+        """Displacement by all terms [m], shape (n, 3)."""
+        return sum(self.moved.values(), np.zeros((len(self.at), 3)))
+
+    @property
+    def error(self) -> FloatArray:
+        """Edge error [m], positive where burr is left, shape (n,)."""
+        return np.minimum(self.programmed + self.total[:, 1], self.burr)
+
+
+def run(scenario: DeburringScenario) -> StillEdge:
+    """The pass at rest, station by station.
+
+    Raises
+    ------
+    SolverFailure
+        Force and displacement do not meet at a place.
+    """
+    cut = edge_cut(scenario)
+    height = surface_height(cut)
+    at = path_of(scenario).at if scenario.path else stations(scenario.operation.run_length, scenario.numerics.station)
+    at = at[at <= scenario.operation.run_length * (1 + 1e-9)]
+    structure = in_series([term for _, term in cut.behind] or [Rigid(0.0)])
+    found = still_edge(cut, structure, at)
+    if (found.looks >= TRIALS).any():
+        place = units.show(float(at[int(np.argmax(found.looks))]), "length", 4)
+        raise SolverFailure(
+            f"no equilibrium of force and displacement was found at {place} of the edge: what carries the mill is too soft "
+            "for this cut; reduce operation.preset or operation.feed"
+        )
+    free = cut._replace(path=cut.path._replace(lead_in=0.0, lead_out=0.0))
+    burr = cut.layers.burr_height
+    return StillEdge(
+        cut, at, height, found, yielding.by_term(cut.behind, found.state, height),
+        programmed_heights(free, at / cut.path.feed), np.interp(at, burr.at, burr.value),
+    )  # fmt: skip
+
+
+def wrenches(rest: Rest) -> FloatArray:
+    """Force and moment about the tip of tools whose structure turns about it [N, N m], shape (n, 6)."""
+    total = rest.total
+    return np.column_stack([total[:, :3], total[:, 5], -total[:, 4], np.zeros(len(total))])
+
+
+def measures(scenario: DeburringScenario, done: StillEdge) -> dict[str, float]:
+    """Measures in SI, over the whole edge."""
+    error, tolerance, cutter = done.error, scenario.operation.tolerance, done.cut.cutter
+    found = {
+        "surface_error_mean": float(error.mean()),
+        "surface_error_min": float(error.min()),
+        "surface_error_max": float(error.max()),
+        "fraction_partial": float((error > tolerance).mean()),
+        "fraction_ideal": float((np.abs(error) <= tolerance).mean()),
+        "fraction_excessive": float((error < -tolerance).mean()),
+        "cutting_power_mean": float(done.rest.total[:, 3].mean()) * cutter.mill.radius * cutter.spindle_speed,
+    }
+    axial = scenario.material.K_ac is not None or scenario.material.k_a11 is not None
+    for k, axis in enumerate("xyz" if axial else "xy"):
+        found[f"burr_force_mean_{axis}"] = float(done.rest.layer[:, 0, k].mean())
+        found[f"work_force_mean_{axis}"] = float(done.rest.layer[:, 1, k].mean())
+    if not done.cut.behind:
+        return found
+    terms = [term for _, term in done.cut.behind]
+    worst = int(np.argmax(np.abs(error)))
+    found |= yielding.term_measures(done.moved, slice(None), worst)
+    wrench = wrenches(done.rest)
+    twist = done.rest.state.reshape(len(done.at), -1, 6).sum(axis=1)
+    found["energy_balance"] = yielding.energy_balance(terms, done.at, wrench, twist)
+    if scenario.robot is not None:
+        along = robot_along(scenario, done.cut)
+        found |= carried.measures(along, answering(scenario), scenario.operation.feed)
+    return {**found, **yielding.normal_stiffness(terms)}
+
+
+def stages(done: StillEdge) -> xr.DataTree:
+    """Histories along the edge, with units."""
+    at = ("w", done.at, "m", "position along the edge")
+    cutter, seen = done.cut.cutter, done.rest.seen
+    moved = {
+        f"deflection_{name}": (value, "m", f"displacement by the term {name} where the edge is read")
+        for name, value in done.moved.items()
+    }
+    whole = yielding.whole([term for _, term in done.cut.behind], done.at)
+    return xr.DataTree.from_dict({
+        "motion": labelled(at, {
+            "programmed_height": (done.programmed, "m", "lowest point of the undeflected mill above the edge"),
+        }),
+        "engagement": labelled(at, {
+            "burr_depth": (seen[:, 0], "m", "radial depth in the burr, the tool displaced"),
+            "work_depth": (seen[:, 1], "m", "radial depth in the work, the tool displaced"),
+        }),
+        "cutting": labelled(at, {
+            "burr_force": (done.rest.layer[:, 0], "N", "mean force of the burr on the tool"),
+            "work_force": (done.rest.layer[:, 1], "N", "mean force of the work on the tool"),
+            "power": (done.rest.total[:, 3] * cutter.mill.radius * cutter.spindle_speed, "W", "cutting power"),
+        }, axis=list("xyz")),
+        "structure": labelled(at, moved, axis=list("xyz")).assign(compliance=(
+            ("w", "twist", "wrench"), whole,
+            {"units": "m/N", "long_name": "compliance at the tip, process axes (rotations 1/N, 1/(N m))"},
+        )),
+        "surface": labelled(at, {
+            "error": (done.error, "m", "edge error"),
+            "burr_height": (done.burr, "m", "burr height before the pass"),
+        }),
+    })  # fmt: skip
+
+
+def findings(done: StillEdge) -> tuple[Finding, ...]:
+    """A mill that meets nothing."""
+    return () if (done.rest.seen[:, :2] > 0.0).any() else (Finding("untouched"),)
+
+
+def warnings(scenario: DeburringScenario) -> tuple[str, ...]:
+    """What a user has to know about the run."""
+    told = [*notices(scenario), *beside_part(scenario)]
+    if scenario.robot is not None:
+        told += carried.warnings(scenario.robot)
+    return tuple(told)
+
+
+def notes(done: StillEdge) -> dict[str, str]:
+    """Where the edge comes out worst, and which term has how much of it."""
+    worst = int(np.argmax(np.abs(done.error)))
+    parts = ", ".join(
+        f"{name} {units.show(float(value[worst, 1]), 'small_length', 4)}" for name, value in done.moved.items()
+    )
+    return {
+        "worst": f"The worst place is w = {units.show(float(done.at[worst]), 'length')} with "
+        f"{units.show(float(done.error[worst]), 'small_length', 4)}"
+        + (f"; off the edge: {parts}." if parts else "; nothing yields.")
+    }

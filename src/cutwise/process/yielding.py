@@ -1,0 +1,89 @@
+"""What the terms of a structure amount to: displacements, shares and stiffness, the same for every process."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Literal, NamedTuple, Protocol
+
+import numpy as np
+
+from cutwise.maths.curves import FloatArray
+from cutwise.physics.structure.terms import Compliance, displacement, width
+
+AXES = ("x", "y", "z")
+
+
+class Mode(Protocol):
+    """A mode of a tool tip, as far as it yields at rest."""
+
+    direction: Literal["x", "y"]
+    stiffness: float  # [N/m]
+
+
+def spring(stiffness: Mapping[int, float]) -> Compliance:
+    """A term that yields along some axes of the process (0 to 2), with a stiffness [N/m] in each, at the tip."""
+    matrix = np.zeros((1, 6, 6))
+    for axis, value in stiffness.items():
+        matrix[0, axis, axis] = 1.0 / value
+    return Compliance(np.zeros(1), matrix)
+
+
+def modes_at_rest(modes: Iterable[Mode]) -> Compliance:
+    """Modes of a tool tip at rest: F/k in their directions, those of one direction together."""
+    yields = {0: 0.0, 1: 0.0}
+    for mode in modes:
+        yields["xy".index(mode.direction)] += 1.0 / mode.stiffness
+    return spring({axis: 1.0 / value for axis, value in yields.items() if value > 0.0})
+
+
+def by_term(terms: Sequence[tuple[str, NamedTuple]], columns: FloatArray, height: float) -> dict[str, FloatArray]:
+    """Displacement by each term at a height over the tip [m], from the columns that they noted; shape (n, 3)."""
+    found, at = {}, 0
+    for name, term in terms:
+        found[name] = displacement(term, columns[:, at : at + width(term)], height)
+        at += width(term)
+    return found
+
+
+def term_measures(terms: Mapping[str, FloatArray], rows: slice, worst: int) -> dict[str, float]:
+    """Mean and largest displacement by each term over some rows, and its part in the one off the surface at the worst."""
+    found: dict[str, float] = {}
+    for name, of_term in terms.items():
+        for k, axis in enumerate(AXES):
+            part = of_term[rows, k]
+            found[f"deflection_{name}_mean_{axis}"] = float(part.mean())
+            found[f"deflection_{name}_max_{axis}"] = float(part[int(np.argmax(np.abs(part)))])
+        found[f"share_{name}"] = float(of_term[worst, 1])
+    return found
+
+
+def whole(terms: Sequence[NamedTuple], at: FloatArray) -> FloatArray:
+    """Compliance of all terms without inertia at places of the path [m], shape (n, 6, 6)."""
+    total = np.zeros((len(at), 6, 6))
+    for term in terms:
+        if isinstance(term, Compliance):
+            each = term.matrix.reshape(len(term.at), 36)
+            total += np.stack([np.interp(at, term.at, column) for column in each.T], axis=1).reshape(-1, 6, 6)
+    return total
+
+
+def normal_stiffness(terms: Sequence[NamedTuple]) -> dict[str, float]:
+    """Least and greatest stiffness off the surface of the terms without inertia; nothing where they do not yield there."""
+    places = np.unique(np.concatenate([term.at for term in terms if isinstance(term, Compliance)] or [np.zeros(1)]))
+    normal = whole(terms, places)[:, 1, 1]
+    if not normal.all():
+        return {}
+    return {"stiffness_normal_min": float(1.0 / normal.max()), "stiffness_normal_max": float(1.0 / normal.min())}
+
+
+def energy_balance(terms: Sequence[NamedTuple], at: FloatArray, wrench: FloatArray, twist: FloatArray) -> float:
+    r"""Work of a wrench less twice the elastic energy, :math:`\max|W\cdot\xi - W^T C W|` over the largest work.
+
+    Parameters
+    ----------
+    at : array (n,)
+        Places of the path [m].
+    wrench, twist : array (n, 6)
+        Force and moment about the tip [N, N m], and the twist there that was found with it [m, rad].
+    """
+    work = np.einsum("ni,ni->n", wrench, twist)
+    stored = np.einsum("ni,nij,nj->n", wrench, whole(terms, at), wrench)
+    return float(np.abs(work - stored).max() / max(np.abs(work).max(), 1e-30))

@@ -1,0 +1,78 @@
+"""Piston force and friction of a compliant spindle, against an independent reference program."""
+
+import math
+
+import numpy as np
+import pytest
+
+from cutwise.io.scenario import load
+from cutwise.spec.faults import ScenarioFault
+from cutwise.study.calibrate.outcome import calibrated
+
+TITLES = "pressure [bar], loading_plateau [N], unloading_plateau [N], breakaway [N], return_breakaway [N]"
+SPINDLE = [
+    "spindle.piston_arm=80 mm",
+    "spindle.tool_reach=150 mm",
+    "spindle.pistons=7",
+    "spindle.reference_pressure=5 bar",
+]
+
+
+def travel(tmp_path, noise, pressures=(2, 3, 4, 5, 6), digits=2, order=slice(None)):
+    p = np.repeat(np.array(pressures, dtype=float), 3)
+    g, kappa = 80 / 150 * 7 / math.pi, 0.3 + 0.7 * p / 5.0
+    clean = g * np.column_stack([1.54 * p + s * f * kappa for s, f in ((1, 2.8), (-1, 2.8), (1, 3.9), (-1, 3.9))])
+    forces = clean + noise * np.random.default_rng(2).normal(size=clean.shape)
+    file = tmp_path / "travel.csv"
+    rows = [
+        ", ".join([f"{a:g}", *(f"{v:.{digits}f}" for v in row)]) for a, row in zip(p, forces[:, order], strict=True)
+    ]
+    file.write_text("\n".join([TITLES, *rows]))
+    return file
+
+
+def test_the_example(tmp_path):
+    found = calibrated("spindle-seals", travel(tmp_path, 0.15), SPINDLE)
+    told = {v.name: (v.value, v.standard_error) for v in found.finding.values}
+    assert told["A"] == pytest.approx((1.542817e-5, 0.003762e-5), rel=1e-4)
+    assert told["F_s"] == pytest.approx((3.921080, 0.026947), rel=2e-5)
+    assert told["F_d"] == pytest.approx((2.763091, 0.026220), rel=2e-5)
+    assert told["alpha"] == pytest.approx((0.324652, 0.014737), rel=4e-5)
+    fit = found.finding.fit
+    assert (fit.scale, fit.degrees_of_freedom) == (pytest.approx(0.146921, abs=1e-6), 56)
+    assert not found.reasons
+
+
+def test_noise_free_travel_gives_the_truth(tmp_path):
+    found = calibrated("spindle-seals", travel(tmp_path, 0.0, digits=12), SPINDLE)
+    assert [v.value for v in found.finding.values] == pytest.approx([1.54e-5, 3.9, 2.8, 0.3], rel=1e-8)
+
+
+def test_one_pressure_does_not_tell_the_share(tmp_path):
+    found = calibrated("spindle-seals", travel(tmp_path, 0.1, pressures=(5,)), SPINDLE)
+    verdicts = {v.name: v.verdict for v in found.finding.values}
+    assert verdicts["alpha"] == "not identified"
+    assert verdicts["A"] == "identified"
+    assert any("second pressure" in text for text in found.advice)
+    assert found.reasons
+
+
+def test_an_entry_completes_that_of_the_library_and_runs(tmp_path, examples):
+    found = calibrated("spindle-seals", travel(tmp_path, 0.15), ["spindle.library=berselli2016"])
+    entry = tmp_path / "my_spindle.yaml"
+    entry.write_text(found.entry("my_spindle"))
+    scenario = load(examples / "deburr_compliant_spindle.yaml", {"spindle.library": str(entry)})
+    assert scenario.spindle.piston_force == pytest.approx(1.542817e-5 * 5e5, rel=1e-4)
+    assert scenario.spindle.friction_static == pytest.approx(3.92108, rel=1e-5)
+    assert scenario.origins["spindle.friction_static"].status == "measured"
+    assert scenario.origins["spindle.inertia"].status == "assumed"
+
+
+def test_exchanged_columns_are_refused(tmp_path):
+    with pytest.raises(ScenarioFault, match="exchanged"):
+        calibrated("spindle-seals", travel(tmp_path, 0.1, order=[1, 0, 2, 3]), SPINDLE)
+
+
+def test_a_model_is_refused_where_there_is_one(tmp_path):
+    with pytest.raises(ScenarioFault, match=r'fit.model.*"joints" is not a model of spindle-seals; it has one'):
+        calibrated("spindle-seals", travel(tmp_path, 0.1), [*SPINDLE, "fit.model=joints"])
