@@ -28,7 +28,7 @@ WITHOUT_PHYSICS = {
     "multiplier", "offset", "held_joints", "linkages",
     "lead", "turn", "compare", "path_mode", "reading", "readings", "modes", "substeps", "settling_time", "text", "act_on",
     # a carrier: where the part stands, how postures are chosen, which model of the arm
-    "origin", "objective", "dynamics", "sag", "station", "mode", "operation",
+    "origin", "objective", "dynamics", "sag", "station", "mode", "operation", "step_limit",
     # machine: conventions of signs and frames
     "errors_act", "zero", "words", "top",
     # milling: how corners are rounded, and how the map of stability is drawn
