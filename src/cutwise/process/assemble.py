@@ -2,10 +2,11 @@
 
 import math
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from cutwise.later import later
 from cutwise.maths.curves import Cubic, FloatArray, Polyline, constant, cubic_value_slope, no_cubic, smooth
 from cutwise.maths.fields import random_field, sum_of_sines
 from cutwise.paths.carried import CarriedPath
@@ -23,7 +24,6 @@ from cutwise.physics.structure.pistons import (
 )
 from cutwise.physics.structure.terms import Compliance, Rigid
 from cutwise.process.carried import GRAVITY, ArmAlong, arm_along, path_in_base, terms_of
-from cutwise.process.chain_compliance import bodies_along, off_part
 from cutwise.process.edges import edges
 from cutwise.process.loops import (
     AVERAGED,
@@ -43,6 +43,11 @@ from cutwise.spec.operation import DeburringOperation, PathErrorSpectrum, SinePa
 from cutwise.spec.part import RandomField
 from cutwise.spec.spindle import CompliantSpindle
 from cutwise.spec.tables import Table
+
+if TYPE_CHECKING:
+    from cutwise.process import chain_compliance
+else:
+    chain_compliance = later("cutwise.process.chain_compliance")
 
 _FRICTION = {"none": NO_FRICTION, "set_valued": SET_VALUED, "presliding": PRESLIDING, "regularised": REGULARISED}
 _FORCE = {"averaged": AVERAGED, "tooth_resolved": TOOTH_RESOLVED}
@@ -98,14 +103,14 @@ def _carriage(scenario: DeburringScenario) -> tuple[tuple[str, NamedTuple], ...]
     if scenario.machine is None:
         return ()
     path = path_of(scenario)
-    along = bodies_along(scenario.machine, scenario.part.block, np.array(scenario.machine.tip), path)
+    along = chain_compliance.bodies_along(scenario.machine, scenario.part.block, np.array(scenario.machine.tip), path)
     return (("bodies", Compliance(path.at, along.total)),)
 
 
 def beside_part(scenario: DeburringScenario) -> Iterator[str]:
     """What to say of a path that is not on the block under it."""
     if scenario.part.block is not None and scenario.path is not None:
-        yield from off_part(scenario.part.block, path_of(scenario).point, 0.5 * scenario.tool.diameter)
+        yield from chain_compliance.off_part(scenario.part.block, path_of(scenario).point, 0.5 * scenario.tool.diameter)
 
 
 def _terms(

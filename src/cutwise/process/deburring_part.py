@@ -1,18 +1,25 @@
 """The edge of a STEP part that is deburred: a line or an arc across the tool axis, run on the side that the milling asks."""
 
 import math
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from cutwise import units
-from cutwise.io import cad, cad_edges, cad_select, step
 from cutwise.io.occ import CadFault
+from cutwise.later import later
 from cutwise.maths.curves import FloatArray
 from cutwise.paths.carried import across
 from cutwise.spec.carrier import Arc, Line
 from cutwise.spec.deburring import DeburringScenario
 from cutwise.spec.faults import Fault, ScenarioFault
+
+if TYPE_CHECKING:
+    from cutwise.io import cad, cad_edges, cad_select, step
+else:
+    cad, cad_edges, cad_select, step = (
+        later(f"cutwise.io.{name}") for name in ("cad", "cad_edges", "cad_select", "step")
+    )
 
 _TRUE = 1e-5  # [m] by which an edge may be off a line or an arc: gaps of CAD parts reach that
 _UPRIGHT = math.sin(math.radians(1.0))  # a face that leans more does not lie against the flank of the mill
