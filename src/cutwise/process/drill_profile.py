@@ -158,11 +158,12 @@ def depth_profile(
 @compiled
 def profile_at(profile: DepthProfile, depth: float) -> tuple[float, float, float, float]:
     """Thrust, torque and the two lateral forces at a depth [m]; zero above the surface, held beyond the end."""
-    if depth <= 0.0:
+    if not depth > 0.0:
         return 0.0, 0.0, 0.0, 0.0
-    place = depth / profile.spacing
-    k = min(int(place), len(profile.thrust) - 2)
-    part = min(place - k, 1.0)
+    last = len(profile.thrust) - 1
+    place = min(depth / profile.spacing, float(last))  # before it becomes an index: a run that diverges has no bounds
+    k = min(int(place), last - 1)
+    part = place - k
     return (
         profile.thrust[k] + part * (profile.thrust[k + 1] - profile.thrust[k]),
         profile.torque[k] + part * (profile.torque[k + 1] - profile.torque[k]),

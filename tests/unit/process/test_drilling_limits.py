@@ -9,7 +9,8 @@ import pytest
 import cutwise
 from cutwise.maths.chains import frames
 from cutwise.process import loops_drilling
-from cutwise.process.drilling import robot_arm
+from cutwise.process.drill_profile import profile_at
+from cutwise.process.drilling import drill_cell, robot_arm
 from cutwise.process.posture_search import PoseTarget, scan
 from cutwise.process.postures import arm_with, candidates, posture_at, posture_frames, tool_axes, turned_towards
 from peers import robots
@@ -242,3 +243,13 @@ def test_a_seven_axis_arm_with_one_joint_held_drills():
     assert tool_axes(np.array(scenario.hole.axis), 0.0)[:, 2] == pytest.approx(
         at.rotations[-1] @ given.tool_rotation[:, 2], abs=1e-9
     )
+
+
+@pytest.mark.parametrize("depth", [float("inf"), float("nan"), 1e300, -1.0, 1e-3, 0.2])
+def test_a_depth_beyond_all_bounds_reads_the_end_of_the_profile(examples, depth):
+    """The index of an infinite depth was outside of all memory: a run that diverged could end the process."""
+    profile = drill_cell(cutwise.load(examples / "drill_robot.yaml")).profile
+    found = profile_at(profile, depth)
+    assert all(np.isfinite(found))
+    if depth > 0.1:
+        assert found[0] == profile.thrust[-1]
