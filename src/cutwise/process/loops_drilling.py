@@ -51,15 +51,6 @@ class ArmDynamics(NamedTuple):
         return np.asarray(of_mass + self.soft.compliance)
 
 
-class Swing(NamedTuple):
-    """What has mass, as the kernel reads it: arrays side by side, no tuple in a tuple."""
-
-    stiffness: FloatArray
-    damping: FloatArray
-    mass: float
-    torque_push: FloatArray
-
-
 class HoleOutcome(NamedTuple):
     """What is left of the hole, and the extremes over the cycle."""
 
@@ -175,8 +166,7 @@ def _tally(
 @compiled
 def _run(
     cycle: DrillCycle,
-    arm: Swing,
-    at_once: AtOnce,
+    arm: ArmDynamics,
     profile: DepthProfile,
     turn_slope: tuple[float, float],
     step: float,
@@ -192,7 +182,7 @@ def _run(
     marks, reached = np.zeros((3, 2)), np.zeros(3, dtype=np.bool_)
     levels = (cycle.cone, cycle.thickness, cycle.thickness + cycle.cone)
     sums, most = np.zeros(4), np.array([0.0, 0.0, 0.0, 0.0, 0.0, math.inf, 0.0])
-    soft = np.abs(at_once.compliance).max() > 0.0
+    soft = np.abs(arm.soft.compliance).max() > 0.0
     deepest, before = 0.0, 0.0
     usual, steps_in_all, k = bottom, steps, -1
     while k + 1 < steps_in_all:
@@ -207,7 +197,7 @@ def _run(
         before = moved[2]
         if soft:
             now = Instant(commanded, moving, step, deepest, cos_slope, sin_slope)
-            settle(cycle, at_once, profile, now, swung, rate, moved, hole, cut, wall)
+            settle(cycle, arm.soft, profile, now, swung, rate, moved, hole, cut, wall)
         for i in range(3):
             u[i] = swung[i] + moved[i]
         depth = commanded + u[2]
@@ -296,8 +286,7 @@ def drill_hole(
     most = steps + math.ceil((last - bottom(cycle)) / (cycle.feed * cycle.turns * step)) + 1
     history = np.zeros((-(-most // every) if every else 0, len(HISTORY)))
     turn = (math.cos(slope_angle), math.sin(slope_angle))
-    swing = Swing(arm.stiffness, arm.damping, arm.mass, arm.torque_push)
-    outcome = _run(cycle, swing, arm.soft, profile, turn, step, steps, last, every, history)
+    outcome = _run(cycle, arm, profile, turn, step, steps, last, every, history)
     return outcome, history[: -(-round(outcome.time / step) // every) if every else 0]
 
 
