@@ -174,7 +174,12 @@ def _run(
     farthest: float,
     every: int,
     history: FloatArray,
-) -> HoleOutcome:
+) -> tuple[FloatArray, np.ndarray, FloatArray]:
+    """Positions of the hole at its three levels, whether they were reached, and the numbers of a :class:`HoleOutcome`.
+
+    Plain arrays: numba makes a named tuple by running Python code, and a signal (Ctrl-C, the end of a time limit) that
+    arrives in the loop is then raised in there, where it ends in a crash.
+    """
     v_feed, bottom = cycle.feed * cycle.turns, cycle.thickness + cycle.cone + _OVERRUN
     cos_slope, sin_slope = turn_slope
     swung, rate, moved, u = np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3)
@@ -235,10 +240,13 @@ def _run(
     count = max(sums[0], 1.0)
     for i in range(3):
         u[i] = swung[i] + moved[i]
-    return HoleOutcome(
-        marks[0], marks[1], marks[2], reached[0], reached[2], bottom - usual,
-        sums[1] / count, sums[2] / count, sums[3] / count,
-        most[0], most[1], most[2], most[3], most[4], most[5], most[6], u[2], steps_in_all * step,
+    return (
+        marks,
+        reached,
+        np.array([
+            bottom - usual, sums[1] / count, sums[2] / count, sums[3] / count,
+            most[0], most[1], most[2], most[3], most[4], most[5], most[6], u[2], steps_in_all * step,
+        ]),
     )  # fmt: skip
 
 
@@ -286,7 +294,8 @@ def drill_hole(
     most = steps + math.ceil((last - bottom(cycle)) / (cycle.feed * cycle.turns * step)) + 1
     history = np.zeros((-(-most // every) if every else 0, len(HISTORY)))
     turn = (math.cos(slope_angle), math.sin(slope_angle))
-    outcome = _run(cycle, arm, profile, turn, step, steps, last, every, history)
+    marks, reached, numbers = _run(cycle, arm, profile, turn, step, steps, last, every, history)
+    outcome = HoleOutcome(*marks, bool(reached[0]), bool(reached[2]), *numbers.tolist())
     return outcome, history[: -(-round(outcome.time / step) // every) if every else 0]
 
 

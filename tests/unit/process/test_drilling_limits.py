@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numba.core.types import BaseNamedTuple
 
 import cutwise
 from cutwise.maths.chains import frames
@@ -253,3 +254,11 @@ def test_a_depth_beyond_all_bounds_reads_the_end_of_the_profile(examples, depth)
     assert all(np.isfinite(found))
     if depth > 0.1:
         assert found[0] == profile.thrust[-1]
+
+
+def test_the_long_kernel_gives_plain_arrays():
+    """Numba makes a named tuple by running Python code; a signal that came in the loop is raised there, and crashes."""
+    cycle, profile = robots.cycle("Al")
+    loops_drilling.drill_hole(cycle, robots.dynamics("stiffest"), profile, step=4e-4)
+    results = {signature.return_type for signature in loops_drilling._run.nopython_signatures}
+    assert not any(isinstance(result, BaseNamedTuple) for result in results)
