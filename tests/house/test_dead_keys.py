@@ -107,6 +107,8 @@ STILL = {  # keys that may move nothing: example, key, and why that is right
     ("*", "program.offsets"): "the program of the example stays in G54; a system that is not chosen shifts nothing",
     ("*", "program.default_tool"): "the program of the example calls its tool before it moves",
     ("*", "program.step_limit"): "a limit of patience",
+    ("chamfer_*", "spindle"): "rigid says in a word what a spindle that is left out means",
+    ("machine_volumetric_map", "tool.stiffness"): "a map has no cut: nothing bends the tool",
     ("*", "program.dialect"): "the program of the example reads the same in both",
     ("*", "program.tools"): "the program of the example corrects for no length and no radius of its tool",
     ("mill_pocket", "program.top"): "the program of the example cuts far below the top",

@@ -86,7 +86,7 @@ def test_scaling_of_units(scale):
     length, mass, time = scale
     force, stress = mass * length / time**2, mass / length / time**2
     cell = r0(duration=0.3)
-    path, layers, cutter, ring, reach, _ = cell
+    path, layers, cutter, ring, reach, *_ = cell
     k = cutter.edges.linear
     scaled = cell._replace(
         path=path._replace(feed=path.feed * length / time, duration=path.duration * time, lead_in=path.lead_in * time,

@@ -159,6 +159,14 @@ def _missing(model: type[Spec], path: Path) -> str:
     return message
 
 
+def _entry_meant(text: str, info: FieldInfo | None, path: Path) -> str | None:
+    """What to write where the name of a library entry stands for a section; None if it is no such name."""
+    for section in fields.inner(info) if info is not None else ():
+        if issubclass(section, LibrarySpec) and text in library.names(section.library_shelf):
+            return f'is a section; to take the library entry "{text}", write {path[-1]}: {{library: {text}}}'
+    return None
+
+
 def _too_few(model: type[Spec], path: Path) -> str:
     return f"has too few entries; write for example {path[-1]}: {example(fields.field_at(model, path))}"
 
@@ -184,15 +192,16 @@ def _wrong_value(item: Any, model: type[Spec], path: Path, root: Node) -> str:
         name, words = _BOUNDS[kind]
         return f"{text} is impossible; it must be {words} {_bound(context[name], info)}"
     if kind == "literal_error":
+        if taken := _entry_meant(text, info, path):
+            return taken
         options = _options(info)
         near = get_close_matches(text, options, n=1)
         return f'"{text}" is not one of {", ".join(options)}' + (f"; did you mean {near[0]}?" if near else "")
     if kind.startswith("int"):
         return f"{text} is not a whole number; write for example {path[-1]}: {example(info)}"
     if kind in ("model_type", "dict_type", "model_attributes_type"):
-        for section in fields.inner(info) if info is not None else ():
-            if issubclass(section, LibrarySpec) and text in library.names(section.library_shelf):
-                return f'is a section; to take the library entry "{text}", write {path[-1]}: {{library: {text}}}'
+        if taken := _entry_meant(text, info, path):
+            return taken
         keys = ", ".join(_known(model, path))
         return f'expected a section{" with " + keys if keys else ""}, found "{text}"'
     if (

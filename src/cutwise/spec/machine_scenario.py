@@ -211,7 +211,7 @@ class MachineScenario(Scenario):
             stiffer[f"machine.chain[{body}].elements[{element}].{key}"] = ("0.5", "5")
         levers = dict(self.levers)
         if not isinstance(self.load.force, FromCutting):
-            levers.pop("path.feed")  # a prescribed force does not ask for it
+            levers = {}  # a prescribed force asks neither for the feed nor for what is cut
         return {**levers, **(stiffer if self.has_pass else {})}
 
     def unasked(self) -> int:

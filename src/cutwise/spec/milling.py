@@ -447,7 +447,7 @@ class MillingScenario(Scenario):
             if self.numerics.force != "tooth_resolved":
                 yield Remark(("stability",), "chatter is looked at tooth by tooth (numerics.force)")
         yield Remark(("numerics", "station"), "there is no robot, whose path is looked at in stations")
-        if not self.tool.modes or self.numerics.force != "tooth_resolved":
+        if self.lobes.model_fields_set and (not self.tool.modes or self.numerics.force != "tooth_resolved"):
             why = (
                 "the tool has no modes (tool.modes)" if not self.tool.modes else "force is not resolved tooth by tooth"
             )

@@ -30,6 +30,7 @@ def test_every_key_that_is_commented_out_may_be_written(kind):
             "there are",
             "duration",
             "step",
+            "edges",
             "block",
             "burr",
             "centre_feed",
