@@ -9,13 +9,13 @@ from collections.abc import Callable
 CLOSE = 1e-4  # numbers nearer than this are equal (EQ, NE), and whole where they must be whole
 
 
-def _sqrt(x: float) -> float:
+def square_root(x: float) -> float:
     if x < 0.0:
         raise ValueError(f"SQRT of {x:g}: a negative number has no square root")
     return math.sqrt(x)
 
 
-def _ln(x: float) -> float:
+def natural_log(x: float) -> float:
     if x <= 0.0:
         raise ValueError(f"LN of {x:g}: only positive numbers have a logarithm")
     return math.log(x)
@@ -54,10 +54,10 @@ FUNCTIONS: dict[str, Callable[[float], float]] = {
     "exp": _exp,
     "fix": lambda x: float(math.floor(x)),
     "fup": lambda x: float(math.ceil(x)),
-    "ln": _ln,
+    "ln": natural_log,
     "round": _round,
     "sin": lambda x: math.sin(math.radians(x)),
-    "sqrt": _sqrt,
+    "sqrt": square_root,
     "tan": lambda x: math.tan(math.radians(x)),
 }
 

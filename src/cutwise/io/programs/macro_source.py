@@ -7,10 +7,8 @@ from typing import NamedTuple
 
 from cutwise.io.programs.expressions import BlockFault
 from cutwise.io.programs.macro_words import LEVELS, MacroLine, read_macro_line
-from cutwise.io.programs.source import extent
-from cutwise.io.programs.words import compact
+from cutwise.io.programs.source import ProgramLines
 
-_REMEMBERED = 20_000  # lines
 _HEADER = re.compile(r"\s*(?:/\d?\s*)?(?:[nN]\d+\s*)?[oO:]\s*(\d+)")
 _SEQUENCE = re.compile(r"\s*(?:/\d?\s*)?[nN]\s*(\d+)")
 _LOOP = re.compile(r"(?<![A-Za-z])(?:DO|END|EN|WHILE|WH)", re.IGNORECASE)
@@ -41,34 +39,10 @@ class Layout(NamedTuple):
         return frozenset(found)
 
 
-class MacroSource:
-    """A program file: its name, its lines, and which of them are to be run."""
+class MacroSource(ProgramLines[MacroLine]):
+    """A program file of the dialect fanuc."""
 
-    def __init__(self, name: str, text: str) -> None:
-        self.name = name
-        self.lines = text.split("\n")
-        self.first, self.end, self.framed = extent(self.lines)
-        self._read: dict[int, MacroLine] = {}
-
-    def line(self, at: int) -> MacroLine:
-        """A line as read; remembered, since lines in loops are run again.
-
-        Raises
-        ------
-        BlockFault
-            It cannot be read.
-        """
-        known = self._read.get(at)
-        if known is None:
-            text, remark = compact(self.lines[at])
-            try:
-                known = read_macro_line(text, remark)
-            except RecursionError:
-                raise BlockFault("brackets nested too deeply", 0) from None
-            if len(self._read) >= _REMEMBERED:
-                self._read.clear()
-            self._read[at] = known
-        return known
+    reader = staticmethod(read_macro_line)
 
     @cached_property
     def layout(self) -> Layout:

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from typing import NamedTuple, Protocol
 
 from cutwise.io.programs.expressions import BlockFault
+from cutwise.io.programs.functions import natural_log, square_root
 
 
 class MacroVariables(Protocol):
@@ -211,18 +212,6 @@ def _of_two(function: Callable[[float, float], float], left: Value, right: Value
     return placed
 
 
-def _sqrt(x: float) -> float:
-    if x < 0.0:
-        raise ValueError(f"SQRT of {x:g}: a negative number has no square root")
-    return math.sqrt(x)
-
-
-def _ln(x: float) -> float:
-    if x <= 0.0:
-        raise ValueError(f"LN of {x:g}: only positive numbers have a logarithm")
-    return math.log(x)
-
-
 def _exp(x: float) -> float:
     if x > 700.0:
         raise ValueError(f"EXP of {x:g} is too large")
@@ -305,8 +294,9 @@ def _power(x: float, y: float) -> float:
 
 _FUNCTIONS: dict[str, Callable[[float], float]] = {
     "sin": lambda x: math.sin(math.radians(x)), "cos": lambda x: math.cos(math.radians(x)), "tan": _tan, "asin": _asin,
-    "acos": _acos, "atan": lambda x: math.degrees(math.atan(x)), "sqrt": _sqrt, "sqr": _sqrt, "abs": abs, "round": _round,
-    "rnd": _round, "fix": _fix, "fup": _fup, "ln": _ln, "exp": _exp, "bin": _bin, "bcd": _bcd, "adp": lambda x: x,
+    "acos": _acos, "atan": lambda x: math.degrees(math.atan(x)), "sqrt": square_root, "sqr": square_root, "abs": abs,
+    "round": _round, "rnd": _round, "fix": _fix, "fup": _fup,
+    "ln": natural_log, "exp": _exp, "bin": _bin, "bcd": _bcd, "adp": lambda x: x,
 }  # fmt: skip
 _KNOWN = frozenset({*_FUNCTIONS, "pow"})
 _SHORT = {

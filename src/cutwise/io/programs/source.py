@@ -1,11 +1,12 @@
 """A program file as lines, and the structure that its O words give it."""
 
 import re
+from collections.abc import Callable
 from functools import cached_property
-from typing import NamedTuple
+from typing import Generic, NamedTuple, TypeVar
 
 from cutwise.io.programs.expressions import BlockFault
-from cutwise.io.programs.words import Line, OWord, compact, read_line
+from cutwise.io.programs.words import Line, OWord, Remark, compact, read_line
 
 _O_LINE = re.compile(r"/?(?:n[\d.]*)?o")
 _MOTION = re.compile(r"[^(;%]*[XYZABCUVW][ \t]*[-+.\d#\[]", re.IGNORECASE)
@@ -24,17 +25,22 @@ class Structure(NamedTuple):
     wrong: dict[int, str]  # lines whose O word does not fit
 
 
-class Source:
-    """A program file: its name, its lines, and which of them are to be run."""
+Read = TypeVar("Read")
+
+
+class ProgramLines(Generic[Read]):
+    """A program file of any dialect: its name, its lines as read, and which of them are to be run."""
+
+    reader: Callable[[str, Remark | None], Read]
+    """A line without its blanks, and its remark, as the dialect means them."""
 
     def __init__(self, name: str, text: str) -> None:
         self.name = name
         self.lines = text.split("\n")
         self.first, self.end, self.framed = extent(self.lines)
+        self._known: dict[int, Read] = {}
 
-        self._read: dict[int, Line] = {}
-
-    def line(self, at: int) -> Line:
+    def line(self, at: int) -> Read:
         """A line as read; remembered, since lines in loops are run again.
 
         Raises
@@ -42,17 +48,23 @@ class Source:
         BlockFault
             It cannot be read.
         """
-        known = self._read.get(at)
+        known = self._known.get(at)
         if known is None:
             text, remark = compact(self.lines[at])
             try:
-                known = read_line(text, remark)
+                known = self.reader(text, remark)
             except RecursionError:
                 raise BlockFault("brackets nested too deeply", 0) from None
-            if len(self._read) >= _REMEMBERED:
-                self._read.clear()
-            self._read[at] = known
+            if len(self._known) >= _REMEMBERED:
+                self._known.clear()
+            self._known[at] = known
         return known
+
+
+class Source(ProgramLines[Line]):
+    """A program file of RS274."""
+
+    reader = staticmethod(read_line)
 
     @cached_property
     def structure(self) -> Structure:
