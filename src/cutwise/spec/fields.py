@@ -92,7 +92,8 @@ def _below(kind: Any, path: Path, info: FieldInfo) -> FieldInfo | None:
         return info
     if isinstance(kind, type) and issubclass(kind, Spec):
         return field_at(kind, path)
-    entries = (_below(entry, path[1:], info) for entry, _ in _entries(kind))
+    named = str if get_origin(kind) is dict else int  # a word after a list names nothing in it, but a key elsewhere
+    entries = (_below(entry, path[1:], info) for entry, _ in _entries(kind) if isinstance(path[0], named))
     return next((found for found in entries if found is not None), None)
 
 

@@ -212,6 +212,8 @@ class MachineScenario(Scenario):
         levers = dict(self.levers)
         if not isinstance(self.load.force, FromCutting):
             levers = {}  # a prescribed force asks neither for the feed nor for what is cut
+        elif self.path is None:
+            del levers["path.feed"]  # a program has its own in its blocks
         return {**levers, **(stiffer if self.has_pass else {})}
 
     def unasked(self) -> int:

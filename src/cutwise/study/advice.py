@@ -323,8 +323,11 @@ def _rooms(trials: Trials, levers: tuple[Lever, ...]) -> Iterator[str]:
 def _span(lever: Lever, trials: Trials) -> str:
     """What may be written for a setting that the scenario leaves to its program or to a default."""
     good = _scanned(lever, trials)
+    tried = sum(trials.margin_known(_one(lever, value)) is not None for value in _grid(lever))
+    if not tried:
+        raise Spent  # nothing is known of this one
     shown = ", ".join(lever.shown(value) for value in good)
-    return f"{lever.name} is not written; of {_SCAN} values these pass: {shown or 'none'}"
+    return f"{lever.name} is not written; of {tried} values these pass: {shown or 'none'}"
 
 
 def _room(lever: Lever, trials: Trials) -> str:

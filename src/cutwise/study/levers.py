@@ -1,12 +1,12 @@
 """Settings that may be turned: what a process offers, what the user allows, and how they are written down."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from difflib import get_close_matches
 from typing import NamedTuple
 
 from cutwise import units
 from cutwise.spec import fields
-from cutwise.spec.faults import Fault, ScenarioFault, dotted, split_dotted
+from cutwise.spec.faults import Fault, Path, ScenarioFault, dotted, split_dotted
 from cutwise.spec.fields import placed
 from cutwise.spec.scenario import Scenario
 
@@ -78,7 +78,10 @@ def levers_of(
     """
     given = {dotted(path): value for path, _, value in fields.leaves(scenario)}
     if not limits:
-        offered = ((key, given.get(key), ends) for key, ends in scenario.turned().items())
+        idle = {(*before, *path) for before, spec in fields.specs(scenario) for path, _ in spec.unused()}
+        offered = (
+            (key, given.get(key), ends) for key, ends in scenario.turned().items() if _counts(scenario, key, idle)
+        )
         return tuple(lever for key, now, ends in offered if (lever := _lever(scenario, key, now, ends)) is not None)
     levers, faults = [], []
     for key, ends in limits.items():
@@ -91,6 +94,14 @@ def levers_of(
     if faults:
         raise ScenarioFault(faults)
     return tuple(levers)
+
+
+def _counts(scenario: Scenario, key: str, idle: Collection[Path]) -> bool:
+    """Whether a key counts in this scenario: its section is written, and neither of them is told as not used."""
+    path = split_dotted(key)
+    return getattr(scenario, str(path[0])) is not None and all(
+        path[:depth] not in idle for depth in range(1, len(path) + 1)
+    )
 
 
 def _lever(scenario: Scenario, key: str, now: object, ends: tuple[str, str]) -> Lever | None:
