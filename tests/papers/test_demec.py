@@ -18,7 +18,7 @@ from cutwise.physics.surface import budget, probability
 from cutwise.process import machine_pass
 from cutwise.process.machine_force import CutForce
 from cutwise.process.machine_pass import ElasticElement, FlexiblePart, MachineCell, MachineRun, Weight
-from cutwise.process.machine_way import Way
+from cutwise.process.machine_path import Way
 
 MM, UM, PER_MM = 1e-3, 1e-6, 1e3
 K = np.array([(0, 0, -44), (-130, 0, -42), (0, -306, 0), (0, 0, 6), (0, 266, 515), (0, 0, -95)]) * MM  # Eq. (10)

@@ -9,7 +9,7 @@ import typer
 
 import cutwise
 from cutwise.app import calibrating, interrupt, leaving, looking, outputs
-from cutwise.app.leaving import INTERRUPTED, NOBODY_READS, OK, REQUIREMENT_FAILED, TERMINATED, explain, refuse
+from cutwise.app.exits import INTERRUPTED, NOBODY_READS, OK, REQUIREMENT_FAILED, TERMINATED, explain, refuse
 from cutwise.app.options import SET, Overrides, ScenarioFile
 from cutwise.app.writing import REPORT, RUN, programs, written
 from cutwise.disk import create_text, file_name, write_text, write_together
