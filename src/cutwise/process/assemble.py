@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,8 +22,9 @@ from cutwise.physics.structure.pistons import (
     friction_at,
     piston_directions,
 )
-from cutwise.physics.structure.terms import Compliance, Rigid
-from cutwise.process.carried import GRAVITY, ArmAlong, arm_along, path_in_base, terms_of
+from cutwise.physics.structure.terms import Rigid
+from cutwise.process import carriage
+from cutwise.process.carried import GRAVITY, ArmAlong, arm_along, path_in_base
 from cutwise.process.edges import edges
 from cutwise.process.loops import (
     AVERAGED,
@@ -36,7 +37,6 @@ from cutwise.process.loops import (
     Strips,
     still_edge,
 )
-from cutwise.process.yielding import modes_at_rest, spring
 from cutwise.spec.carrier import CarryingRobot, Standing
 from cutwise.spec.deburring import DeburringScenario
 from cutwise.spec.operation import DeburringOperation, PathErrorSpectrum, SinePathError
@@ -84,11 +84,12 @@ def edge_cut(scenario: DeburringScenario) -> EdgeCut:
         )
         alone = alone._replace(arc=Arc(scenario.path.arc.radius, follow))
     if scenario.robot is None:
-        return alone._replace(behind=_terms(scenario, _carriage(scenario)))
+        return alone._replace(behind=carriage.in_series(scenario.tool, _carriage(scenario), scenario.part.stiffness))
     along, height = robot_along(scenario, alone), surface_height(alone)
     sag = along.sag[:, 1] - along.sag[:, 3] * height
     path = alone.path._replace(error_curve=added(alone.path.error_curve, along.path.at, sag))
-    return alone._replace(path=path, behind=_terms(scenario, terms_of(answering(scenario), along, height)))
+    arm = carriage.by_robot(answering(scenario), along, height)
+    return alone._replace(path=path, behind=carriage.in_series(scenario.tool, arm, scenario.part.stiffness))
 
 
 def answering(scenario: DeburringScenario) -> CarryingRobot:
@@ -98,32 +99,17 @@ def answering(scenario: DeburringScenario) -> CarryingRobot:
     return scenario.robot.model_copy(update={"dynamics": "static"}) if still else scenario.robot
 
 
-def _carriage(scenario: DeburringScenario) -> tuple[tuple[str, NamedTuple], ...]:
-    """The bodies of a machine that carries the spindle; none without one."""
+def _carriage(scenario: DeburringScenario) -> carriage.Carriage:
+    """The bodies of a machine that carries the spindle; nothing without one."""
     if scenario.machine is None:
-        return ()
-    path = path_of(scenario)
-    along = chain_compliance.bodies_along(scenario.machine, scenario.part.block, np.array(scenario.machine.tip), path)
-    return (("bodies", Compliance(path.at, along.total)),)
+        return carriage.Carriage()
+    return carriage.by_machine(scenario.machine, scenario.part.block, path_of(scenario))
 
 
 def beside_part(scenario: DeburringScenario) -> Iterator[str]:
     """What to say of a path that is not on the block under it."""
     if scenario.part.block is not None and scenario.path is not None:
         yield from chain_compliance.off_part(scenario.part.block, path_of(scenario).point, 0.5 * scenario.tool.diameter)
-
-
-def _terms(
-    scenario: DeburringScenario, carrier: tuple[tuple[str, NamedTuple], ...]
-) -> tuple[tuple[str, NamedTuple], ...]:
-    """What yields behind the spindle, from the tool to the part."""
-    tip, part, modes = scenario.tool.stiffness, scenario.part.stiffness, scenario.tool.modes
-    return (
-        *((("tip", spring({0: tip, 1: tip})),) if tip is not None else ()),
-        *((("tip", modes_at_rest(modes)),) if modes else ()),
-        *carrier,
-        *((("part_stiffness", spring({1: part})),) if part is not None else ()),
-    )
 
 
 def added(curve: Cubic, at: FloatArray, value: FloatArray) -> Cubic:

@@ -11,7 +11,7 @@ from cutwise.maths.frames import FloatArray
 from cutwise.paths.carried import CarriedPath
 from cutwise.physics.motion.setpoints import DependentAxesError, beyond, setpoints
 from cutwise.physics.motion.volumetric import Axes
-from cutwise.physics.structure.series_compliance import carried_to, chain_compliance, in_axes
+from cutwise.physics.structure.series_compliance import carried_to, chain_compliance, in_axes, translation_at
 from cutwise.process.machine_assemble import axes_of, elements_of, part_block
 from cutwise.process.machine_pass import block_under, placed_elements
 from cutwise.process.machine_path import joints_of
@@ -93,6 +93,23 @@ def bodies_along(
         names.append("part")
     turned = in_axes(each, path.axes[:, None])
     return BodiesAlong(tuple(names), np.moveaxis(turned, 1, 0))
+
+
+def parts_along(bodies: BodiesAlong, at: FloatArray, along: float, height: float, moved: FloatArray) -> dict[str, float]:
+    """What each body gives off the work at a place [m], by name, where all together move the tool by ``moved`` (3,) [m].
+
+    At a height over the tip [m]; the force is the one that gives this displacement. ``at``: stations [m].
+    """
+    matrices = translation_at(_between(at, bodies.each, along), height)
+    force = np.linalg.lstsq(matrices.sum(axis=0), moved, rcond=None)[0]
+    return {name: float((one @ force)[1]) for name, one in zip(bodies.names, matrices, strict=True)}
+
+
+def _between(at: FloatArray, matrices: FloatArray, along: float) -> FloatArray:
+    """Matrices of stations (e, n, 6, 6), straight between them."""
+    after = min(max(int(np.searchsorted(at, along)), 1), len(at) - 1)
+    share = (along - at[after - 1]) / (at[after] - at[after - 1])
+    return np.asarray((1.0 - share) * matrices[:, after - 1] + share * matrices[:, after])
 
 
 def _travel_faults(machine: Machine, axes: Axes, commands: FloatArray, key: Path) -> Iterator[Fault]:

@@ -151,7 +151,6 @@ def carried_measures(scenario: DeburringScenario, run: EdgeRun) -> dict[str, flo
     total = sum(of_term[:, 1] for of_term in terms.values())
     worst = first + int(np.argmax(np.abs(total[first:last] - run.cell.path.preset)))
     found = term_measures(terms, slice(first, last), worst)
-    del found["deflection_pistons_mean_z"], found["deflection_pistons_max_z"]
     swings = [natural_frequencies(term) for _, term in run.cell.behind if isinstance(term, Swinging)]
     if swings:
         found["natural_frequency_min"] = float(swings[0].min())

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from cutwise.process import (
-        arm_milling,
         assemble,
         assemble_mill,
         carried,
@@ -39,6 +38,7 @@ if TYPE_CHECKING:
         milling_measures,
         milling_stability,
         notices,
+        programmed_milling,
         soundness,
         still_deburring,
         weights,
@@ -50,7 +50,7 @@ if TYPE_CHECKING:
     from cutwise.spec.milling import MillingScenario
 else:  # a run imports its own process, not those of the others
     xr = later("xarray")
-    arm_milling = later("cutwise.process.arm_milling")
+    programmed_milling = later("cutwise.process.programmed_milling")
     assemble = later("cutwise.process.assemble")
     assemble_mill = later("cutwise.process.assemble_mill")
     carried = later("cutwise.process.carried")
@@ -192,8 +192,8 @@ def machine_errors(scenario: MachineScenario, progress: Progress | None = None) 
 
 def mill(scenario: MillingScenario, progress: Progress | None = None) -> Result:
     """Milling with CNC drives: look-ahead, drives and forces in one loop (Ozcan et al. 2017, sec. 2-3)."""
-    if scenario.robot is not None:
-        return mill_by_robot(scenario, progress)
+    if scenario.programmed:
+        return mill_programmed(scenario, progress)
     program = assemble_mill.read_program(scenario)
     substeps = scenario.numerics.substeps
     done = milling.run(scenario, substeps, _part(progress, 0.0, 0.3))
@@ -222,26 +222,24 @@ def mill(scenario: MillingScenario, progress: Progress | None = None) -> Result:
     )
 
 
-def mill_by_robot(scenario: MillingScenario, progress: Progress | None = None) -> Result:
-    """A robot mills: each place of its path at rest, and the depth at which the arm chatters."""
-    done = arm_milling.run(scenario)
-    found = arm_milling.measures(scenario, done)
-    finer = scenario.numerics.model_copy(update={"station": 0.5 * scenario.numerics.station})
-    again = arm_milling.measures(
-        scenario, arm_milling.run(scenario.model_copy(update={"numerics": finer}), limits=False)
+def mill_programmed(scenario: MillingScenario, progress: Progress | None = None) -> Result:
+    """A mill that goes as programmed: each place of its path at rest, or stepped, and the depth at which it chatters."""
+    done = programmed_milling.run(scenario, progress=_part(progress, 0.0, 1.0 / 3.0))
+    found = programmed_milling.measures(scenario, done)
+    again = programmed_milling.measures(
+        scenario, programmed_milling.run(scenario, limits=False, finer=2, progress=_part(progress, 1.0 / 3.0, 1.0))
     )
-    if progress is not None:
-        progress(1.0)
+    again = {name: value for name, value in again.items() if not name.startswith("share_")}  # jump with the worst place
     return collect(
         scenario,
         found,
-        stages=arm_milling.stages(scenario, done),
-        findings=soundness.arm_mill(found),
-        warnings=arm_milling.warnings(scenario),
+        stages=programmed_milling.stages(scenario, done),
+        findings=(*programmed_milling.findings(scenario, done), *soundness.arm_mill(found)),
+        warnings=programmed_milling.warnings(scenario, done),
         infeasible=carried.too_fast(found, scenario.operation.feed),
-        limits=arm_milling.LIMITS,
+        limits=programmed_milling.limits_of(scenario),
         convergence=change_on_halved_step({name: found[name] for name in again}, again),
-        notes=arm_milling.notes(done),
+        notes=programmed_milling.notes(scenario, done),
         references=("altintas2012", "altintas1995"),
     )
 
@@ -249,12 +247,12 @@ def mill_by_robot(scenario: MillingScenario, progress: Progress | None = None) -
 def mill_quick(scenario: MillingScenario, wanted: Collection[str] = (), *, coarse: bool = False) -> Outcome:
     """What studies need; whether the tool chatters always belongs to it."""
     del wanted
-    if scenario.robot is not None:
-        by_arm = arm_milling.measures(scenario, arm_milling.run(scenario))
-        told = () if coarse else arm_milling.warnings(scenario)
-        return Outcome(
-            by_arm, tuple(soundness.arm_mill(by_arm)), told, carried.too_fast(by_arm, scenario.operation.feed)
-        )
+    if scenario.programmed:
+        fed = programmed_milling.run(scenario)
+        of_fed = programmed_milling.measures(scenario, fed)
+        said = () if coarse else programmed_milling.warnings(scenario, fed)
+        sound = (*programmed_milling.findings(scenario, fed), *soundness.arm_mill(of_fed))
+        return Outcome(of_fed, sound, said, carried.too_fast(of_fed, scenario.operation.feed))
     done = milling.run(scenario, scenario.numerics.substeps)
     steady = milling.stability(scenario, done)
     found = milling_measures.measures(scenario, done)
@@ -378,7 +376,7 @@ PREPARATIONS: Mapping[str, Callable[..., object]] = {
     "deburr": lambda scenario: assemble.edge_cut(deburring_part.on_part(scenario)),
     "drill": lambda scenario: drilling.drill_cell(scenario),
     "machine": lambda scenario: machine.prepare(scenario),
-    "mill": lambda scenario: (arm_milling if scenario.robot is not None else milling).prepare(scenario),
+    "mill": lambda scenario: (programmed_milling if scenario.programmed else milling).prepare(scenario),
 }
 RECIPES: Mapping[str, Callable[..., Result]] = {
     "chamfer": chamfer_path,

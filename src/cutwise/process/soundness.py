@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from cutwise.physics.structure.pistons import SWEEPS
+from cutwise.process import milling_wall
 from cutwise.process.chamfer import ChamferRun
 from cutwise.process.chamfer_cut import FAR_ROUND
 from cutwise.process.deburring import EdgeRun
@@ -92,6 +93,8 @@ def mill(
     if asked and not run.contact.immersion.any():
         yield Finding("untouched")
     yield from _collisions(run.contact.into.collisions)
+    if run.wall is not None:
+        yield from milling_wall.findings(scenario, run.wall)
     yield from _moving(run)
 
 

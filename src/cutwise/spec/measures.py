@@ -75,7 +75,8 @@ DEBURRING: Mapping[str, MeasureSpec] = {
 }
 
 ROBOT_MILLING: Mapping[str, MeasureSpec] = {
-    **{name: spec for name, spec in CARRIED.items() if "pistons" not in name},
+    **CARRIED,
+    "stroke_margin": MeasureSpec("length", "stroke minus the largest piston travel"),
     "floor_error_min": MeasureSpec("small_length", "least error of the floor left by a robot, positive into the part"),
     "floor_error_max": MeasureSpec("small_length", "greatest error of the floor left by a robot"),
     "wall_tilt_max": MeasureSpec("small_angle", "largest tilt of the wall left by a robot"),

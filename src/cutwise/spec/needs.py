@@ -35,6 +35,7 @@ _ARM: Needs = dict.fromkeys(
     ("robot",),
 )
 _TERMS = "robot or machine or tool.stiffness or tool.modes or part.stiffness"
+_MILLED = "robot or machine.chain or tool.stiffness or tool.modes or part.stiffness or spindle.pressure"
 _STEPPED = "numerics.mode: step"
 DEBURRING: Needs = {
     "*_force_*_z": (_AXIAL,),
@@ -67,23 +68,22 @@ MILLING: Needs = {
     "stable_depth_straight": ("tool.modes",),
     "stable_depth_corner": ("tool.modes",),
     **_ARM,
-    **dict.fromkeys(("stiffness_normal_*", "wall_tilt_max"), ("robot or machine.chain",)),
-    "floor_error_*": ("robot or machine.chain or machine.z",),
-    "deflection_*": ("robot or machine.chain",),
-    "deflection_[apb][!o]*": ("robot",),  # arm, base
-    "deflection_bodies_*": ("machine.chain",),
-    "deflection_tip_*": ("tool.modes",),
-    "share_*": ("robot or path.line", _FORCES + " or robot"),
-    "share_[apb][!o]*": ("robot",),
-    "share_bodies": ("machine.chain",),
-    "share_tip": ("tool.modes", "robot or machine.chain"),
-    "share_drives": ("no robot",),
+    **dict.fromkeys(("stiffness_normal_*", "wall_tilt_max", "deflection_*"), (_MILLED,)),
+    "floor_error_*": (f"{_MILLED} or machine.z",),
+    **dict.fromkeys(("deflection_arm_*", "share_arm", "deflection_base_*", "share_base"), ("robot",)),
+    **dict.fromkeys(("deflection_bodies_*", "share_bodies"), ("machine.chain",)),
+    **dict.fromkeys(("deflection_tip_*", "share_tip"), ("tool.modes or tool.stiffness", _MILLED)),
+    **dict.fromkeys(("deflection_part_stiffness_*", "share_part_stiffness"), ("part.stiffness",)),
+    **dict.fromkeys(("deflection_pistons_*", "share_pistons", "stroke_margin"), ("spindle.pressure",)),
+    "share_*": ("path.line",),
+    "share_drives": ("no robot", _FORCES),
     "deviation_drives_max": ("path.line", "no robot", _FORCES),
     **dict.fromkeys(
         ("tracking_error_max_z", "drive_torque_max_z", "bandwidth_z", "phase_margin_z"),
         ("machine.z or machine.drives.z",),
     ),
-    **dict.fromkeys(("stable_depth_min", "depth_margin", "energy_balance"), ("robot",)),
+    **dict.fromkeys(("stable_depth_min", "depth_margin"), ("robot or tool.modes",)),
+    "energy_balance": ("numerics.mode: still", _MILLED),
     **dict.fromkeys(
         (
             "contour_error_*",

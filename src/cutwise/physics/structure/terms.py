@@ -392,6 +392,16 @@ def displacement(term: NamedTuple, columns: FloatArray, height: float) -> FloatA
     return columns[:, :3]
 
 
+def turning(term: NamedTuple, columns: FloatArray) -> FloatArray:
+    """Turn of the tool about the feed [rad], from the columns that a term noted; shape (n,)."""
+    match term:
+        case Compliance():
+            return columns[:, 3]
+        case Pistons():
+            return columns[:, 1]  # a tip that swings off the work leans the tool back
+    return np.zeros(len(columns))
+
+
 def width(structure: NamedTuple) -> int:
     """Columns of the history that a structure notes."""
     match structure:
