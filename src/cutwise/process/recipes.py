@@ -30,6 +30,7 @@ if TYPE_CHECKING:
         drilling,
         drilling_findings,
         drilling_stages,
+        edge_findings,
         machine,
         machine_stages,
         milling,
@@ -37,7 +38,6 @@ if TYPE_CHECKING:
         milling_findings,
         milling_measures,
         milling_stability,
-        notices,
         programmed_milling,
         soundness,
         still_deburring,
@@ -70,7 +70,7 @@ else:  # a run imports its own process, not those of the others
     milling_compare = later("cutwise.process.milling_compare")
     milling_measures = later("cutwise.process.milling_measures")
     milling_stability = later("cutwise.process.milling_stability")
-    notices = later("cutwise.process.edge_findings")
+    edge_findings = later("cutwise.process.edge_findings")
     milling_findings = later("cutwise.process.milling_findings")
     soundness = later("cutwise.process.soundness")
     still_deburring = later("cutwise.process.still_deburring")
@@ -103,11 +103,11 @@ def deburr(scenario: DeburringScenario, progress: Progress | None = None) -> Res
         stages=deburring.stages(edge),
         findings=(*soundness.deburr(scenario, edge), *weights.deburr(edge)),
         bands=deburring.histories(scenario, edge, found),
-        warnings=notices.warnings(scenario, edge, found),
+        warnings=edge_findings.warnings(scenario, edge, found),
         infeasible=carried.too_fast(found, scenario.operation.feed),
-        limits=notices.LIMITS,
+        limits=edge_findings.LIMITS,
         convergence=change,
-        notes=notices.notes(scenario, edge, found),
+        notes=edge_findings.notes(scenario, edge, found),
         references=("berselli2016", "altintas2012"),
     )
 
@@ -159,7 +159,7 @@ def deburring_quick(scenario: DeburringScenario, wanted: Collection[str] = (), *
     edge, found = _deburring_pass(
         scenario, max(step, _STUDY_STEP) if coarse and coarser(scenario) else step, tooth=tooth
     )
-    said = () if coarse else tuple(notices.warnings(scenario, edge, found))
+    said = () if coarse else tuple(edge_findings.warnings(scenario, edge, found))
     too_fast = carried.too_fast(found, scenario.operation.feed)
     return Outcome(found, tuple(soundness.deburr(scenario, edge)), said, too_fast)
 
