@@ -6,7 +6,7 @@ At rest, place by place, or stepped under the mean force; and the depth at which
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -47,7 +47,7 @@ from cutwise.process import carriage, carried, chain_compliance, milling_spindle
 from cutwise.process.edges import edges
 from cutwise.process.labels import labelled
 from cutwise.records import FIXED, UNSOLVED
-from cutwise.results import Finding, SolverFailure
+from cutwise.results import Finding, Place, SolverFailure
 from cutwise.spec.carrier import Standing
 from cutwise.spec.milling import MillingScenario
 from cutwise.spec.notices import notices
@@ -456,3 +456,9 @@ def notes(scenario: MillingScenario, done: Milled) -> dict[str, str]:
             f"rigid cut, with the best single angle by {constant * 1e6:.4g} µm."
         )
     return said
+
+
+def unsound(found: Mapping[str, float]) -> Iterator[Finding]:
+    """A depth at which it chatters; the value is the depth over its limit."""
+    if found.get("depth_margin", 1.0) <= 0.0:
+        yield Finding("unstable", Place("arm"), 1.0 - found["depth_margin"], 1.0, measure="depth_margin")
