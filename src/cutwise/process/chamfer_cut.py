@@ -10,7 +10,7 @@ from cutwise.maths.edges import arc_lengths, lengths
 from cutwise.maths.frames import rotation_from_rpy
 from cutwise.physics.engagement.ball import PassFrames
 from cutwise.physics.structure.pistons import PistonRing
-from cutwise.physics.structure.terms import Pistons, Swinging
+from cutwise.physics.structure.terms import Linked, Pistons, Swinging
 from cutwise.physics.surface.sweep import swept_chamfer
 from cutwise.process import chamfer_proof as proof
 from cutwise.process.assemble import edge_profile, piston_ring, weight
@@ -157,7 +157,7 @@ def deflected(
     if scenario.compliant is not None:
         ring = ring_on(scenario, frame)
         terms = (("pistons", Pistons(ring, scenario.compliant.tool_reach)), *terms)
-    remembers = any(isinstance(term, Pistons | Swinging) for _, term in terms)
+    remembers = any(isinstance(term, Pistons | Swinging | Linked) for _, term in terms)
     moves = (yielding_pass if remembers else yielding_at_rest)(section, led, local, path.axis, ball, terms, run, SLICES)
     aside = led._replace(centre=centre + moves.offset)
     span = 2.0 * float(path.path.leg.max()) + 2.0 * float(np.linalg.norm(moves.offset, axis=1).max())

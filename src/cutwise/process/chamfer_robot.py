@@ -13,7 +13,7 @@ from cutwise.maths.edges import lengths
 from cutwise.maths.frames import rotation_from_rpy
 from cutwise.paths.carried import CarriedPath, placed
 from cutwise.physics.structure.series_compliance import in_axes, translation_at
-from cutwise.physics.structure.terms import Swinging, natural_frequencies
+from cutwise.physics.structure.terms import Linked, Swinging, natural_frequencies
 from cutwise.process import carried
 from cutwise.process.chamfer_cell import PassForces, Yielding, process_axes
 from cutwise.process.chamfer_plan import EdgePath
@@ -91,7 +91,7 @@ def _postures(robot: CarryingRobot, arm: ArmOnPath, feed: float, height: float) 
     at_ball = translation_at(arm.along.joints + arm.along.base, height)
     normal = np.einsum("ni,nij,nj->n", arm.air, at_ball, arm.air)
     found["stiffness_normal_min"], found["stiffness_normal_max"] = float(1 / normal.max()), float(1 / normal.min())
-    swings = [natural_frequencies(term) for _, term in arm.terms if isinstance(term, Swinging)]
+    swings = [natural_frequencies(term) for _, term in arm.terms if isinstance(term, Swinging | Linked)]
     if swings:
         found["natural_frequency_min"] = float(swings[0].min())
     return found
@@ -148,7 +148,7 @@ def warnings(scenario: ChamferScenario) -> tuple[str, ...]:
         return ()
     if not robot.joint_speed:
         said.append("robot.joint_speed is not given: whether the joints can follow the feed was not looked at")
-    if robot.sag != "ignored" and not carried.weights(robot):
+    if robot.sag != "ignored" and not carried.masses(robot):
         said.append(
             "robot.sag: no weight of tool or links is given (robot.tool_mass, robot.links): the sag is left out"
         )

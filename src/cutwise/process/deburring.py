@@ -14,7 +14,7 @@ from cutwise.maths.curves import FloatArray, largest_curvature
 from cutwise.physics.cutting.uneven import largest_radius
 from cutwise.physics.motion.edge import path_memory_index
 from cutwise.physics.structure.statics import Characteristic, characteristic
-from cutwise.physics.structure.terms import Compliance, Swinging, displacement, natural_frequencies
+from cutwise.physics.structure.terms import Compliance, Linked, Swinging, displacement, natural_frequencies
 from cutwise.physics.structure.terms import width as width_of
 from cutwise.physics.surface.edge import machined_profile
 from cutwise.process.assemble import robot_along, surface_height
@@ -153,7 +153,7 @@ def carried_measures(scenario: DeburringScenario, run: EdgeRun) -> dict[str, flo
     total = sum(of_term[:, 1] for of_term in terms.values())
     worst = first + int(np.argmax(np.abs(total[first:last] - run.cell.path.preset)))
     found = term_measures(terms, slice(first, last), worst)
-    swings = [natural_frequencies(term) for _, term in run.cell.behind if isinstance(term, Swinging)]
+    swings = [natural_frequencies(term) for _, term in run.cell.behind if isinstance(term, Swinging | Linked)]
     if swings:
         found["natural_frequency_min"] = float(swings[0].min())
     if scenario.robot is None:

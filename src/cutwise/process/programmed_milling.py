@@ -23,6 +23,7 @@ from cutwise.physics.cutting.regeneration import (
     DepthLimit,
     Receptance,
     depth_limit,
+    linked_receptance,
     mean_directions,
     swinging_receptance,
 )
@@ -40,7 +41,6 @@ from cutwise.physics.structure.terms import (
     in_series,
     natural_frequencies,
     relaxed,
-    swinging,
     width,
 )
 from cutwise.process import carriage, carried, chain_compliance, milling_spindle, milling_wall, yielding
@@ -262,18 +262,16 @@ def _limit(scenario: MillingScenario, carrying: carriage.Carriage, k: int, heigh
     return depth_limit(receptance, directions, period, highest)
 
 
-def swing_of(scenario: MillingScenario, arm: carried.ArmAlong, height: float) -> Swinging:
-    """The arm as one swinging mass, at its stations."""
-    matrix = translation_at(arm.joints + arm.base, height)
-    return swinging(arm.path.at, matrix, scenario.robot.modal_mass, scenario.robot.damping)
-
-
 def _receptance(scenario: MillingScenario, carrying: carriage.Carriage, k: int, height: float) -> Receptance | None:
     """Displacement at the tip for a force there, of arm and tip modes together; None where nothing has mass."""
     of_arm: Receptance | None = None
     if carrying.arm is not None:
-        swing = swing_of(scenario, carrying.arm, height)
-        of_arm = swinging_receptance(swing.stiffness[k], swing.damping[k], swing.mass)
+        swing = carried.swings_of(scenario.robot, carrying.arm, height)
+        if isinstance(swing, Swinging):
+            of_arm = swinging_receptance(swing.stiffness[k], swing.damping[k], swing.mass)
+        else:
+            station = (swing.spring[k], swing.damper[k], swing.gain[k], swing.jacobian[k])
+            of_arm = linked_receptance(*station, height, carrying.arm.base[k])
     modes, turn = scenario.tool.modes, np.eye(3) if carrying.axes is None else carrying.axes
     if of_arm is None and not modes:
         return None
@@ -345,7 +343,7 @@ def measures(scenario: MillingScenario, done: Milled) -> dict[str, float]:
     if arm is None:
         return found | yielding.normal_stiffness(each)
     found |= carried.measures(arm, scenario.robot, operation.feed)
-    found["natural_frequency_min"] = float(natural_frequencies(swing_of(scenario, arm, done.height)).min())
+    found["natural_frequency_min"] = float(natural_frequencies(carried.swings_of(scenario.robot, arm, done.height)).min())
     return found
 
 

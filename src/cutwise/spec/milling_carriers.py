@@ -138,7 +138,7 @@ def unused(scenario: "MillingScenario") -> Iterator[Notice]:
         yield Notice(("tool", key), "the mean force over a turn counts, without drives")
     yield Notice(("path_mode",), "a line has no corners; those between blocks are of a program")
     yield Notice(("lobes",), "the depth at which it chatters is told along its path, not over the speed")
-    if scenario.robot is not None and still:
+    if scenario.robot is not None and still and scenario.robot.dynamics != "links":
         yield Notice(("robot", "dynamics"), "the cut is computed at rest, and chatter with the swinging mass")
     if scenario.robot is None and isinstance(scenario.path, MilledPath):
         for key in ("tool_axis", "orientation"):

@@ -2,8 +2,7 @@
 
 from typing import NamedTuple
 
-from cutwise.maths.curves import FloatArray
-from cutwise.physics.structure.terms import station
+from cutwise.maths.curves import FloatArray, station
 from cutwise.records import Pose
 from cutwise.stages import driven, moved
 
