@@ -45,10 +45,11 @@ def by_robot(robot: CarryingRobot, along: "carried.ArmAlong", height: float) -> 
 
 
 def by_machine(
-    machine: CarryingMachine, block: PartBlock | None, path: CarriedPath, key: Path = ("path", "line")
-) -> Carriage:
+    machine: CarryingMachine, block: PartBlock | None, path: CarriedPath, key: Path = ("path", "line"),
+    axis: Path = ("path", "tool_axis"),
+) -> Carriage:  # fmt: skip
     """The bodies of a machine along a path in the part; modes of a tool lie along x and y of the machine."""
-    bodies = chain_compliance.bodies_along(machine, block, np.array(machine.tip), path, key)
+    bodies = chain_compliance.bodies_along(machine, block, np.array(machine.tip), path, key, axis)
     return Carriage(
         (("bodies", Compliance(path.at, np.ascontiguousarray(bodies.total))),), bodies=bodies, axes=path.axes[0]
     )

@@ -20,7 +20,6 @@ from cutwise.spec.machine import Machine
 from cutwise.spec.part_block import PartBlock
 
 _ASIDE = 1e-6  # sine of the angle between the axis of the tool and that of the spindle
-_AXIS = {"path": "tool_axis", "hole": "axis"}  # keys that say how the tool stands
 
 
 class BodiesAlong(NamedTuple):
@@ -43,8 +42,9 @@ def tool_point_at_zero(machine: Machine, tip: FloatArray) -> FloatArray:
 
 
 def bodies_along(
-    machine: Machine, part: PartBlock | None, tip: FloatArray, path: CarriedPath, key: Path = ("path", "line")
-) -> BodiesAlong:
+    machine: Machine, part: PartBlock | None, tip: FloatArray, path: CarriedPath, key: Path = ("path", "line"),
+    axis: Path = ("path", "tool_axis"),
+) -> BodiesAlong:  # fmt: skip
     r"""Compliance of the elements of a machine at its tool point along a path in the part.
 
     .. math:: \sum_e X_e^T C_e X_e, \qquad X_e = [I, 0; S(p - c_e), I]
@@ -58,8 +58,8 @@ def bodies_along(
         Tool point in the frame of the last body [m].
     path : CarriedPath
         Stations in the frame of the part.
-    key : path
-        Of the scenario, which says where the tool goes; for messages.
+    key, axis : path
+        Of the scenario, which say where the tool goes and how it stands; for messages.
 
     Raises
     ------
@@ -80,7 +80,7 @@ def bodies_along(
     if aside.max() > _ASIDE:
         shown = ", ".join(f"{x:.3g}" for x in -at.rotations[0, -1, :, 2] + 0.0)
         raise ScenarioFault(
-            [Fault((*key[:-1], _AXIS[key[0]]), f"the spindle of this machine points along [{shown}]; write that")]
+            [Fault(axis, f"the spindle of this machine points along [{shown}]; write that")]
         )
     given = elements_of(machine)
     placed = placed_elements(given, machine.ground, at)

@@ -14,6 +14,7 @@ from cutwise.physics.structure.terms import Linked, Pistons, Swinging
 from cutwise.physics.surface.sweep import swept_chamfer
 from cutwise.process import chamfer_proof as proof
 from cutwise.process.assemble import edge_profile, piston_ring, weight
+from cutwise.process.chamfer_carrier import Carrier
 from cutwise.process.chamfer_cell import (
     SLICES,
     BallEnd,
@@ -29,7 +30,6 @@ from cutwise.process.chamfer_cell import (
     yielding_pass,
 )
 from cutwise.process.chamfer_plan import EdgePath
-from cutwise.process.chamfer_robot import ArmOnPath
 from cutwise.process.edges import edges_alike
 from cutwise.spec.carrier import Standing
 from cutwise.spec.chamfer import ChamferScenario
@@ -135,7 +135,7 @@ def rigid(scenario: ChamferScenario, path: EdgePath, ball: BallEnd, slices: int 
 
 
 def deflected(
-    scenario: ChamferScenario, path: EdgePath, ball: BallEnd, frame: FloatArray, arm: ArmOnPath | None = None, *,
+    scenario: ChamferScenario, path: EdgePath, ball: BallEnd, frame: FloatArray, carrier: Carrier | None = None, *,
     time_step: float = TIME_STEP, every: int = 1,
 ) -> Deflected:  # fmt: skip
     """A path with spindle and robot yielding, the spindle mounted in a process frame, and the chamfer that it leaves.
@@ -145,7 +145,7 @@ def deflected(
     """
     closed, centre = path.path.frames.closed, path.path.centre[::every]
     approach = scenario.operation.preset + scenario.operation.part_error
-    sag = np.zeros((len(centre), 3)) if arm is None else arm.sag[::every]
+    sag = np.zeros((len(centre), 3)) if carrier is None else carrier.sag[::every]
     run = Pass(path.feeds.centre[::every], approach, time_step, sag)
     run = run._replace(centre_speed=run.centre_speed[: len(centre) - (not closed)])
     section = _every(material_along(scenario, path), every)
@@ -153,7 +153,7 @@ def deflected(
         feed=path.local.feed[::every], off=path.local.off[::every], plunge=path.local.plunge[::every]
     )
     led = path.path._replace(centre=centre)
-    terms = () if arm is None else arm.terms
+    terms = () if carrier is None else carrier.terms
     if scenario.compliant is not None:
         ring = ring_on(scenario, frame)
         terms = (("pistons", Pistons(ring, scenario.compliant.tool_reach)), *terms)

@@ -21,10 +21,10 @@ if TYPE_CHECKING:
         assemble_mill,
         carried,
         chamfer,
+        chamfer_carrier,
         chamfer_findings,
         chamfer_measures,
         chamfer_program,
-        chamfer_robot,
         chamfer_stages,
         deburring,
         deburring_part,
@@ -57,7 +57,7 @@ else:  # a run imports its own process, not those of the others
     chamfer_findings = later("cutwise.process.chamfer_findings")
     chamfer_measures = later("cutwise.process.chamfer_measures")
     chamfer_program = later("cutwise.process.chamfer_program")
-    chamfer_robot = later("cutwise.process.chamfer_robot")
+    chamfer_carrier = later("cutwise.process.chamfer_carrier")
     chamfer_stages = later("cutwise.process.chamfer_stages")
     deburring = later("cutwise.process.deburring")
     deburring_part = later("cutwise.process.deburring_part")
@@ -339,7 +339,7 @@ def chamfer_path(scenario: ChamferScenario, progress: Progress | None = None) ->
         findings=(*chamfer_findings.unsound(done, found), *chamfer_findings.weight(scenario, done)),
         bands=chamfer_measures.histories(done, found),
         warnings=chamfer_measures.warnings(scenario, done, found, program.unproven if program else ()),
-        infeasible=(*done.infeasible, *chamfer_robot.infeasible(scenario, found)),
+        infeasible=(*done.infeasible, *chamfer_carrier.infeasible(scenario, found)),
         advice=done.remedies,
         limits=chamfer.LIMITS,
         convergence=chamfer_measures.convergence(scenario, done),
@@ -354,7 +354,7 @@ def chamfer_quick(scenario: ChamferScenario, wanted: Collection[str] = (), *, co
     done = chamfer.run(scenario, wanted=frozenset({"band"} if band else ()))
     found = chamfer_measures.measures(scenario, done)
     sound = tuple(chamfer_findings.unsound(done, found))
-    cannot = (*done.infeasible, *chamfer_robot.infeasible(scenario, found))
+    cannot = (*done.infeasible, *chamfer_carrier.infeasible(scenario, found))
     if coarse:
         return Outcome(found, sound, (), cannot)
     program = chamfer_program.moves(scenario, done.paths, done.links, done.members) if done.paths else None

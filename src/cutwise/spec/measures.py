@@ -307,9 +307,5 @@ CHAMFER: Mapping[str, MeasureSpec] = {
     "edges_refused": MeasureSpec("dimensionless", "number of selected edges without one"),
     "corners_joined": MeasureSpec("dimensionless", "corners at which one path goes on into the next"),
     "length_trimmed": MeasureSpec("length", "edge length given up at corners and concave neighbours"),
-    **{
-        name: spec
-        for name, spec in CARRIED.items()
-        if not any(term in name for term in ("bodies", "_tip_", "share_tip", "part_stiffness", "energy_balance"))
-    },
+    **{name: spec for name, spec in CARRIED.items() if name != "energy_balance"},
 }

@@ -136,12 +136,15 @@ CHAMFER: Needs = {
     "*force_mean_z": ("material.K_ac",),
     "burr_force_mean_*": ("part.burr",),
     **dict.fromkeys(
-        ("width_deflected_*", "tip_deflection_max", "rod_clearance_deflected_min"), ("spindle.pressure or robot",)
+        ("width_deflected_*", "tip_deflection_max", "rod_clearance_deflected_min"), (f"spindle.pressure or {_TERMS}",)
     ),
     **dict.fromkeys(("stroke_margin", "breakaway_force"), ("spindle.pressure",)),
     **_ARM,
-    "stiffness_normal_*": ("robot",),
-    **dict.fromkeys(("deflection_pistons_*", "share_pistons"), ("robot", "spindle.pressure")),
+    **dict.fromkeys(("stiffness_normal_*", "deflection_*", "share_*"), (_TERMS,)),
+    **dict.fromkeys(("deflection_pistons_*", "share_pistons"), (_TERMS, "spindle.pressure")),
+    **dict.fromkeys(("deflection_tip_*", "share_tip"), ("tool.stiffness or tool.modes",)),
+    **dict.fromkeys(("deflection_bodies_*", "share_bodies"), ("machine",)),
+    **dict.fromkeys(("deflection_part_stiffness_*", "share_part_stiffness"), ("part.stiffness",)),
 }
 
 

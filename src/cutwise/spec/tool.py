@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
@@ -76,6 +76,12 @@ class HelicalMill(RotatingTool):
             yield Notice(("runout_angle",), "there is no run-out (tool.runout)")
 
 
+def bends_twice(tool: Any) -> Iterator[Notice]:
+    """A tool whose bending is said by a stiffness and by modes."""
+    if tool.modes and tool.stiffness is not None:
+        yield Notice(("modes",), "and tool.stiffness both say how the tool bends; write one of them")
+
+
 class BendingMill(HelicalMill):
     """A mill that may bend: by one stiffness at its tip, or by modes."""
 
@@ -88,8 +94,7 @@ class BendingMill(HelicalMill):
     def contradictions(self) -> Iterator[Notice]:
         """One way in which a tool bends."""
         yield from super().contradictions()
-        if self.modes and self.stiffness is not None:
-            yield Notice(("modes",), "and tool.stiffness both say how the tool bends; write one of them")
+        yield from bends_twice(self)
 
 
 class Bur(BendingMill):
