@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 import numpy as np
 
 from cutwise.later import later
-from cutwise.maths.frames import FloatArray
+from cutwise.maths.curves import FloatArray
 from cutwise.paths.carried import CarriedPath
 from cutwise.physics.structure.terms import Compliance
 from cutwise.process import carried
@@ -36,7 +36,7 @@ class Carriage(NamedTuple):
     terms: Terms = ()  # what it yields by, from the tool on
     arm: "carried.ArmAlong | None" = None
     bodies: "chain_compliance.BodiesAlong | None" = None
-    axes: FloatArray | None = None  # process axes in those of the modes of the tool, (3, 3); None: they are the same
+    path: CarriedPath | None = None  # whose axes are those of the process in those of the modes of the tool; None: the same
 
 
 def by_robot(robot: CarryingRobot, along: "carried.ArmAlong", height: float) -> Carriage:
@@ -51,15 +51,26 @@ def by_machine(
     """The bodies of a machine along a path in the part; modes of a tool lie along x and y of the machine."""
     bodies = chain_compliance.bodies_along(machine, block, np.array(machine.tip), path, key, axis)
     return Carriage(
-        (("bodies", Compliance(path.at, np.ascontiguousarray(bodies.total))),), bodies=bodies, axes=path.axes[0]
+        (("bodies", Compliance(path.at, np.ascontiguousarray(bodies.total))),), bodies=bodies, path=path
     )
 
 
-def in_series(tool: Bending | None, carriage: Carriage, part: float | None = None) -> Terms:
-    """All terms without memory from the tool to the part, whose stiffness off the surface [N/m] may be given."""
+def in_series(tool: Bending | None, carriage: Carriage, part: Compliance | None = None) -> Terms:
+    """All terms without memory from the tool to the part."""
     tip = ()
     if tool is not None and tool.stiffness is not None:
         tip = (("tip", spring({0: tool.stiffness, 1: tool.stiffness})),)
     elif tool is not None and tool.modes:
-        tip = (("tip", modes_at_rest(tool.modes, carriage.axes)),)
-    return (*tip, *carriage.terms, *((("part_stiffness", spring({1: part})),) if part is not None else ()))
+        tip = (("tip", modes_at_rest(tool.modes, carriage.path)),)
+    return (*tip, *carriage.terms, *((("part_stiffness", part),) if part is not None else ()))
+
+
+def off_surface(stiffness: float | None, at: FloatArray | None = None, normal: FloatArray | None = None) -> Compliance | None:
+    r"""A part that yields off its surface: :math:`n n^T / k` with k [N/m], along y, or along normals (m, 3) at places (m,)."""
+    if stiffness is None:
+        return None
+    if at is None or normal is None:
+        return spring({1: stiffness})
+    matrix = np.zeros((len(at), 6, 6))
+    matrix[:, :3, :3] = np.einsum("ni,nj->nij", normal, normal) / stiffness
+    return Compliance(at, matrix)

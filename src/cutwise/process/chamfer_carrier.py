@@ -13,7 +13,7 @@ from cutwise.maths.edges import lengths
 from cutwise.maths.frames import rotation_from_rpy
 from cutwise.paths.carried import CarriedPath, placed
 from cutwise.physics.structure.series_compliance import in_axes, translation_at
-from cutwise.physics.structure.terms import Compliance, Linked, Swinging, natural_frequencies
+from cutwise.physics.structure.terms import Linked, Swinging, natural_frequencies
 from cutwise.process import carriage, carried, yielding
 from cutwise.process.carriage import Carriage, Terms
 from cutwise.process.chain_compliance import BodiesAlong
@@ -22,6 +22,7 @@ from cutwise.process.chamfer_plan import EdgePath
 from cutwise.process.labels import labelled
 from cutwise.spec.carrier import Standing
 from cutwise.spec.chamfer import ChamferScenario
+from cutwise.spec.milling_machine import bodies_of
 
 STATIONS = 401  # of a path at most, at which the posture is looked at; compliances are straight between them
 
@@ -62,22 +63,17 @@ def carrier_on(scenario: ChamferScenario, path: EdgePath, forces: PassForces) ->
     normal = path.path.air[found.here] @ process_axes(path.axis)
     tool, n, m = scenario.tool, len(path.path.centre), len(found.here)
     bare = Carrier((), np.zeros((n, 3)), found.time, normal, found.path.at)
+    carrying = Carriage()
     if scenario.robot is not None:
         bare = _by_robot(scenario, path, forces, found, bare)
-        terms = carriage.in_series(tool, Carriage(bare.terms))
-    elif scenario.machine is not None:
+        carrying = Carriage(bare.terms)
+    elif bodies_of(scenario.machine) is not None:
         turned = rotation_from_rpy(*(scenario.placement or Standing()).rotation) @ process_axes(path.axis)
         led = found.path._replace(axes=np.tile(turned, (m, 1, 1)))
-        machine = carriage.by_machine(scenario.machine, None, led, ("placement", "origin"), ("tool", "axis"))
-        bare = bare._replace(bodies=machine.bodies)
-        terms = carriage.in_series(tool, machine)
-    else:
-        terms = carriage.in_series(tool, Carriage())
-    if scenario.part.stiffness is not None:
-        matrix = np.zeros((m, 6, 6))
-        matrix[:, :3, :3] = np.einsum("ni,nj->nij", normal, normal) / scenario.part.stiffness
-        terms = (*terms, ("part_stiffness", Compliance(found.path.at, matrix)))
-    return bare._replace(terms=terms)
+        carrying = carriage.by_machine(bodies_of(scenario.machine), None, led, ("placement", "origin"), ("tool", "axis"))
+        bare = bare._replace(bodies=carrying.bodies)
+    part = carriage.off_surface(scenario.part.stiffness, found.path.at, normal)
+    return bare._replace(terms=carriage.in_series(tool, carrying, part))
 
 
 def _stations(scenario: ChamferScenario, path: EdgePath) -> _Stations:
@@ -171,6 +167,9 @@ def _deflections(paths: Sequence[EdgePath], moves: Sequence[Yielding]) -> dict[s
         off[name] = np.concatenate(
             [np.einsum("ij,ij->i", one, path.path.air) for path, one in zip(paths, here, strict=True)]
         )
+        if name == "drives":
+            found["deviation_drives_max"] = float(off[name][int(np.argmax(np.abs(off[name])))])
+            continue
         for axis, letter in enumerate("xy" if name == "pistons" else "xyz"):
             part = value[:, axis]
             found[f"deflection_{name}_mean_{letter}"] = float(np.average(part, weights=time))

@@ -21,7 +21,7 @@ from cutwise.physics.motion.reference import Reference
 from cutwise.physics.structure.series_compliance import translation_at
 from cutwise.physics.structure.terms import Rigid, in_series, relaxed, width
 from cutwise.process import milling_spindle, yielding
-from cutwise.process.carriage import Carriage, Terms, by_machine
+from cutwise.process.carriage import Carriage, Terms, by_machine, off_surface
 from cutwise.process.carriage import in_series as series
 from cutwise.process.chain_compliance import BodiesAlong, off_part, parts_along, tool_point_at_zero
 from cutwise.process.edges import edges
@@ -114,7 +114,7 @@ def wall_run(
     path = stations_of(scenario)
     carriage = carriage_of(scenario, path)
     tool = scenario.tool if scenario.modes_at_rest or scenario.tool.stiffness is not None else None
-    terms = (*milling_spindle.pistons_of(scenario), *series(tool, carriage, scenario.part_stiffness))
+    terms = (*milling_spindle.pistons_of(scenario), *series(tool, carriage, off_surface(scenario.part_stiffness)))
     bodies = carriage.bodies
     structure = in_series([term for _, term in terms]) if terms else Rigid(0.0)
     tool, up = scenario.tool, operation.milling == "up"

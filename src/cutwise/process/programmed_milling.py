@@ -174,7 +174,7 @@ def run(
     path, carrying = prepare(scenario)
     terms = (
         *milling_spindle.pistons_of(scenario),
-        *carriage.in_series(scenario.tool, carrying, scenario.part_stiffness),
+        *carriage.in_series(scenario.tool, carrying, carriage.off_surface(scenario.part_stiffness)),
     )
     bare = Milled(
         path, carrying, terms, path.at, path.at / scenario.operation.feed, np.zeros((0, 3)), np.zeros((0, 0)),
@@ -272,7 +272,7 @@ def _receptance(scenario: MillingScenario, carrying: carriage.Carriage, k: int, 
         else:
             station = (swing.spring[k], swing.damper[k], swing.gain[k], swing.jacobian[k])
             of_arm = linked_receptance(*station, height, carrying.arm.base[k])
-    modes, turn = scenario.tool.modes, np.eye(3) if carrying.axes is None else carrying.axes
+    modes, turn = scenario.tool.modes, np.eye(3) if carrying.path is None else carrying.path.axes[k]
     if of_arm is None and not modes:
         return None
 

@@ -6,6 +6,7 @@ from typing import Literal, NamedTuple, Protocol
 import numpy as np
 
 from cutwise.maths.curves import FloatArray
+from cutwise.paths.carried import CarriedPath
 from cutwise.physics.structure.series_compliance import in_axes
 from cutwise.physics.structure.terms import Compliance, displacement, turning, width
 
@@ -27,16 +28,16 @@ def spring(stiffness: Mapping[int, float]) -> Compliance:
     return Compliance(np.zeros(1), matrix)
 
 
-def modes_at_rest(modes: Iterable[Mode], axes: FloatArray | None = None) -> Compliance:
+def modes_at_rest(modes: Iterable[Mode], path: CarriedPath | None = None) -> Compliance:
     """Modes of a tool tip at rest: F/k in their directions, those of one direction together.
 
-    ``axes``: process axes as columns in the axes along which the modes lie, (3, 3); left out, they are the same.
+    ``path``: whose axes are those of the process, in those along which the modes lie; left out, they are the same.
     """
     yields = {0: 0.0, 1: 0.0}
     for mode in modes:
         yields["xy".index(mode.direction)] += 1.0 / mode.stiffness
     term = spring({axis: 1.0 / value for axis, value in yields.items() if value > 0.0})
-    return term if axes is None else term._replace(matrix=in_axes(term.matrix, axes[None]))
+    return term if path is None else Compliance(path.at, in_axes(term.matrix, path.axes))
 
 
 def by_term(terms: Sequence[tuple[str, NamedTuple]], columns: FloatArray, height: float) -> dict[str, FloatArray]:

@@ -24,10 +24,11 @@ from cutwise.spec.base import (
     contradiction,
 )
 from cutwise.spec.carrier import CarryingRobot, Standing
-from cutwise.spec.chained import ONE_CARRIER, CarryingMachine, tip_faults, what_yields_alone
+from cutwise.spec.chained import ONE_CARRIER, tip_faults, what_yields_alone
 from cutwise.spec.fields import tag
 from cutwise.spec.material import Material
 from cutwise.spec.measures import CHAMFER
+from cutwise.spec.milling_machine import ToolMachine, bodies_of
 from cutwise.spec.needs import Needs
 from cutwise.spec.part import BurrHeight, BurrWidth
 from cutwise.spec.scenario import MeasureSpec, Scenario
@@ -327,14 +328,6 @@ Mounted = Annotated[
 ]
 
 
-class ChamferingMachine(CarryingMachine):
-    """A machine tool that carries the tool along the paths, as a chain of bodies that yield."""
-
-    refused: ClassVar[Mapping[str, str]] = {
-        "drives": "drives are stepped in milling only (process: mill); leave them out",
-    }
-
-
 class ChamferScenario(Scenario):
     """A chamfer of constant width along the edges of a drilled pipe or a CAD part (Sato et al. 2016)."""
 
@@ -379,8 +372,9 @@ class ChamferScenario(Scenario):
         examples=["{library: berselli2016}"],
     )  # fmt: skip
     robot: CarryingRobot | None = Field(default=None, description="a robot that carries the tool along the paths")
-    machine: ChamferingMachine | None = Field(
-        default=None, description="a machine tool that carries the tool along the paths, as bodies that yield"
+    machine: ToolMachine | None = Field(
+        default=None,
+        description="a machine tool that carries the tool along the paths: bodies that yield, feed drives, or both",
     )
     placement: Standing | None = Field(
         default=None, description="where the part stands before the robot, or in the frame of the part of the machine"
@@ -417,8 +411,9 @@ class ChamferScenario(Scenario):
         robot, machine = self.robot, self.machine
         if robot is not None and machine is not None:
             yield Notice(("robot",), ONE_CARRIER)
-        if machine is not None:
-            yield from tip_faults(machine)
+        bodies = bodies_of(machine)
+        if bodies is not None:
+            yield from tip_faults(bodies)
         if robot is None and machine is None and self.placement is not None:
             yield Notice(("placement",), "has nothing to place: there is no robot and no machine")
         for key, there in (
@@ -478,8 +473,9 @@ class ChamferScenario(Scenario):
     def notices(self) -> Iterator[Notice]:
         """Half of what forces need; coefficients that do not hold."""
         yield from self._chip_notices()
-        if self.machine is not None:
-            yield from what_yields_alone(self.machine)
+        bodies = bodies_of(self.machine)
+        if bodies is not None:
+            yield from what_yields_alone(bodies)
         given = [self.material is not None, self.operation.spindle_speed is not None, self.tool.flutes is not None]
         if any(given) and not all(given):
             yield Notice((), "forces need all of material, operation.spindle_speed and tool.flutes: none are reported")

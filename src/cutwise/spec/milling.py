@@ -27,7 +27,7 @@ from cutwise.spec.fields import tag
 from cutwise.spec.material import Material
 from cutwise.spec.measures import MILLING
 from cutwise.spec.milled_path import MilledPath, machine_faults
-from cutwise.spec.milling_machine import MillingLoad, MillingMachine, machine_kind
+from cutwise.spec.milling_machine import MillingLoad, MillingMachine, ToolMachine, drives_key, drives_of
 from cutwise.spec.needs import Needs
 from cutwise.spec.part_block import PartBlock, PartSpring, YieldingPart
 from cutwise.spec.program import Blend, PathMode, Program, StockBlock
@@ -259,12 +259,9 @@ class MillingScenario(Scenario):
         examples=["{library: berselli2016}"],
     )  # fmt: skip
     material: Material = Field(description="cutting coefficients of the material with this tool")
-    machine: (
-        Annotated[
-            Annotated[CncMachine, tag("drives")] | Annotated[MillingMachine, tag("bodies")], Discriminator(machine_kind)
-        ]
-        | None
-    ) = Field(default=None, description="the machine: its drives, or bodies that yield and drives (or give robot)")
+    machine: ToolMachine | None = Field(
+        default=None, description="the machine: its drives, or bodies that yield, with or without drives (or give robot)"
+    )
     part: YieldingPart | None = Field(
         default=None, description="the part: a block on a machine with bodies, or one stiffness; left out: rigid"
     )
@@ -321,14 +318,14 @@ class MillingScenario(Scenario):
     @property
     def drives(self) -> CncMachine:
         """The feed drives: those of the machine, or the machine itself where it is nothing else."""
-        found = self.machine.drives if isinstance(self.machine, MillingMachine) else self.machine
+        found = drives_of(self.machine)
         assert found is not None
         return found
 
     @property
     def drives_key(self) -> str:
         """Dotted key of the feed drives."""
-        return "machine.drives" if isinstance(self.machine, MillingMachine) else "machine"
+        return drives_key(self.machine)
 
     @property
     def line(self) -> MilledPath | None:

@@ -37,22 +37,25 @@ _ARM: Needs = dict.fromkeys(
 _TERMS = "robot or machine or tool.stiffness or tool.modes or part.stiffness"
 _MILLED = "robot or machine.chain or tool.stiffness or tool.modes or part.stiffness or spindle.pressure"
 _STEPPED = "numerics.mode: step"
+_PISTONS = "spindle.pressure"
+_DRIVEN = "machine.drives or machine.control"
 DEBURRING: Needs = {
     "*_force_*_z": (_AXIAL,),
     **_ARM,
     **dict.fromkeys(("deflection_*", "share_*", "stiffness_normal_*"), (_TERMS,)),
-    **dict.fromkeys(("deflection_pistons_*", "share_pistons"), (_STEPPED,)),
+    **dict.fromkeys(("deviation_drives_max", "share_drives"), (_DRIVEN,)),
+    **dict.fromkeys(("deflection_pistons_*", "share_pistons"), (_PISTONS,)),
     **dict.fromkeys(("deflection_tip_*", "share_tip"), ("tool.stiffness or tool.modes",)),
-    **dict.fromkeys(("deflection_bodies_*", "share_bodies"), ("machine",)),
+    **dict.fromkeys(("deflection_bodies_*", "share_bodies"), ("machine.chain",)),
     **dict.fromkeys(("deflection_part_stiffness_*", "share_part_stiffness"), ("part.stiffness",)),
     "energy_balance": ("numerics.mode: still", _TERMS),
+    **dict.fromkeys(("burr_force_rms_*", "burr_force_peak_*", "settling_time", "path_memory_index"), (_STEPPED,)),
     **dict.fromkeys(
         (
-            "surface_error_loaded", "surface_error_unloaded", "surface_error_frictionless", "*_force_rms_*",
-            "*_force_peak_*", "settling_time", "tip_deflection_*", "stroke_margin", "path_memory_index", "edge_taper",
-            "breakaway_force", "*loading_force",
+            "surface_error_loaded", "surface_error_unloaded", "surface_error_frictionless", "tooth_force_peak_*",
+            "tip_deflection_*", "stroke_margin", "edge_taper", "breakaway_force", "*loading_force",
         ),
-        (_STEPPED,),
+        (_PISTONS,),
     ),
 }  # fmt: skip
 DRILLING: Needs = {
@@ -143,7 +146,8 @@ CHAMFER: Needs = {
     **dict.fromkeys(("stiffness_normal_*", "deflection_*", "share_*"), (_TERMS,)),
     **dict.fromkeys(("deflection_pistons_*", "share_pistons"), (_TERMS, "spindle.pressure")),
     **dict.fromkeys(("deflection_tip_*", "share_tip"), ("tool.stiffness or tool.modes",)),
-    **dict.fromkeys(("deflection_bodies_*", "share_bodies"), ("machine",)),
+    **dict.fromkeys(("deflection_bodies_*", "share_bodies"), ("machine.chain",)),
+    **dict.fromkeys(("deviation_drives_max", "share_drives"), (_DRIVEN,)),
     **dict.fromkeys(("deflection_part_stiffness_*", "share_part_stiffness"), ("part.stiffness",)),
 }
 
