@@ -331,12 +331,12 @@ def _best_constant(q: FloatArray, cost: FloatArray, reach: FloatArray) -> tuple[
     return int(angle), int(branch), float(mean[angle, branch])
 
 
-def too_fast(found: Mapping[str, float], feed: float) -> tuple[str, ...]:
+def too_fast(found: Mapping[str, float], feed: float, said: str = "operation.feed") -> tuple[str, ...]:
     """That the joints cannot follow the feed [m/s], if they cannot."""
     if found.get("joint_speed_margin", 1.0) >= 0.0:
         return ()
     return (
-        f"the joints follow {units.show(found['feed_possible_min'], 'speed')} at most, operation.feed is "
+        f"the joints follow {units.show(found['feed_possible_min'], 'speed')} at most, {said} is "
         f"{units.show(feed, 'speed')}",
     )
 

@@ -170,7 +170,8 @@ def machine_errors(scenario: MachineScenario, progress: Progress | None = None) 
     except Infeasible as why:
         infeasible = (str(why),)
     volume = machine.evaluate_volume(scenario)
-    found = _machine_found(one_pass, volume)
+    found = _machine_found(scenario, one_pass, volume)
+    infeasible = (*infeasible, *_machine_too_fast(one_pass, found))
     finer = machine.refined(scenario, one_pass, volume)
     if progress is not None:
         progress(1.0)
@@ -268,13 +269,26 @@ def machine_quick(scenario: MachineScenario, wanted: Collection[str] = (), *, co
         one_pass = machine.evaluate_pass(scenario) if scenario.has_pass else None
     except Infeasible as why:
         infeasible = (str(why),)
-    found = _machine_found(one_pass, machine.evaluate_volume(scenario))
+    found = _machine_found(scenario, one_pass, machine.evaluate_volume(scenario))
     said = () if coarse else tuple(machine_stages.warnings(scenario, one_pass))
+    infeasible = (*infeasible, *_machine_too_fast(one_pass, found))
     return Outcome(found, tuple(machine_stages.unsound(one_pass)), said, infeasible)
 
 
-def _machine_found(one_pass: machine.MachinePass | None, volume: machine.VolumeMap | None) -> Mapping[str, float]:
+def _machine_too_fast(one_pass: machine.MachinePass | None, found: Mapping[str, float]) -> tuple[str, ...]:
+    """That the joints of a robot cannot follow the pass."""
+    if one_pass is None or one_pass.run.cell.arm is None:
+        return ()
+    return carried.too_fast(found, float(one_pass.run.cell.way.feed.max()), "the feed of the pass")
+
+
+def _machine_found(
+    scenario: MachineScenario, one_pass: machine.MachinePass | None, volume: machine.VolumeMap | None
+) -> Mapping[str, float]:  # fmt: skip
     of_pass = machine.pass_measures(one_pass) if one_pass is not None else {}
+    if one_pass is not None and one_pass.run.cell.arm is not None and scenario.robot is not None:
+        cell = one_pass.run.cell
+        of_pass = {**of_pass, **carried.measures(cell.arm, scenario.robot, float(cell.way.feed.max()))}
     return {**of_pass, **(machine.volume_measures(volume) if volume is not None else {})}
 
 

@@ -152,6 +152,12 @@ MILLING: Mapping[str, MeasureSpec] = {
 }
 
 
+_POSTURES = (
+    "stiffness_normal_min", "stiffness_normal_max", "sag_change_max", "joint_speed_margin", "feed_possible_min",
+    "joint_limit_margin", "wrist_margin", "redundancy_angle_min", "redundancy_angle_max",
+)  # fmt: skip
+
+
 class _BodyMeasures(dict[str, MeasureSpec]):
     """Measures of a machine: the fixed names, and ``share_BODY`` for whatever its bodies are called."""
 
@@ -207,6 +213,7 @@ MACHINE: Mapping[str, MeasureSpec] = _BodyMeasures(
             f"diagonal_range_{number}": MeasureSpec("small_length", f"range of the error along body diagonal {number}")
             for number in (1, 2, 3, 4)
         },
+        **{name: CARRIED[name] for name in _POSTURES},
         "map_interpolation_error": MeasureSpec(
             "small_length", "largest error of the map's tables against the functions"
         ),

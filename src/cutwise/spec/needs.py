@@ -113,6 +113,8 @@ MILLING: Needs = {
     "drive_error_max": ("path_mode.blend or program",),
 }
 MACHINE: Needs = {
+    **{name: ("robot",) for name in _ARM if "frequency" not in name and "_arm" not in name and "_base" not in name},
+    "stiffness_normal_*": ("robot",),
     "deviation_*": (_PASS,),
     "share_*": (_PASS,),
     "position_start_*": (_PASS,),
