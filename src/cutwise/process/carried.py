@@ -156,7 +156,9 @@ def mass_matrices(robot: CarryingRobot, arm: Arm, q: FloatArray) -> FloatArray:
         speed = np.cross(axis, point[:, None] - at.origins[:, 1:]) * moves[:, None]
         spin = axis * moves[:, None]
         inertia = turn @ body.inertia @ np.swapaxes(turn, -1, -2)
-        total += body.mass * np.einsum("mki,mli->mkl", speed, speed) + np.einsum("mki,mij,mlj->mkl", spin, inertia, spin)
+        total += body.mass * np.einsum("mki,mli->mkl", speed, speed) + np.einsum(
+            "mki,mij,mlj->mkl", spin, inertia, spin
+        )
     return np.asarray(arm.drives.elastic.T @ total @ arm.drives.elastic)
 
 

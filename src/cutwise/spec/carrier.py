@@ -172,13 +172,13 @@ class Link(Spec):
     centre: Position = Field(
         description="its centre of mass in the frame of its joint", examples=["[575 mm, 0 mm, 0 mm]"]
     )
-    inertia: (
-        tuple[Inertia, Inertia, Inertia] | tuple[Inertia, Inertia, Inertia, Inertia, Inertia, Inertia] | None
-    ) = Field(
-        default=None,
-        description="moments of inertia about its centre, in the axes of the frame of its joint: xx, yy, zz, and the "
-        "entries xy, xz, yz of the tensor; left out: a point",
-        examples=["[10 kg m^2, 40 kg m^2, 40 kg m^2]"],
+    inertia: tuple[Inertia, Inertia, Inertia] | tuple[Inertia, Inertia, Inertia, Inertia, Inertia, Inertia] | None = (
+        Field(
+            default=None,
+            description="moments of inertia about its centre, in the axes of the frame of its joint: xx, yy, zz, and the "
+            "entries xy, xz, yz of the tensor; left out: a point",
+            examples=["[10 kg m^2, 40 kg m^2, 40 kg m^2]"],
+        )
     )
 
     def contradictions(self) -> Iterator[Notice]:
