@@ -147,7 +147,38 @@ def oblique_elements(
 
 @compiled
 def elements_force(elements: LipElements, feed: float, inner: float, outer: float) -> LipForce:
-    """Force of one lip that cuts between two radii [m] at a feed per revolution [m], with fractional end elements."""
+    r"""Force of one lip that cuts between two radii, with fractional end elements.
+
+    .. math:: T = f_z \sum_k t_k\, \Delta r_k, \qquad M = f_z \sum_k q_k\, r_k\, \Delta r_k
+
+    with :math:`\Delta r_k` the part of element k that cuts and :math:`r_k` the middle of that part.
+
+    Parameters
+    ----------
+    elements : LipElements
+        Stresses :math:`t_k, q_k` per swept section [Pa].
+    feed : float
+        Feed per revolution :math:`f = 2 f_z` [m].
+    inner, outer : float
+        Radii between which the lip cuts [m]; what lies beyond the elements cuts nothing.
+
+    Returns
+    -------
+    LipForce
+        Thrust, tangential and inward force [N], torque [N m].
+
+    Examples
+    --------
+    Half of a first element of 1 mm and half of a second one of 2 mm:
+
+    >>> one, two, none = np.array([1e9, 1e9]), np.array([1e9, 2e9]), np.array([0.0, 0.0])
+    >>> [round(v, 6) for v in elements_force(LipElements(np.array([0.0, 1e-3, 3e-3]), two, one, none), 2e-4, 5e-4, 2e-3)]
+    [250.0, 0.1875, 150.0, 0.0]
+
+    References
+    ----------
+    Garnier et al. 2017, abstract (discretised chip section) and Eq. (1); fractional elements are derived here.
+    """
     thrust, torque, tangential, inward = 0.0, 0.0, 0.0, 0.0
     lip_feed = 0.5 * feed
     for k in range(elements.thrust.size):

@@ -63,6 +63,24 @@ def cut_station(
     -------
     tuple
         Sums over the discs in cut of :math:`h n_x`, :math:`h n_y` [m], :math:`n_x`, :math:`n_y` [-].
+
+    Notes
+    -----
+    Valid for a steady spindle speed, whole steps per tooth period, and displacements small against the mill radius.
+
+    Examples
+    --------
+    Of two discs, one along x and one along y, the tool moves into the surface of the first and away from the other's:
+
+    >>> surface = np.zeros((1, 2))
+    >>> cut_station(1e-4, -2e-4, 0, np.array([[1.0, 0.0]]), np.array([[0.0, 1.0]]), surface, 0.0)
+    (0.0001, 0.0, 1.0, 0.0)
+    >>> surface.tolist()
+    [[0.0001, 0.0]]
+
+    References
+    ----------
+    Derived here; that the highest of the earlier passes counts is the multiple regeneration of Tlusty and Ismail 1981.
     """
     hx, hy, ex, ey = 0.0, 0.0, 0.0, 0.0
     for d in range(surface.shape[1]):
