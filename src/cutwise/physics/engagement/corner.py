@@ -36,12 +36,25 @@ def straight_immersion(radial_depth: float, mill_radius: float) -> float:
     Parameters
     ----------
     radial_depth, mill_radius : float
-        [m]; beyond twice the radius the cut is a slot.
+        :math:`a_e` and R [m]; not positive: no cut, beyond twice the radius: a slot.
 
     Returns
     -------
     float
         [rad], 0 to pi.
+
+    Notes
+    -----
+    Valid for a feed per tooth that is small against the radius and a previous pass parallel to this one.
+
+    Examples
+    --------
+    >>> round(math.degrees(straight_immersion(5e-3, 1e-2)), 9)
+    60.0
+
+    References
+    ----------
+    Altintas 2012, chapter 2; derived here.
     """
     if radial_depth <= 0.0:
         return 0.0
@@ -65,6 +78,22 @@ def arc_immersion(radial_depth: float, path_radius: float, mill_radius: float) -
     -------
     float
         :math:`\alpha` [rad], 0 to pi.
+
+    Notes
+    -----
+    Valid for a previous pass on the concentric arc, :math:`\rho \ge a_e` or :math:`-\rho > R`, and far from the ends of the
+    arc; where the circles do not meet the angle is 0 or pi.
+
+    Examples
+    --------
+    A fillet of 20 mm, mill of 10 mm, 5 mm wide: arccos(0.3125), where a straight cut has 60 degrees.
+
+    >>> round(math.degrees(arc_immersion(5e-3, 2e-2, 1e-2)), 6)
+    71.790043
+
+    References
+    ----------
+    Derived here.
     """
     if radial_depth <= 0.0:
         return 0.0
