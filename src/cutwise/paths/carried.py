@@ -29,7 +29,13 @@ class CarriedPath(NamedTuple):
 
 
 def stations(length: float, pitch: float) -> FloatArray:
-    """Places along a path, both ends among them, no farther apart than a pitch [m]."""
+    """Places along a path, both ends among them, no farther apart than a pitch [m].
+
+    Examples
+    --------
+    >>> stations(1.0, 0.3).tolist()
+    [0.0, 0.25, 0.5, 0.75, 1.0]
+    """
     count = max(1, math.ceil(length / pitch - 1e-9))
     return np.linspace(0.0, length, count + 1)
 
@@ -41,6 +47,13 @@ def process_axes(feed: FloatArray, tool_axis: FloatArray, *, work_on_left: bool 
     ------
     ValueError
         The tool axis is not at a right angle to the feed, to 1e-6.
+
+    Examples
+    --------
+    Feed along x, tool pointing down: the axes of the base.
+
+    >>> bool((process_axes(np.array([[2.0, 0.0, 0.0]]), np.array([0.0, 0.0, -1.0])) == np.eye(3)).all())
+    True
     """
     x = feed / np.linalg.norm(feed, axis=-1, keepdims=True)
     z = -tool_axis / np.linalg.norm(tool_axis, axis=-1, keepdims=True)

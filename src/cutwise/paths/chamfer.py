@@ -79,6 +79,19 @@ def stand_off(width: float, ball_radius: float, wedge: FloatArray) -> FloatArray
     r"""Distance of the ball centre from the edge, :math:`d = \sqrt{R_B^2 - w^2/4} - \tfrac{w}{2} \cot(\varphi/2)` [m].
 
     Symmetric chamfer between tangent planes; its legs are :math:`w / (2 \sin(\varphi/2))`.
+
+    ``width`` w [m], ``ball_radius`` :math:`R_B` [m], ``wedge`` :math:`\varphi` [rad]. Valid for :math:`w < 2 R_B`, plane faces.
+
+    Examples
+    --------
+    A ball of 5 mm and a right angle, 6 mm wide: 4 - 3 mm.
+
+    >>> round(1e3 * float(stand_off(6e-3, 5e-3, 0.5 * math.pi)), 9)
+    1.0
+
+    References
+    ----------
+    Derived here, after Sato et al. 2016, sec. 3.
     """
     return np.sqrt(ball_radius**2 - width**2 / 4.0) - 0.5 * width / np.tan(0.5 * wedge)
 
@@ -94,6 +107,22 @@ def width_slope(width: float, ball_radius: float, wedge: FloatArray) -> FloatArr
         Chord w and ball radius [m].
     wedge : array
         Wedge angle [rad].
+
+    Returns
+    -------
+    array
+        [m/m]
+
+    Examples
+    --------
+    The chamfer of :func:`stand_off`, :math:`-1 / (\tfrac12 + \tfrac38)`:
+
+    >>> round(float(width_slope(6e-3, 5e-3, 0.5 * math.pi)), 6)
+    -1.142857
+
+    References
+    ----------
+    Derived here.
     """
     d = stand_off(width, ball_radius, wedge)
     a = 0.5 * width / np.sin(0.5 * wedge)
@@ -102,7 +131,19 @@ def width_slope(width: float, ball_radius: float, wedge: FloatArray) -> FloatArr
 
 
 def planar_legs(cut: Chamfer, wedge: FloatArray) -> FloatArray:
-    r"""Legs on the tangent planes, :math:`a_{1,2} = w \cos(\varphi/2 \pm \delta) / \sin\varphi` [m]; shape (n, 2)."""
+    r"""Legs on the tangent planes, :math:`a_{1,2} = w \cos(\varphi/2 \pm \delta) / \sin\varphi` [m]; shape (n, 2).
+
+    ``cut``: with its width w and tilt :math:`\delta` < 90° - :math:`\varphi/2`; ``wedge`` :math:`\varphi` [rad], shape (n,).
+
+    Examples
+    --------
+    >>> (1e3 * planar_legs(Chamfer(2e-3), np.array([0.5 * math.pi]))).round(6).tolist()
+    [[1.414214, 1.414214]]
+
+    References
+    ----------
+    Derived here.
+    """
     if cut.leg:
         return np.full((len(wedge), 2), cut.width)
     half = 0.5 * wedge

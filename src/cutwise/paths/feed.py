@@ -45,6 +45,10 @@ def contact_feeds(path: ChamferPath, feed: float, *, at_contact: bool) -> Feeds:
         Speed f [m/s] of the contact, or of the centre.
     at_contact : bool
         Whether f is the speed of the contact.
+
+    References
+    ----------
+    Derived here.
     """
     closed = path.frames.closed
     centre = lengths(path.centre, closed=closed)
@@ -120,7 +124,13 @@ def samples_for(path: ChamferPath, tolerance: Tolerance) -> NDArray[np.int64]:
 
 
 def thinned(total: int, wanted: FloatArray, *, closed: bool) -> NDArray[np.int64]:
-    """Sample numbers nearest to wanted places, no two of them neighbours; an open path keeps its ends."""
+    """Sample numbers nearest to wanted places, no two of them neighbours; an open path keeps its ends.
+
+    Examples
+    --------
+    >>> thinned(10, np.array([0.0, 1.2, 4.4, 9.0]), closed=False).tolist()
+    [0, 4, 9]
+    """
     last = total if closed else total - 1
     kept = [0]
     for place in np.rint(wanted[1:]).astype(int):

@@ -68,6 +68,10 @@ def contact_angles(path: ChamferPath, axis: FloatArray) -> FloatArray:
 
     Where surfaces are planes in the normal plane and the rod lies in the second: :math:`\chi_{2,1} = \varphi / 2 +
     \delta \mp \arcsin(w / 2R_B)`. ``axis``: unit vector from the ball along the rod. Shape (n, 2).
+
+    References
+    ----------
+    Derived here for the cutter of Sato et al. 2016, sec. 3.2.
     """
     arm = path.contact - path.centre[:, None, :]
     along = arm @ axis
@@ -94,7 +98,12 @@ def rod_wall_clearance(path: ChamferPath, part: PipeHole, tool: BallCutter) -> f
 
 
 def tool_margins(tool: BallCutter) -> list[Margin]:
-    """What the cutter must be in itself."""
+    """What the cutter must be in itself.
+
+    References
+    ----------
+    Derived here for the cutter of Sato et al. 2016, sec. 3.2.
+    """
     neck = math.asin(min(1.0, tool.rod_radius / tool.ball_radius))
     return [
         Margin(ROD_IN_BALL, tool.ball_radius - tool.rod_radius, False, "the rod must be thinner than the ball"),
@@ -154,6 +163,17 @@ def planar_tilt(width: float, tool: BallCutter, clearance: float, wedge: float =
     ------
     NoPathError
         Rod and clearance are wider than the ball.
+
+    Examples
+    --------
+    A ball of 2 mm on a rod of 1 mm, a chamfer of 2 mm on a right angle: 30 + 30 - 45 degrees.
+
+    >>> round(math.degrees(planar_tilt(2e-3, BallCutter(2e-3, 1e-3, 0.0), 0.0)), 6)
+    15.0
+
+    References
+    ----------
+    Derived here; the section of Sato et al. 2016 on interference is lost.
     """
     if tool.rod_radius + clearance > tool.ball_radius:
         raise NoPathError("rod radius plus clearance exceeds the ball radius: no tilt helps")
@@ -165,6 +185,17 @@ def widest_chamfer(tool: BallCutter, clearance: float, wedge: float = 0.5 * math
     r"""Widest symmetric chamfer of an inner edge, planar wedge [m]; 0 if none is possible.
 
     .. math:: w = 2 R_B \sin\left(\frac{\varphi}{2} - \max\left(\arcsin\frac{R_{od} + c_l}{R_B}, \beta\right)\right)
+
+    Examples
+    --------
+    The cutter of :func:`planar_tilt`: 4 mm times the sine of 15 degrees.
+
+    >>> round(1e3 * widest_chamfer(BallCutter(2e-3, 1e-3, 0.0), 0.0), 6)
+    1.035276
+
+    References
+    ----------
+    Derived here.
     """
     if tool.rod_radius + clearance >= tool.ball_radius:
         return 0.0

@@ -28,7 +28,24 @@ class Discs(NamedTuple):
 
 
 def discs(mill_radius: float, helix: float, axial_depth: float, teeth: int, count: int) -> Discs:
-    """Discs of a mill: radius [m], helix angle [rad], axial depth [m]; the lag of disc d is (d + 1/2) steps."""
+    r"""Discs of a mill: radius [m], helix angle [rad], axial depth [m]; the lag of disc d is (d + 1/2) steps.
+
+    .. math:: \Delta = \frac{a_p}{n} \frac{\tan\beta}{R}
+
+    ``teeth``: number of flutes N, evenly spaced; ``count``: n. Valid for a cylinder with one helix angle.
+
+    Examples
+    --------
+    45 degrees, four discs over 10 mm, R = 5 mm:
+
+    >>> mill = discs(5e-3, 0.25 * math.pi, 1e-2, 2, 4)
+    >>> round(mill.step, 9), round(mill.thickness, 9)
+    (0.5, 0.0025)
+
+    References
+    ----------
+    Berselli et al. 2016, Eq. (2), by discs.
+    """
     thickness = axial_depth / count
     step = thickness * math.tan(helix) / mill_radius
     lag = (np.arange(count) + 0.5) * step

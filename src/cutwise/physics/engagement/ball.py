@@ -37,6 +37,18 @@ def pass_frames(tangent: FloatArray, axis: FloatArray) -> PassFrames:
 
     Where the edge runs along the rod there is no feed across it (:math:`|t \cdot k| = 1`, a plunge): x is then that of
     the nearest place that has one, or any direction across the rod if there is none.
+
+    ``tangent``: unit, shape (n, 3); ``axis``: k, unit, shape (3,).
+
+    Examples
+    --------
+    >>> frames = pass_frames(np.array([[0.6, 0.0, 0.8]]), np.array([0.0, 0.0, 1.0]))
+    >>> frames.feed.round(9).tolist(), frames.off.round(9).tolist(), frames.plunge.round(9).tolist()
+    ([[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]], [0.8])
+
+    References
+    ----------
+    Derived here; the tangent is Sato et al. 2016, Eq. (6).
     """
     plunge = tangent @ axis
     x = tangent - plunge[:, None] * axis
@@ -64,6 +76,21 @@ def wedge_sides(edge: FloatArray, normal: FloatArray) -> FloatArray:
         Edge from the ball centre [m], frame of the pass, shape (n, 3).
     normal : array
         Outward unit normals of both faces, frame of the pass, shape (n, 2, 3).
+
+    Notes
+    -----
+    Valid for faces that are plane over the radius of the ball.
+
+    Examples
+    --------
+    An edge 1 mm off a ball's centre along y, one face square to it and one to z:
+
+    >>> wedge_sides(np.array([[0.0, 1e-3, 0.0]]), np.array([[[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]]))[0].tolist()
+    [[0.0, 1.0, 0.0, 0.001], [0.0, 0.0, 1.0, 0.0]]
+
+    References
+    ----------
+    Derived here.
     """
     return np.concatenate([normal, np.einsum("imj,ij->im", normal, edge)[:, :, None]], axis=2)
 
@@ -81,6 +108,14 @@ def burr_sides(
         Unit vectors along the face, away from the edge, and out of it; both across the edge, shape (n, 3).
     height, width : array
         Off the face and along it [m], shape (n,); not positive: no burr there.
+
+    Notes
+    -----
+    Valid for a face that is plane, and a burr that is even, over the radius of the ball.
+
+    References
+    ----------
+    Derived here; the section is that of Berselli et al. 2016, Fig. 9.
     """
     along, off = np.einsum("ij,ij->i", into, edge), np.einsum("ij,ij->i", normal, edge)
     there = (height > 0.0) & (width > 0.0)

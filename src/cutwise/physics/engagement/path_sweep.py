@@ -49,6 +49,10 @@ def swept_path(curve: LineArc, radius: float) -> Swept:
         The path, rapid moves too [m].
     radius : float
         Of the mill [m].
+
+    References
+    ----------
+    Derived here.
     """
     table = _joined(_pieces(curve))
     first, piece, boxes = _stretches(table, radius)

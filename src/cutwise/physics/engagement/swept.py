@@ -38,7 +38,15 @@ class ColumnEdge(NamedTuple):
 
 
 def stand(burr: Polyline, start: float, end: float, pitch: float, burr_strips: int, work_strips: int) -> Columns:
-    """Uncut burr strips, then work strips, over a stretch of the edge."""
+    """Uncut burr strips, then work strips, over a stretch of the edge.
+
+    ``start``, ``end``, ``pitch``: along the edge [m]; the burr [m] is that at the columns, linear between its points.
+
+    Examples
+    --------
+    >>> stand(Polyline(np.array([0.0, 1.0]), np.array([0.0, 1e-3])), 0.0, 1.0, 0.5, 1, 1).height[:, 1].tolist()
+    [0.0005, 0.0]
+    """
     position = np.arange(start, end + pitch, pitch)
     height = np.zeros((burr_strips + work_strips, position.size))
     height[:burr_strips] = np.interp(position, burr.at, burr.value)
@@ -47,7 +55,15 @@ def stand(burr: Polyline, start: float, end: float, pitch: float, burr_strips: i
 
 
 def most_columns(radius: float, columns: Columns) -> int:
-    """Rows of contact that a mill can have at most [shape of the scratch of the loop]."""
+    """Rows of contact that a mill can have at most [shape of the scratch of the loop].
+
+    ``radius`` of the mill [m].
+
+    Examples
+    --------
+    >>> most_columns(5e-3, Columns(np.zeros((2, 9)), np.zeros(2), 0.0, 3e-3))  # 2 strips of 4 + 2 columns
+    12
+    """
     return len(columns.height) * (math.ceil(2.0 * radius / columns.pitch) + 2)
 
 

@@ -56,7 +56,16 @@ def passing(start: int = 0) -> Passing:
 
 
 def most_discs(engagement: Wedge) -> int:
-    """Rows of contact that a ball can have at most: a disc inside of m planes has m + 1 arcs at most."""
+    """Rows of contact that a ball can have at most: a disc inside of m planes has m + 1 arcs at most.
+
+    Examples
+    --------
+    Ten slices of a wedge without a burr, three planes with the one ahead:
+
+    >>> table, at = np.zeros((2, 2, 4)), np.zeros(2)
+    >>> most_discs(Wedge(Round(1e-3, 2, 100.0), 10, at, at, table, np.zeros((2, 0, 4)), at, at, at, False))
+    40
+    """
     return engagement.slices * (4 + (6 if engagement.burr.shape[1] else 0))
 
 
