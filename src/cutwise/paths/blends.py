@@ -39,6 +39,9 @@ def blend_radius(tolerance: float, turn: float) -> float:
     .. math:: r = \epsilon \frac{\cos(\theta/2)}{1 - \cos(\theta/2)}
 
     ``tolerance`` :math:`\epsilon` [m], ``turn`` :math:`\theta` between the directions [rad], above 0 and below pi.
+
+    >>> round(blend_radius(math.sqrt(2.0) - 1.0, 0.5 * math.pi), 9)
+    1.0
     """
     half = math.cos(0.5 * turn)
     return tolerance * half / (1.0 - half)
@@ -50,7 +53,7 @@ def feed_tolerance(turn: float, length: float, speed: float, acceleration: float
 
     .. math:: \epsilon = r (1/\cos(\theta/2) - 1), \qquad r = \max(v^2/a, \sqrt{v^3/j})
 
-    the smallest arc that acceleration and jerk allow at the speed, but no more than a quarter of the shorter block.
+    the smallest arc that acceleration and jerk allow at the speed, but no more than a quarter of the shorter block. Derived here; that quarter is a choice.
 
     Parameters
     ----------
@@ -67,10 +70,6 @@ def feed_tolerance(turn: float, length: float, speed: float, acceleration: float
 
     >>> round(1e3 * feed_tolerance(0.5 * math.pi, 1.0, 0.1, 1.0, 1000.0), 6)
     4.142136
-
-    References
-    ----------
-    Derived here; the share of a block is a choice.
     """
     radius = max(speed * speed / acceleration, math.sqrt(speed * speed * speed / jerk))
     return min(radius * (1.0 / max(math.cos(0.5 * turn), 1e-9) - 1.0), _SHARE * length)

@@ -144,7 +144,13 @@ def pipe_edge(part: PipeHole, theta: FloatArray, *, inner: bool) -> EdgeFrames:
 
 
 def one_turn(count: int) -> FloatArray:
-    """Angles :math:`2 \\pi i / n`, the start not repeated [rad]."""
+    r"""Angles :math:`2 \pi i / n`, the start not repeated [rad].
+
+    Examples
+    --------
+    >>> np.degrees(one_turn(4)).tolist()
+    [0.0, 90.0, 180.0, 270.0]
+    """
     return 2.0 * np.pi * np.arange(count) / count
 
 

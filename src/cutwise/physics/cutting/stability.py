@@ -177,6 +177,21 @@ def multipliers(
     ndarray
         :math:`|\mu|` [-], shape (n,).
 
+    Notes
+    -----
+    Valid for small vibrations about a steady cut and teeth whose helix lags little over the depth.
+
+    Examples
+    --------
+    Without depth the free motion is left, :math:`e^{-\zeta\omega\tau}`: 5 % of 1000 rad/s over 10 ms.
+
+    >>> from scipy.linalg import expm
+    >>> tip = Tip(np.array([1000.0]), np.array([0.05]), np.array([1.0]), np.array([[0.0, 1.0]]))
+    >>> case = Milling(2, 0.0, 1.0, 1e9, 3e8)
+    >>> free = lambda time: expm(np.array([[0.0, 1.0], [-1e6, -100.0]]) * time)
+    >>> multipliers(np.zeros(1), 100 * math.pi, case, tip, free).round(6).tolist()  # exp(-1/2)
+    [0.606531]
+
     References
     ----------
     Bueler 2007 (Chebyshev collocation of delay equations); free flight as in Bayly et al. 2003.

@@ -181,12 +181,8 @@ def tangent_coefficients(edges: Edges, h: float) -> EdgeCoefficients:
     edges : Edges
         Force law; a linear one is given back.
     h : float
-        Chip thickness [m], positive.
-
-    Returns
-    -------
-    EdgeCoefficients
-        [Pa], [N/m]; valid for changes of the chip that are small against it, and above 0.1 µm.
+        Chip thickness [m], positive: above 0.1 µm, and changes small against it.
+        Derived here from the law of Kienzle 1952.
 
     Examples
     --------
@@ -194,10 +190,6 @@ def tangent_coefficients(edges: Edges, h: float) -> EdgeCoefficients:
 
     >>> round(tangent_coefficients(kienzle_edges(Kienzle(1e9, 0.25, 1e9, 0.25, 1e9, 0.25)), 1e-3).K_tc)
     750000000
-
-    References
-    ----------
-    Derived here from the power law of Kienzle 1952.
     """
     if edges.law == LINEAR:
         return edges.linear
@@ -276,12 +268,9 @@ def turning_mean_force(
     """Force averaged over a tooth but not over a turn, for any force law and run-out.
 
     Parameters are those of :func:`cutwise.physics.cutting.flute.mean_force`, with the rotation of the mill [rad]: all
-    flutes are taken at one angle from the run-out, which keeps the force that turns with the spindle.
+    flutes are taken at one angle from the run-out, which keeps the force that turns with the spindle [N].
 
-    Returns
-    -------
-    FluteForce
-        Force on the tool [N]; valid as :func:`uneven_arc_force` is.
+    Valid as :func:`uneven_arc_force` is.
 
     Examples
     --------
@@ -315,10 +304,7 @@ def whole_turn_force(
     tooth that leaves the cut keeps the mean of even flutes: what one tooth cuts less, the next cuts more. Parameters
     are those of :func:`turning_mean_force`.
 
-    Returns
-    -------
-    FluteForce
-        Force on the tool [N]; valid as :func:`uneven_arc_force` is.
+    Valid as :func:`uneven_arc_force` is [N].
 
     Examples
     --------
@@ -360,10 +346,7 @@ def uneven_tooth_force(
 
     Parameters are those of :func:`cutwise.physics.cutting.flute.tooth_force`, with the force law in place of coefficients.
 
-    Returns
-    -------
-    FluteForce
-        Force on the tool [N]; valid as :func:`uneven_arc_force` is.
+    Valid as :func:`uneven_arc_force` is [N].
 
     Examples
     --------
@@ -396,7 +379,7 @@ def uneven_tooth_force(
 def largest_radius(runout: float, runout_angle: float, flutes: int) -> float:
     r"""How far the outermost flute stands out, :math:`\max_j \rho \cos(\lambda - 2\pi j / N)` [m].
 
-    The surface is cut by that flute: by so much deeper than without run-out.
+    The surface is cut by that flute: by so much deeper than without run-out. First order, derived here.
 
     Parameters
     ----------
@@ -411,9 +394,5 @@ def largest_radius(runout: float, runout_angle: float, flutes: int) -> float:
     --------
     >>> round(1e6 * largest_radius(1e-5, math.pi / 4, 4), 6)  # between two of four flutes: 10 / sqrt(2)
     7.071068
-
-    References
-    ----------
-    Derived here; first order in the run-out.
     """
     return max(runout * math.cos(runout_angle - 2.0 * math.pi * j / flutes) for j in range(flutes))

@@ -113,6 +113,14 @@ def burr_sides(
     -----
     Valid for a face that is plane, and a burr that is even, over the radius of the ball.
 
+    Examples
+    --------
+    A burr of 1 by 2 mm on a face along x, seen from a ball centre on its edge: between x = 0 and 2, z = 0 and 1 mm.
+
+    >>> x, z = np.array([[1.0, 0.0, 0.0]]), np.array([[0.0, 0.0, 1.0]])
+    >>> (1e3 * burr_sides(np.zeros((1, 3)), x, z, np.array([1e-3]), np.array([2e-3]))[0, [1, 3], 3]).tolist()
+    [2.0, 1.0]
+
     References
     ----------
     Derived here; the section is that of Berselli et al. 2016, Fig. 9.

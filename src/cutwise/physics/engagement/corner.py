@@ -140,6 +140,20 @@ def corner_contact(
         Arc from, to in angles from the wall side of the mill (heading - 90°) [rad], 0 to pi; empty ones are zero.
         Shape (n, p, 2).
 
+    Notes
+    -----
+    Valid for feeds per tooth small against the radius and walls longer than :func:`reach`.
+
+    Examples
+    --------
+    Half a radius wide, far before a sharp right angle: 60 degrees from the wall; in the corner 60 + 90.
+
+    >>> shape = Corner(1e-2, 5e-3, 0.5 * math.pi, 0.0)
+    >>> own = [line((-0.1, 0.0), (0.0, 0.0)), line((0.0, 0.0), (0.0, 0.1))]
+    >>> at = np.array([[-0.05, 0.0, 0.0], [0.0, 0.0, 0.0]])
+    >>> np.degrees(summed(corner_contact(own, np.array([0.05, 0.1]), at, np.zeros(2), shape))).round(6).tolist()
+    [60.0, 150.0]
+
     References
     ----------
     Derived here; checked against closed forms, counted rim points, and the removed area.

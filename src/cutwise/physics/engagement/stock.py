@@ -200,6 +200,20 @@ def contact_patches(point: FloatArray, heading: FloatArray, way: FloatArray, swe
     stands in steps of 2 % of the mill radius at their mean heights, and more than 16 arcs of one place are made fewer
     by :func:`~cutwise.physics.engagement.rim.plainer`.
 
+    Examples
+    --------
+    Back along a slot, half a radius beside it, in a block 3 mm deep: 60 degrees from the wall side, over all of it.
+
+    >>> from cutwise.maths.linearc import join, line
+    >>> from cutwise.physics.engagement.path_sweep import swept_path
+    >>> way = [((0, 0, 0), (0.2, 0, 0)), ((0.2, 0, 0), (0.2, 0, 1)), ((0.2, 0, 1), (0.2, 5e-3, 1)),
+    ...        ((0.2, 5e-3, 1), (0.2, 5e-3, 0)), ((0.2, 5e-3, 0), (0, 5e-3, 0))]
+    >>> swept, block = swept_path(join([line(*ends) for ends in way]), 1e-2), block_stock((-1, 1), (-1, 1), 3e-3, -1e-3)
+    >>> at = np.array([[0.1, 5e-3, 0.0]])
+    >>> patch = contact_patches(at, np.array([math.pi]), np.array([2.305]), swept, block)[0, 0]
+    >>> np.degrees(patch[:2]).round(6).tolist(), patch[2:].round(9).tolist()
+    ([0.0, 60.0], [0.0, 0.003])
+
     References
     ----------
     Derived here.

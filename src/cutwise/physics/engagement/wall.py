@@ -101,6 +101,14 @@ def path_contact(
     Valid for a wall cut by a parallel pass before; what else of the path crosses a place is not known here (see
     :func:`cutwise.physics.engagement.stock.contact_patches`).
 
+    Examples
+    --------
+    >>> from cutwise.maths.linearc import join
+    >>> path = join([line((0, 0, 0), (0.1, 0, 0))])
+    >>> at, block = np.array([0.05]), np.zeros(1, np.int64)
+    >>> np.degrees(path_contact(path, np.ones(1, bool), block, at, 1e-2, 5e-3)[0]).round(6).tolist()
+    [[0.0, 60.0]]
+
     References
     ----------
     Derived here.
@@ -135,6 +143,12 @@ def greatest_contact(curve: LineArc, mill_radius: float, radial_depth: float) ->
     :func:`greatest_immersion` to 1e-11 rad.
 
     ``curve`` [m], ``mill_radius`` and ``radial_depth`` [m].
+
+    Examples
+    --------
+    >>> from cutwise.maths.linearc import join
+    >>> round(math.degrees(greatest_contact(join([line((0, 0, 0), (0.1, 0, 0))]), 1e-2, 5e-3)), 6)
+    60.0
 
     References
     ----------

@@ -156,6 +156,14 @@ def machined_profile(
     Between two axis positions :math:`\Delta x` apart the envelope is high by :math:`\Delta x^2 / 8R`: 2 nm at
     8 µm and R = 4 mm.
 
+    Examples
+    --------
+    A mill of 4 mm that runs 10 µm deep in the work, under a burr of 1 mm:
+
+    >>> x, burr = np.linspace(0.0, 1e-3, 200), Polyline(np.zeros(1), np.array([1e-3]))
+    >>> round(1e6 * float(machined_profile(x, np.full(200, 4e-3 - 1e-5), 4e-3, burr, 5).error[2]), 2)
+    -10.0
+
     References
     ----------
     Berselli et al. 2016, Eq. (12), which takes the lowest point of the mill instead of the envelope.
