@@ -53,7 +53,8 @@ def feed_tolerance(turn: float, length: float, speed: float, acceleration: float
 
     .. math:: \epsilon = r (1/\cos(\theta/2) - 1), \qquad r = \max(v^2/a, \sqrt{v^3/j})
 
-    the smallest arc that acceleration and jerk allow at the speed, but no more than a quarter of the shorter block. Derived here; that quarter is a choice.
+    the smallest arc that acceleration and jerk allow at the speed, but no more than a quarter of the shorter block,
+    a choice. Derived here.
 
     Parameters
     ----------

@@ -51,7 +51,7 @@ def contact_feeds(path: ChamferPath, feed: float, *, at_contact: bool) -> Feeds:
     A hole of 20 mm in a wall that is almost flat: the centre runs round at 20 - 1/sqrt(2) mm, the contact at
     20 + 3/sqrt(2) mm.
 
-    >>> from cutwise.paths.chamfer import TANGENT, Chamfer, chamfer_path
+    >>> from cutwise.paths.chamfer.ball_path import TANGENT, Chamfer, chamfer_path
     >>> from cutwise.paths.pipe import PipeHole, one_turn, pipe_edge
     >>> edge = pipe_edge(PipeHole(1e3, 0.2, 20e-3), one_turn(400), inner=False)
     >>> path = chamfer_path(edge, Chamfer(6e-3, tier=TANGENT), 5e-3)
@@ -79,7 +79,7 @@ def chord_error(path: ChamferPath) -> float:
     --------
     A circle of :math:`20 - 1/\sqrt{2}` mm in 100 chords: :math:`r \sin^2(\pi/n) / 2`.
 
-    >>> from cutwise.paths.chamfer import TANGENT, Chamfer, chamfer_path
+    >>> from cutwise.paths.chamfer.ball_path import TANGENT, Chamfer, chamfer_path
     >>> from cutwise.paths.pipe import PipeHole, one_turn, pipe_edge
     >>> edge = pipe_edge(PipeHole(1e3, 0.2, 20e-3), one_turn(100), inner=False)
     >>> round(1e6 * chord_error(chamfer_path(edge, Chamfer(6e-3, tier=TANGENT), 5e-3)), 2)
@@ -125,7 +125,7 @@ def points_for(path: ChamferPath, tolerance: float) -> int:
     --------
     The circle of :func:`chord_error` to a quarter of its error: twice the points.
 
-    >>> from cutwise.paths.chamfer import TANGENT, Chamfer, chamfer_path
+    >>> from cutwise.paths.chamfer.ball_path import TANGENT, Chamfer, chamfer_path
     >>> from cutwise.paths.pipe import PipeHole, one_turn, pipe_edge
     >>> edge = pipe_edge(PipeHole(1e3, 0.2, 20e-3), one_turn(100), inner=False)
     >>> points_for(chamfer_path(edge, Chamfer(6e-3, tier=TANGENT), 5e-3), 0.25 * 9.53e-6)

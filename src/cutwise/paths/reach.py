@@ -73,7 +73,7 @@ def contact_angles(path: ChamferPath, axis: FloatArray) -> FloatArray:
     --------
     A chamfer of 6 mm by a ball of 5 mm on a right angle, the rod along the hole: 45 degrees, arcsin 3/5 more and less.
 
-    >>> from cutwise.paths.chamfer import TANGENT, chamfer_path
+    >>> from cutwise.paths.chamfer.ball_path import TANGENT, chamfer_path
     >>> from cutwise.paths.pipe import one_turn, pipe_edge
     >>> edge = pipe_edge(PipeHole(50e-3, 20e-3, 20e-3), one_turn(8), inner=True)
     >>> path = chamfer_path(edge, Chamfer(6e-3, tier=TANGENT), 5e-3)
