@@ -90,9 +90,26 @@ def axial_and_holding(cxx: float, cxy: float, cyy: float, cxz: float, cyz: float
     cxx, cxy, cyy, cxz, cyz : float
         Translation block of the compliance in tool axes [m/N].
 
+    Returns
+    -------
+    tuple
+        Lateral force x, y over the thrust [1].
+
     Notes
     -----
-    Point contact without moment, quasi-static, drill torque left out; :func:`holding_force` has it.
+    Valid for point contact without moment, quasi-static, drill torque left out (:func:`holding_force` has it); the lateral
+    block has to be positive definite, as that of any arm is that yields both ways.
+
+    Examples
+    --------
+    2 and 4 um/N across, 1 and -1 um/N of coupling to the thrust:
+
+    >>> [round(part, 9) for part in axial_and_holding(2e-6, 0.0, 4e-6, 1e-6, -1e-6)]
+    [0.5, -0.25]
+
+    References
+    ----------
+    Derived here: equilibrium of a tip held by friction. Garnier et al. 2017, sec. 1, name the sliding and leave it open.
     """
     determinant = cxx * cyy - cxy * cxy
     return (cyy * cxz - cxy * cyz) / determinant, (cxx * cyz - cxy * cxz) / determinant
