@@ -127,7 +127,7 @@ def response_integrals(rate: float, time: float) -> tuple[float, float]:
     Returns
     -------
     tuple
-        :math:`\varphi_1` [s] and :math:`\varphi_2` [s^2], to about 1e-13 of their size.
+        :math:`\varphi_1` [s] and :math:`\varphi_2` [s^2], to 1e-12 of their size.
 
     Examples
     --------
@@ -140,7 +140,7 @@ def response_integrals(rate: float, time: float) -> tuple[float, float]:
 
     References
     ----------
-    Derived here: the response of a first-order lag, e.g. Altintas 2012, Manufacturing Automation, ch. 5.
+    Derived here: the response of a first-order lag, e.g. Altintas 2012, Manufacturing Automation, ch. 6.
     """
     x = rate * time
     if x < 1e-3:  # the series keeps the digits that the difference loses, and covers lambda = 0
@@ -321,7 +321,7 @@ def played(output: float, motor_side: float, play: float) -> float:
 
     References
     ----------
-    Play operator, e.g. Visintin 1994, Differential Models of Hysteresis, ch. III.
+    Play operator, Krasnosel'skii and Pokrovskii 1989, Systems with Hysteresis.
     """
     half = 0.5 * play
     return min(max(output, motor_side - half), motor_side + half)
