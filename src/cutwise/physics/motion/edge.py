@@ -115,5 +115,14 @@ def path_memory_index(largest_curvature: float, radius: float) -> float:
         Largest second derivative of the path error along the path, :math:`|y''| = A (\omega / v_f)^2` [1/m].
     radius : float
         Mill radius [m].
+
+    Returns
+    -------
+    float
+        [1]
+
+    References
+    ----------
+    Derived here; the arcs are those of Berselli et al. 2016, Eq. (11).
     """
     return largest_curvature * radius

@@ -193,7 +193,12 @@ def _stretches(
 
 
 def highest_feeds(curve: LineArc, feed: FloatArray, limits: Limits, axes: AxisLimits | None = None) -> FloatArray:
-    """The programmed speed of each block, or less where path or axes cannot be as quick [m/s], shape (blocks,)."""
+    """The programmed speed of each block, or less where path or axes cannot be as quick [m/s], shape (blocks,).
+
+    References
+    ----------
+    Derived here: each axis takes its share of the tangent.
+    """
     return np.ascontiguousarray(_unbent_limits(curve, feed, limits, _axes(axes))[:, 0])
 
 
@@ -244,6 +249,10 @@ def plan(
     ------
     ValueError
         A limit or a feed is not positive, or nothing bounds the speed, the acceleration or the jerk of a block.
+
+    References
+    ----------
+    Derived here; ramps as in Biagiotti & Melchiorri 2008, sec. 3.4. Ozcan et al. 2017, sec. 1, name the limits that bind.
     """
     worst = min(*limits, *(float(np.min(values)) for values in axes or ()))
     if worst <= 0.0 or float(np.min(feed)) <= 0.0:
@@ -269,7 +278,12 @@ def plan(
 
 
 def time_at(profile: Profile, positions: FloatArray) -> FloatArray:
-    """Times [s] at which ascending positions [m] are passed (first passage), by bisection within the phase."""
+    """Times [s] at which ascending positions [m] are passed (first passage), by bisection within the phase.
+
+    References
+    ----------
+    Derived here.
+    """
     return _time_at(*profile, np.asarray(positions, dtype=np.float64))
 
 

@@ -201,6 +201,10 @@ def stretch(length: float, v0: float, v1: float, limits: Limits) -> list[tuple[f
     ------
     ValueError
         The stretch is too short for the change of speed, or a limit is not positive.
+
+    References
+    ----------
+    Biagiotti & Melchiorri 2008, sec. 3.4.
     """
     if min(limits) <= 0.0:
         raise ValueError(f"motion limits must be positive, got {limits}")
@@ -215,7 +219,12 @@ def stretch(length: float, v0: float, v1: float, limits: Limits) -> list[tuple[f
 
 
 def ramp(v0: float, v1: float, limits: Limits) -> list[tuple[float, float]]:
-    """Phases (duration [s], jerk [m/s^3]) of the quickest change of speed from and to zero acceleration."""
+    """Phases (duration [s], jerk [m/s^3]) of the quickest change of speed from and to zero acceleration.
+
+    References
+    ----------
+    Biagiotti & Melchiorri 2008, sec. 3.4.
+    """
     total = float(ramp_time(v1 - v0, limits.acceleration, limits.jerk))
     if total == 0.0:
         return []
@@ -232,6 +241,10 @@ def chain(
 
     ``anchors`` pins the state at the start of phases: (phase number, position [m], speed [m/s], zero acceleration),
     so that rounding does not add up over a long program.
+
+    References
+    ----------
+    Biagiotti & Melchiorri 2008, sec. 3.4: integrals of constant jerk.
     """
     n = len(phases)
     time, position = np.zeros(n + 1), np.zeros(n + 1)
@@ -251,7 +264,12 @@ def chain(
 
 
 def at(profile: Profile, instants: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Position [m], speed [m/s] and acceleration [m/s^2] at the instants [s]; at rest before and after the profile."""
+    """Position [m], speed [m/s] and acceleration [m/s^2] at the instants [s]; at rest before and after the profile.
+
+    References
+    ----------
+    Biagiotti & Melchiorri 2008, sec. 3.4.
+    """
     n = profile.jerk.shape[0]
     if n == 0:
         return np.zeros_like(instants), np.zeros_like(instants), np.zeros_like(instants)

@@ -70,6 +70,10 @@ def spherical_wrist(chain: Chain) -> WristArm:
     ------
     NotSphericalError
         Not six turning joints, axes 2 and 3 not parallel or not square to axis 1, or no common wrist centre.
+
+    References
+    ----------
+    Pieper 1968; the reduction to one arm is derived here.
     """
     if len(chain.kinds) != 6 or not np.all(chain.kinds == REVOLUTE):
         raise NotSphericalError("the closed form needs six turning joints")
@@ -296,6 +300,10 @@ def reach_margin(arm: WristArm, rotation: FloatArray, position: FloatArray) -> t
 
     Outer: :math:`L_2 + L_3 - d`; inner: :math:`d - |L_2 - L_3|`, with :math:`d` from axis 2 to the wrist centre in the
     plane of the arm. A negative value is how much is missing.
+
+    References
+    ----------
+    Derived here: triangle inequality.
     """
     wrist = arm.base.T @ (position + rotation @ arm.centre - arm.foot)
     a1, upper, fore, _, _, side = arm.plane
@@ -306,5 +314,10 @@ def reach_margin(arm: WristArm, rotation: FloatArray, position: FloatArray) -> t
 
 
 def wrist_sine(arm: WristArm, q5: FloatArray | float) -> FloatArray:
-    """|sin| of the angle between axes 4 and 6: zero where the wrist is singular."""
+    """|sin| of the angle between axes 4 and 6: zero where the wrist is singular.
+
+    References
+    ----------
+    Derived here from the wrist of Pieper 1968.
+    """
     return np.asarray(np.abs(np.sin(np.asarray(q5) + arm.bend)))

@@ -71,7 +71,12 @@ class RingState(NamedTuple):
 
 
 def piston_directions(count: int, first_azimuth: float) -> FloatArray:
-    """Unit vectors to equally spaced pistons, the first at an azimuth from +x [rad]; shape (count, 2)."""
+    """Unit vectors to equally spaced pistons, the first at an azimuth from +x [rad]; shape (count, 2).
+
+    References
+    ----------
+    Berselli et al. 2016, sec. 1.1: seven pistons in a ring.
+    """
     azimuth = first_azimuth + 2.0 * np.pi * np.arange(count) / count
     return np.column_stack([np.cos(azimuth), np.sin(azimuth)])
 
@@ -546,5 +551,11 @@ def friction_at(force_at_reference: float, pressure: float, reference: float, pr
     r"""Seal friction at a pressure: :math:`F(p) = F(p_0) [f + (1 - f) p / p_0]`.
 
     The preload share f stays at zero pressure: the paper's :math:`\mu (A p + P)` with one unknown (sec. 3.3).
+
+    Valid for pressures [Pa] not below zero; ``preload_fraction`` f is from 0 to 1.
+
+    References
+    ----------
+    Berselli et al. 2016, sec. 3.3.
     """
     return force_at_reference * (preload_fraction + (1.0 - preload_fraction) * pressure / reference)

@@ -371,7 +371,14 @@ def _(structure, flexed, table, row, at):
 
 
 def swinging(at: FloatArray, compliance: FloatArray, mass: float, damping: float) -> Swinging:
-    """A swinging arm from its translational compliance at the stations [m/N], shape (n, 3, 3), and damping ratio."""
+    """A swinging arm from its translational compliance at the stations [m/N], shape (n, 3, 3), and damping ratio.
+
+    ``mass`` in kg, ``damping`` from 0. Valid for an arm whose modes of interest move the tool more than they turn it.
+
+    References
+    ----------
+    Derived here: modal damping of one mass on the joints' springs; Caughey 1960, J. Appl. Mech. 27 (when it is diagonal).
+    """
     stiffness = np.linalg.inv(compliance)
     value, vector = np.linalg.eigh(0.5 * (stiffness + np.swapaxes(stiffness, -1, -2)))
     strength = 2.0 * damping * np.sqrt(value * mass)
@@ -402,12 +409,22 @@ def relaxed(structure: NamedTuple) -> NamedTuple:
 
 
 def natural_frequencies(term: Swinging) -> FloatArray:
-    r"""Natural frequencies of a swinging arm at its stations, :math:`\sqrt{\lambda_k/m}/2\pi` [Hz], shape (n, 3)."""
+    r"""Natural frequencies of a swinging arm at its stations, :math:`\sqrt{\lambda_k/m}/2\pi` [Hz], shape (n, 3).
+
+    References
+    ----------
+    Derived here.
+    """
     return np.sqrt(np.linalg.eigvalsh(term.stiffness) / term.mass) / (2.0 * math.pi)
 
 
 def displacement(term: NamedTuple, columns: FloatArray, height: float) -> FloatArray:
-    """Displacement of the tool's axis at a height over its tip [m], from the columns that a term noted; shape (n, 3)."""
+    """Displacement of the tool's axis at a height over its tip [m], from the columns that a term noted; shape (n, 3).
+
+    References
+    ----------
+    Derived here: small rotations.
+    """
     match term:
         case Compliance():
             turned = np.column_stack([columns[:, 4] * height, -columns[:, 3] * height, np.zeros(len(columns))])
