@@ -83,6 +83,43 @@ def segment(at: FloatArray, x: float) -> int:
 
 
 @compiled
+def station(at: FloatArray, along: float) -> tuple[int, float]:
+    r"""Interval of a table and the share of it that lies behind; the end values hold beyond the ends.
+
+    .. math:: x = x_k + \sigma\,(x_{k+1} - x_k), \qquad 0 \le \sigma \le 1
+
+    Parameters
+    ----------
+    at : array (n,)
+        Stations :math:`x_k`, rising, in a unit of the caller's: of the path [m].
+    along : float
+        x in that unit.
+
+    Returns
+    -------
+    tuple
+        k and :math:`\sigma`; 0 and 0 where there is one station only.
+
+    Notes
+    -----
+    Valid for stations so close that what is read between them is as good as straight.
+
+    Examples
+    --------
+    >>> stations = np.array([0.0, 1.0, 3.0])
+    >>> station(stations, 1.5), station(stations, 7.0)
+    ((1, 0.25), (1, 1.0))
+    """
+    last = at.size - 1
+    if last == 0 or along <= at[0]:
+        return 0, 0.0
+    if along >= at[last]:
+        return last - 1, 1.0
+    low = segment(at, along)
+    return low, (along - at[low]) / (at[low + 1] - at[low])
+
+
+@compiled
 def polyline_value(curve: Polyline, x: float) -> float:
     r"""Value of a polyline at x; the end values hold beyond the ends.
 
