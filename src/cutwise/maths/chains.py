@@ -406,7 +406,12 @@ def body_errors(at: Frames, twists: ArrayLike, tip: ArrayLike) -> FloatArray:
 
 
 def linear_error(at: Frames, twists: ArrayLike, tip: ArrayLike) -> FloatArray:
-    """First-order error of the tool point [m], shape (..., 3): the sum of :func:`body_errors`."""
+    """First-order error of the tool point [m], shape (..., 3): the sum of :func:`body_errors`.
+
+    References
+    ----------
+    Demeč and Madáč, Eq. (2).
+    """
     return body_errors(at, twists, tip).sum(axis=-2)
 
 
@@ -426,6 +431,10 @@ def exact_error(at: Frames, twists: ArrayLike, tip: ArrayLike, *after: ArrayLike
         Tool point in the last frame [m].
     *after : arrays (..., n + 1, 6)
         Further errors :math:`\xi'_i`, one after the other; to first order their sum counts.
+
+    References
+    ----------
+    Demeč and Madáč, Eq. (2), with motions of finite size in place of first-order ones.
     """
     lead, count = at.origins.shape[:-2], at.origins.shape[-2]
     layers = [np.broadcast_to(np.asarray(xi, dtype=float), (*lead, count, 6)) for xi in (twists, *after)]

@@ -36,7 +36,12 @@ def constant(value: float) -> Polyline:
 
 
 def smooth(at: FloatArray, value: FloatArray) -> Cubic:
-    """Cubic through all points without overshoot (PCHIP): no new extremes between measured values."""
+    """Cubic through all points without overshoot (PCHIP): no new extremes between measured values.
+
+    References
+    ----------
+    Fritsch and Butland 1984, SIAM J. Sci. Stat. Comput. 5, as SciPy has it.
+    """
     curve = interpolate.PchipInterpolator(np.asarray(at, float), np.asarray(value, float))
     return Cubic(np.ascontiguousarray(curve.x), np.ascontiguousarray(curve.c))
 

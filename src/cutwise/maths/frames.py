@@ -87,7 +87,12 @@ def rotation_about(axis: ArrayLike, angle: float) -> FloatArray:
 
 
 def rotation_from_rpy(roll: float, pitch: float, yaw: float) -> FloatArray:
-    r"""Rotation of fixed-axis roll, pitch, yaw [rad]: :math:`R_z(\psi) R_y(\theta) R_x(\varphi)`, as URDF writes it."""
+    r"""Rotation of fixed-axis roll, pitch, yaw [rad]: :math:`R_z(\psi) R_y(\theta) R_x(\varphi)`, as URDF writes it.
+
+    References
+    ----------
+    URDF specification, origin of a joint.
+    """
     rotation = np.eye(3)
     for axis, angle in ((0, roll), (1, pitch), (2, yaw)):
         rotation = rotation_about(np.eye(3)[axis], angle) @ rotation
