@@ -144,7 +144,10 @@ def test_a_legal_pair_runs_and_its_term_matters(pair, examples):
     (name, *overrides), measure = LEGAL[pair]
     outcome = quick_outcome(load(examples / f"{name}.yaml", overrides), coarse=True)
     assert not outcome.infeasible
-    assert {finding.code for finding in outcome.findings} & set(SOUNDNESS) <= {"unsettled", "contact_lost"}  # short passes
+    assert {finding.code for finding in outcome.findings} & set(SOUNDNESS) <= {
+        "unsettled",
+        "contact_lost",
+    }  # short passes
     assert abs(outcome.measures[measure]) > 1e-12
 
 
