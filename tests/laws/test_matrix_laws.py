@@ -299,3 +299,41 @@ def test_shares_of_the_joints_sum_to_the_largest_error(robot_pass):
     assert set(shares) == {"share_part", "share_base", *(f"share_joint_a{k}" for k in range(1, 7)), "share_spindle"}
     assert sum(shares.values()) == pytest.approx(found["deviation_norm_max"], rel=1e-12)
     assert shares["share_base"] > 0.0
+
+
+# --- joints that cannot follow the feed
+
+SLOW = "robot.joint_speed=[105 deg/s, 101 deg/s, 107 deg/s, 2 deg/s, 113 deg/s, 175 deg/s]"
+
+
+@pytest.mark.parametrize("name", ["deburr_on_robot", "mill_on_robot", "chamfer_on_robot"])
+def test_a_feed_that_joints_cannot_follow_is_lowered_where_that_is_asked_for(loaded, name):
+    short = ("path.points=48", FREE) if name.startswith("chamfer") else SHORT
+    fast = quick_outcome(loaded(name, *short, SLOW, *FEEDS.get(name, ())))
+    slow = quick_outcome(loaded(name, *short, SLOW, *FEEDS.get(name, ()), "operation.limit_feed=true"))
+    assert fast.measures["joint_speed_margin"] < -0.5
+    assert fast.infeasible
+    assert slow.measures["joint_speed_margin"] == pytest.approx(0.0, abs=1e-9)
+    assert not slow.infeasible
+    if "cycle_time" in slow.measures:
+        assert slow.measures["cycle_time"] > 1.2 * fast.measures["cycle_time"]
+
+
+FEEDS = {"mill_on_robot": ("operation.feed=80 mm/s",)}
+
+
+def test_the_feed_changes_no_faster_than_the_joints_let_it(loaded):
+    scenario = loaded("mill_on_robot", FREE, SLOW, "operation.feed=80 mm/s", "operation.limit_feed=true",
+                      "robot.joint_acceleration=[9 deg/s^2, 9 deg/s^2, 9 deg/s^2, 0.002 deg/s^2, 9 deg/s^2, 9 deg/s^2]")  # fmt: skip
+    path, carrying = programmed_milling.prepare(scenario)
+    feeds = carried.feeds_along(carrying.arm, scenario.robot, 0.08)
+    bare = scenario.robot.model_copy(update={"joint_acceleration": None})
+    free = carried.feeds_along(carrying.arm, bare, 0.08)
+    assert (feeds <= free * (1 + 1e-12)).all()
+    assert (feeds < 0.999 * free).any()
+    rates = np.abs(np.diff(carrying.arm.postures.q, axis=0) / np.diff(path.at)[:, None])
+    gained = np.abs(np.diff(feeds**2)) / (2.0 * np.diff(path.at))
+    assert (gained[:, None] * rates <= np.array(scenario.robot.joint_acceleration) * (1 + 1e-9)).all()
+    pace = carried.pace_of(path.at, feeds, 0.08)
+    assert np.diff(pace.pace).min() > 0.0
+    assert pace.pace[-1] == pytest.approx(path.at[-1] / 0.08)

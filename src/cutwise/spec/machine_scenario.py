@@ -403,7 +403,7 @@ class MachineScenario(Scenario):
     def _of_robot(self) -> Iterator[Notice]:
         """What a robot at rest does without."""
         yield Notice(("tool", "tip"), "a robot has its own tool point (robot.tool_position)")
-        for key in ("dynamics", "modal_mass", "damping"):
+        for key in ("dynamics", "modal_mass", "damping", "joint_acceleration"):
             yield Notice(("robot", key), "a pass at rest knows no vibration")
         yield Notice(("robot", "sag"), "weights count as load.weights says, all of them")
 
