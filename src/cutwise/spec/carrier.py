@@ -288,8 +288,9 @@ class CarryingRobot(Robot):
             yield Notice(("objective",), "the angle of the tool is given (robot.redundancy_angle)")
 
 
-def limited_feed(operation: Any, robot: CarryingRobot | None) -> Iterator[Notice]:
-    """A feed that shall be lowered where the joints cannot follow it."""
+def limited_feed(scenario: Any) -> Iterator[Notice]:
+    """A feed that shall be lowered where the joints cannot follow it, in a scenario that may have a robot."""
+    operation, robot = scenario.operation, scenario.robot
     if not operation.limit_feed:
         return
     if robot is None:

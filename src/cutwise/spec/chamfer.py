@@ -427,7 +427,7 @@ class ChamferScenario(Scenario):
         ):  # fmt: skip
             if there and not self.has_forces:
                 yield Notice(key, "needs forces to yield to: give material, operation.spindle_speed and tool.flutes")
-        yield from limited_feed(self.operation, robot)
+        yield from limited_feed(self)
         if robot is None:
             return
         if self.compliant is not None and robot.redundancy_angle == "along_path":

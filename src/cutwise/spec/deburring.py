@@ -103,7 +103,7 @@ class DeburringScenario(Scenario):
         yield self._carrier_faults()
         yield self._machine_faults()
         yield self._rest_faults()
-        yield limited_feed(self.operation, self.robot)
+        yield limited_feed(self)
 
     def contradictions(self) -> Iterator[Notice]:
         """What contradicts itself between sections."""

@@ -288,9 +288,11 @@ class MillingScenario(Scenario):
     @property
     def programmed(self) -> bool:
         """Whether the tool goes as programmed: nothing has feed drives."""
+        if self.robot is not None or "machine" not in vars(self):  # a machine with faults of its own has drives, probably
+            return self.robot is not None
         if self.machine is None:
-            return self.robot is not None or isinstance(self.path, MilledPath)
-        return self.robot is not None or (isinstance(self.machine, MillingMachine) and self.machine.drives is None)
+            return isinstance(self.path, MilledPath)
+        return isinstance(self.machine, MillingMachine) and self.machine.drives is None
 
     @property
     def block(self) -> PartBlock | None:
@@ -350,7 +352,7 @@ class MillingScenario(Scenario):
         """A fault within the machine hides none of those of the cut."""
         yield milling_carriers.carrier_faults(self)
         yield milling_carriers.yielding_faults(self)
-        yield limited_feed(self.operation, self.robot)
+        yield limited_feed(self)
         yield self._cut_faults()
 
     def _cut_faults(self) -> Iterator[Notice]:

@@ -56,19 +56,28 @@ def deviation(motion: Followed) -> FloatArray:
 
 
 @inlined_stepping
-def instant(motion):  # type: ignore[no-untyped-def]
-    """Servo step of now, and the part of it that is over; the last one goes on."""
-    k, part = motion.clock[0] // motion.substeps, motion.clock[0] % motion.substeps
-    last = motion.pace.size - 1
-    if k >= last:
+def instant(clock: int, substeps: int, last: int) -> tuple[int, int, float]:
+    """Servo steps of now and after it, and the part of the first that is over; the last one goes on.
+
+    Examples
+    --------
+    Three of ten substeps after the second servo instant; and beyond the last:
+
+    >>> instant(23, 10, 5)
+    (2, 3, 0.3)
+    >>> instant(57, 10, 5)
+    (5, 5, 0.0)
+    """
+    step, part = clock // substeps, clock % substeps
+    if step >= last:
         return last, last, 0.0
-    return k, k + 1, part / motion.substeps
+    return step, step + 1, part / substeps
 
 
 @moved.of(Followed)
 def _(motion, time):
     """Where the axes are, in process axes; the programmed motion says where along the path that is meant to be."""
-    k, after, part = instant(motion)
+    k, after, part = instant(motion.clock[0], motion.substeps, motion.pace.size - 1)
     pace = motion.pace[k] + part * (motion.pace[after] - motion.pace[k])
     pose = moved(motion.motion, pace)
     rate = (motion.pace[after] - motion.pace[k]) / motion.axes[0].law.sample_time if after > k else 0.0
