@@ -360,6 +360,11 @@ class ChamferScenario(Scenario):
         "requirements": "{width_min: {min: 0.295 mm}, width_max: {max: 0.305 mm}, gouge_max: {max: 2 um}}",
     }
 
+    def turned(self) -> Mapping[str, tuple[str, str]]:
+        """A rigid spindle has no pressure."""
+        idle = set() if self.compliant is not None else {"spindle.pressure"}
+        return {key: ends for key, ends in self.levers.items() if key not in idle}
+
     def unasked(self) -> int:
         """A path on a CAD part, or a spindle that yields, takes half a second a run."""
         return 10 if self.part.step is not None or self.part.block is not None or self.compliant is not None else 40
