@@ -337,3 +337,17 @@ def test_the_feed_changes_no_faster_than_the_joints_let_it(loaded):
     pace = carried.pace_of(path.at, feeds, 0.08)
     assert np.diff(pace.pace).min() > 0.0
     assert pace.pace[-1] == pytest.approx(path.at[-1] / 0.08)
+
+
+def test_weights_of_the_links_sag_as_the_specification_says(loaded):
+    """Section 2 and 8 of the specification of the cell: middle of the path, y and z of its process axes [um]."""
+    scenario = loaded(
+        "machine_error_budget", "machine=null", "uncertainty=null", "part=null", "load={weights: true}", FREE,
+        "placement={origin: [1900 mm, 0 mm, 800 mm]}", "material=null",
+        "robot={library: kr270_r2700_masses, redundancy_angle: 0 deg, joint_angles: [6 deg, -82 deg, 117 deg, 10 deg, -35 deg, "
+        "-8 deg]}", "path.points=[{Y: -150 mm}, {Y: 150 mm}]",
+    )  # fmt: skip
+    run = machine_pass.run_pass(machine_assemble.machine_cell(scenario))
+    middle = run.cell.way.marks[1]
+    assert run.deviation[middle, [0, 2]] / UM == pytest.approx([-694.593, -1769.550], abs=1e-3)
+    assert machine_pass.energy_balance(run) < 1e-12
