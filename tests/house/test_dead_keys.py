@@ -72,7 +72,13 @@ CASES = {  # the examples, short and coarse
 }  # fmt: skip
 ONLY = {  # keys that are turned where an example costs much; the others are turned in examples beside it
     "chamfer_on_robot": ("robot.*", "placement*", "spindle"),
-    "chamfer_on_machine": ("machine.drives.[xyz]*", "machine.chain[[][1-3]]*", "placement*", "tool.[sm]*", "part.stiffness"),
+    "chamfer_on_machine": (
+        "machine.drives.[xyz]*",
+        "machine.chain[[][1-3]]*",
+        "placement*",
+        "tool.[sm]*",
+        "part.stiffness",
+    ),
     "chamfer_step_part": ("part.*", "path.*", "chamfer.*", "tool.[abp]*"),
     "deburr_on_robot": ("path*", "placement", "robot.*", "numerics.[es]*"),
     "machine_five_axis": (

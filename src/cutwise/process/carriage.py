@@ -36,7 +36,9 @@ class Carriage(NamedTuple):
     terms: Terms = ()  # what it yields by, from the tool on
     arm: "carried.ArmAlong | None" = None
     bodies: "chain_compliance.BodiesAlong | None" = None
-    path: CarriedPath | None = None  # whose axes are those of the process in those of the modes of the tool; None: the same
+    path: CarriedPath | None = (
+        None  # whose axes are those of the process in those of the modes of the tool; None: the same
+    )
 
 
 def by_robot(robot: CarryingRobot, along: "carried.ArmAlong", height: float) -> Carriage:
@@ -50,9 +52,7 @@ def by_machine(
 ) -> Carriage:  # fmt: skip
     """The bodies of a machine along a path in the part; modes of a tool lie along x and y of the machine."""
     bodies = chain_compliance.bodies_along(machine, block, np.array(machine.tip), path, key, axis)
-    return Carriage(
-        (("bodies", Compliance(path.at, np.ascontiguousarray(bodies.total))),), bodies=bodies, path=path
-    )
+    return Carriage((("bodies", Compliance(path.at, np.ascontiguousarray(bodies.total))),), bodies=bodies, path=path)
 
 
 def in_series(tool: Bending | None, carriage: Carriage, part: Compliance | None = None) -> Terms:
@@ -65,7 +65,9 @@ def in_series(tool: Bending | None, carriage: Carriage, part: Compliance | None 
     return (*tip, *carriage.terms, *((("part_stiffness", part),) if part is not None else ()))
 
 
-def off_surface(stiffness: float | None, at: FloatArray | None = None, normal: FloatArray | None = None) -> Compliance | None:
+def off_surface(
+    stiffness: float | None, at: FloatArray | None = None, normal: FloatArray | None = None
+) -> Compliance | None:
     r"""A part that yields off its surface: :math:`n n^T / k` with k [N/m], along y, or along normals (m, 3) at places (m,)."""
     if stiffness is None:
         return None

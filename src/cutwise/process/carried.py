@@ -164,7 +164,9 @@ def mass_matrices(robot: CarryingRobot, arm: Arm, q: FloatArray) -> FloatArray:
         speed = np.cross(axis, point[:, None] - at.origins[:, 1:]) * moves[:, None]
         spin = axis * moves[:, None]
         inertia = turn @ body.inertia @ np.swapaxes(turn, -1, -2)
-        total += body.mass * np.einsum("mki,mli->mkl", speed, speed) + np.einsum("mki,mij,mlj->mkl", spin, inertia, spin)
+        total += body.mass * np.einsum("mki,mli->mkl", speed, speed) + np.einsum(
+            "mki,mij,mlj->mkl", spin, inertia, spin
+        )
     return np.asarray(arm.drives.elastic.T @ total @ arm.drives.elastic)
 
 
@@ -339,7 +341,7 @@ def _best_constant(q: FloatArray, cost: FloatArray, reach: FloatArray) -> tuple[
     return int(angle), int(branch), float(mean[angle, branch])
 
 
-class Pace(NamedTuple):
+class Slowdown(NamedTuple):
     """How a programmed motion is slowed down: instants, and its own time there."""
 
     at: FloatArray  # [s], shape (m,)
@@ -374,12 +376,12 @@ def feeds_along(along: ArmAlong, robot: CarryingRobot, feed: float) -> FloatArra
     return np.asarray(found)
 
 
-def pace_of(at: FloatArray, feeds: FloatArray, feed: float) -> Pace:
+def pace_of(at: FloatArray, feeds: FloatArray, feed: float) -> Slowdown:
     """The pace at which a motion programmed at a constant feed [m/s] is run with other feeds at some places [m]."""
     fine = np.unique(np.concatenate([np.linspace(a, b, _FINE + 1) for a, b in pairwise(at)]))
     middle = np.interp(0.5 * (fine[1:] + fine[:-1]), at, feeds)
     time = np.concatenate([[0.0], np.cumsum(np.diff(fine) / middle)])
-    return Pace(time, fine / feed)
+    return Slowdown(time, fine / feed)
 
 
 def too_fast(found: Mapping[str, float], feed: float, said: str = "operation.feed") -> tuple[str, ...]:

@@ -79,9 +79,7 @@ def bodies_along(
     aside = np.linalg.norm(np.cross(at.rotations[:, -1, :, 2], path.tool_axis), axis=1)
     if aside.max() > _ASIDE:
         shown = ", ".join(f"{x:.3g}" for x in -at.rotations[0, -1, :, 2] + 0.0)
-        raise ScenarioFault(
-            [Fault(axis, f"the spindle of this machine points along [{shown}]; write that")]
-        )
+        raise ScenarioFault([Fault(axis, f"the spindle of this machine points along [{shown}]; write that")])
     given = elements_of(machine)
     placed = placed_elements(given, machine.ground, at)
     each = carried_to(placed.compliance, path.point[:, None] - placed.point)
@@ -95,7 +93,9 @@ def bodies_along(
     return BodiesAlong(tuple(names), np.moveaxis(turned, 1, 0))
 
 
-def parts_along(bodies: BodiesAlong, at: FloatArray, along: float, height: float, moved: FloatArray) -> dict[str, float]:
+def parts_along(
+    bodies: BodiesAlong, at: FloatArray, along: float, height: float, moved: FloatArray
+) -> dict[str, float]:
     """What each body gives off the work at a place [m], by name, where all together move the tool by ``moved`` (3,) [m].
 
     At a height over the tip [m]; the force is the one that gives this displacement. ``at``: stations [m].

@@ -12,13 +12,13 @@ from cutwise.maths.curves import FloatArray
 from cutwise.maths.edges import lengths
 from cutwise.maths.frames import rotation_from_rpy
 from cutwise.paths.carried import CarriedPath, placed
+from cutwise.paths.chamfer.plan import EdgePath
 from cutwise.physics.structure.series_compliance import in_axes, translation_at
 from cutwise.physics.structure.terms import Linked, Swinging, natural_frequencies
 from cutwise.process import carriage, carried, yielding
 from cutwise.process.carriage import Carriage, Terms
 from cutwise.process.chain_compliance import BodiesAlong
 from cutwise.process.chamfer_cell import PassForces, Yielding, process_axes
-from cutwise.process.chamfer_plan import EdgePath
 from cutwise.process.labels import labelled
 from cutwise.spec.carrier import Standing
 from cutwise.spec.chamfer import ChamferScenario
@@ -70,7 +70,9 @@ def carrier_on(scenario: ChamferScenario, path: EdgePath, forces: PassForces) ->
     elif bodies_of(scenario.machine) is not None:
         turned = rotation_from_rpy(*(scenario.placement or Standing()).rotation) @ process_axes(path.axis)
         led = found.path._replace(axes=np.tile(turned, (m, 1, 1)))
-        carrying = carriage.by_machine(bodies_of(scenario.machine), None, led, ("placement", "origin"), ("tool", "axis"))
+        carrying = carriage.by_machine(
+            bodies_of(scenario.machine), None, led, ("placement", "origin"), ("tool", "axis")
+        )
         bare = bare._replace(bodies=carrying.bodies)
     part = carriage.off_surface(scenario.part.stiffness, found.path.at, normal)
     return bare._replace(terms=carriage.in_series(tool, carrying, part))

@@ -54,7 +54,11 @@ def _axes(direction: FloatArray, up: FloatArray) -> FloatArray:
     there = np.flatnonzero(size > 1e-6)
     if not len(there):
         side = np.eye(3)[int(np.argmin(np.abs(up)))]
-        across, size, there = np.tile(side - (side @ up) * up, (len(direction), 1)), np.ones(len(direction)), np.arange(1)
+        across, size, there = (
+            np.tile(side - (side @ up) * up, (len(direction), 1)),
+            np.ones(len(direction)),
+            np.arange(1),
+        )
     nearest = there[np.clip(np.searchsorted(there, np.arange(len(size)), side="right") - 1, 0, None)]
     x = across[nearest] / np.linalg.norm(across[nearest], axis=1, keepdims=True)
     z = np.tile(up, (len(x), 1))

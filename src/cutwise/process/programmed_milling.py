@@ -246,7 +246,15 @@ def _stepped(
     )  # fmt: skip
     table = history.table
     if not np.isfinite(table).all():
-        raise _too_soft(table[max(0, int(np.argmin(np.isfinite(table).all(axis=1))) - 1, ), 1])
+        raise _too_soft(
+            table[
+                max(
+                    0,
+                    int(np.argmin(np.isfinite(table).all(axis=1))) - 1,
+                ),
+                1,
+            ]
+        )
     pistons = bool(bare.terms) and isinstance(bare.terms[0][1], Pistons)
     lost = table[:, -1] >= (UNSOLVED if pistons else TRIALS)
     at, begins = table[:, 1], scenario.path.cut_from or 0.0
@@ -366,7 +374,9 @@ def measures(scenario: MillingScenario, done: Milled) -> dict[str, float]:
     if arm is None:
         return found | yielding.normal_stiffness(each)
     found |= carried.measures(arm, scenario.robot, operation.feed, limited=operation.limit_feed)
-    found["natural_frequency_min"] = float(natural_frequencies(carried.swings_of(scenario.robot, arm, done.height)).min())
+    found["natural_frequency_min"] = float(
+        natural_frequencies(carried.swings_of(scenario.robot, arm, done.height)).min()
+    )
     return found
 
 

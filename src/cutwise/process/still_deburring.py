@@ -52,7 +52,9 @@ class StillEdge(NamedTuple):
     at: FloatArray  # [m] of the edge, shape (n,)
     height: float  # [m] over the tip at which the edge is read
     rest: Rest
-    moved: Mapping[str, FloatArray]  # displacement by each term along and off the edge where it is read [m], shape (n, 3)
+    moved: Mapping[
+        str, FloatArray
+    ]  # displacement by each term along and off the edge where it is read [m], shape (n, 3)
     lowest: FloatArray  # [m] lowest point of the displaced mill above the edge, shape (n,)
     programmed: FloatArray  # [m] lowest point of the undeflected mill above the edge, shape (n,)
     burr: FloatArray  # [m] height of the burr, shape (n,)

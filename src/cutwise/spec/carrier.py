@@ -172,13 +172,13 @@ class Link(Spec):
     centre: Position = Field(
         description="its centre of mass in the frame of its joint", examples=["[575 mm, 0 mm, 0 mm]"]
     )
-    inertia: (
-        tuple[Inertia, Inertia, Inertia] | tuple[Inertia, Inertia, Inertia, Inertia, Inertia, Inertia] | None
-    ) = Field(
-        default=None,
-        description="moments of inertia about its centre, in the axes of the frame of its joint: xx, yy, zz, and the "
-        "entries xy, xz, yz of the tensor; left out: a point",
-        examples=["[10 kg m^2, 40 kg m^2, 40 kg m^2]"],
+    inertia: tuple[Inertia, Inertia, Inertia] | tuple[Inertia, Inertia, Inertia, Inertia, Inertia, Inertia] | None = (
+        Field(
+            default=None,
+            description="moments of inertia about its centre, in the axes of the frame of its joint: xx, yy, zz, and the "
+            "entries xy, xz, yz of the tensor; left out: a point",
+            examples=["[10 kg m^2, 40 kg m^2, 40 kg m^2]"],
+        )
     )
 
     def contradictions(self) -> Iterator[Notice]:
@@ -294,7 +294,9 @@ def limited_feed(scenario: Any) -> Iterator[Notice]:
     if not operation.limit_feed:
         return
     if robot is None:
-        yield Notice(("operation", "limit_feed"), "lowers the feed where the joints of a robot cannot follow; there is none")
+        yield Notice(
+            ("operation", "limit_feed"), "lowers the feed where the joints of a robot cannot follow; there is none"
+        )
     elif robot.joint_speed is None:
         yield Notice(("robot", "joint_speed"), "missing; operation.limit_feed needs to know how fast the joints can turn "
                      "(kr270_r2700 has it)")  # fmt: skip

@@ -176,7 +176,8 @@ class MachineScenario(Scenario):
     process: Literal["machine"] = Field(description="which operation is simulated", examples=["machine"])
     machine: StillMachine | None = Field(default=None, description="the machine tool (or give robot)")
     robot: CarryingRobot | None = Field(
-        default=None, description="a robot instead of the machine; X, Y and Z are then places of the tool point in the part"
+        default=None,
+        description="a robot instead of the machine; X, Y and Z are then places of the tool point in the part",
     )
     placement: Standing | None = Field(default=None, description="where the part stands before the robot")
     tool: MachineTool = Field(description="the tool")

@@ -28,7 +28,9 @@ CARRIED: Mapping[str, MeasureSpec] = {
     "share_bodies": MeasureSpec("small_length", "part of the bodies of the machine in it"),
     "share_part_stiffness": MeasureSpec("small_length", "part of the part in it"),
     "share_drives": MeasureSpec("small_length", "part of the feed drives in it"),
-    "deviation_drives_max": MeasureSpec("small_length", "largest deviation off the surface by the feed drives, with its sign"),
+    "deviation_drives_max": MeasureSpec(
+        "small_length", "largest deviation off the surface by the feed drives, with its sign"
+    ),
     "share_pistons": MeasureSpec(
         "small_length", "part of the spindle in the displacement off the surface, worst place"
     ),

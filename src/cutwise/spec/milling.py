@@ -264,7 +264,8 @@ class MillingScenario(Scenario):
     )  # fmt: skip
     material: Material = Field(description="cutting coefficients of the material with this tool")
     machine: ToolMachine | None = Field(
-        default=None, description="the machine: its drives, or bodies that yield, with or without drives (or give robot)"
+        default=None,
+        description="the machine: its drives, or bodies that yield, with or without drives (or give robot)",
     )
     part: YieldingPart | None = Field(
         default=None, description="the part: a block on a machine with bodies, or one stiffness; left out: rigid"
@@ -288,7 +289,9 @@ class MillingScenario(Scenario):
     @property
     def programmed(self) -> bool:
         """Whether the tool goes as programmed: nothing has feed drives."""
-        if self.robot is not None or "machine" not in vars(self):  # a machine with faults of its own has drives, probably
+        if self.robot is not None or "machine" not in vars(
+            self
+        ):  # a machine with faults of its own has drives, probably
             return self.robot is not None
         if self.machine is None:
             return isinstance(self.path, MilledPath)
@@ -428,7 +431,9 @@ class MillingScenario(Scenario):
         if isinstance(self.machine, MillingMachine):
             yield from what_yields_alone(self.machine, weights=False)
         if self.compliant is not None and self.tool.modes:
-            yield Notice(("tool", "modes"), "were given for a rigid spindle: beside pistons they count by their stiffness alone")
+            yield Notice(
+                ("tool", "modes"), "were given for a rigid spindle: beside pistons they count by their stiffness alone"
+            )
         if self.stock is not None:
             for key in ("axial_depth", "radial_depth"):
                 if getattr(self.operation, key) is not None:

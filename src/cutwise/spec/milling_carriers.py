@@ -36,7 +36,9 @@ def carrier_faults(scenario: "MillingScenario") -> Iterator[Notice]:
 def _yields(scenario: "MillingScenario") -> bool:
     """Whether a spindle, a tool or a part yields, so that a programmed tool without a carrier is something to look at."""
     given = (scenario.compliant, scenario.tool.stiffness, scenario.part_stiffness)
-    return isinstance(scenario.path, MilledPath) and (any(one is not None for one in given) or bool(scenario.tool.modes))
+    return isinstance(scenario.path, MilledPath) and (
+        any(one is not None for one in given) or bool(scenario.tool.modes)
+    )
 
 
 def _bodies_faults(scenario: "MillingScenario", machine: MillingMachine) -> Iterator[Notice]:

@@ -313,7 +313,12 @@ def _(structure, flexed, pose, load, dt):
 def _(structure, flexed, foot, above):
     twist, rate, z = flexed.twist, flexed.rate, foot + above
     return Tip(
-        twist[0] + twist[4] * z, twist[1] - twist[3] * z, twist[2], rate[0] + rate[4] * z, rate[1] - rate[3] * z, rate[2]
+        twist[0] + twist[4] * z,
+        twist[1] - twist[3] * z,
+        twist[2],
+        rate[0] + rate[4] * z,
+        rate[1] - rate[3] * z,
+        rate[2],
     )
 
 
