@@ -404,9 +404,12 @@ class MachineScenario(Scenario):
     def _of_robot(self) -> Iterator[Notice]:
         """What a robot at rest does without."""
         yield Notice(("tool", "tip"), "a robot has its own tool point (robot.tool_position)")
-        for key in ("dynamics", "modal_mass", "damping"):
+        for key in ("dynamics", "modal_mass", "damping", "joint_acceleration"):
             yield Notice(("robot", key), "a pass at rest knows no vibration")
         yield Notice(("robot", "sag"), "weights count as load.weights says, all of them")
+        assert self.robot is not None
+        if self.robot.links is None and self.robot.tool_mass is None:
+            yield Notice(("load", "weights"), "no weight of links or tool is given (robot.links, robot.tool_mass)")
 
     def _of_bodies(self, keys: tuple[str, ...], reason: str) -> Iterator[Notice]:
         for place in range(len(self.carrying.chain)):
