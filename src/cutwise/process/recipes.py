@@ -10,6 +10,7 @@ from cutwise.later import later
 from cutwise.process import convergence as converged
 from cutwise.process.convergence import change_on_halved_step
 from cutwise.results import SOUNDNESS, Finding, Histories, Infeasible, Measure, Result, SolverFailure, judge, unreached
+from cutwise.spec.kinds import Registered
 from cutwise.spec.notices import notices
 from cutwise.spec.scenario import Scenario
 
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
         drilling,
         drilling_findings,
         drilling_stages,
+        edge_findings,
         machine,
         machine_stages,
         milling,
@@ -38,7 +40,6 @@ if TYPE_CHECKING:
         milling_findings,
         milling_measures,
         milling_stability,
-        notices,
         soundness,
         still_deburring,
         weights,
@@ -70,7 +71,7 @@ else:  # a run imports its own process, not those of the others
     milling_compare = later("cutwise.process.milling_compare")
     milling_measures = later("cutwise.process.milling_measures")
     milling_stability = later("cutwise.process.milling_stability")
-    notices = later("cutwise.process.edge_findings")
+    edge_findings = later("cutwise.process.edge_findings")
     milling_findings = later("cutwise.process.milling_findings")
     soundness = later("cutwise.process.soundness")
     still_deburring = later("cutwise.process.still_deburring")
@@ -103,11 +104,11 @@ def deburr(scenario: DeburringScenario, progress: Progress | None = None) -> Res
         stages=deburring.stages(edge),
         findings=(*soundness.deburr(scenario, edge), *weights.deburr(edge)),
         bands=deburring.histories(scenario, edge, found),
-        warnings=notices.warnings(scenario, edge, found),
+        warnings=edge_findings.warnings(scenario, edge, found),
         infeasible=carried.too_fast(found, scenario.operation.feed),
-        limits=notices.LIMITS,
+        limits=edge_findings.LIMITS,
         convergence=change,
-        notes=notices.notes(scenario, edge, found),
+        notes=edge_findings.notes(scenario, edge, found),
         references=("berselli2016", "altintas2012"),
     )
 
@@ -159,7 +160,7 @@ def deburring_quick(scenario: DeburringScenario, wanted: Collection[str] = (), *
     edge, found = _deburring_pass(
         scenario, max(step, _STUDY_STEP) if coarse and coarser(scenario) else step, tooth=tooth
     )
-    said = () if coarse else tuple(notices.warnings(scenario, edge, found))
+    said = () if coarse else tuple(edge_findings.warnings(scenario, edge, found))
     too_fast = carried.too_fast(found, scenario.operation.feed)
     return Outcome(found, tuple(soundness.deburr(scenario, edge)), said, too_fast)
 
@@ -366,27 +367,22 @@ def chamfer_quick(scenario: ChamferScenario, wanted: Collection[str] = (), *, co
     return Outcome(found, sound, tuple(said), cannot)
 
 
-OUTCOMES: Mapping[str, Callable[..., Outcome]] = {
-    "chamfer": chamfer_quick,
-    "deburr": deburring_quick,
-    "drill": drilling_quick,
-    "machine": machine_quick,
-    "mill": mill_quick,
-}
-PREPARATIONS: Mapping[str, Callable[..., object]] = {
-    "chamfer": lambda scenario: chamfer.prepare(scenario),
-    "deburr": lambda scenario: assemble.edge_cut(deburring_part.on_part(scenario)),
-    "drill": lambda scenario: drilling.drill_cell(scenario),
-    "machine": lambda scenario: machine.prepare(scenario),
-    "mill": lambda scenario: (arm_milling if scenario.robot is not None else milling).prepare(scenario),
-}
-RECIPES: Mapping[str, Callable[..., Result]] = {
-    "chamfer": chamfer_path,
-    "deburr": deburr,
-    "drill": drill,
-    "machine": machine_errors,
-    "mill": mill,
-}
+class Recipe(NamedTuple):
+    """How a process is run: whole, for studies, and only as far as faults show; its row in ``spec.kinds`` names it."""
+
+    run: Callable[..., Result]
+    quick: Callable[..., Outcome]
+    prepare: Callable[..., object]
+
+
+CHAMFER = Recipe(chamfer_path, chamfer_quick, lambda scenario: chamfer.prepare(scenario))
+DEBURR = Recipe(deburr, deburring_quick, lambda scenario: assemble.edge_cut(deburring_part.on_part(scenario)))
+DRILL = Recipe(drill, drilling_quick, lambda scenario: drilling.drill_cell(scenario))
+MACHINE = Recipe(machine_errors, machine_quick, lambda scenario: machine.prepare(scenario))
+MILL = Recipe(
+    mill, mill_quick, lambda scenario: (arm_milling if scenario.robot is not None else milling).prepare(scenario)
+)
+RECIPES: Mapping[str, Recipe] = Registered("recipe")
 
 
 def simulate(scenario: Scenario, progress: Progress | None = None) -> Result:
@@ -405,7 +401,7 @@ def simulate(scenario: Scenario, progress: Progress | None = None) -> Result:
         Histories of all stages, measures, verdict and warnings.
     """
     try:
-        return RECIPES[scenario.process](scenario, progress)
+        return RECIPES[scenario.process].run(scenario, progress)
     except Infeasible as why:
         return collect(scenario, {}, stages=xr.DataTree(), warnings=notices(scenario), infeasible=(str(why),))
 
@@ -418,7 +414,7 @@ def prepare(scenario: Scenario) -> None:
     ScenarioFault
         All of them.
     """
-    PREPARATIONS[scenario.process](scenario)
+    RECIPES[scenario.process].prepare(scenario)
 
 
 def coarser(scenario: Scenario) -> bool:
@@ -446,7 +442,7 @@ def quick_outcome(scenario: Scenario, wanted: Collection[str] = (), *, coarse: b
         that of the run to the last bit.
     """
     try:
-        return OUTCOMES[scenario.process](scenario, wanted, coarse=coarse)
+        return RECIPES[scenario.process].quick(scenario, wanted, coarse=coarse)
     except Infeasible as why:
         return Outcome({}, infeasible=(str(why),))
 
