@@ -179,12 +179,7 @@ def _receptance(scenario: MillingScenario, swing: Swinging) -> Receptance:
     arm = swinging_receptance(swing.stiffness[0], swing.damping[0], swing.mass)
 
     def receptance(omega: FloatArray) -> np.ndarray:
-        total = arm(omega)
-        for mode in scenario.tool.modes:
-            ratio = omega / (2.0 * math.pi * mode.frequency)
-            axis = "xy".index(mode.direction)
-            total[:, axis, axis] += 1.0 / (mode.stiffness * (1.0 - ratio * ratio + 2j * mode.damping * ratio))
-        return np.asarray(total)
+        return arm(omega) + yielding.mode_receptance(scenario.tool.modes, omega)
 
     return receptance
 

@@ -12,9 +12,11 @@ AXES = ("x", "y", "z")
 
 
 class Mode(Protocol):
-    """A mode of a tool tip, as far as it yields at rest."""
+    """A mode of a tool tip."""
 
     direction: Literal["x", "y"]
+    frequency: float  # [Hz]
+    damping: float  # ratio
     stiffness: float  # [N/m]
 
 
@@ -32,6 +34,19 @@ def modes_at_rest(modes: Iterable[Mode]) -> Compliance:
     for mode in modes:
         yields["xy".index(mode.direction)] += 1.0 / mode.stiffness
     return spring({axis: 1.0 / value for axis, value in yields.items() if value > 0.0})
+
+
+def mode_receptance(modes: Iterable[Mode], omega: FloatArray) -> np.ndarray:
+    r"""Displacement of a tool tip for a force there, :math:`\sum 1/[k(1 - r^2 + 2i\zeta r)]`, :math:`r = \omega/\omega_n`.
+
+    At angular frequencies (m,) [rad/s], shape (m, 3, 3) [m/N].
+    """
+    total = np.zeros((len(omega), 3, 3), dtype=complex)
+    for mode in modes:
+        ratio = omega / (2.0 * np.pi * mode.frequency)
+        axis = "xy".index(mode.direction)
+        total[:, axis, axis] += 1.0 / (mode.stiffness * (1.0 - ratio * ratio + 2j * mode.damping * ratio))
+    return total
 
 
 def by_term(terms: Sequence[tuple[str, NamedTuple]], columns: FloatArray, height: float) -> dict[str, FloatArray]:

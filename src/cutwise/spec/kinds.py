@@ -37,6 +37,10 @@ HOMES: Mapping[str, Home] = {
         "cutwise.spec.chamfer:ChamferScenario", "cutwise.process.recipes:CHAMFER",
         "cutwise.app.plots.chamfer:PLOTS", ("chamfering", "chamfering path", "edge_break"),
     ),
+    "turn": Home(
+        "cutwise.spec.turning:TurningScenario", "cutwise.process.turning:RECIPE",
+        "cutwise.app.plots.turn:PLOTS", ("turning", "lathe"),
+    ),
 }  # fmt: skip
 
 

@@ -76,8 +76,10 @@ class HelicalMill(RotatingTool):
             yield Notice(("runout_angle",), "there is no run-out (tool.runout)")
 
 
-class Bur(HelicalMill):
-    """A mill or bur along an edge, which may bend."""
+class BendingTool(LibrarySpec):
+    """What a tool says that may bend."""
+
+    library_shelf: ClassVar[str] = "tools"
 
     stiffness: Annotated[Stiffness, Usual("0.1 N/um", "100 N/um")] | None = Field(
         default=None, description="static stiffness of the tool at its tip across its axis; left out: rigid",
@@ -93,6 +95,10 @@ class Bur(HelicalMill):
         yield from super().contradictions()
         if self.modes and self.stiffness is not None:
             yield Notice(("modes",), "and tool.stiffness both say how the tool bends; write one of them")
+
+
+class Bur(BendingTool, HelicalMill):
+    """A mill or bur along an edge, which may bend."""
 
     def notices(self) -> Iterator[Notice]:
         """What of a mode does not count beside pistons."""
