@@ -109,8 +109,7 @@ def edge_rows(rows: FloatArray, insert: Insert, feed: float, depth: float) -> in
 
 @spatial.of(Insert)
 def _(engagement):
-    """The depth counts the displacement off the work; one along the cut counts in what is left alone."""
-    return False
+    return True
 
 
 @probed.of(Insert)
@@ -123,11 +122,12 @@ def _(engagement, stock, pose, structure, flexed, contact):
     k = segment(stock.at, pose.along + 1e-9)
     k += int(pose.along + 1e-9 >= stock.at[-1] and k + 1 < stock.at.size)
     tip = displaced(structure, flexed, 0.0, 0.0)
-    depth, rows, seen = stock.radius[k] - (pose.y + tip.y), contact.rows, contact.seen
+    radius = math.hypot(pose.y + tip.y, tip.z)
+    depth, rows, seen = stock.radius[k] - radius, contact.rows, contact.seen
     seen[0], seen[1], seen[2], seen[3] = max(0.0, depth), 0.0, stock.radius[k], k
     if depth <= 0.0:
         return 0
-    seen[2] = math.hypot(pose.y + tip.y, tip.z)
+    seen[2] = radius
     count, width = edge_rows(rows, engagement, engagement.feed[k], depth), 0.0
     for i in range(count):
         width += rows[i, 2]
