@@ -40,10 +40,11 @@ LIMITS = (
     "The shaft bends in proportion to the force: no buckling by the centre, no weight, no heat; jaws alike all round.",
     "The edge is sharp, without inclination and wear, and cuts the thinnest chip; a real one rubs below some micrometres.",
     "Roughness is that of the geometry; the real one is higher, above all at small feeds.",
-    "Chatter is looked for where most yields, in the last roughing and the last pass; the flank damps nothing.",
+    "Chatter is looked for where a pass meets most yielding, with its directions of force; the flank damps nothing.",
 )
 _PARABOLA = 4.0 / (9.0 * math.sqrt(3.0))  # mean deviation of a parabola over its height
-_MODES, _HIGHEST = 10, 1.6  # modes of the shaft; times the frequencies, up to which chatter is looked for
+_MODES, _MESH = 10, 30  # modes of the shaft, and stations that they are found from
+_HIGHEST = 1.6  # times the lowest frequency, up to which chatter is looked for
 _NONE = np.zeros((1, 6, 6))
 
 
@@ -183,7 +184,8 @@ def chatter(held: Setup, done: Turned) -> tuple[float, float]:
     """Depth of cut of a pass where most yields, and the one at which that cut chatters there [m]."""
     part, tool = held.scenario.part, held.scenario.tool
     k = int(np.argmax(sum(c[:, 1, 1] for c in done.parts.values()) * (done.rest.seen[:, 0] > 0.0)))
-    omega, shape = modes(*half_turned(held, done.plan, done.z[k], done.goal[k], held.z), _MODES)
+    mesh = np.append(held.marks, held.z[:: math.ceil(len(held.z) / _MESH)])
+    omega, shape = modes(*half_turned(held, done.plan, done.z[k], done.goal[k], mesh), _MODES)
 
     def receptance(at: FloatArray) -> np.ndarray:
         total = yielding.mode_receptance(tool.modes, at)
@@ -226,8 +228,8 @@ def measures(held: Setup, done: list[Turned]) -> dict[str, float]:
         high, low = (run(held, 0.5 * side * part.runout)[-1].error for side in (1.0, -1.0))
         found["roundness_error_max"] = 0.5 * float(np.abs(high - low).max())
     if part.damping is not None:
-        count = held.scenario.operation.passes
-        pairs = [chatter(held, one) for one in done[max(0, count - 2) : count] if one.rest.seen[:, 0].any()]
+        cutting = [one for one in done[: held.scenario.operation.passes] if one.rest.seen[:, 0].any()]
+        pairs = [chatter(held, one) for one in cutting]
         for depth, limit in sorted(pairs, key=lambda pair: pair[0] / pair[1])[-1:]:
             if math.isfinite(limit):
                 found["stable_depth_min"], found["depth_margin"] = limit, 1.0 - depth / limit
@@ -277,7 +279,7 @@ def turn(scenario: TurningScenario, progress: Progress | None = None) -> Result:
     done, outcome = told(held)
     halved = scenario.numerics.model_copy(update={"station": 0.5 * scenario.numerics.station})
     finer = told(setup(scenario.model_copy(update={"numerics": halved})))[1].measures
-    found = {name: value for name, value in outcome.measures.items() if not name.startswith("share_")}
+    found = {name: value for name, value in outcome.measures.items() if not name.startswith("share_") and name[-2:] != "_x"}
     if progress is not None:
         progress(1.0)
     last, worst = done[-1], int(np.argmax(np.abs(done[-1].error)))

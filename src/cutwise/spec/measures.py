@@ -332,7 +332,7 @@ TURNING: Mapping[str, MeasureSpec] = {
         ("cutting", "along the cutting speed, F_c"), ("passive", "off the shaft, F_p"), ("feed", "against the feed, F_f"))},
     "cutting_power_max": MeasureSpec("power", "largest cutting power of all passes"),
     "cycle_time": MeasureSpec("time", "time in the feed, all passes"),
-    "stable_depth_min": MeasureSpec("length", "depth at which shaft or tool chatters, last roughing pass or last pass"),
+    "stable_depth_min": MeasureSpec("length", "depth at which shaft or tool chatters, of the pass with least margin"),
     "depth_margin": MeasureSpec("dimensionless", "1 less the depth of cut over that at which it chatters, least"),
     **{name: CARRIED[name] for name in ("stiffness_normal_min", "stiffness_normal_max", "energy_balance")},
     **{key: spec for term in ("work", "headstock", "tailstock", "steady", "tool")
