@@ -128,11 +128,8 @@ def passes(scenario: TurningScenario) -> Iterator[Pass]:
 
 def half_turned(held: Setup, plan: Pass, z: float, goal: float, at: FloatArray) -> tuple[Shaft, float, float]:
     """The shaft over some places when the tool has come to z; that place, and the lever of the feed force there."""
-    part, home, at = (
-        held.scenario.part,
-        held.scenario.operation.towards == "headstock",
-        np.unique(np.round([*at, z], 9)),
-    )
+    part, home = held.scenario.part, held.scenario.operation.towards == "headstock"
+    at = np.unique(np.round([*at, z], 9))
     middle = 0.5 * (at[1:] + at[:-1])
     here = held.section(middle)
     diameter = 2.0 * np.where((middle > z) == home, plan.goal[here], plan.before[here])
@@ -279,7 +276,9 @@ def turn(scenario: TurningScenario, progress: Progress | None = None) -> Result:
     done, outcome = told(held)
     halved = scenario.numerics.model_copy(update={"station": 0.5 * scenario.numerics.station})
     finer = told(setup(scenario.model_copy(update={"numerics": halved})))[1].measures
-    found = {name: value for name, value in outcome.measures.items() if not name.startswith("share_") and name[-2:] != "_x"}
+    found = {
+        name: value for name, value in outcome.measures.items() if not name.startswith("share_") and name[-2:] != "_x"
+    }
     if progress is not None:
         progress(1.0)
     last, worst = done[-1], int(np.argmax(np.abs(done[-1].error)))

@@ -162,7 +162,7 @@ class TurningScenario(Scenario):
     levers: ClassVar[Mapping[str, tuple[str, str]]] = {
         "operation.feed": ("0.05 mm", "0.6 mm"), "operation.passes": ("1", "12"),
         "operation.finish_depth": ("0.05 mm", "3 mm"), "operation.finish_feed": ("0.03 mm", "0.5 mm"),
-        "operation.spring_passes": ("0", "3"), "tool.nose_radius": ("0.2 mm", "1.6 mm"),
+        "tool.nose_radius": ("0.2 mm", "1.6 mm"),
     }  # fmt: skip
     focus: ClassVar[str] = "diameter_error_max"
 
@@ -182,9 +182,12 @@ class TurningScenario(Scenario):
         for path, feed in feeds.items():
             if feed is not None and feed > nose:
                 yield Notice(path, f"is more than the nose radius ({_mm(nose)}), which no longer shapes the ridges")
-        over = 0.5 * min(d for one in part.sections if (d := part.stock_diameter - one.diameter) > 0.0)
-        if operation.finish_depth is not None and operation.finish_depth > over * (1 + 1e-9):
-            yield Notice(("operation", "finish_depth"), f"is more than the bar has over the shaft ({_mm(over)})")
+        rooms = [0.5 * d for one in part.sections if (d := part.stock_diameter - one.diameter) > 0.0]
+        depth = operation.finish_depth or 0.0
+        if depth > min(rooms) * (1 + 1e-9) or (operation.passes > 1 and depth > max(rooms) * (1 - 1e-9)):
+            yield Notice(
+                ("operation", "finish_depth"), f"is all that the bar has over the shaft, or more ({_mm(min(rooms))})"
+            )
         length = sum(section.length for section in part.sections)
         if self.lathe.steady_position is not None and self.lathe.steady_position >= length:
             yield Notice(("lathe", "steady_position"), f"is beyond the shaft, {_mm(length)} long")

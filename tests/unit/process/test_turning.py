@@ -2,6 +2,7 @@
 
 import copy
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -79,7 +80,7 @@ def test_a_spring_pass_cuts_what_deflection_left():
     """Each pass leaves less, and what is left can only shrink."""
     done = turned(operation__spring_passes=3)
     left = [one.error.max() for one in done]
-    assert all(after < before for before, after in zip(left, left[1:], strict=False))
+    assert all(after < before for before, after in pairwise(left))
     assert left[0] > 0.0
 
 
@@ -147,7 +148,11 @@ def test_passes_of_a_stepped_shaft():
     assert radii == pytest.approx(np.array([
         [11, 10.5, 11 - 3.5 / 3], [11, 10.5, 11 - 7 / 3], [11, 10.5, 7.5], [11, 10, 7],
     ]))  # fmt: skip
-    assert [list(one.turned) for one in planned] == [[False, True, True], *[[False, False, True]] * 2, [False, True, True]]
+    assert [list(one.turned) for one in planned] == [
+        [False, True, True],
+        *[[False, False, True]] * 2,
+        [False, True, True],
+    ]
     assert planned[-1].feed == pytest.approx([0.2e-3, 0.2e-3, 0.1e-3])
     done = run(setup(case))
     assert done[-1].z.min() == pytest.approx(0.1)
@@ -176,7 +181,8 @@ def test_thin_chips_are_told():
     ({"lathe__headstock": "centre"}, "leaves the shaft on one centre"),
     ({"operation__spindle_speed": "900 rpm"}, "write one of cutting_speed and spindle_speed"),
     ({"operation__feed": "0.5 mm/rev"}, "is more than the nose radius"),
-    ({"operation__passes": 2, "operation__finish_depth": "1.2 mm"}, "is more than the bar has over the shaft"),
+    ({"operation__passes": 2, "operation__finish_depth": "1.2 mm"}, "is all that the bar has over the shaft"),
+    ({"operation__passes": 2, "operation__finish_depth": "1 mm"}, "is all that the bar has over the shaft"),
     ({"part__stock_diameter": "20 mm"}, "leaves nothing to turn"),
     ({"part__stock_diameter": "19 mm"}, "is larger than the bar"),
     ({"part__damping": 0.02}, "chatter needs both"),
@@ -194,7 +200,11 @@ def test_what_cannot_be_is_refused(changes, told):
 
 def test_modes_of_the_tool_count_at_rest_and_in_chatter():
     mode = [{"direction": "y", "frequency": "900 Hz", "damping": "0.03", "stiffness": "40 N/um"}]
-    chat = {"part__density": "7850 kg/m^3", "part__damping": 0.02, "part__sections": [{"length": "30 mm", "diameter": "20 mm"}]}
+    chat = {
+        "part__density": "7850 kg/m^3",
+        "part__damping": 0.02,
+        "part__sections": [{"length": "30 mm", "diameter": "20 mm"}],
+    }
     rigid, soft = (quick_outcome(scenario(**chat, **more)).measures for more in ({}, {"tool__modes": mode}))
     assert soft["stable_depth_min"] < rigid["stable_depth_min"]
     (done,) = turned(tool__modes=mode)

@@ -1,7 +1,9 @@
-"""Plots of a turned shaft: its diameter after each pass, and what yielded."""
+"""Plots of a turned shaft: its diameter after each pass, and what yielded in the last one."""
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from cutwise.app.plots.figures import SERIES, Plot, curve, figure, legend_above, scale
@@ -9,40 +11,36 @@ from cutwise.app.plots.figures import SERIES, Plot, curve, figure, legend_above,
 if TYPE_CHECKING:
     from cutwise.results import Result
 
-_SAID = {"work": "shaft", "steady": "steady rest", "tool": "tool holder"}
 
-
-def _along(result: "Result", group: str, names: dict[str, str], axis: str, *, passes: bool = False) -> Figure:
-    """Columns of the last pass over the distance from the headstock; of one column, every pass."""
-    table, (far, far_unit), (small, unit) = result[group], scale("length"), scale("small_length")
+def _along(z: np.ndarray, columns: Iterable[tuple[str, np.ndarray]], axis: str) -> Figure:
+    """Small lengths over the distance from the headstock end."""
+    (far, far_unit), (small, unit) = scale("length"), scale("small_length")
     drawn = figure(3.0)
     axes = drawn.subplots()
-    columns = [(said, table[name].values[:, -1]) for name, said in names.items()]
-    if passes:
-        columns = [(f"pass {k + 1}", column) for k, column in enumerate(table[next(iter(names))].values.T)][
-            -len(SERIES) :
-        ]
     for colour, (said, column) in zip(SERIES, columns, strict=False):
-        curve(axes, far * table["z"].values, small * column, color=colour, label=said)
+        curve(axes, far * z, small * column, color=colour, label=said)
     axes.set(xlabel=f"distance from the headstock end [{far_unit}]", ylabel=f"{axis} [{unit}]")
     axes.margins(x=0)
-    legend_above(axes, 7)
+    legend_above(axes, len(SERIES))
     return drawn
 
 
 def diameter(result: "Result") -> Figure:
-    """Diameter error along the shaft after each pass."""
-    return _along(result, "surface", {"diameter_error": ""}, "diameter error", passes=True)
+    """Diameter error along the shaft after each of the last passes."""
+    error = result["surface"]["diameter_error"]
+    columns = [(f"pass {cut}", error.sel(cut=cut).values) for cut in error["cut"].values[-len(SERIES) :]]
+    return _along(error["z"].values, columns, "diameter error")
 
 
 def yielding(result: "Result") -> Figure:
     """Displacement off the shaft in the last pass by each thing that yields."""
-    names = {str(name): str(name).removeprefix("deflection_") for name in result["structure"].dataset.data_vars}
-    return _along(result, "structure", {key: _SAID.get(name, name) for key, name in names.items()}, "off the shaft")
+    table = result["structure"].dataset
+    columns = [(str(name).removeprefix("deflection_"), table[name].values[:, -1]) for name in table.data_vars]
+    return _along(table["z"].values, columns, "off the shaft")
 
 
 PLOTS = [
     Plot("Diameter", "Error after each pass; positive: too thick.", diameter, ("surface/diameter_error",)),
-    Plot("What yields", "In the last pass; the parts add up, and the diameter is off by twice their sum.", yielding,
+    Plot("What yields", "In the last pass, off the shaft; the diameter is off by twice the sum.", yielding,
          ("structure/deflection_work",)),
 ]  # fmt: skip
