@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from cutwise.later import later
 from cutwise.maths.curves import FloatArray
 from cutwise.maths.edges import lengths
-from cutwise.paths.chamfer import ChamferPath
+from cutwise.paths.chamfer.ball_path import ChamferPath
 
 if TYPE_CHECKING:
     from scipy import interpolate

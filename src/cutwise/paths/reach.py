@@ -12,7 +12,7 @@ import numpy as np
 
 from cutwise.later import later
 from cutwise.maths.curves import FloatArray
-from cutwise.paths.chamfer import Chamfer, ChamferPath, NoPathError
+from cutwise.paths.chamfer.ball_path import Chamfer, ChamferPath, NoPathError
 from cutwise.paths.pipe import HOLE_SURFACE, PipeHole, height_along_hole
 
 if TYPE_CHECKING:
