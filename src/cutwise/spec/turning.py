@@ -9,6 +9,7 @@ from pydantic import Field
 from cutwise import units
 from cutwise.spec import base
 from cutwise.spec.base import Angle, Count, Length, LibrarySpec, Notice, Number, Spec, Usual
+from cutwise.spec.faults import Path
 from cutwise.spec.material import Material
 from cutwise.spec.measures import TURNING
 from cutwise.spec.needs import Needs
@@ -177,7 +178,9 @@ class TurningScenario(Scenario):
     def contradictions(self) -> Iterator[Notice]:
         """Feeds beyond the nose, depths beyond the bar, a rest beside the shaft."""
         operation, part, nose = self.operation, self.part, self.tool.nose_radius
-        feeds = {("operation", key): getattr(operation, key) for key in ("feed", "finish_feed")}
+        feeds: dict[Path, float | None] = {
+            ("operation", key): getattr(operation, key) for key in ("feed", "finish_feed")
+        }
         feeds |= {("part", "sections", place, "feed"): one.feed for place, one in enumerate(part.sections)}
         for path, feed in feeds.items():
             if feed is not None and feed > nose:
