@@ -205,7 +205,8 @@ def measures(held: Setup, done: list[Turned]) -> dict[str, float]:
     near, middle, far = np.interp(np.linspace(*last.z[along[[0, -1]]], 3), last.z[along], last.error[along])
     force = np.concatenate([one.rest.total[:, :3] for one in done])
     speed = np.concatenate([one.goal * held.speed(one.goal) for one in done])
-    turns = [np.diff([0.0, *held.ends]) / one.plan.feed * one.plan.turned for one in done]
+    lengths, plans = np.diff([0.0, *held.ends]), [one.plan for one in done]
+    times = ((lengths / plan.feed / held.speed(plan.goal))[plan.turned].sum() for plan in plans)
     rough = max(ridge(feed, tool.nose_radius, tool.trail_angle) for feed in last.feed)
     found = {
         "diameter_error_mean": float(last.error.mean()), "diameter_error_min": float(last.error.min()),
@@ -214,7 +215,7 @@ def measures(held: Setup, done: list[Turned]) -> dict[str, float]:
         "roughness_rt": rough, "roughness_ra": _PARABOLA * rough,
         "force_cutting_max": float(force[:, 2].max()), "force_passive_max": float(force[:, 1].max()),
         "force_feed_max": float(-force[:, 0].min()), "cutting_power_max": float((force[:, 2] * speed).max()),
-        "cycle_time": sum(float((2.0 * math.pi * n / held.speed(one.plan.goal)).sum()) for n, one in zip(turns, done, strict=True)),
+        "cycle_time": 2.0 * math.pi * float(sum(times)),
         **yielding.term_measures(last.moved(), slice(None), int(np.argmax(np.abs(last.error)))),
         **yielding.normal_stiffness(last.terms),
         "energy_balance": yielding.energy_balance(
@@ -225,18 +226,16 @@ def measures(held: Setup, done: list[Turned]) -> dict[str, float]:
         high, low = (run(held, 0.5 * side * part.runout)[-1].error for side in (1.0, -1.0))
         found["roundness_error_max"] = 0.5 * float(np.abs(high - low).max())
     if part.damping is not None:
-        cutting = [one for one in done[: held.scenario.operation.passes] if one.rest.seen[:, 0].any()]
-        pairs = [chatter(held, one) for one in cutting]
+        pairs = [chatter(held, one) for one in done[: held.scenario.operation.passes] if one.rest.seen[:, 0].any()]
         for depth, limit in sorted(pairs, key=lambda pair: pair[0] / pair[1])[-1:]:
-            if math.isfinite(limit):
-                found["stable_depth_min"], found["depth_margin"] = limit, 1.0 - depth / limit
+            found["depth_margin"] = 1.0 - depth / limit
+            found |= {"stable_depth_min": limit} if math.isfinite(limit) else {}
     return found
 
 
 def stages(held: Setup, done: list[Turned]) -> xr.DataTree:
     """What the passes did, over the distance from the headstock end; zero where one turns nothing."""
     columns = {
-        ("motion", "radius"): (lambda one: one.goal, "m", "radius at which the tool is led"),
         ("engagement", "depth"): (lambda one: one.rest.seen[:, 0], "m", "depth of cut, shaft and tool bent"),
         ("engagement", "chip"): (lambda one: one.rest.seen[:, 1], "m", "mean chip thickness"),
         ("cutting", "force_cutting"): (lambda one: one.rest.total[:, 2], "N", "force along the cutting speed"),
@@ -261,9 +260,8 @@ def told(held: Setup) -> tuple[list[Turned], Outcome]:
     done, material = run(held), held.scenario.material
     found = measures(held, done)
     chips = (one.rest.seen[one.rest.seen[:, 0] > 0.0, 1].min(initial=math.inf) for one in done)
-    said = {
-        f"material: {text}": 0 for chip in chips if chip < math.inf and (text := material.beyond(chip, "mean chip"))
-    }
+    beyond = (material.beyond(chip, "mean chip") for chip in chips if chip < math.inf)
+    said = dict.fromkeys(f"material: {text}" for text in beyond if text)
     unsound = [Finding("untouched")] if found["force_cutting_max"] <= 0.0 else []
     if found.get("depth_margin", 1.0) <= 0.0:
         unsound.append(Finding("unstable", Place("shaft"), 1.0 - found["depth_margin"], 1.0, measure="depth_margin"))
@@ -276,9 +274,7 @@ def turn(scenario: TurningScenario, progress: Progress | None = None) -> Result:
     done, outcome = told(held)
     halved = scenario.numerics.model_copy(update={"station": 0.5 * scenario.numerics.station})
     finer = told(setup(scenario.model_copy(update={"numerics": halved})))[1].measures
-    found = {
-        name: value for name, value in outcome.measures.items() if not name.startswith("share_") and name[-2:] != "_x"
-    }
+    finer = {name: value for name, value in finer.items() if name[:6] != "share_" and name[-2:] != "_x"}
     if progress is not None:
         progress(1.0)
     last, worst = done[-1], int(np.argmax(np.abs(done[-1].error)))
@@ -286,7 +282,7 @@ def turn(scenario: TurningScenario, progress: Progress | None = None) -> Result:
     place, off = units.show(float(last.z[worst]), "length"), units.show(float(last.error[worst]), "small_length", 3)
     return collect(
         scenario, outcome.measures, stages=stages(held, done), findings=outcome.findings, warnings=outcome.warnings,
-        limits=LIMITS, convergence=change_on_halved_step(found, finer), references=("altintas2012",),
+        limits=LIMITS, convergence=change_on_halved_step(outcome.measures, finer), references=("altintas2012",),
         notes={"worst": f"The diameter is off most {place} from the headstock, by {off}; radius: {shares or 'nothing yields'}."},
     )  # fmt: skip
 
