@@ -1,48 +1,16 @@
-"""Turning of a shaft against closed forms and laws; every run is one scenario with a few other values."""
+"""Turning of a shaft against closed forms, and what it says and refuses."""
 
-import copy
 import math
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
-from cutwise.io.scenario import read_document
 from cutwise.physics.cutting.insert import chip_slopes
 from cutwise.process.recipes import quick_outcome, simulate
 from cutwise.process.turning import passes, run, setup
 from cutwise.spec.faults import ScenarioFault
-
-PLAIN = {
-    "name": "shaft", "process": "turn",
-    "operation": {"cutting_speed": "180 m/min", "feed": "0.2 mm/rev", "passes": 1},
-    "part": {
-        "stock_diameter": "22 mm", "sections": [{"length": "300 mm", "diameter": "20 mm"}],
-        "youngs_modulus": "210 kN/mm^2", "poisson_ratio": -0.999999,
-    },
-    "tool": {"nose_radius": "0.4 mm", "lead_angle": "45 deg", "trail_angle": "30 deg"},
-    "material": {"K_tc": "2000 N/mm^2", "K_rc": "900 N/mm^2", "K_te": "30 N/mm", "K_re": "25 N/mm"},
-    "lathe": {"headstock": "chuck", "tailstock": "none"},
-    "numerics": {"station": "20 mm"},
-}  # fmt: skip
-
-
-def scenario(**changes):
-    """The plain scenario with dotted keys changed; None takes a key away."""
-    said = copy.deepcopy(PLAIN)
-    for key, value in changes.items():
-        *way, last = key.split("__")
-        here = said
-        for step in way:
-            here = here.setdefault(step, {})
-        here[last] = value
-        if value is None:
-            del here[last]
-    return read_document(said)
-
-
-def turned(**changes):
-    return run(setup(scenario(**changes)))
+from peers.turned import scenario, turned
 
 
 def test_a_clamped_bar_is_a_cantilever():
@@ -66,16 +34,6 @@ def test_between_rigid_centres_it_is_a_beam_on_two_hinges_half_turned():
     assert done.parts["work"][:, 1, 1] == pytest.approx(c, rel=1e-6, abs=1e-18)
 
 
-@pytest.mark.parametrize("material", [None, {"k_c11": "1500 N/mm^2", "m_c": 0.22, "k_r11": "375 N/mm^2", "m_r": 0.22}])
-def test_a_shaft_that_does_not_yield_comes_out_to_size(material):
-    stiff = {"part__youngs_modulus": "1e12 kN/mm^2"} | ({"material": material} if material else {})
-    (done,) = turned(**stiff)
-    assert np.abs(done.error).max() < 1e-12
-    (bent,) = turned(**({"material": material} if material else {}))
-    assert bent.rest.total[-1, :3] == pytest.approx(done.rest.total[-1, :3])  # at the chuck nothing bends
-    assert bent.rest.total[0, 1] < done.rest.total[0, 1]  # a bar that gives way is cut less deep
-
-
 def test_a_spring_pass_cuts_what_deflection_left():
     """Each pass leaves less, and what is left can only shrink."""
     done = turned(operation__spring_passes=3)
@@ -97,45 +55,6 @@ def test_copying_of_run_out_is_that_of_the_copying_factor():
     u = sum(done.moved().values())
     g = ((done.goal + u[:, 1]) * bent[:, 1] + u[:, 2] * bent[:, 2]) / np.hypot(done.goal + u[:, 1], u[:, 2])
     assert found == pytest.approx(2e-6 * (g / (1 + g)).max(), rel=1e-3)
-
-
-def test_stations_are_exact():
-    """Convergence: a station does not feel how near its neighbours are."""
-    coarse, fine = (turned(numerics__station=step, operation__passes=2)[-1] for step in ("30 mm", "7.5 mm"))
-    there = np.isin(np.round(fine.z, 9), np.round(coarse.z, 9))
-    assert fine.error[there] == pytest.approx(coarse.error, rel=1e-6, abs=1e-13)
-
-
-def test_energy_and_shares():
-    case = scenario(
-        lathe__headstock_stiffness="100 N/um", lathe__headstock_angular_stiffness="1e6 N m/rad", lathe__tailstock="centre",
-        lathe__tailstock_stiffness="30 N/um", lathe__steady_position="120 mm", lathe__steady_stiffness="20 N/um",
-        tool__stiffness="40 N/um", part__poisson_ratio=0.3,
-    )  # fmt: skip
-    found = quick_outcome(case).measures
-    assert found["energy_balance"] < 1e-12
-    (done,) = run(setup(case))
-    worst = int(np.argmax(np.abs(done.error)))
-    total = done.rest.state.reshape(len(done.z), 2, 6).sum(axis=1)[worst, 1]
-    shares = sum(found[f"share_{name}"] for name in ("work", "headstock", "tailstock", "steady", "tool"))
-    assert shares == pytest.approx(total, rel=1e-12)
-
-
-def test_between_equal_centres_the_way_of_the_feed_is_mirrored():
-    held = {"lathe__headstock": "centre", "lathe__tailstock": "centre"}
-    (one,), (other,) = turned(**held), turned(**held, operation__towards="tailstock")
-    assert one.error == pytest.approx(other.error, rel=1e-9, abs=1e-15)
-    assert one.z == pytest.approx(0.3 - other.z)
-
-
-def test_stiffness_and_forces_scale_together():
-    (one,) = turned()
-    (other,) = turned(
-        part__youngs_modulus="420 kN/mm^2",
-        material={"K_tc": "4000 N/mm^2", "K_rc": "1800 N/mm^2", "K_te": "60 N/mm", "K_re": "50 N/mm"},
-    )
-    assert other.error == pytest.approx(one.error, rel=1e-9)
-    assert other.rest.total == pytest.approx(2.0 * one.rest.total, rel=1e-9)
 
 
 def test_passes_of_a_stepped_shaft():
