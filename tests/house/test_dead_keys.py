@@ -69,6 +69,7 @@ CASES = {  # the examples, short and coarse
         "program={program}", _STOCK, "numerics.settling_time=0.02 s", "numerics.substeps=4", "lobes.speeds=2",
         "lobes.depths=2",
     ),
+    "turn_shaft": ("numerics.station=40 mm",),
 }  # fmt: skip
 ONLY = {  # keys that are turned where an example costs much; the others are turned in examples beside it
     "chamfer_on_robot": ("robot.*", "placement*", "spindle"),

@@ -37,6 +37,8 @@ WITHOUT_PHYSICS = {
     "shape", "lobes", "speeds", "depths",
     # programs: how they are written
     "dialect",
+    # turning: no pass without depth, towards the headstock
+    "spring_passes", "towards",
 }  # fmt: skip
 
 

@@ -300,12 +300,7 @@ def _receptance(scenario: MillingScenario, carrying: carriage.Carriage, k: int, 
         return None
 
     def receptance(omega: FloatArray) -> np.ndarray:
-        total = np.zeros((len(omega), 3, 3), dtype=complex)
-        for mode in modes:
-            ratio = omega / (2.0 * math.pi * mode.frequency)
-            axis = turn["xy".index(mode.direction)]  # the direction of the mode in process axes
-            one = 1.0 / (mode.stiffness * (1.0 - ratio * ratio + 2j * mode.damping * ratio))
-            total += one[:, None, None] * np.outer(axis, axis)
+        total = yielding.mode_receptance(modes, omega, turn)
         return np.asarray(total if of_arm is None else total + of_arm(omega))
 
     return receptance
