@@ -343,7 +343,7 @@ def selftest() -> None:
 
 
 def _simulated(scenario: "Scenario", progress: Any, advice: bool) -> "Result":
-    from cutwise.process.recipes import simulate
+    from cutwise.study.band import simulate
     from cutwise.study.review import reviewed
 
     result = simulate(scenario, progress)

@@ -37,6 +37,7 @@ class Node:
     key_column: int | None = None
     layer: int = 1  # 0 library entry, 1 scenario, 2 --set: the higher one wins
     origin: Origin | None = None
+    scatter: "Node | None" = None  # standard errors, in the form of the value
 
     def fault(self, path: Path, message: str, *, at_key: bool = False) -> Fault:
         """A fault at this node, or at the key that names it."""
@@ -263,7 +264,8 @@ def unwrapped(node: Node, path: Path, faults: list[Fault]) -> Node:
         faults.append(node.value["status"].fault((*path, "status"), f'"{status}" is not one of {", ".join(STATUSES)}'))
         status = "user"
     origin = Origin(status, said.get("source", ""), library=said.get("library", ""))
-    return replace(inner, key_line=node.key_line, key_column=node.key_column, origin=origin)
+    scatter = node.value.get("standard_error")
+    return replace(inner, key_line=node.key_line, key_column=node.key_column, origin=origin, scatter=scatter)
 
 
 def merged(weak: Node, strong: Node) -> Node:
