@@ -5,7 +5,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, create_model
 
-from cutwise.spec.base import Count, Remark, Spec
+from cutwise.spec.base import Count, Notice, Spec
 
 As = Literal["value", "reciprocal", "log"]
 BAND_ENDS = ("band_sd", "band_low", "band_high")
@@ -26,12 +26,12 @@ class Band(Spec):
         default=1, description="of the draws: the same seed, the same band", examples=[1]
     )
 
-    def unused(self) -> Iterator[Remark]:
+    def unused(self) -> Iterator[Notice]:
         """Draws where none are made."""
         if self.method != "sampled":
-            yield Remark(("samples",), "the band is not sampled (band.method)")
+            yield Notice(("samples",), "the band is not sampled (band.method)")
         if self.method == "none":
-            yield Remark(("seed",), "no band is made (band.method)")
+            yield Notice(("seed",), "no band is made (band.method)")
 
 
 class _Covariance(Spec):
