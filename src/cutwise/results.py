@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from cutwise import units
+from cutwise.bands import BandNote, Spread, note_from_json, number, numbers, spread_from_json, texts
 from cutwise.disk import write_bytes
 from cutwise.later import later
 from cutwise.run_file import DamagedRun, sealed, tree_of
@@ -105,41 +106,6 @@ class Histories(NamedTuple):
     low: float | None  # SI; None: no bound is known
     high: float | None
     cause: str  # friction, setup
-
-
-class Spread(NamedTuple):
-    """What the scatter of the inputs makes of a measure, SI."""
-
-    sd: float  # standard deviation
-    low: float  # 5 % lie below
-    high: float  # 5 % lie above
-    carried: Mapping[str, float] = {}  # noqa: RUF012  key of an input: its share of the variance, largest first
-
-    def as_json(self) -> dict[str, float]:
-        """``{sd, low, high}``."""
-        return {"sd": self.sd, "low": self.low, "high": self.high}
-
-
-@dataclass(frozen=True, slots=True)
-class BandNote:
-    """How the bands of a run were made, and what is not in them."""
-
-    method: Literal["linear", "sampled"]
-    runs: int  # further runs that were made
-    inputs: tuple[str, ...]  # keys of the values that were moved
-    probability_all: float | None = None
-    left_out: tuple[str, ...] = ()  # measures that bend too much for a linear band
-    not_in_band: tuple[str, ...] = ()  # keys of values from the library without standard error
-    residuals: Mapping[str, str] = field(default_factory=dict)  # section: scatter that its fit left, as text
-    thrown_away: int = 0  # draws
-    failed: int = 0  # draws that could not be run
-    seed: int | None = None
-
-    def as_json(self) -> dict[str, Any]:
-        """The record without what it does not say."""
-        told = {name: getattr(self, name) for name in self.__slots__}
-        told = {name: list(value) if isinstance(value, tuple) else value for name, value in told.items()}
-        return {name: value for name, value in told.items() if value is not None} | {"residuals": dict(self.residuals)}
 
 
 class SolverFailure(Exception):
@@ -424,57 +390,28 @@ class Result:
             measures=measures,
             checks=tuple(_check_from_json(c, measures) for c in summary["requirements"]),
             findings=tuple(Finding.from_json(told) for told in summary.get("findings", ())),
-            warnings=_texts(summary["warnings"]),
-            infeasible=_texts(summary["infeasible"]),
-            limits=_texts(json.loads(tree.attrs["limits"])),
-            convergence=_numbers(summary["convergence"]),
-            advice=_texts(summary["advice"]),
-            sensitivity=_numbers(summary["sensitivity"]["change"]),
-            references=_texts(json.loads(tree.attrs["references"])),
+            warnings=texts(summary["warnings"]),
+            infeasible=texts(summary["infeasible"]),
+            limits=texts(json.loads(tree.attrs["limits"])),
+            convergence=numbers(summary["convergence"]),
+            advice=texts(summary["advice"]),
+            sensitivity=numbers(summary["sensitivity"]["change"]),
+            references=texts(json.loads(tree.attrs["references"])),
             notes=json.loads(tree.attrs["notes"]),
-            band=_band_from_json(summary.get("band")),
+            band=note_from_json(summary.get("band")),
         )
 
 
 def _measure_from_json(value: Any, dimension: str, description: str, band: Any = None) -> Measure:
     if dimension not in units.DIMENSIONS:
         raise ValueError(f"{dimension} is no dimension")
-    return Measure(_number(value), dimension, str(description), None if band is None else _spread(*band))
-
-
-def _spread(sd: Any, low: Any, high: Any, carried: Any = None) -> Spread:
-    return Spread(_number(sd), _number(low), _number(high), _numbers(carried or {}))
-
-
-def _band_from_json(told: Mapping[str, Any] | None) -> BandNote | None:
-    if told is None:
-        return None
-    known = {name: told[name] for name in BandNote.__slots__ if name in told}
-    return BandNote(**{name: _texts(value) if isinstance(value, list) else value for name, value in known.items()})
-
-
-def _number(value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise TypeError(f"{value!r:.40} is no number")
-    if not math.isfinite(value):
-        raise ValueError(f"{value} is not finite")
-    return value
-
-
-def _numbers(entries: Mapping[str, Any]) -> dict[str, float]:
-    return {str(name): _number(value) for name, value in entries.items()}
-
-
-def _texts(entries: Any) -> tuple[str, ...]:
-    if not isinstance(entries, list) or not all(isinstance(entry, str) for entry in entries):
-        raise TypeError("a list of texts is something else")
-    return tuple(entries)
+    return Measure(number(value), dimension, str(description), None if band is None else spread_from_json(*band))
 
 
 def _check_from_json(entry: Mapping[str, Any], measures: Mapping[str, Measure]) -> Check:
     name = entry["measure"]
     dimension = measures[name].dimension if name in measures else "dimensionless"
-    value, low, high = (None if entry[key] is None else _number(entry[key]) for key in ("value", "min", "max"))
+    value, low, high = (None if entry[key] is None else number(entry[key]) for key in ("value", "min", "max"))
     if not isinstance(entry["pass"], bool):
         raise TypeError(f"pass is {entry['pass']!r:.40}")
     histories, off = entry.get("histories"), entry.get("off")

@@ -205,7 +205,9 @@ def scatter_factor(unit: str, dimension: str, kind: str) -> float:
         return float(pint_registry.Quantity(1.0, parsed).to(si.units).magnitude)
     except Exception:
         expected = f"1/({wanted.si})" if wanted.si else "none"
-        raise UnitFault(f'"{unit}" is not a unit of 1/{wanted.name.replace("_", " ")}, expected for example {expected}') from None
+        raise UnitFault(
+            f'"{unit}" is not a unit of 1/{wanted.name.replace("_", " ")}, expected for example {expected}'
+        ) from None
 
 
 def _in_scale(value: float, text: object) -> float:

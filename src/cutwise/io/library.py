@@ -109,9 +109,7 @@ def read_entry(path: Path, shown: str, kind: str) -> Entry:
     entry_values = unwrapped(values, (), faults)
     if faults:
         raise ScenarioFault(faults)
-    return Entry(
-        kind, name, describes, path, entry_values, tree.value.get("covariances"), tree.value.get("measured")
-    )
+    return Entry(kind, name, describes, path, entry_values, tree.value.get("covariances"), tree.value.get("measured"))
 
 
 def marked(node: Node, label: str, inherited: Origin | None = None) -> Node:

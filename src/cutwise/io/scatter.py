@@ -54,7 +54,9 @@ def with_covariances(tree: Node, model: type[Spec], sources: Sequence[Source], f
     for key, said in (("covariances", blocks), ("measured", measured)):
         if said:
             value[key] = from_data(said, tree.file)
-    return Node(value, tree.text, tree.file, tree.line, tree.column, tree.key_line, tree.key_column, tree.layer, tree.origin)
+    return Node(
+        value, tree.text, tree.file, tree.line, tree.column, tree.key_line, tree.key_column, tree.layer, tree.origin
+    )
 
 
 def _named(node: Node | None) -> Iterator[tuple[str, Node]]:
@@ -102,7 +104,9 @@ def _of_scenario(tree: Node, model: type[Spec], name: str, block: Node, faults: 
     for k, path in enumerate(paths):
         node, library = _given(tree, path)
         if node is None and not label:
-            faults.append(block.value["of"].fault(("covariances", name, "of"), f"{names[k]} is no value of this scenario"))
+            faults.append(
+                block.value["of"].fault(("covariances", name, "of"), f"{names[k]} is no value of this scenario")
+            )
         elif node is not None and node.layer <= block.layer and label in ("", library):
             kept.append(k)
     return _block(tree, model, block, paths, kept, label, place, faults)
@@ -148,9 +152,9 @@ def _block(
     if not used:
         return None
     for k in used:
-        fault = _disagreement(tree, paths[k], kinds[k], scales[k] * math.sqrt(max(matrix[k][k], 0.0)), model)
-        if fault:
-            faults.append(place.fault(fault))
+        wrong = _disagreement(tree, paths[k], kinds[k], scales[k] * math.sqrt(max(matrix[k][k], 0.0)), model)
+        if wrong:
+            faults.append(place.fault(wrong))
     names = [dotted(paths[k]) for k in used]
     said = block.value["undetermined"].plain() if "undetermined" in block.value else []
     free_of = [name for k, name in zip(used, names, strict=True) if name in said or _unknown(tree, paths[k], model)]
@@ -195,7 +199,9 @@ def _disagreement(tree: Node, path: Path, kind: str, error: float, model: type[S
     value, own_error = _number(tree.at(path), path, model), _number(_own_error(tree, path), path, model)
     if value is None or own_error is None or not math.isfinite(own_error) or value == 0.0:
         return ""
-    expected = {"value": own_error, "reciprocal": own_error / value**2, "log": own_error / abs(value)}.get(kind, own_error)
+    expected = {"value": own_error, "reciprocal": own_error / value**2, "log": own_error / abs(value)}.get(
+        kind, own_error
+    )
     if abs(error - expected) <= _AGREES * max(error, expected):
         return ""
     return (
@@ -270,7 +276,9 @@ def _gives(tree: Node, path: Path, label: str) -> bool:
     section = tree.at(path)
     if section is None:
         return False
-    return any(n.origin is not None and n.origin.library == label and n.origin.status == "measured" for _, n in section.walk())
+    return any(
+        n.origin is not None and n.origin.library == label and n.origin.status == "measured" for _, n in section.walk()
+    )
 
 
 def _still_given(tree: Node, name: str, said: Any) -> bool:

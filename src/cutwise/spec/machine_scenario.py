@@ -220,6 +220,12 @@ class MachineScenario(Scenario):
         """A program, a map of the working space or a chain with rotary axes takes ten times a simple pass."""
         return 100 if self.volume is None and self.program is None else 40
 
+    def own_scatter(self) -> Mapping[str, str]:
+        """The components of the error in the middle of a path, by the scatter of the bodies."""
+        if self.uncertainty is None or self.path is None:
+            return {}
+        return {f"deviation_{axis}_middle": f"deviation_std_{axis}" for axis in "xyz"}
+
     def contradictions(self) -> Iterator[Notice]:
         """Everything wrong with the chain, the errors and the travel, at once."""
         for check in self.checks():

@@ -51,28 +51,33 @@ _TOGETHER = MeasureSpec("dimensionless", "probability that all requirements are 
 
 
 class Known(dict[str, MeasureSpec]):
-    """The measures of a process; those that every band has are known beside them, and not listed."""
+    """The measures of a process; the ends of their bands are known beside them, and not listed."""
+
+    def __init__(self, own: Mapping[str, MeasureSpec]) -> None:
+        super().__init__(own)
+        self.own = own  # may know more names than it lists
 
     def __missing__(self, name: str) -> MeasureSpec:
         found = self._of_band(name)
-        if found is None:
-            raise KeyError(name)
-        return found
+        return self.own[name] if found is None else found
 
     def __contains__(self, name: object) -> bool:
-        return super().__contains__(name) or self._of_band(name) is not None
+        return name in self.own or self._of_band(name) is not None
 
     def get(self, name: str, default: Any = None) -> Any:
         """As of any mapping."""
-        return self[name] if name in self else default
+        try:
+            return self[name]
+        except KeyError:
+            return default
 
     def _of_band(self, name: object) -> MeasureSpec | None:
         if name == PROBABILITY_ALL:
             return _TOGETHER
         found = stem(str(name))
-        if found is None or not super().__contains__(found[0]):
+        if found is None or found[0] not in self.own:
             return None
-        dimension, description = super().__getitem__(found[0])
+        dimension, description = self.own[found[0]]
         return MeasureSpec(dimension, _OF_BAND[found[1]].format(description))
 
 
@@ -133,14 +138,13 @@ class Scenario(Spec):
         """What a band of the result lacks; nothing if it lacks nothing."""
         if self.band.method == "none":
             return ("band.method linear or sampled",)
-        if not self.covariances and not self.scattered:
+        if not self.covariances:
             return ("a value with a standard error, as entries of cutwise calibrate have",)
         return ()
 
-    @property
-    def scattered(self) -> bool:
-        """Whether the process has a scatter of its own, besides the covariances of its values."""
-        return False
+    def own_scatter(self) -> Mapping[str, str]:
+        """Measures with a scatter that the process itself knows, each with the measure that is its standard deviation."""
+        return {}
 
     def unobtainable(self) -> Iterator[Notice]:
         """Requirements on measures that no run of this scenario has, each with the key that would provide it."""
@@ -151,7 +155,11 @@ class Scenario(Spec):
                     ("requirements", name),
                     f"a run of this scenario has no such measure; it needs {' and '.join(lacking)}",
                 )
-            elif self.requirements[name].probability is not None and (without := self.without_band()):
+            elif (
+                self.requirements[name].probability is not None
+                and name not in self.own_scatter()
+                and (without := self.without_band())
+            ):
                 yield Notice(
                     ("requirements", name, "probability"),
                     f"no probability can be told: it needs {' and '.join(without)}",

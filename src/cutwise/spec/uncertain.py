@@ -43,7 +43,7 @@ class _Covariance(Spec):
     def kinds(self) -> tuple[As, ...]:
         """In which quantity the errors of each value are normal."""
         said = self.__dict__["as"]
-        return (said,) * len(self.of) if isinstance(said, str) else said  # type: ignore[attr-defined]
+        return (said,) * len(self.of) if isinstance(said, str) else said  # type: ignore[attr-defined, no-any-return]
 
 
 # "as" is a word of Python, and the word for it all the same.
@@ -84,7 +84,9 @@ class Fitted(Spec):
     kind: str = Field(default="", description="kind of calibration", examples=["robot-stiffness"])
     residual: str | float | None = Field(default=None, description="scatter that the fit leaves", examples=["0.22 mm"])
     range: dict[str, tuple[str | float, str | float]] = Field(
-        default_factory=dict, description="least and largest value of each column", examples=["{joint1: [-1 rad, 1 rad]}"]
+        default_factory=dict,
+        description="least and largest value of each column",
+        examples=["{joint1: [-1 rad, 1 rad]}"],
     )
 
 

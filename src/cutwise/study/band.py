@@ -20,9 +20,11 @@ import numpy as np
 from scipy import stats
 
 from cutwise import units
+from cutwise.bands import BandNote, Spread
 from cutwise.process import recipes
-from cutwise.results import BandNote, Check, Measure, Result, SolverFailure, Spread, judge, unreached
+from cutwise.results import Check, Measure, Result, SolverFailure, judge, unreached
 from cutwise.spec.scenario import PROBABILITY_ALL, Scenario
+from cutwise.spec.uncertain import stem
 from cutwise.study.case import cases
 from cutwise.study.inputs import FloatArray, Scatter, overrides, scatter_of, without_scatter
 
@@ -73,6 +75,10 @@ def banded(result: Result, progress: Progress | None = None) -> Result:
     if scenario.band.method == "none" or not result.measures or scenario.process not in recipes.OUTCOMES:
         return result
     scatter = scatter_of(scenario)
+    asked = [name for name, limit in scenario.requirements.items() if limit.probability is not None]
+    if not scatter.inputs and any(name in scenario.own_scatter() for name in asked):
+        f0 = {name: measure.value for name, measure in result.measures.items()}
+        return _judged(result, _of_process(scenario, f0), _unknown(scatter))
     if not scatter.inputs:
         return _judged(result, None, _unknown(scatter)) if scatter.undetermined else result
     f0 = {name: measure.value for name, measure in result.measures.items()}
@@ -100,6 +106,23 @@ def _alone(scatter: Scatter) -> tuple[str, ...]:
         f"{', '.join(keys)} have standard errors but no covariance: they count as independent; if one fit gave them, the "
         "band may be several times too wide or too narrow",
     )
+
+
+def _own_variances(scenario: Scenario, f0: Measures) -> dict[str, float]:
+    """Variance of measures by a scatter that the process itself knows: that of the bodies of a machine."""
+    return {name: f0[sd] ** 2 for name, sd in scenario.own_scatter().items() if name in f0 and sd in f0}
+
+
+def _of_process(scenario: Scenario, f0: Measures) -> Moved:
+    """Probabilities by the scatter of the process alone."""
+    own = _own_variances(scenario, f0)
+
+    def kept(check: Check) -> float | None:
+        variance = own.get(check.measure)
+        return None if variance is None else _probability(check, f0[check.measure], math.sqrt(variance), math.inf)
+
+    note = BandNote("linear", 0, (), residuals=_residuals(scenario))
+    return Moved({}, kept, None, note, ())
 
 
 def _judged(result: Result, moved: Moved | None, warnings: tuple[str, ...]) -> Result:
@@ -137,7 +160,7 @@ def _probable(check: Check, moved: Moved | None) -> Check:
 
 
 def _linear(scenario: Scenario, scatter: Scatter, f0: Measures, progress: Progress | None) -> Moved:
-    evaluate = cases(scenario, tuple(f0))
+    evaluate, given = cases(scenario, tuple(f0)), overrides(scenario, scatter.inputs)
     errors, count = scatter.standard_errors, len(scatter.inputs)
     names = list(f0)
     up, down = (np.full((len(names), count), np.nan) for _ in range(2))
@@ -145,7 +168,7 @@ def _linear(scenario: Scenario, scatter: Scatter, f0: Measures, progress: Progre
     for k, one in enumerate(scatter.inputs):
         for found, sign in ((up, 1.0), (down, -1.0)):
             value = one.turned(one.normal + sign * _STEP * errors[k])
-            case = evaluate(overrides(scenario, scatter.inputs, {k: value}))
+            case = evaluate(given({k: value}))
             if case.failure is not None or case.outcome.infeasible:
                 said = str(case.failure or case.outcome.infeasible[0]).splitlines()[0]
                 why.setdefault(one.key, f"with {one.key} at {units.show(value, one.dimension)}: {said}")
@@ -157,20 +180,25 @@ def _linear(scenario: Scenario, scatter: Scatter, f0: Measures, progress: Progre
     bend = np.abs(up - 2.0 * start[:, None] + down)
     spreads: dict[str, Spread] = {}
     slopes: dict[str, FloatArray] = {}
-    freedom: dict[str, float] = {}
+    own = _own_variances(scenario, f0)
     for n, name in enumerate(names):
         variances = _variances(scatter, gradient[n])
         sd = math.sqrt(max(sum(variances), 0.0)) if np.all(np.isfinite(gradient[n])) else math.nan
         rounding = _ROUNDING * max(abs(start[n]), float(np.max(np.abs(up[n]))))
         if not math.isfinite(sd) or np.any(bend[n] > max(_BENDS * sd, 0.0) + rounding):
             continue
-        slopes[name], freedom[name] = gradient[n], _satterthwaite(scatter, variances)
-        low, high = (float(start[n] + sd * _quantile(p, freedom[name])) for p in LEVEL)
+        slopes[name], freedom = gradient[n], _satterthwaite(scatter, variances)
+        low, high = (float(start[n] + sd * _quantile(p, freedom)) for p in LEVEL)
         spreads[name] = Spread(sd, low, high, _carried(scatter, gradient[n], sum(variances)))
 
     def kept(check: Check) -> float | None:
-        spread = spreads.get(check.measure)
-        return None if spread is None else _probability(check, f0[check.measure], spread.sd, freedom[check.measure])
+        spread, more = spreads.get(check.measure), own.get(check.measure, 0.0)
+        if spread is None:
+            return None
+        variances = [*_variances(scatter, slopes[check.measure]), more]
+        return _probability(
+            check, f0[check.measure], math.sqrt(spread.sd**2 + more), _satterthwaite(scatter, variances)
+        )
 
     left_out = tuple(name for name in names if name not in spreads)
     note = BandNote(
@@ -202,8 +230,8 @@ def _variances(scatter: Scatter, gradient: FloatArray) -> list[float]:
 
 
 def _satterthwaite(scatter: Scatter, variances: list[float]) -> float:
-    """Degrees of freedom of the sum of variances; infinite where every one is known."""
-    below = sum(v * v / b.degrees_of_freedom for v, b in zip(variances, scatter.blocks, strict=True))
+    """Degrees of freedom of the sum of variances, those beyond the covariances exactly known; infinite if all are."""
+    below = sum(v * v / b.degrees_of_freedom for v, b in zip(variances, scatter.blocks, strict=False))
     return sum(variances) ** 2 / below if below > 0.0 else math.inf
 
 
@@ -254,7 +282,7 @@ def _limits(scenario: Scenario) -> dict[str, tuple[float, float]]:
     """Limits of the requirements on measures."""
     return {
         name: (-math.inf if limit.min is None else limit.min, math.inf if limit.max is None else limit.max)
-        for name, limit in scenario.requirements.items() if name in type(scenario).measures.keys()  # noqa: SIM118
+        for name, limit in scenario.requirements.items() if stem(name) is None and name != PROBABILITY_ALL
     }  # fmt: skip
 
 
@@ -277,7 +305,7 @@ def _residuals(scenario: Scenario) -> dict[str, str]:
 
 
 def _sampled(scenario: Scenario, scatter: Scatter, f0: Measures, progress: Progress | None) -> Moved:
-    evaluate = cases(scenario, tuple(f0))
+    evaluate, given = cases(scenario, tuple(f0)), overrides(scenario, scatter.inputs)
     start = np.array([one.normal for one in scatter.inputs])
     count = scenario.band.samples
     normal = start + _draws(scatter, count, scenario.band.seed)
@@ -288,38 +316,43 @@ def _sampled(scenario: Scenario, scatter: Scatter, f0: Measures, progress: Progr
     found = np.full((len(used), len(names)), np.nan)
     for place, n in enumerate(used):
         values = {k: one.turned(float(normal[n, k])) for k, one in enumerate(scatter.inputs)}
-        case = evaluate(overrides(scenario, scatter.inputs, values))
+        case = evaluate(given(values))
         failed += case.failure is not None or bool(case.outcome.infeasible)
         found[place] = [case.measures.get(name, math.nan) for name in names]
         if progress is not None:
             progress((place + 1) / len(used))
     if len(used) < 2 or failed == len(used):
-        raise SolverFailure(f"no band: of {count} draws {int(thrown.sum())} were thrown away and {failed} could not be run")
-    errors = normal[used] - start
+        raise SolverFailure(
+            f"no band: of {count} draws {int(thrown.sum())} were thrown away and {failed} could not be run"
+        )
+    errors, own = normal[used] - start, _own_variances(scenario, f0)
     spreads = {}
     for k, name in enumerate(names):
-        own = found[:, k]
-        there = np.isfinite(own)
+        column = found[:, k]
+        there = np.isfinite(column)
         if there.sum() >= max(2.0, 0.5 * len(used)):
-            low, high = np.quantile(own[there], LEVEL)
-            slope = np.linalg.lstsq(np.column_stack([errors[there], np.ones(there.sum())]), own[there], rcond=None)[0][:-1]
+            low, high = np.quantile(column[there], LEVEL)
+            slope = np.linalg.lstsq(np.column_stack([errors[there], np.ones(there.sum())]), column[there], rcond=None)[
+                0
+            ][:-1]
             variance = float(sum(_variances(scatter, slope)))
             spreads[name] = Spread(
-                float(own[there].std(ddof=1)), float(low), float(high), _carried(scatter, slope, variance)
+                float(column[there].std(ddof=1)), float(low), float(high), _carried(scatter, slope, variance)
             )
     left_out = tuple(name for name in names if name not in spreads)
 
-    def inside(name: str, low: float, high: float) -> FloatArray:
-        own = found[:, names.index(name)]
-        return np.asarray((own >= low) & (own <= high))  # a measure that is not there keeps nothing
+    def inside(name: str, low: float, high: float, extra: FloatArray | float = 0.0) -> FloatArray:
+        values = found[:, names.index(name)] + extra
+        return np.asarray((values >= low) & (values <= high))  # a measure that is not there keeps nothing
 
     def kept(check: Check) -> float | None:
         if check.measure not in names:
             return None
         low, high = check.minimum, check.maximum
-        return float(
-            inside(check.measure, -math.inf if low is None else low, math.inf if high is None else high).mean()
-        )
+        more = math.sqrt(own.get(check.measure, 0.0))
+        extra = more * np.random.default_rng(scenario.band.seed).normal(size=len(used)) if more > 0.0 else 0.0
+        ends = (-math.inf if low is None else low, math.inf if high is None else high)
+        return float(inside(check.measure, *ends, extra).mean())
 
     limits = _limits(scenario)
     together = None
@@ -342,5 +375,3 @@ def _of_draws(note: BandNote, count: int) -> Iterable[str]:
         yield f"{note.failed} of {note.runs} draws of the band could not be run; they count as keeping no limit"
     if note.left_out:
         yield f"no band for {', '.join(note.left_out)}: fewer than half of the draws have it"
-
-

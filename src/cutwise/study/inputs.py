@@ -1,7 +1,7 @@
 """Input values that are known with a scatter, as one list of numbers with a covariance in which their errors are normal."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -107,16 +107,20 @@ def _input(leaves: Mapping[str, tuple[Any, Any]], key: str, kind: str) -> Input 
     return found if math.isfinite(found.normal) else None
 
 
-def overrides(scenario: Scenario, inputs: Sequence[Input], values: Mapping[int, float]) -> dict[str, Value]:
-    """Overrides that give some of the inputs other values [SI]."""
+def overrides(scenario: Scenario, inputs: Sequence[Input]) -> Callable[[Mapping[int, float]], dict[str, Value]]:
+    """A function that gives the overrides with which some of the inputs have other values [SI]."""
     leaves = {dotted(path): value for path, _, value in fields.leaves(scenario)}
-    changed: dict[str, Any] = {}
-    dimensions = {}
-    for place, value in values.items():
-        one = inputs[place]
-        changed[one.leaf] = _with(changed.get(one.leaf, leaves[one.leaf]), one.inside, value)
-        dimensions[one.leaf] = one.dimension
-    return {leaf: _said(value, dimensions[leaf]) for leaf, value in changed.items()}
+
+    def given(values: Mapping[int, float]) -> dict[str, Value]:
+        changed: dict[str, Any] = {}
+        dimensions = {}
+        for place, value in values.items():
+            one = inputs[place]
+            changed[one.leaf] = _with(changed.get(one.leaf, leaves[one.leaf]), one.inside, value)
+            dimensions[one.leaf] = one.dimension
+        return {leaf: _said(value, dimensions[leaf]) for leaf, value in changed.items()}
+
+    return given
 
 
 def _with(whole: Any, inside: Path, value: float) -> Any:
