@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -35,7 +36,7 @@ from cutwise.physics.structure.terms import (
 from cutwise.process import carried, yielding
 from cutwise.process.edges import edges
 from cutwise.process.labels import labelled
-from cutwise.results import SolverFailure
+from cutwise.results import Finding, Place, SolverFailure
 from cutwise.spec.carrier import Standing
 from cutwise.spec.milling import MillingScenario
 from cutwise.spec.notices import notices
@@ -308,3 +309,9 @@ def notes(done: ArmMilling) -> dict[str, str]:
             f"rigid cut, with the best single angle by {constant * 1e6:.4g} µm."
         )
     return said
+
+
+def unsound(found: Mapping[str, float]) -> Iterator[Finding]:
+    """A depth at which the arm chatters; the value is the depth over its limit."""
+    if found.get("depth_margin", 1.0) <= 0.0:
+        yield Finding("unstable", Place("arm"), 1.0 - found["depth_margin"], 1.0, measure="depth_margin")

@@ -1,5 +1,7 @@
 """From what the engineer says to what the kernels read: specifications become records."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, NamedTuple
@@ -7,6 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from cutwise.later import later
+from cutwise.maths.constants import GRAVITY
 from cutwise.maths.curves import Cubic, FloatArray, Polyline, constant, cubic_value_slope, no_cubic, smooth
 from cutwise.maths.fields import random_field, sum_of_sines
 from cutwise.paths.carried import CarriedPath
@@ -23,7 +26,6 @@ from cutwise.physics.structure.pistons import (
     piston_directions,
 )
 from cutwise.physics.structure.terms import Compliance, Rigid
-from cutwise.process.carried import GRAVITY, ArmAlong, arm_along, path_in_base, terms_of
 from cutwise.process.edges import edges
 from cutwise.process.loops import (
     AVERAGED,
@@ -45,8 +47,9 @@ from cutwise.spec.spindle import CompliantSpindle
 from cutwise.spec.tables import Table
 
 if TYPE_CHECKING:
-    from cutwise.process import chain_compliance
+    from cutwise.process import carried, chain_compliance
 else:
+    carried = later("cutwise.process.carried")
     chain_compliance = later("cutwise.process.chain_compliance")
 
 _FRICTION = {"none": NO_FRICTION, "set_valued": SET_VALUED, "presliding": PRESLIDING, "regularised": REGULARISED}
@@ -88,7 +91,7 @@ def edge_cut(scenario: DeburringScenario) -> EdgeCut:
     along, height = robot_along(scenario, alone), surface_height(alone)
     sag = along.sag[:, 1] - along.sag[:, 3] * height
     path = alone.path._replace(error_curve=added(alone.path.error_curve, along.path.at, sag))
-    return alone._replace(path=path, behind=_terms(scenario, terms_of(answering(scenario), along, height)))
+    return alone._replace(path=path, behind=_terms(scenario, carried.terms_of(answering(scenario), along, height)))
 
 
 def answering(scenario: DeburringScenario) -> CarryingRobot:
@@ -152,17 +155,19 @@ def rigid_wrench(cut: EdgeCut) -> FloatArray:
 def path_of(scenario: DeburringScenario) -> CarriedPath:
     """The stations of the path in the frame of the carrier."""
     assert scenario.path is not None
-    return path_in_base(
+    return carried.path_in_base(
         scenario.path, scenario.placement or Standing(), scenario.numerics.station,
         work_on_left=scenario.operation.milling == "up",
     )  # fmt: skip
 
 
-def robot_along(scenario: DeburringScenario, cell: EdgeCut | EdgeCell) -> ArmAlong:
+def robot_along(scenario: DeburringScenario, cell: EdgeCut | EdgeCell) -> carried.ArmAlong:
     """The robot of a pass, along the path of the scenario."""
     assert scenario.robot is not None
     cut = EdgeCut(cell.path, cell.layers, cell.cutter, cell.arc)
-    return arm_along(scenario.robot, path_of(scenario), rigid_wrench(cut), surface_height(cut), scenario.operation.feed)
+    return carried.arm_along(
+        scenario.robot, path_of(scenario), rigid_wrench(cut), surface_height(cut), scenario.operation.feed
+    )
 
 
 def edge_profile(size: float | Table | RandomField, length: float) -> Polyline:

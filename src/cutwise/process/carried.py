@@ -8,6 +8,7 @@ import numpy as np
 
 from cutwise import units
 from cutwise.later import later
+from cutwise.maths.constants import GRAVITY
 from cutwise.maths.frames import FloatArray, rotation_from_rpy
 from cutwise.paths.carried import CarriedPath, arc, line, placed
 from cutwise.physics.motion.along import Blocked, Postures, cheapest_way, followed, joint_rates
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
 else:
     interpolate = later("scipy.interpolate")
 
-GRAVITY = 9.80665  # [m/s^2] standard acceleration of free fall
 GRID = math.radians(5.0)  # between two angles of the tool that are tried
 STATIONS = 201  # of a path at which angles are tried; between them the angle is a smooth curve
 

@@ -18,7 +18,6 @@ from cutwise.physics.structure.terms import Compliance, Swinging, displacement, 
 from cutwise.physics.structure.terms import width as width_of
 from cutwise.physics.surface.edge import machined_profile
 from cutwise.process.assemble import robot_along, surface_height
-from cutwise.process.carried import measures as robot_measures
 from cutwise.process.labels import labelled
 from cutwise.process.loops import (
     TOOTH_RESOLVED,
@@ -38,7 +37,10 @@ from cutwise.spec.deburring import DeburringScenario
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from cutwise.process import carried
 else:
+    carried = later("cutwise.process.carried")
     xr = later("xarray")
 
 _SETTLED = 5e-6  # [m] band of the settling time
@@ -157,7 +159,7 @@ def carried_measures(scenario: DeburringScenario, run: EdgeRun) -> dict[str, flo
         found["natural_frequency_min"] = float(swings[0].min())
     if scenario.robot is None:
         return {**found, **normal_stiffness([term for _, term in run.cell.behind])}
-    return {**found, **robot_measures(robot_along(scenario, run.cell), scenario.robot, scenario.operation.feed)}
+    return {**found, **carried.measures(robot_along(scenario, run.cell), scenario.robot, scenario.operation.feed)}
 
 
 def _profile_points(centre: FloatArray) -> int:

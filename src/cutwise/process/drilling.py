@@ -1,11 +1,14 @@
 """Drilling with a robot or on a machine: from the scenario to postures, forces and holes."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Iterator, Mapping
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from cutwise.later import later
 from cutwise.maths.frames import FloatArray
 from cutwise.physics.cutting.drill import (
     DrillPoint,
@@ -20,7 +23,6 @@ from cutwise.physics.cutting.drill_elements import LipElements, oblique_elements
 from cutwise.physics.structure.joint_compliance import axis_tilt, worst_skating
 from cutwise.physics.surface.hole import perpendicularity, whirl_amplitudes
 from cutwise.process.drill_profile import DepthProfile, depth_profile, no_elements
-from cutwise.process.drilling_machine import on_machine
 from cutwise.process.hole_balance import DrillCycle
 from cutwise.process.loops_drilling import (
     ArmDynamics,
@@ -57,6 +59,11 @@ from cutwise.process.postures import (
 )
 from cutwise.process.robot_arms import robot_arm
 from cutwise.spec.drilling import Drill, DrillingScenario, Hole, Placement
+
+if TYPE_CHECKING:
+    from cutwise.process import drilling_machine
+else:
+    drilling_machine = later("cutwise.process.drilling_machine")
 
 _ROWS = 2000  # of the history that is kept
 _CHECKED = 8  # redundancy angles at which a hole is looked at once more before it is called out of reach
@@ -218,7 +225,7 @@ def skating_of(cell: DrillCell, posture: Posture) -> float:
 def choose(scenario: DrillingScenario, cell: DrillCell, target: PoseTarget) -> tuple[Posture | None, Reach, bool]:
     """Posture for a hole, how well it is reached, and whether only a singularity stands in the way."""
     if scenario.machine is not None:
-        return on_machine(scenario.machine, scenario.part.block, target), Reach(True, -1, 0.0), False
+        return drilling_machine.on_machine(scenario.machine, scenario.part.block, target), Reach(True, -1, 0.0), False
     assert scenario.robot is not None
     assert cell.arm is not None
     robot, choice = scenario.robot, scenario.robot.redundancy_angle

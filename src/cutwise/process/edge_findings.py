@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from cutwise import units
+from cutwise.physics.structure.pistons import SWEEPS
 from cutwise.process import motor
 from cutwise.process.assemble import beside_part
 from cutwise.process.deburring import (
@@ -17,9 +18,14 @@ from cutwise.process.deburring import (
     run_for,
 )
 from cutwise.process.loops import EdgeCell, run_swept_edge
+from cutwise.process.weights import weight_on
+from cutwise.results import Finding, Place
 from cutwise.spec.deburring import DeburringScenario
 from cutwise.spec.notices import notices
 
+_STOP = 1e-9  # share of a stroke
+_DRIFT = 5e-6  # [m] by which the edge may still move over the part of the pass that is judged
+_GONE = 0.01  # share of the edge along which contact may be lost
 _LATCHED = 0.05  # share of the band above the loading plateau
 
 LIMITS = (
@@ -135,3 +141,58 @@ def notes(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, float])
 
 def _error(value: float) -> str:
     return units.show(value, "small_length", 4)
+
+
+def unsound(scenario: DeburringScenario, run: EdgeRun) -> Iterator[Finding]:
+    """At the stop, never touching, contact lost, still moving, pistons not solved."""
+    travel, stroke = run.history.response.travel, run.cell.ring.piston.stroke
+    time = run.history.motion.time
+    stopped = np.flatnonzero(travel.max(axis=1) >= stroke * (1.0 - _STOP))
+    if stopped.size:
+        yield Finding("at_stop", Place(time=float(time[stopped[0]])), float(travel.max()), stroke, "length")
+    depth = run.history.engagement.burr_depth + run.history.engagement.work_depth
+    if depth[run.steady].max() <= 0.0:
+        yield Finding("untouched")
+    else:
+        yield from _left_standing(scenario, run, depth)
+    yield from _drifting(run)
+    unsolved = np.flatnonzero(run.history.response.sweeps >= SWEEPS)
+    if unsolved.size:
+        yield Finding("unsolved", Place(time=float(time[unsolved[0]])), float(unsolved.size), 0.0)
+
+
+def _left_standing(scenario: DeburringScenario, run: EdgeRun, depth: np.ndarray) -> Iterator[Finding]:
+    """A mill that is off the work although it is led into it, and leaves more than the tolerance there."""
+    motion, cell = run.history.motion, run.cell
+    led = motion.height < np.interp(motion.position, cell.layers.burr_height.at, cell.layers.burr_height.value)
+    judged = (motion.time >= cell.path.lead_in) & (np.arange(motion.time.size) < run.steady.stop)
+    gone = led & judged & (depth <= 0.0)
+    left = gone & (run.error_at_tool > scenario.operation.tolerance)
+    share = float(left.sum() / max(1, judged.sum()))
+    if share > _GONE:
+        first = int(np.flatnonzero(left)[0])
+        where = Place(time=float(motion.time[first]), position=float(motion.position[first]))
+        yield Finding("contact_lost", where, share, _GONE)
+
+
+def _drifting(run: EdgeRun) -> Iterator[Finding]:
+    """A steady part that begins before the lead-in has ended, or in which the edge still moves though nothing else does."""
+    motion, steady, layers = run.history.motion, run.steady, run.cell.layers
+    began = float(motion.time[steady.start])
+    if run.cell.path.lead_in > began:
+        yield Finding("unsettled", Place(time=began), run.cell.path.lead_in, began, "time")
+        return
+    at = motion.position[steady]
+    led = (motion.height[steady], *(np.interp(at, p.at, p.value) for p in (layers.burr_height, layers.burr_width)))
+    if any(np.ptp(one) > 1e-9 for one in led):
+        return  # waves of path and burr: the edge follows them for good
+    error = run.error_at_tool[steady]
+    third = max(1, error.size // 3)
+    drift = float(error[-third:].mean() - error[:third].mean())
+    if abs(drift) > _DRIFT:
+        yield Finding("unsettled", Place(time=began), drift, _DRIFT, "small_length")
+
+
+def weight(run: EdgeRun) -> Iterator[Finding]:
+    """The weight of the motor at the tip, against what the pistons hold."""
+    yield from weight_on(run.cell.ring, run.cell.reach, Place())

@@ -1,10 +1,13 @@
 """From a machine scenario to the bare records of a pass and of the working space."""
 
+from __future__ import annotations
+
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from cutwise.later import later
 from cutwise.maths import chains
 from cutwise.maths.chains import FIXED, PRISMATIC, REVOLUTE
 from cutwise.maths.frames import FloatArray, rotation_from_rpy
@@ -17,7 +20,6 @@ from cutwise.physics.surface import probability
 from cutwise.process.machine_force import cut_force
 from cutwise.process.machine_pass import ElasticElement, FlexiblePart, MachineCell, Weight
 from cutwise.process.machine_path import ToolPath, points_tool_path
-from cutwise.process.machine_program import program_tool_path
 from cutwise.process.yielding import modes_at_rest, spring
 from cutwise.spec.geometry_errors import COMPONENTS, LINEAR_AXES, SQUARENESS
 from cutwise.spec.machine import Beam, ContactGroup, Drive, Joint, Machine
@@ -25,6 +27,11 @@ from cutwise.spec.machine import ElasticElement as ElementSpec
 from cutwise.spec.machine_scenario import MachineScenario, MachineTool
 from cutwise.spec.part_block import PartBlock
 from cutwise.spec.tables import Table
+
+if TYPE_CHECKING:
+    from cutwise.process import machine_program
+else:
+    machine_program = later("cutwise.process.machine_program")
 
 _PLUNGE = 1e-6  # sine of the angle between feed and tool axis
 _KINDS = {"fixed": FIXED, "prismatic": PRISMATIC, "revolute": REVOLUTE}
@@ -66,7 +73,7 @@ def machine_cell(scenario: MachineScenario, *, samples: int | None = None) -> Ma
 
 def _way(scenario: MachineScenario, axes: Axes, samples: int | None) -> ToolPath:
     if scenario.program is not None:
-        return program_tool_path(scenario, scenario.program, axes, samples=samples)
+        return machine_program.program_tool_path(scenario, scenario.program, axes, samples=samples)
     assert scenario.path is not None
     return points_tool_path(scenario, scenario.path, axes, samples=samples)
 

@@ -11,7 +11,9 @@ from cutwise.process import stock_moves
 from cutwise.process.chain_compliance import off_part
 from cutwise.process.machine import MachinePass, VolumeMap
 from cutwise.process.machine_pass import MachineRun
+from cutwise.process.stock_moves import collisions
 from cutwise.programs.block_text import block_named, blocks_named
+from cutwise.results import Finding, Place
 from cutwise.spec.machine_scenario import MachineScenario
 from cutwise.spec.notices import notices
 
@@ -290,3 +292,15 @@ def _probability(found: MachinePass, scenario: MachineScenario) -> str:
         allowed = units.show(scenario.uncertainty.tolerance, "small_length", 4)
         text += f" The length of the error stays within {allowed} in {100 * chances.within:.3g} of 100 cases."
     return text
+
+
+def unsound(run: MachinePass | None) -> Iterator[Finding]:
+    """A program that cuts nothing, rapid moves through the stock, a spindle at rest in the cut."""
+    if run is None:
+        return
+    cut, way = run.run.cell.cut, run.run.cell.way
+    if cut.immersion is not None and not cut.immersion.any():
+        yield Finding("untouched")
+    yield from collisions(way.into.collisions)
+    if way.still:
+        yield Finding("at_rest", Place(line=way.still[0]), float(len(way.still)), 0.0)

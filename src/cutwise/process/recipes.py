@@ -22,6 +22,7 @@ if TYPE_CHECKING:
         assemble_mill,
         carried,
         chamfer,
+        chamfer_findings,
         chamfer_measures,
         chamfer_program,
         chamfer_robot,
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
         drilling,
         drilling_findings,
         drilling_stages,
+        edge_findings,
         machine,
         machine_stages,
         milling,
@@ -38,10 +40,7 @@ if TYPE_CHECKING:
         milling_findings,
         milling_measures,
         milling_stability,
-        notices,
-        soundness,
         still_deburring,
-        weights,
     )
     from cutwise.spec.chamfer import ChamferScenario
     from cutwise.spec.deburring import DeburringScenario
@@ -55,6 +54,7 @@ else:  # a run imports its own process, not those of the others
     assemble_mill = later("cutwise.process.assemble_mill")
     carried = later("cutwise.process.carried")
     chamfer = later("cutwise.process.chamfer")
+    chamfer_findings = later("cutwise.process.chamfer_findings")
     chamfer_measures = later("cutwise.process.chamfer_measures")
     chamfer_program = later("cutwise.process.chamfer_program")
     chamfer_robot = later("cutwise.process.chamfer_robot")
@@ -70,11 +70,9 @@ else:  # a run imports its own process, not those of the others
     milling_compare = later("cutwise.process.milling_compare")
     milling_measures = later("cutwise.process.milling_measures")
     milling_stability = later("cutwise.process.milling_stability")
-    notices = later("cutwise.process.edge_findings")
+    edge_findings = later("cutwise.process.edge_findings")
     milling_findings = later("cutwise.process.milling_findings")
-    soundness = later("cutwise.process.soundness")
     still_deburring = later("cutwise.process.still_deburring")
-    weights = later("cutwise.process.weights")
 
 Progress = Callable[[float], None]
 
@@ -101,13 +99,13 @@ def deburr(scenario: DeburringScenario, progress: Progress | None = None) -> Res
         scenario,
         found,
         stages=deburring.stages(edge),
-        findings=(*soundness.deburr(scenario, edge), *weights.deburr(edge)),
+        findings=(*edge_findings.unsound(scenario, edge), *edge_findings.weight(edge)),
         bands=deburring.histories(scenario, edge, found),
-        warnings=notices.warnings(scenario, edge, found),
+        warnings=edge_findings.warnings(scenario, edge, found),
         infeasible=carried.too_fast(found, scenario.operation.feed),
-        limits=notices.LIMITS,
+        limits=edge_findings.LIMITS,
         convergence=change,
-        notes=notices.notes(scenario, edge, found),
+        notes=edge_findings.notes(scenario, edge, found),
         references=("berselli2016", "altintas2012"),
     )
 
@@ -159,9 +157,9 @@ def deburring_quick(scenario: DeburringScenario, wanted: Collection[str] = (), *
     edge, found = _deburring_pass(
         scenario, max(step, _STUDY_STEP) if coarse and coarser(scenario) else step, tooth=tooth
     )
-    said = () if coarse else tuple(notices.warnings(scenario, edge, found))
+    said = () if coarse else tuple(edge_findings.warnings(scenario, edge, found))
     too_fast = carried.too_fast(found, scenario.operation.feed)
-    return Outcome(found, tuple(soundness.deburr(scenario, edge)), said, too_fast)
+    return Outcome(found, tuple(edge_findings.unsound(scenario, edge)), said, too_fast)
 
 
 def machine_errors(scenario: MachineScenario, progress: Progress | None = None) -> Result:
@@ -180,7 +178,7 @@ def machine_errors(scenario: MachineScenario, progress: Progress | None = None) 
         scenario,
         found,
         stages=machine_stages.stages(one_pass, volume),
-        findings=soundness.machine(one_pass),
+        findings=machine_stages.unsound(one_pass),
         warnings=machine_stages.warnings(scenario, one_pass),
         infeasible=infeasible,
         limits=machine_stages.LIMITS,
@@ -213,7 +211,7 @@ def mill(scenario: MillingScenario, progress: Progress | None = None) -> Result:
             lobes=milling_stability.lobe_diagram(scenario, steady) if steady is not None else None,
             vibration=milling_stability.vibration(steady) if steady is not None else None,
         ),
-        findings=soundness.mill(scenario, done, steady),
+        findings=milling_findings.unsound(scenario, done, steady),
         warnings=tuple(milling_findings.warnings(scenario, done, found)),
         limits=milling_findings.limits(done),
         convergence=change,
@@ -236,7 +234,7 @@ def mill_by_robot(scenario: MillingScenario, progress: Progress | None = None) -
         scenario,
         found,
         stages=arm_milling.stages(scenario, done),
-        findings=soundness.arm_mill(found),
+        findings=arm_milling.unsound(found),
         warnings=arm_milling.warnings(scenario),
         infeasible=carried.too_fast(found, scenario.operation.feed),
         limits=arm_milling.LIMITS,
@@ -253,14 +251,14 @@ def mill_quick(scenario: MillingScenario, wanted: Collection[str] = (), *, coars
         by_arm = arm_milling.measures(scenario, arm_milling.run(scenario))
         told = () if coarse else arm_milling.warnings(scenario)
         return Outcome(
-            by_arm, tuple(soundness.arm_mill(by_arm)), told, carried.too_fast(by_arm, scenario.operation.feed)
+            by_arm, tuple(arm_milling.unsound(by_arm)), told, carried.too_fast(by_arm, scenario.operation.feed)
         )
     done = milling.run(scenario, scenario.numerics.substeps)
     steady = milling.stability(scenario, done)
     found = milling_measures.measures(scenario, done)
     found = {**found, **(milling_stability.measures(steady) if steady is not None else {})}
     said = () if coarse else tuple(milling_findings.warnings(scenario, done, found))
-    return Outcome(found, tuple(soundness.mill(scenario, done, steady, helped=False)), said)
+    return Outcome(found, tuple(milling_findings.unsound(scenario, done, steady, helped=False)), said)
 
 
 def machine_quick(scenario: MachineScenario, wanted: Collection[str] = (), *, coarse: bool = False) -> Outcome:
@@ -274,7 +272,7 @@ def machine_quick(scenario: MachineScenario, wanted: Collection[str] = (), *, co
         infeasible = (str(why),)
     found = _machine_found(one_pass, machine.evaluate_volume(scenario))
     said = () if coarse else tuple(machine_stages.warnings(scenario, one_pass))
-    return Outcome(found, tuple(soundness.machine(one_pass)), said, infeasible)
+    return Outcome(found, tuple(machine_stages.unsound(one_pass)), said, infeasible)
 
 
 def _machine_found(one_pass: machine.MachinePass | None, volume: machine.VolumeMap | None) -> Mapping[str, float]:
@@ -297,7 +295,7 @@ def drill(scenario: DrillingScenario, progress: Progress | None = None) -> Resul
         scenario,
         found,
         stages=drilling_stages.stages(scenario, run, each),
-        findings=soundness.drill(run, scenario.numerics.time_step),
+        findings=drilling_findings.unsound(run, scenario.numerics.time_step),
         warnings=drilling_findings.warnings(scenario, run),
         infeasible=drilling_findings.infeasible(scenario, run),
         limits=drilling_findings.limits(scenario),
@@ -325,7 +323,7 @@ def drilling_quick(scenario: DrillingScenario, wanted: Collection[str] = (), *, 
     del wanted
     run = _drilling_run(scenario)
     said = () if coarse else tuple(drilling_findings.warnings(scenario, run))
-    sound = tuple(soundness.drill(run, scenario.numerics.time_step))
+    sound = tuple(drilling_findings.unsound(run, scenario.numerics.time_step))
     return Outcome(drilling.measures(scenario, run), sound, said, tuple(drilling_findings.infeasible(scenario, run)))
 
 
@@ -340,7 +338,7 @@ def chamfer_path(scenario: ChamferScenario, progress: Progress | None = None) ->
         scenario,
         found,
         stages=chamfer_stages.stages(scenario, done, program.table if program else None),
-        findings=(*soundness.chamfer(done, found), *weights.chamfer(scenario, done)),
+        findings=(*chamfer_findings.unsound(done, found), *chamfer_findings.weight(scenario, done)),
         bands=chamfer_measures.histories(done, found),
         warnings=chamfer_measures.warnings(scenario, done, found, program.unproven if program else ()),
         infeasible=(*done.infeasible, *chamfer_robot.infeasible(scenario, found)),
@@ -357,7 +355,7 @@ def chamfer_quick(scenario: ChamferScenario, wanted: Collection[str] = (), *, co
     band = any(name.startswith("setup_width") for name in (*scenario.requirements, *wanted))
     done = chamfer.run(scenario, wanted=frozenset({"band"} if band else ()))
     found = chamfer_measures.measures(scenario, done)
-    sound = tuple(soundness.chamfer(done, found))
+    sound = tuple(chamfer_findings.unsound(done, found))
     cannot = (*done.infeasible, *chamfer_robot.infeasible(scenario, found))
     if coarse:
         return Outcome(found, sound, (), cannot)

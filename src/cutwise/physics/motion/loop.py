@@ -110,6 +110,11 @@ def continuous_poles(plant: Plant, law: Controller) -> ComplexArray:
     )
 
 
+def largest_pole(plant: Plant, law: Controller) -> float:
+    """Largest magnitude of a pole z of the sampled loop; below 1 the loop is stable."""
+    return float(np.max(np.abs(discrete_poles(plant, law))))
+
+
 @lru_cache(maxsize=64)
 def loop_figures(plant: Plant, law: Controller) -> LoopFigures:
     """Margins, bandwidth and poles of one axis; friction, saturation and encoder are left out."""
@@ -127,7 +132,7 @@ def loop_figures(plant: Plant, law: Controller) -> LoopFigures:
     def sampled(w: FloatArray) -> ComplexArray:
         return sampled_response(w, plant, law)
 
-    largest = float(np.max(np.abs(discrete_poles(plant, law))))
+    largest = largest_pole(plant, law)
     margin = _gain_change(plant, law, 1e4 if largest < 1.0 else 1e-4)
     closed = np.abs(loop(grid) / (1.0 + loop(grid)))
     return LoopFigures(

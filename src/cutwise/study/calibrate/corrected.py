@@ -12,10 +12,9 @@ from typing import NamedTuple
 import numpy as np
 
 from cutwise.maths.chains import Chain, frames
+from cutwise.maths.constants import GRAVITY
 from cutwise.maths.frames import exp_twists
 from cutwise.study.calibrate.posed import FloatArray
-
-GRAVITY = 9.80665  # [m/s^2]
 
 
 class Errors(NamedTuple):
