@@ -35,6 +35,9 @@ WITHOUT_PHYSICS = {
     "shape", "lobes", "speeds", "depths",
     # programs: how they are written
     "dialect",
+    # how sure values are, and how that is carried on; errors of an arm that has none
+    "band", "method", "covariances", "measured", "bodies", "joints", "gravity_compliance", "ranges", "compensated",
+    "link_weights",
 }  # fmt: skip
 
 

@@ -244,6 +244,12 @@ def _without_displaced(node: Node, model: type[Spec]) -> Node:
         for key in group:
             if key in value and value[key].layer < stronger:
                 del value[key]
+    for key, others in model.instead.items():
+        there = [other for other in others if other in value]
+        if key in value and there:
+            own, strongest = value[key].layer, max(value[other].layer for other in there)
+            for other in there if own > strongest else [key] if own < strongest else []:
+                del value[other]
     for name, info in model.model_fields.items():
         for section in fields.inner(info):
             if name not in value:

@@ -294,9 +294,9 @@ def stages(scenario: MillingScenario, done: ArmMilling) -> xr.DataTree:
     return xr.DataTree.from_dict(groups)
 
 
-def warnings(scenario: MillingScenario) -> tuple[str, ...]:
+def warnings(scenario: MillingScenario, done: ArmMilling) -> tuple[str, ...]:
     """What a user has to know about the run."""
-    return (*notices(scenario), *carried.warnings(scenario.robot))
+    return (*notices(scenario), *carried.warnings(scenario.robot, done.along))
 
 
 def notes(done: ArmMilling) -> dict[str, str]:

@@ -15,7 +15,9 @@ from cutwise.physics.motion.along import Blocked, Postures, cheapest_way, follow
 from cutwise.physics.structure.joint_compliance import cartesian_compliance
 from cutwise.physics.structure.series_compliance import carried_to, in_axes, translation_at
 from cutwise.physics.structure.terms import Compliance, swinging
-from cutwise.process.postures import Arm, candidates, posture_frames, posture_jacobian, tool_axes
+from cutwise.process import arm_geometry
+from cutwise.process.arm_geometry import Misplaced, misplaced
+from cutwise.process.postures import Arm, candidates, posture_frames, posture_jacobian, spring_twists, tool_axes
 from cutwise.process.robot_arms import base_element, robot_arm
 from cutwise.results import Infeasible
 from cutwise.spec.carrier import CarriedPath as PathSpec
@@ -38,10 +40,11 @@ class ArmAlong(NamedTuple):
     postures: Postures
     joints: FloatArray  # compliance of the joints at the tip, process axes, shape (n, 6, 6)
     base: FloatArray  # the same of the base
-    sag: FloatArray  # twist of the tip under the weights, process axes, shape (n, 6); zero where it is ignored
+    sag: FloatArray  # twist of the tip without cut, by weights and geometric errors, process axes, shape (n, 6)
     wrist_sine: FloatArray  # |sin| of the wrist angle, shape (n,)
     constant: float  # what the surface yields by with the best single angle [m], or NaN where it was not asked for
     turned: float  # the same with an angle that turns along the path
+    wrong: Misplaced  # by geometric errors of the arm
 
 
 def path_in_base(spec: PathSpec, standing: Standing, pitch: float, *, work_on_left: bool) -> CarriedPath:
@@ -93,8 +96,10 @@ def arm_along(robot: CarryingRobot, path: CarriedPath, wrench: FloatArray, heigh
     branch = np.array(
         [int(np.nanargmin(np.abs(rows - own).max(axis=1))) for rows, own in zip(q, postures.q, strict=True)]
     )
-    sag = _sag(robot, arm, path, postures.q, jacobians)
-    return ArmAlong(path, arm, postures, joints, base, sag, sine[np.arange(len(sine)), branch], constant, turned)
+    wrong = misplaced(robot, arm, postures.q)
+    sag = _sag(robot, arm, path, postures.q, jacobians, wrong.twist)
+    wrist = sine[np.arange(len(sine)), branch]
+    return ArmAlong(path, arm, postures, joints, base, sag, wrist, constant, turned, wrong)
 
 
 def terms_of(robot: CarryingRobot, along: ArmAlong, height: float) -> tuple[tuple[str, NamedTuple], ...]:
@@ -108,24 +113,37 @@ def terms_of(robot: CarryingRobot, along: ArmAlong, height: float) -> tuple[tupl
     return (*terms, ("base", Compliance(along.path.at, along.base)))
 
 
-def _sag(robot: CarryingRobot, arm: Arm, path: CarriedPath, q: FloatArray, jacobians: FloatArray) -> FloatArray:
-    r"""Twist of the tip under the weights of links and tool, in process axes, shape (n, 6).
+def _sag(
+    robot: CarryingRobot, arm: Arm, path: CarriedPath, q: FloatArray, jacobians: FloatArray, wrong: FloatArray
+) -> FloatArray:
+    r"""Twist of the tip without cut: under the weights of links and tool, and by geometric errors; process axes, (n, 6).
 
     .. math:: u_g = J K_\theta^{-1} \tau_g, \qquad \tau_g = \sum_m J_m^T m g
 
-    ``relative`` takes off that of the first station, at which the path was taught.
+    Unless it is ``absolute``, that of the first station, at which the path was taught, is taken off.
+
+    Parameters
+    ----------
+    wrong : array (n, 6)
+        Twist by the geometric errors of the arm, base axes [m, rad].
     """
     torque = np.zeros((len(q), len(arm.chain.kinds)))
+    pushed = np.zeros((len(q), len(arm.springs.frame)))  # what the weights do to the springs of bodies
+    at = posture_frames(arm, q)
     for joint, mass, centre in weights(robot):
-        at = posture_frames(arm, q)
         axis = np.einsum("mkij,kj->mki", at.rotations[:, 1:], arm.chain.axes)
         point = at.origins[:, joint + 1] + at.rotations[:, joint + 1] @ centre
         lifted = np.cross(axis, point[:, None] - at.origins[:, 1:])[:, : joint + 1, 2]
         torque[:, : joint + 1] -= GRAVITY * mass * lifted
-    twist = np.einsum("nij,nj->ni", jacobians, torque @ arm.drives.elastic / arm.stiffness)
-    if robot.sag == "ignored":
-        return np.zeros_like(twist)
-    if robot.sag == "relative":  # before it is turned: the path was taught in the axes of the base
+    for first, mass, centre in _hanging(robot):
+        joint = min(first, len(robot.joints) - 1)
+        point = at.origins[:, joint + 1] + at.rotations[:, joint + 1] @ centre
+        lifted = spring_twists(arm.springs, at.rotations, at.origins, point)[:, 2]
+        pushed -= GRAVITY * mass * np.where(arm.springs.carries <= first, lifted, 0.0)
+    loads = np.concatenate([torque @ arm.drives.elastic, pushed], axis=1)
+    twist = np.einsum("nij,nj->ni", jacobians, loads / arm.stiffness)
+    twist = wrong if robot.sag == "ignored" else twist + wrong
+    if robot.sag != "absolute":  # before it is turned: the path was taught in the axes of the base
         twist = twist - twist[0]
     side = np.linalg.det(path.axes)[:, None]
     return np.concatenate([
@@ -133,13 +151,28 @@ def _sag(robot: CarryingRobot, arm: Arm, path: CarriedPath, q: FloatArray, jacob
     ], axis=1)  # fmt: skip
 
 
+def _among_errors(robot: CarryingRobot) -> bool:
+    """Whether what the joints yield by under the links is a geometric error that was measured."""
+    return robot.errors is not None and robot.errors.of_gravity
+
+
 def weights(robot: CarryingRobot) -> list[tuple[int, float, FloatArray]]:
     """Number of the joint that carries it, mass [kg] and centre in the frame of that joint [m], of all that weighs."""
-    found = [(k, link.mass, np.array(link.centre)) for k, link in enumerate(robot.links or ())]
+    hanging = () if _among_errors(robot) else robot.links or ()
+    found = [(k, link.mass, np.array(link.centre)) for k, link in enumerate(hanging)]
     if robot.tool_mass is not None:
         flange = rotation_from_rpy(*robot.flange_rotation)
         centre = np.array(robot.flange_origin) + flange @ np.array(robot.tool_centre)
         found.append((len(robot.joints) - 1, robot.tool_mass, centre))
+    return found
+
+
+def _hanging(robot: CarryingRobot) -> list[tuple[int, float, FloatArray]]:
+    """As :func:`weights`, with the number of the link; the tool has one more than the last link."""
+    found = weights(robot)
+    if robot.tool_mass is not None:
+        _, mass, centre = found[-1]
+        found[-1] = (len(robot.joints), mass, centre)
     return found
 
 
@@ -248,7 +281,8 @@ def jacobians_of(arm: Arm, q: FloatArray) -> FloatArray:
     axis = np.einsum("mkij,kj->mki", at.rotations[:, 1:], arm.chain.axes)
     tip = at.origins[:, -1] + at.rotations[:, -1] @ arm.tool_tip
     each = np.concatenate([np.cross(axis, tip[:, None] - at.origins[:, 1:]), axis], axis=2).swapaxes(1, 2)
-    return np.asarray(each @ arm.drives.elastic)
+    springs = spring_twists(arm.springs, at.rotations, at.origins, tip)
+    return np.concatenate([each @ arm.drives.elastic, springs], axis=2)
 
 
 def _best_constant(q: FloatArray, cost: FloatArray, reach: FloatArray) -> tuple[int, int, float] | None:
@@ -294,9 +328,9 @@ def measures(along: ArmAlong, robot: CarryingRobot, feed: float) -> dict[str, fl
     return found
 
 
-def warnings(robot: CarryingRobot) -> tuple[str, ...]:
+def warnings(robot: CarryingRobot, along: ArmAlong | None = None) -> tuple[str, ...]:
     """What a user has to know about a robot along a path."""
-    said = []
+    said = list(arm_geometry.warnings(robot, along.wrong)) if along is not None else []
     if not robot.joint_speed:
         said.append("robot.joint_speed is not given: whether the joints can follow the feed was not looked at")
     if robot.sag != "ignored" and not weights(robot):

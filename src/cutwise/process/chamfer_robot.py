@@ -14,7 +14,7 @@ from cutwise.maths.frames import rotation_from_rpy
 from cutwise.paths.carried import CarriedPath, placed
 from cutwise.physics.structure.series_compliance import in_axes, translation_at
 from cutwise.physics.structure.terms import Swinging, natural_frequencies
-from cutwise.process import carried
+from cutwise.process import arm_geometry, carried
 from cutwise.process.chamfer_cell import PassForces, Yielding, process_axes
 from cutwise.process.chamfer_plan import EdgePath
 from cutwise.process.labels import labelled
@@ -141,7 +141,7 @@ def infeasible(scenario: ChamferScenario, found: Mapping[str, float]) -> tuple[s
     )
 
 
-def warnings(scenario: ChamferScenario) -> tuple[str, ...]:
+def warnings(scenario: ChamferScenario, arms: Sequence[ArmOnPath]) -> tuple[str, ...]:
     """What was not looked at."""
     robot, said = scenario.robot, []
     if robot is None:
@@ -152,7 +152,7 @@ def warnings(scenario: ChamferScenario) -> tuple[str, ...]:
         said.append(
             "robot.sag: no weight of tool or links is given (robot.tool_mass, robot.links): the sag is left out"
         )
-    return tuple(said)
+    return (*said, *(text for arm in arms for text in arm_geometry.warnings(robot, arm.along.wrong)))
 
 
 def notes(arms: Sequence[ArmOnPath]) -> dict[str, str]:

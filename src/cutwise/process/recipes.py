@@ -124,7 +124,7 @@ def deburr_at_rest(scenario: DeburringScenario, progress: Progress | None = None
         found,
         stages=still_deburring.stages(done),
         findings=still_deburring.findings(done),
-        warnings=still_deburring.warnings(scenario),
+        warnings=still_deburring.warnings(scenario, done),
         infeasible=carried.too_fast(found, scenario.operation.feed),
         limits=still_deburring.LIMITS,
         convergence=change_on_halved_step({name: found[name] for name in again}, again),
@@ -149,7 +149,7 @@ def deburring_quick(scenario: DeburringScenario, wanted: Collection[str] = (), *
         done = still_deburring.run(scenario)
         at_rest = still_deburring.measures(scenario, done)
         return Outcome(
-            at_rest, still_deburring.findings(done), still_deburring.warnings(scenario),
+            at_rest, still_deburring.findings(done), still_deburring.warnings(scenario, done),
             carried.too_fast(at_rest, scenario.operation.feed),
         )  # fmt: skip
     step = scenario.numerics.time_step
@@ -235,7 +235,7 @@ def mill_by_robot(scenario: MillingScenario, progress: Progress | None = None) -
         found,
         stages=arm_milling.stages(scenario, done),
         findings=arm_milling.unsound(found),
-        warnings=arm_milling.warnings(scenario),
+        warnings=arm_milling.warnings(scenario, done),
         infeasible=carried.too_fast(found, scenario.operation.feed),
         limits=arm_milling.LIMITS,
         convergence=change_on_halved_step({name: found[name] for name in again}, again),
@@ -248,8 +248,9 @@ def mill_quick(scenario: MillingScenario, wanted: Collection[str] = (), *, coars
     """What studies need; whether the tool chatters always belongs to it."""
     del wanted
     if scenario.robot is not None:
-        by_arm = arm_milling.measures(scenario, arm_milling.run(scenario))
-        told = () if coarse else arm_milling.warnings(scenario)
+        done = arm_milling.run(scenario)
+        by_arm = arm_milling.measures(scenario, done)
+        told = () if coarse else arm_milling.warnings(scenario, done)
         return Outcome(
             by_arm, tuple(arm_milling.unsound(by_arm)), told, carried.too_fast(by_arm, scenario.operation.feed)
         )

@@ -12,7 +12,6 @@ from cutwise.spec.base import (
     Count,
     Length,
     LibrarySpec,
-    Mass,
     Notice,
     Number,
     Pressure,
@@ -21,7 +20,7 @@ from cutwise.spec.base import (
     Transmission,
     Voltage,
 )
-from cutwise.spec.robot import Angles, Direction, Joint, Position
+from cutwise.spec.robot import Angles, Direction, Joint, LinkWeight, Position
 
 Positive = Annotated[Length, Field(gt=0)]
 
@@ -95,16 +94,6 @@ class Calibration(Spec):
 
     fit: FitSettings = FitSettings()
     measured: MeasuredSettings = MeasuredSettings()
-
-
-class LinkWeight(Spec):
-    """Mass of a link and where its centre is."""
-
-    mass: Mass = Field(description="mass of the link", examples=["12.7 kg"], ge=0)
-    centre: Position = Field(
-        description="centre of mass in the frame of the joint that moves the link",
-        examples=["[-0.232 m, 0 m, 0.158 m]"],
-    )
 
 
 class MeasuredArm(LibrarySpec):

@@ -247,8 +247,12 @@ class CarryingRobot(Robot):
         if self.sag == "ignored":
             for key in ("links", "tool_mass", "tool_centre"):
                 yield Notice((key,), "robot.sag is ignored")
-        elif self.links is None and self.tool_mass is None:
+        elif self.links is None and self.tool_mass is None and self.errors is None:
             yield Notice(("sag",), "no weight of tool or links is given (robot.tool_mass, robot.links)")
+        if self.links is not None and self.errors is not None and self.errors.of_gravity:
+            yield Notice(
+                ("links",), "what the joints yield by under the links is among robot.errors (gravity_compliance)"
+            )
         if not isinstance(self.redundancy_angle, str):
             yield Notice(("objective",), "the angle of the tool is given (robot.redundancy_angle)")
 

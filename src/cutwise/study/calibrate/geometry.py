@@ -13,11 +13,11 @@ from cutwise import units
 from cutwise.io.measurements import Channel, Measurement
 from cutwise.maths.chains import Chain
 from cutwise.maths.frames import exp_twists
+from cutwise.physics.motion.arm_errors import Errors, Load, corrected_angles, moments, none, poses, waves
 from cutwise.results import SolverFailure
 from cutwise.spec.calibration import ArmGeometry
 from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.study.calibrate.arm import folds, in_last_frame, joint_angles, joint_channels, joint_ranges, serial
-from cutwise.study.calibrate.corrected import Errors, Load, corrected_angles, moments, none, poses, waves
 from cutwise.study.calibrate.fit import STANDS_OUT
 from cutwise.study.calibrate.normal import Linearised, Solution, gauss_newton
 from cutwise.study.calibrate.posed import Finding, FloatArray, Outlier, Value
