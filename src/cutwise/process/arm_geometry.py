@@ -10,6 +10,7 @@ from cutwise.maths.frames import FloatArray
 from cutwise.physics.motion.arm_errors import Errors, Load, corrected_angles, moments, poses
 from cutwise.process.postures import Arm
 from cutwise.spec.robot import Robot
+from cutwise.spec.uncertain import Fitted
 
 
 class Misplaced(NamedTuple):
@@ -17,6 +18,7 @@ class Misplaced(NamedTuple):
 
     twist: FloatArray  # of the tip, as it is less as it was led, base axes [m, rad] (n, 6)
     outside: np.ndarray  # which joints are outside the ranges in which the errors are known (n, joints)
+    angles: FloatArray  # of the joints [rad] (n, joints)
 
 
 def misplaced(robot: Robot, arm: Arm, q: FloatArray) -> Misplaced:
@@ -28,7 +30,7 @@ def misplaced(robot: Robot, arm: Arm, q: FloatArray) -> Misplaced:
     given, count = robot.errors, len(robot.joints)
     angles = np.atleast_2d(arm.drives.joints(np.atleast_2d(q)))
     if given is None:
-        return Misplaced(np.zeros((len(angles), 6)), np.zeros((len(angles), count), dtype=bool))
+        return Misplaced(np.zeros((len(angles), 6)), np.zeros((len(angles), count), dtype=bool), angles)
     outside = _outside(given.ranges, angles)
     errors = errors_of(robot)
     moment = np.zeros_like(angles)
@@ -43,7 +45,7 @@ def misplaced(robot: Robot, arm: Arm, q: FloatArray) -> Misplaced:
     twist = np.concatenate([real.place - led.place, spin], axis=1)
     known = ~outside.any(axis=1) | given.of_gravity
     left = known & (not given.compensated)
-    return Misplaced(np.where(left[:, None], twist, 0.0), outside)
+    return Misplaced(np.where(left[:, None], twist, 0.0), outside, angles)
 
 
 def errors_of(robot: Robot) -> Errors:
@@ -76,8 +78,9 @@ def _outside(ranges: tuple[tuple[float, float], ...], angles: FloatArray) -> np.
     return np.asarray(np.mod(angles - low, 2.0 * np.pi) > high - low + 1e-9)
 
 
-def warnings(robot: Robot, found: Misplaced) -> Iterator[str]:
-    """Joints outside of what was measured."""
+def warnings(robot: Robot, found: Misplaced, measured: Fitted | None = None) -> Iterator[str]:
+    """Joints outside of what was measured: their errors, or with ``measured`` their stiffness."""
+    yield from _stiffness_beyond(robot, found, measured)
     if robot.errors is None or not found.outside.any():
         return
     for k in np.flatnonzero(found.outside.any(axis=0)):
@@ -89,3 +92,19 @@ def warnings(robot: Robot, found: Misplaced) -> Iterator[str]:
             else "the nominal chain stands there, and no accuracy can be told"
         )
         yield f"joint {robot.names[k]} leaves the range in which its errors were measured ({low} to {high}, modulo a turn): {what}"
+
+
+def _stiffness_beyond(robot: Robot, found: Misplaced, measured: Fitted | None) -> Iterator[str]:
+    """Postures other than those at which the springs of the arm were found."""
+    if measured is None or measured.kind != "robot-stiffness":
+        return
+    beyond = []
+    for k, name in enumerate(robot.names):
+        ends = measured.ends(f"joint{k + 1}", "angle")
+        if ends is not None and _outside((ends,), found.angles[:, k, None]).any():
+            beyond.append(f"{name} ({units.show(ends[0], 'angle', 4)} to {units.show(ends[1], 'angle', 4)})")
+    if beyond:
+        yield (
+            f"the arm stands outside of the postures at which {measured.library} was measured: joint {', '.join(beyond)}; its "
+            "stiffness, and the band, are carried on beyond their data"
+        )

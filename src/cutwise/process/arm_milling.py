@@ -296,7 +296,7 @@ def stages(scenario: MillingScenario, done: ArmMilling) -> xr.DataTree:
 
 def warnings(scenario: MillingScenario, done: ArmMilling) -> tuple[str, ...]:
     """What a user has to know about the run."""
-    return (*notices(scenario), *carried.warnings(scenario.robot, done.along))
+    return (*notices(scenario), *carried.warnings(scenario.robot, done.along, scenario.measured.get("robot")))
 
 
 def notes(done: ArmMilling) -> dict[str, str]:

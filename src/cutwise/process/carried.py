@@ -22,6 +22,7 @@ from cutwise.process.robot_arms import base_element, robot_arm
 from cutwise.results import Infeasible
 from cutwise.spec.carrier import CarriedPath as PathSpec
 from cutwise.spec.carrier import CarryingRobot, Standing
+from cutwise.spec.uncertain import Fitted
 
 if TYPE_CHECKING:
     from scipy import interpolate
@@ -328,9 +329,9 @@ def measures(along: ArmAlong, robot: CarryingRobot, feed: float) -> dict[str, fl
     return found
 
 
-def warnings(robot: CarryingRobot, along: ArmAlong | None = None) -> tuple[str, ...]:
+def warnings(robot: CarryingRobot, along: ArmAlong | None = None, measured: Fitted | None = None) -> tuple[str, ...]:
     """What a user has to know about a robot along a path."""
-    said = list(arm_geometry.warnings(robot, along.wrong)) if along is not None else []
+    said = list(arm_geometry.warnings(robot, along.wrong, measured)) if along is not None else []
     if not robot.joint_speed:
         said.append("robot.joint_speed is not given: whether the joints can follow the feed was not looked at")
     if robot.sag != "ignored" and not weights(robot):

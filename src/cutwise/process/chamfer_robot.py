@@ -152,7 +152,14 @@ def warnings(scenario: ChamferScenario, arms: Sequence[ArmOnPath]) -> tuple[str,
         said.append(
             "robot.sag: no weight of tool or links is given (robot.tool_mass, robot.links): the sag is left out"
         )
-    return (*said, *(text for arm in arms for text in arm_geometry.warnings(robot, arm.along.wrong)))
+    return (
+        *said,
+        *(
+            text
+            for arm in arms
+            for text in arm_geometry.warnings(robot, arm.along.wrong, scenario.measured.get("robot"))
+        ),
+    )
 
 
 def notes(arms: Sequence[ArmOnPath]) -> dict[str, str]:

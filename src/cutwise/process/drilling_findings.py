@@ -107,8 +107,9 @@ def _robot(scenario: DrillingScenario, run: DrillRun) -> Iterator[str]:
     arm = run.cell.arm
     yield from _own_error(scenario)
     there = [hole.posture.q for hole in run.holes if hole.posture is not None]
-    if scenario.robot.errors is not None and there:
-        yield from arm_geometry.warnings(scenario.robot, arm_geometry.misplaced(scenario.robot, arm, np.array(there)))
+    if there:
+        wrong = arm_geometry.misplaced(scenario.robot, arm, np.array(there))
+        yield from arm_geometry.warnings(scenario.robot, wrong, scenario.measured.get("robot"))
     if arm.general is not None and not arm.general.proven:
         yield (
             f"the arm has no spherical wrist ({run.cell.not_spherical}), and its axes are such that some of its postures "

@@ -40,8 +40,9 @@ LIMITS = (
 def warnings(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, float]) -> tuple[str, ...]:
     """Everything that the engineer should know before he trusts the numbers."""
     misled: Iterator[str] = iter(())
-    if scenario.robot is not None and scenario.robot.errors is not None:
-        misled = arm_geometry.warnings(scenario.robot, robot_along(scenario, run.cell).wrong)
+    measured = scenario.measured.get("robot")
+    if scenario.robot is not None and (scenario.robot.errors is not None or measured is not None):
+        misled = arm_geometry.warnings(scenario.robot, robot_along(scenario, run.cell).wrong, measured)
     return (*notices(scenario), *beside_part(scenario), *misled, *_process(scenario, run, found))
 
 

@@ -164,8 +164,9 @@ def warnings(scenario: DeburringScenario, done: StillEdge) -> tuple[str, ...]:
     """What a user has to know about the run."""
     told = [*notices(scenario), *beside_part(scenario)]
     if scenario.robot is not None:
-        wrong = scenario.robot.errors is not None
-        told += carried.warnings(scenario.robot, robot_along(scenario, done.cut) if wrong else None)
+        measured = scenario.measured.get("robot")
+        looked = scenario.robot.errors is not None or measured is not None
+        told += carried.warnings(scenario.robot, robot_along(scenario, done.cut) if looked else None, measured)
     return tuple(told)
 
 

@@ -5,6 +5,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, create_model
 
+from cutwise import units
 from cutwise.spec.base import Count, Notice, Spec
 
 As = Literal["value", "reciprocal", "log"]
@@ -88,6 +89,14 @@ class Fitted(Spec):
         description="least and largest value of each column",
         examples=["{joint1: [-1 rad, 1 rad]}"],
     )
+
+    def ends(self, column: str, dimension: str) -> tuple[float, float] | None:
+        """Least and largest value of a column that was measured [SI]; None where that is not said."""
+        try:
+            low, high = (units.parse(end, dimension) for end in self.range[column])
+        except (KeyError, units.UnitFault):
+            return None
+        return low, high
 
 
 def stem(name: str) -> tuple[str, str] | None:

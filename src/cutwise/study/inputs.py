@@ -1,7 +1,7 @@
 """Input values that are known with a scatter, as one list of numbers with a covariance in which their errors are normal."""
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -65,8 +65,14 @@ class Scatter(NamedTuple):
         return found
 
 
-def scatter_of(scenario: Scenario) -> Scatter:
-    """The inputs of a scenario that have a covariance or a standard error."""
+def scatter_of(scenario: Scenario, without: Collection[str] = ()) -> Scatter:
+    """The inputs of a scenario that have a covariance or a standard error.
+
+    Parameters
+    ----------
+    without : collection of str
+        Keys that have been given other values than those that the covariances speak of.
+    """
     leaves = {dotted(path): (info, value) for path, info, value in fields.leaves(scenario)}
     inputs: list[Input] = []
     blocks: list[Block] = []
@@ -75,6 +81,8 @@ def scatter_of(scenario: Scenario) -> Scatter:
         kept = []
         for k, (key, kind) in enumerate(zip(one.of, one.kinds, strict=True)):
             found = _input(leaves, key, kind)
+            if found is not None and (found.leaf in without or key in without or _replaced(scenario, found, one.library)):
+                continue
             if key in one.undetermined:
                 unknown.append(key)
             elif found is not None and one.matrix[k][k] > 0.0 and all(found.key != other.key for other in inputs):
@@ -85,6 +93,12 @@ def scatter_of(scenario: Scenario) -> Scatter:
             places = tuple(range(len(inputs) - len(kept), len(inputs)))
             blocks.append(Block(places, 0.5 * (matrix + matrix.T), one.degrees_of_freedom or math.inf, one.alone))
     return Scatter(tuple(inputs), tuple(blocks), tuple(unknown))
+
+
+def _replaced(scenario: Scenario, found: Input, library: str) -> bool:
+    """Whether a value no longer comes from the entry whose covariance this is."""
+    origin = scenario.origins.get(found.leaf)
+    return bool(library) and origin is not None and origin.library != library
 
 
 def _input(leaves: Mapping[str, tuple[Any, Any]], key: str, kind: str) -> Input | None:

@@ -217,3 +217,13 @@ def test_faults_of_errors(examples):
         assert words in str(caught.value)
     with pytest.raises(ScenarioFault, match="has 0 orders, sine has 1"):
         load(examples / "drill_robot.yaml", {"robot.errors.joints": "[{sine: [1 mrad]}]"})
+
+
+def test_postures_other_than_those_of_the_load_tests_are_told(examples):
+    said = quick_outcome(load(examples / "drill_robot.yaml", {"robot.library": "fanuc_r2000ic"})).warnings
+    (text,) = (one for one in said if "outside of the postures at which fanuc_r2000ic was measured" in one)
+    assert "joint_4" in text
+    mixed = load(examples / "drill_robot.yaml", {
+        "robot.library": "fanuc_r2000ic", "robot.joint_stiffness": [f"{k} N m/rad" for k in (1e6, 2e6, 2e6, 3e5, 4e5, 2e5)],
+    })  # fmt: skip
+    assert not any("was measured" in one for one in quick_outcome(mixed).warnings)

@@ -7,6 +7,7 @@ import pytest
 
 from cutwise.io.scenario import load
 from cutwise.spec.faults import ScenarioFault
+from cutwise.spec.notices import notices
 from cutwise.study.calibrate.outcome import calibrated
 
 TITLES = "pressure [bar], loading_plateau [N], unloading_plateau [N], breakaway [N], return_breakaway [N]"
@@ -76,3 +77,16 @@ def test_exchanged_columns_are_refused(tmp_path):
 def test_a_model_is_refused_where_there_is_one(tmp_path):
     with pytest.raises(ScenarioFault, match=r'fit.model.*"joints" is not a model of spindle-seals; it has one'):
         calibrated("spindle-seals", travel(tmp_path, 0.1), [*SPINDLE, "fit.model=joints"])
+
+
+def test_a_pressure_that_was_not_travelled_at_is_told(tmp_path, examples):
+    found = calibrated("spindle-seals", travel(tmp_path, 0.15), ["spindle.library=berselli2016"])
+    entry = tmp_path / "my_spindle.yaml"
+    entry.write_text(found.entry("my_spindle"))
+    given = {"spindle.library": str(entry)}
+    inside = load(examples / "deburr_compliant_spindle.yaml", {**given, "spindle.pressure": "5 bar"})
+    assert not any("was measured at" in text for text in notices(inside))
+    beyond = load(examples / "deburr_compliant_spindle.yaml", {**given, "spindle.pressure": "6.5 bar"})
+    (text,) = (text for text in notices(beyond) if "was measured at" in text)
+    assert text.startswith("spindle.pressure: 6.5 bar is outside of what")
+    assert "2 bar to 6 bar" in text
