@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn, TypeVar
 import typer
 
 import cutwise
-from cutwise.app import calibrating, exits, inspection, interrupt, outputs
+from cutwise.app import calibrating, exits, inspection, interrupt, outputs, validating
 from cutwise.app.exits import INTERRUPTED, NOBODY_READS, OK, REQUIREMENT_FAILED, TERMINATED, explain, refuse
 from cutwise.app.options import SET, Overrides, ScenarioFile
 from cutwise.app.writing import REPORT, RUN, programs, written
@@ -268,7 +268,7 @@ def sweep(
         print(save(table, output))
 
 
-for _look in (calibrating.calibrate, inspection.part, inspection.program, inspection.spindle):
+for _look in (calibrating.calibrate, validating.validate, inspection.part, inspection.program, inspection.spindle):
     app.command()(_look)
 
 

@@ -2,10 +2,11 @@
 
 import datetime
 import math
+import warnings
 from collections.abc import Iterator
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field
+from pydantic import Discriminator, Field, create_model
 
 from cutwise.spec.base import (
     Angle,
@@ -16,10 +17,12 @@ from cutwise.spec.base import (
     Number,
     Pressure,
     Spec,
+    Time,
     TorqueConstant,
     Transmission,
     Voltage,
 )
+from cutwise.spec.fields import tag
 from cutwise.spec.robot import Angles, Direction, Joint, LinkWeight, Position
 
 Positive = Annotated[Length, Field(gt=0)]
@@ -296,3 +299,37 @@ class MachineVolume(Calibration):
     """Settings of ``volumetric``."""
 
     data: VolumeSettings = VolumeSettings()
+
+
+def _fit_or_time(value: Any) -> str:
+    return "<fit>" if isinstance(value, str) and value.strip()[:1].isalpha() else "<time>"
+
+
+class ValidateSettings(Spec):
+    """How runs are held against a measurement."""
+
+    noise: str | dict[str, str] | None = Field(
+        default=None,
+        description="scatter of the measurement that widens the band: of all measures of its unit, or of each by name",
+        examples=["0.22 mm", "{thrust_max: 5 N}"],
+    )
+    delay: Annotated[
+        Annotated[Literal["fit"], tag("fit")] | Annotated[Time, tag("time")], Discriminator(_fit_or_time)
+    ] = Field(
+        default=0.0,
+        description="by how much a recording lags the run, or fit: that of the largest correlation",
+        examples=["fit", "0.02 s"],
+    )
+
+
+with warnings.catch_warnings():
+    warnings.simplefilter("ignore", UserWarning)  # pydantic has an old name "validate", which nobody here calls
+    Validation: Any = create_model(  # type: ignore[call-overload]
+        "Validation",
+        __base__=Spec,
+        __doc__="Settings of ``validate``.",
+        **{
+            "validate": (ValidateSettings, Field(default=ValidateSettings(), description="how it is compared")),
+            "data": (ForceSettings, Field(default=ForceSettings(), description="how forces were measured")),
+        },
+    )

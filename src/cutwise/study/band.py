@@ -12,7 +12,7 @@ each covariance over :math:`\sqrt{\chi^2_\nu/\nu}`, a run each.
 
 import logging
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -88,6 +88,22 @@ def banded(result: Result, progress: Progress | None = None) -> Result:
     _told.info("band: %d further runs (%s, %d values with a standard error)", count, way, len(scatter.inputs))
     moved = (_sampled if sampled else _linear)(scenario, scatter, f0, progress)
     return _judged(result, moved, (*moved.warnings, *_unknown(scatter), *_alone(scatter)))
+
+
+def spreads(scenario: Scenario, f0: Measures, without: Collection[str] = ()) -> Mapping[str, Spread]:
+    """Bands of some measures of a case, but for what is not said to be uncertain.
+
+    Parameters
+    ----------
+    f0 : mapping
+        The measures of the case, SI.
+    without : collection of str
+        Keys that stand fast.
+    """
+    scatter = scatter_of(scenario, without)
+    if not scatter.inputs or not f0:
+        return {}
+    return (_sampled if scenario.band.method == "sampled" else _linear)(scenario, scatter, f0, None).spreads
 
 
 def _unknown(scatter: Scatter) -> tuple[str, ...]:
@@ -188,7 +204,7 @@ def _linear(scenario: Scenario, scatter: Scatter, f0: Measures, progress: Progre
         if not math.isfinite(sd) or np.any(bend[n] > max(_BENDS * sd, 0.0) + rounding):
             continue
         slopes[name], freedom = gradient[n], _satterthwaite(scatter, variances)
-        low, high = (float(start[n] + sd * _quantile(p, freedom)) for p in LEVEL)
+        low, high = (float(start[n] + sd * quantile(p, freedom)) for p in LEVEL)
         spreads[name] = Spread(sd, low, high, _carried(scatter, gradient[n], sum(variances)))
 
     def kept(check: Check) -> float | None:
@@ -248,7 +264,8 @@ def _carried(scatter: Scatter, gradient: FloatArray, variance: float) -> dict[st
     return dict(sorted(shares.items(), key=lambda item: -abs(item[1])))
 
 
-def _quantile(probability: float, freedom: float) -> float:
+def quantile(probability: float, freedom: float = math.inf) -> float:
+    """Student's quantile; normal without an end of the degrees of freedom."""
     law = stats.norm if math.isinf(freedom) else stats.t(freedom)
     return float(law.ppf(probability))
 

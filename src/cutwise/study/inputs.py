@@ -81,7 +81,9 @@ def scatter_of(scenario: Scenario, without: Collection[str] = ()) -> Scatter:
         kept = []
         for k, (key, kind) in enumerate(zip(one.of, one.kinds, strict=True)):
             found = _input(leaves, key, kind)
-            if found is not None and (found.leaf in without or key in without or _replaced(scenario, found, one.library)):
+            if found is not None and (
+                found.leaf in without or key in without or _replaced(scenario, found, one.library)
+            ):
                 continue
             if key in one.undetermined:
                 unknown.append(key)
