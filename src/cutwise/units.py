@@ -44,6 +44,7 @@ _ALL = (
     Dimension("density", "kg/m**3", "kg/m**3", "7850 kg/m^3"),
     Dimension("inertia", "kg*m**2", "kg*m**2", "4.1e-3 kg m^2"),
     Dimension("force", "N", "N", "7.7 N"),
+    Dimension("force_rate", "N/s", "N/s", "20 N/s"),
     Dimension("moment", "N*m", "N*m", "1.2 N m"),
     Dimension("power", "W", "W", "340 W"),
     Dimension("pressure", "Pa", "bar", "5 bar", "gauge pressure"),

@@ -10,6 +10,7 @@ from pydantic import Discriminator, Field, create_model
 
 from cutwise.spec.base import (
     Angle,
+    AngularSpeed,
     Count,
     Length,
     LibrarySpec,
@@ -218,6 +219,29 @@ class MeanForces(Calibration):
 
     tool: MeasuredTool
     operation: MeasuredOperation
+    cut: MeasuredCut
+    data: ForceSettings = ForceSettings()
+
+
+class SampledTool(MeasuredTool):
+    """The mill whose forces were sampled."""
+
+    diameter: Length = Field(description="diameter", examples=["10 mm"], gt=0)
+    helix: Annotated[Angle, Field(ge=0, lt=math.pi / 2)] = Field(description="helix angle", examples=["30 deg"])
+
+
+class SampledOperation(MeasuredOperation):
+    """The cut whose forces were sampled."""
+
+    feed_per_tooth: Length = Field(description="feed per tooth", examples=["0.1 mm"], gt=0)
+    spindle_speed: AngularSpeed = Field(description="nominal speed, within 1 %", examples=["6000 rpm"], gt=0)
+
+
+class ForceWaves(Calibration):
+    """Settings of ``cutting-waveform``."""
+
+    tool: SampledTool
+    operation: SampledOperation
     cut: MeasuredCut
     data: ForceSettings = ForceSettings()
 
