@@ -139,10 +139,9 @@ def _block(
         return None
     scales, used = {}, []
     for k in kept:
-        info = fields.field_at(model, paths[k])
-        if info is None:
+        if fields.field_at(model, paths[k]) is None:
             continue  # this process does not ask for it
-        dimension = fields.dimension(info) or "dimensionless"
+        dimension = fields.dimension_at(model, paths[k]) or "dimensionless"
         try:
             scales[k] = units.scatter_factor(written[k], dimension, kinds[k])
         except units.UnitFault as fault:
@@ -212,10 +211,9 @@ def _disagreement(tree: Node, path: Path, kind: str, error: float, model: type[S
 
 def _number(node: Node | None, path: Path, model: type[Spec]) -> float | None:
     """A quantity in SI; infinite standard errors are written by fits that say nothing about a value."""
-    info = fields.field_at(model, path)
-    if node is None or info is None:
+    if node is None or fields.field_at(model, path) is None:
         return None
-    dimension = fields.dimension(info)
+    dimension = fields.dimension_at(model, path)
     if isinstance(node.value, str) and node.value.strip().startswith("inf"):
         return math.inf
     try:
@@ -249,12 +247,12 @@ def scatter_faults(tree: Node, model: type[Spec]) -> Iterator[Fault]:
             if isinstance(error.value, dict | list):
                 continue
             value = node.at(below)
-            info = fields.field_at(model, here)
+            dimension = fields.dimension_at(model, here)
             if value is None or isinstance(value.value, dict | list):
                 yield error.fault((*here, "standard_error"), "has not the form of its value")
-            elif info is not None and fields.dimension(info) and not str(error.value).strip().startswith("inf"):
+            elif dimension and not str(error.value).strip().startswith("inf"):
                 try:
-                    size = units.parse(error.value, fields.dimension(info) or "")
+                    size = units.parse(error.value, dimension)
                 except units.UnitFault as fault:
                     yield error.fault((*here, "standard_error"), str(fault))
                     continue

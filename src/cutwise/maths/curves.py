@@ -61,6 +61,18 @@ def segment(at: FloatArray, x: float) -> int:
 
 
 @compiled
+def station(at: FloatArray, along: float) -> tuple[int, float]:
+    """Interval of a table and the share of it that lies behind; the end values hold beyond the ends."""
+    last = at.size - 1
+    if last == 0 or along <= at[0]:
+        return 0, 0.0
+    if along >= at[last]:
+        return last - 1, 1.0
+    low = segment(at, along)
+    return low, (along - at[low]) / (at[low + 1] - at[low])
+
+
+@compiled
 def polyline_value(curve: Polyline, x: float) -> float:
     """Value of a polyline at x; the end values hold beyond the ends."""
     at = curve.at

@@ -14,7 +14,7 @@ from cutwise.paths.carried import CarriedPath, arc, line, placed
 from cutwise.physics.motion.along import Blocked, Postures, cheapest_way, followed, joint_rates
 from cutwise.physics.structure.joint_compliance import cartesian_compliance
 from cutwise.physics.structure.series_compliance import carried_to, in_axes, translation_at
-from cutwise.physics.structure.terms import Compliance, swinging
+from cutwise.physics.structure.terms import Compliance, Linked, Swinging, linked, swinging
 from cutwise.process import arm_geometry
 from cutwise.process.arm_geometry import Misplaced, misplaced
 from cutwise.process.postures import Arm, candidates, posture_frames, posture_jacobian, spring_twists, tool_axes
@@ -22,6 +22,7 @@ from cutwise.process.robot_arms import base_element, robot_arm
 from cutwise.results import Infeasible
 from cutwise.spec.carrier import CarriedPath as PathSpec
 from cutwise.spec.carrier import CarryingRobot, Standing
+from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.spec.uncertain import Fitted
 
 if TYPE_CHECKING:
@@ -106,12 +107,65 @@ def arm_along(robot: CarryingRobot, path: CarriedPath, wrench: FloatArray, heigh
 def terms_of(robot: CarryingRobot, along: ArmAlong, height: float) -> tuple[tuple[str, NamedTuple], ...]:
     """Terms of the structure that a robot adds, by name; a swinging arm takes its base along."""
     if robot.dynamics == "modal":
-        matrix = translation_at(along.joints + along.base, height)
-        return (("arm", swinging(along.path.at, matrix, robot.modal_mass, robot.damping)),)
-    terms = (("arm", Compliance(along.path.at, along.joints)),)
+        return (("arm", swings_of(robot, along, height)),)
+    term = linked_arm(robot, along) if robot.dynamics == "links" else Compliance(along.path.at, along.joints)
+    terms = (("arm", term),)
     if robot.base_compliance is None:
         return terms
     return (*terms, ("base", Compliance(along.path.at, along.base)))
+
+
+def linked_arm(robot: CarryingRobot, along: ArmAlong) -> Linked:
+    """The joints of a robot with the masses of its links and tool, along its path in process axes."""
+    arm, path = along.arm, along.path
+    seen = np.swapaxes(jacobians_of(arm, along.postures.q), -1, -2)  # rows: one joint each
+    side = np.linalg.det(path.axes)[:, None, None]
+    jacobian = np.concatenate([seen[..., :3] @ path.axes, side * (seen[..., 3:] @ path.axes)], axis=-1)
+    mass = mass_matrices(robot, arm, along.postures.q)
+    try:
+        return linked(path.at, mass, arm.stiffness, robot.damping, np.swapaxes(jacobian, -1, -2))
+    except (ValueError, np.linalg.LinAlgError):
+        raise ScenarioFault([Fault(("robot", "tool_mass"), "with robot.dynamics: links every joint needs something to move: "
+                             "the masses given lie on the axis of one; write tool_mass and tool_centre, or "
+                             "robot.links[5].inertia")]) from None  # fmt: skip
+
+
+def swings_of(robot: CarryingRobot, along: ArmAlong, height: float) -> Swinging | Linked:
+    """The arm with its mass: its links, or one swinging mass at a height over the tip [m]."""
+    if robot.dynamics == "links":
+        return linked_arm(robot, along)
+    return swinging(
+        along.path.at, translation_at(along.joints + along.base, height), robot.modal_mass, robot.damping
+    )  # fmt: skip
+
+
+def mass_matrices(robot: CarryingRobot, arm: Arm, q: FloatArray) -> FloatArray:
+    r"""Inertia of links and tool seen by everything that yields, :math:`M = \sum m J_v^T J_v + J_\omega^T I J_\omega`.
+
+    Parameters
+    ----------
+    q : array (n, 6)
+        Postures.
+
+    Returns
+    -------
+    array (n, k, k)
+        [kg m^2]
+    """
+    at = posture_frames(arm, q)
+    axis = np.einsum("mkij,kj->mki", at.rotations[:, 1:], arm.chain.axes)
+    total = np.zeros((len(q), axis.shape[1], axis.shape[1]))
+    for body in masses(robot):
+        turn = at.rotations[:, body.joint + 1]
+        point = at.origins[:, body.joint + 1] + turn @ body.centre
+        moves = np.arange(axis.shape[1]) <= body.joint
+        speed = np.cross(axis, point[:, None] - at.origins[:, 1:]) * moves[:, None]
+        spin = axis * moves[:, None]
+        inertia = turn @ body.inertia @ np.swapaxes(turn, -1, -2)
+        total += body.mass * np.einsum("mki,mli->mkl", speed, speed) + np.einsum(
+            "mki,mij,mlj->mkl", spin, inertia, spin
+        )
+    return np.asarray(arm.drives.elastic.T @ total @ arm.drives.elastic)
 
 
 def _sag(
@@ -131,16 +185,14 @@ def _sag(
     torque = np.zeros((len(q), len(arm.chain.kinds)))
     pushed = np.zeros((len(q), len(arm.springs.frame)))  # what the weights do to the springs of bodies
     at = posture_frames(arm, q)
-    for joint, mass, centre in weights(robot):
+    for first, body in _hanging(robot):
+        joint = body.joint
         axis = np.einsum("mkij,kj->mki", at.rotations[:, 1:], arm.chain.axes)
-        point = at.origins[:, joint + 1] + at.rotations[:, joint + 1] @ centre
+        point = at.origins[:, joint + 1] + at.rotations[:, joint + 1] @ body.centre
         lifted = np.cross(axis, point[:, None] - at.origins[:, 1:])[:, : joint + 1, 2]
-        torque[:, : joint + 1] -= GRAVITY * mass * lifted
-    for first, mass, centre in _hanging(robot):
-        joint = min(first, len(robot.joints) - 1)
-        point = at.origins[:, joint + 1] + at.rotations[:, joint + 1] @ centre
-        lifted = spring_twists(arm.springs, at.rotations, at.origins, point)[:, 2]
-        pushed -= GRAVITY * mass * np.where(arm.springs.carries <= first, lifted, 0.0)
+        torque[:, : joint + 1] -= GRAVITY * body.mass * lifted
+        raised = spring_twists(arm.springs, at.rotations, at.origins, point)[:, 2]
+        pushed -= GRAVITY * body.mass * np.where(arm.springs.carries <= first, raised, 0.0)
     loads = np.concatenate([torque @ arm.drives.elastic, pushed], axis=1)
     twist = np.einsum("nij,nj->ni", jacobians, loads / arm.stiffness)
     twist = wrong if robot.sag == "ignored" else twist + wrong
@@ -152,29 +204,44 @@ def _sag(
     ], axis=1)  # fmt: skip
 
 
-def _among_errors(robot: CarryingRobot) -> bool:
-    """Whether what the joints yield by under the links is a geometric error that was measured."""
-    return robot.errors is not None and robot.errors.of_gravity
+class Massive(NamedTuple):
+    """Something with mass that an arm carries."""
+
+    joint: int  # number of the joint behind which it moves
+    mass: float  # [kg]
+    centre: FloatArray  # [m] in the frame of that joint, shape (3,)
+    inertia: FloatArray  # about the centre, axes of that frame [kg m^2], shape (3, 3)
 
 
-def weights(robot: CarryingRobot) -> list[tuple[int, float, FloatArray]]:
-    """Number of the joint that carries it, mass [kg] and centre in the frame of that joint [m], of all that weighs."""
-    hanging = () if _among_errors(robot) else robot.links or ()
-    found = [(k, link.mass, np.array(link.centre)) for k, link in enumerate(hanging)]
+def masses(robot: CarryingRobot) -> list[Massive]:
+    """Links and tool, as far as they are given."""
+    found = [
+        Massive(k, link.mass, np.array(link.centre), _tensor(link.inertia))
+        for k, link in enumerate(robot.links or ())
+    ]  # fmt: skip
     if robot.tool_mass is not None:
         flange = rotation_from_rpy(*robot.flange_rotation)
         centre = np.array(robot.flange_origin) + flange @ np.array(robot.tool_centre)
-        found.append((len(robot.joints) - 1, robot.tool_mass, centre))
+        found.append(Massive(len(robot.joints) - 1, robot.tool_mass, centre, np.zeros((3, 3))))
     return found
 
 
-def _hanging(robot: CarryingRobot) -> list[tuple[int, float, FloatArray]]:
-    """As :func:`weights`, with the number of the link; the tool has one more than the last link."""
-    found = weights(robot)
+def _hanging(robot: CarryingRobot) -> list[tuple[int, Massive]]:
+    """What weighs on the springs, each with the number of its link; the tool has one more than the last link.
+
+    Not the links where what the joints yield by under them is a geometric error that was measured.
+    """
+    found = [(body.joint, body) for body in masses(robot)]
     if robot.tool_mass is not None:
-        _, mass, centre = found[-1]
-        found[-1] = (len(robot.joints), mass, centre)
-    return found
+        found[-1] = (len(robot.joints), found[-1][1])
+    of_links = robot.errors is None or not robot.errors.of_gravity
+    return found if of_links else [one for one in found if one[0] == len(robot.joints)]
+
+
+def _tensor(given: tuple[float, ...] | None) -> FloatArray:
+    """Inertia tensor from xx, yy, zz, and xy, xz, yz where they are written."""
+    xx, yy, zz, xy, xz, yz = (*(given or (0.0, 0.0, 0.0)), 0.0, 0.0, 0.0)[:6]
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
 def base_compliance(robot: CarryingRobot, point: FloatArray) -> FloatArray:
@@ -296,12 +363,12 @@ def _best_constant(q: FloatArray, cost: FloatArray, reach: FloatArray) -> tuple[
     return int(angle), int(branch), float(mean[angle, branch])
 
 
-def too_fast(found: Mapping[str, float], feed: float) -> tuple[str, ...]:
+def too_fast(found: Mapping[str, float], feed: float, said: str = "operation.feed") -> tuple[str, ...]:
     """That the joints cannot follow the feed [m/s], if they cannot."""
     if found.get("joint_speed_margin", 1.0) >= 0.0:
         return ()
     return (
-        f"the joints follow {units.show(found['feed_possible_min'], 'speed')} at most, operation.feed is "
+        f"the joints follow {units.show(found['feed_possible_min'], 'speed')} at most, {said} is "
         f"{units.show(feed, 'speed')}",
     )
 
@@ -319,7 +386,7 @@ def measures(along: ArmAlong, robot: CarryingRobot, feed: float) -> dict[str, fl
         "stiffness_normal_min": float(1.0 / normal.max()),
         "stiffness_normal_max": float(1.0 / normal.min()),
     }
-    if robot.sag != "ignored" and weights(robot):
+    if robot.sag != "ignored" and masses(robot):
         found["sag_change_max"] = float(np.linalg.norm(along.sag[:, :3] - along.sag[0, :3], axis=1).max())
     if robot.joint_speed is not None:
         with np.errstate(divide="ignore"):
@@ -334,7 +401,7 @@ def warnings(robot: CarryingRobot, along: ArmAlong | None = None, measured: Fitt
     said = list(arm_geometry.warnings(robot, along.wrong, measured)) if along is not None else []
     if not robot.joint_speed:
         said.append("robot.joint_speed is not given: whether the joints can follow the feed was not looked at")
-    if robot.sag != "ignored" and not weights(robot):
+    if robot.sag != "ignored" and not masses(robot):
         said.append(
             "robot.sag: no weight of tool or links is given (robot.tool_mass, robot.links): the sag is left out"
         )

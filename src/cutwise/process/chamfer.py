@@ -7,6 +7,7 @@ from cutwise.paths import reach
 from cutwise.paths.chamfer import NoPathError
 from cutwise.paths.pipe import NoEdgeError, PipeHole, edge_margin
 from cutwise.process import chamfer_proof as proof
+from cutwise.process.chamfer_carrier import Carrier, carrier_on
 from cutwise.process.chamfer_cell import PassForces
 from cutwise.process.chamfer_chains import EdgePlan, plan_chains
 from cutwise.process.chamfer_corners import Link, links
@@ -14,7 +15,6 @@ from cutwise.process.chamfer_cut import Deflected, ball_end, deflected, mounted,
 from cutwise.process.chamfer_led import as_run, programmed
 from cutwise.process.chamfer_plan import EdgePath, plan_pipe
 from cutwise.process.chamfer_remedies import remedies
-from cutwise.process.chamfer_robot import ArmOnPath, arm_on
 from cutwise.process.chamfer_setup import SetupBand, setup_band
 from cutwise.process.chamfer_work import Outline, cad_work, pipe_hole, pipe_outline, pipe_work, read_part
 from cutwise.spec.chamfer import ChamferScenario
@@ -40,7 +40,7 @@ class ChamferRun(NamedTuple):
     members: tuple[proof.EdgeZone, ...]  # where the tool is meant to cut
     links: tuple[Link, ...]  # ways round corners, between the paths counted over all edges
     forces: tuple[PassForces, ...]  # one for each path, or none
-    arms: tuple[ArmOnPath, ...]  # one for each path, or none
+    carriers: tuple[Carrier, ...]  # one for each path, or none
     deflected: tuple[Deflected, ...]  # one for each path, or none
     band: SetupBand | None
     outline: Outline | None
@@ -95,16 +95,16 @@ def run(
     written = tuple(programmed(scenario, path) for path in paths)
     led = tuple(as_run(scenario, path, found.members) for path in paths)
     forces: list[PassForces] = []
-    arms: list[ArmOnPath] = []
+    carriers: list[Carrier] = []
     aside: list[Deflected] = []
     if scenario.has_forces:
         ball = ball_end(scenario)
         forces = [rigid(scenario, path, ball) for path in led]
-        if scenario.robot is not None:
-            arms = [arm_on(scenario, path, force) for path, force in zip(paths, forces, strict=True)]
+        if scenario.carried:
+            carriers = [carrier_on(scenario, path, force) for path, force in zip(paths, forces, strict=True)]
         if scenario.yields:
             aside = [
-                deflected(scenario, path, ball, mounted(path, paths), arms[k] if arms else None)
+                deflected(scenario, path, ball, mounted(path, paths), carriers[k] if carriers else None)
                 for k, path in enumerate(paths)
             ]
     band = None
@@ -112,7 +112,7 @@ def run(
         band = setup_band(scenario, part, led)
     return ChamferRun(
         found.plans, written, led, found.members, links(scenario, written, found.members), tuple(forces),
-        tuple(arms), tuple(aside), band,
+        tuple(carriers), tuple(aside), band,
         found.outline, found.infeasible, found.remedies, found.notices,
     )  # fmt: skip
 

@@ -12,7 +12,7 @@ from cutwise.paths.chamfer import ENVELOPE, NoPathError, chamfer_path
 from cutwise.paths.pipe import one_turn
 from cutwise.physics.structure.statics import characteristic
 from cutwise.physics.surface.approach import Approach
-from cutwise.process import chamfer_robot, motor
+from cutwise.process import chamfer_carrier, motor
 from cutwise.process.assemble import piston_ring
 from cutwise.process.chamfer import ChamferRun
 from cutwise.process.chamfer_cell import SLICES
@@ -123,8 +123,8 @@ def force_measures(scenario: ChamferScenario, done: ChamferRun) -> dict[str, flo
         found["stroke_margin"] = scenario.compliant.stroke - max(one.travel for one in done.deflected)
         ring = piston_ring(scenario.compliant)
         found["breakaway_force"] = characteristic(ring, scenario.compliant.tool_reach).loading.breakaway
-    if done.arms:
-        found |= chamfer_robot.measures(scenario, done.paths, [one.moves for one in done.deflected], done.arms)
+    if done.carriers:
+        found |= chamfer_carrier.measures(scenario, done.paths, [one.moves for one in done.deflected], done.carriers)
     return found
 
 
@@ -140,17 +140,17 @@ def convergence(scenario: ChamferScenario, done: ChamferRun) -> dict[str, float]
 
     def passes(**how: float) -> tuple[Deflected, ...]:
         paths = done.paths if done.deflected else ()
-        arms = done.arms or (None,) * len(paths)
+        carriers = done.carriers or (None,) * len(paths)
         return tuple(
-            deflected(scenario, path, ball, mounted(path, done.paths), arm, **how)  # type: ignore[arg-type]
-            for path, arm in zip(paths, arms, strict=True)
+            deflected(scenario, path, ball, mounted(path, done.paths), carrier, **how)  # type: ignore[arg-type]
+            for path, carrier in zip(paths, carriers, strict=True)
         )
 
     now = force_measures(scenario, done)
     forces = tuple(rigid(scenario, path, ball, 2 * SLICES) for path in done.led)
     finer = done._replace(forces=forces, deflected=passes(time_step=0.5 * TIME_STEP))
     change |= change_on_halved_step(now, force_measures(scenario, finer))
-    coarser = force_measures(scenario, done._replace(deflected=passes(every=2), arms=())) if done.deflected else {}
+    coarser = force_measures(scenario, done._replace(deflected=passes(every=2), carriers=())) if done.deflected else {}
     for name in _LED.intersection(now, coarser):  # the error that is left, which falls with the square of the distance
         change[name] = max(change.get(name, 0.0), (now[name] - coarser[name]) / 3.0, key=abs)
     return change
@@ -230,7 +230,7 @@ def warnings(
         )
     if scenario.compliant is not None and "cutting_power_mean" in found:
         said += motor.overload(scenario.compliant, found["cutting_power_mean"])
-    return (*said, *_yielding(found), *chamfer_robot.warnings(scenario, done.arms))
+    return (*said, *_yielding(found), *chamfer_carrier.warnings(scenario, done.carriers))
 
 
 def _trimmed(done: ChamferRun) -> Iterator[str]:
@@ -269,7 +269,7 @@ def notes(done: ChamferRun) -> Mapping[str, str]:
         said["corners"] = "\n".join(
             f"{paths[link.first].work.name} goes on into {paths[link.second].work.name}" for link in done.links
         )
-    said |= chamfer_robot.notes(done.arms)
+    said |= chamfer_carrier.notes(done.carriers)
     if done.band is not None:
         said["set-up"] = str(done.band)
     return said

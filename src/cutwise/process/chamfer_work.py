@@ -17,7 +17,7 @@ from cutwise.maths.surface_mesh import Boxes, SurfaceMesh, boxes
 from cutwise.paths.pipe import NoEdgeError, PipeHole, one_turn, pipe_edge
 from cutwise.paths.pipe_mesh import own_faces, pipe_mesh
 from cutwise.paths.reach import BallCutter
-from cutwise.process.pace import TOLD
+from cutwise.process.pace import TOLD, Pace
 from cutwise.spec.chamfer import Block, ChamferScenario
 from cutwise.spec.faults import Fault, ScenarioFault
 
@@ -202,7 +202,8 @@ def cad_work(scenario: ChamferScenario, part: step.StepPart, *, outline: bool = 
             "%s of %.1f m in all are to be planned on a part of %d faces; how long that takes is said when the first of "
             "them are done", cad_select.counted(len(chosen), "edge"), length, part.faces,
         )  # fmt: skip
-    shape = shape_of(cad_mesh.cad_mesh(model), tuple(face.name for face in model.faces))
+    pace = Pace(1.0, "A part with fewer holes and edges takes less: the surfaces of all of it are looked at.")
+    shape = shape_of(cad_mesh.cad_mesh(model, meshed=pace.advance), tuple(face.name for face in model.faces))
     works = tuple(_chain_work(scenario, model, chain, shape) for chain in chosen)
     said = cad_select.left_out(chains, scenario.part.edges, chosen)
     lines = outline_of(cad.edge_lines(model)) if outline else None

@@ -17,7 +17,7 @@ from cutwise.process.deburring import (
     places_after_lead_in,
     run_for,
 )
-from cutwise.process.loops import EdgeCell, run_swept_edge
+from cutwise.process.loops import EdgeCell, programmed_heights, run_swept_edge
 from cutwise.process.weights import weight_on
 from cutwise.results import Finding, Place
 from cutwise.spec.deburring import DeburringScenario
@@ -26,6 +26,7 @@ from cutwise.spec.notices import notices
 _STOP = 1e-9  # share of a stroke
 _DRIFT = 5e-6  # [m] by which the edge may still move over the part of the pass that is judged
 _GONE = 0.01  # share of the edge along which contact may be lost
+_FULL = 0.999  # of the programmed feed
 _LATCHED = 0.05  # share of the band above the loading plateau
 
 LIMITS = (
@@ -48,6 +49,9 @@ def warnings(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, floa
 
 def _process(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, float]) -> Iterator[str]:
     steady = run.steady
+    if run.cell.ring is None:
+        yield from _beyond_the_steady_part(scenario, run)
+        return
     yield from motor.overload(scenario.spindle, found["cutting_power_mean"])
     depth = run.history.engagement.burr_depth[steady] + run.history.engagement.work_depth[steady]
     if depth.max() > 0.0 and np.abs(run.history.response.tilt[steady]).max() * run.cell.reach < 1e-6:
@@ -149,11 +153,12 @@ def _error(value: float) -> str:
 
 def unsound(scenario: DeburringScenario, run: EdgeRun) -> Iterator[Finding]:
     """At the stop, never touching, contact lost, still moving, pistons not solved."""
-    travel, stroke = run.history.response.travel, run.cell.ring.piston.stroke
     time = run.history.motion.time
-    stopped = np.flatnonzero(travel.max(axis=1) >= stroke * (1.0 - _STOP))
-    if stopped.size:
-        yield Finding("at_stop", Place(time=float(time[stopped[0]])), float(travel.max()), stroke, "length")
+    if run.cell.ring is not None:
+        travel, stroke = run.history.response.travel, run.cell.ring.piston.stroke
+        stopped = np.flatnonzero(travel.max(axis=1) >= stroke * (1.0 - _STOP))
+        if stopped.size:
+            yield Finding("at_stop", Place(time=float(time[stopped[0]])), float(travel.max()), stroke, "length")
     depth = run.history.engagement.burr_depth + run.history.engagement.work_depth
     if depth[run.steady].max() <= 0.0:
         yield Finding("untouched")
@@ -169,7 +174,7 @@ def _left_standing(scenario: DeburringScenario, run: EdgeRun, depth: np.ndarray)
     """A mill that is off the work although it is led into it, and leaves more than the tolerance there."""
     motion, cell = run.history.motion, run.cell
     led = motion.height < np.interp(motion.position, cell.layers.burr_height.at, cell.layers.burr_height.value)
-    judged = (motion.time >= cell.path.lead_in) & (np.arange(motion.time.size) < run.steady.stop)
+    judged = (run.pace >= cell.path.lead_in) & (np.arange(motion.time.size) < run.steady.stop)
     gone = led & judged & (depth <= 0.0)
     left = gone & (run.error_at_tool > scenario.operation.tolerance)
     share = float(left.sum() / max(1, judged.sum()))
@@ -182,15 +187,20 @@ def _left_standing(scenario: DeburringScenario, run: EdgeRun, depth: np.ndarray)
 def _drifting(run: EdgeRun) -> Iterator[Finding]:
     """A steady part that begins before the lead-in has ended, or in which the edge still moves though nothing else does."""
     motion, steady, layers = run.history.motion, run.steady, run.cell.layers
-    began = float(motion.time[steady.start])
+    began = float(run.pace[steady.start])
     if run.cell.path.lead_in > began:
         yield Finding("unsettled", Place(time=began), run.cell.path.lead_in, began, "time")
         return
     at = motion.position[steady]
-    led = (motion.height[steady], *(np.interp(at, p.at, p.value) for p in (layers.burr_height, layers.burr_width)))
+    fed = run.history.fed is not None
+    height = programmed_heights(run.cell, run.pace[steady]) if fed else motion.height[steady]
+    led = (height, *(np.interp(at, p.at, p.value) for p in (layers.burr_height, layers.burr_width)))
     if any(np.ptp(one) > 1e-9 for one in led):
         return  # waves of path and burr: the edge follows them for good
     error = run.error_at_tool[steady]
+    if fed:  # the machine brakes at the end of the edge, which is no drift
+        rate = np.gradient(run.pace, motion.time)[steady]
+        error = error[rate > _FULL] if (rate > _FULL).any() else error
     third = max(1, error.size // 3)
     drift = float(error[-third:].mean() - error[:third].mean())
     if abs(drift) > _DRIFT:
@@ -199,4 +209,5 @@ def _drifting(run: EdgeRun) -> Iterator[Finding]:
 
 def weight(run: EdgeRun) -> Iterator[Finding]:
     """The weight of the motor at the tip, against what the pistons hold."""
-    yield from weight_on(run.cell.ring, run.cell.reach, Place())
+    if run.cell.ring is not None:
+        yield from weight_on(run.cell.ring, run.cell.reach, Place())

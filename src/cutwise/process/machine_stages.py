@@ -200,7 +200,6 @@ def _cut_warnings(scenario: MachineScenario, run: MachineRun) -> Iterator[str]:
 
 def notes(scenario: MachineScenario, found: MachinePass | None, volume: VolumeMap | None) -> dict[str, str]:
     """The worst place and body, what to stiffen, what holds of the energy balance; the worst diagonal."""
-    bodies = scenario.machine.ordered
     told: dict[str, str] = {}
     if found is not None:
         told |= _worst(found, _text(scenario))
@@ -226,7 +225,7 @@ def notes(scenario: MachineScenario, found: MachinePass | None, volume: VolumeMa
                 "its size over the travel squared), as constant compliances ask for."
             )
     told["chain"] = (
-        f"At rest: {bodies[scenario.machine.ground].name}; what comes before it in the chain moves with the part, what comes "
+        f"At rest: {scenario.bodies[scenario.carrying.ground]}; what comes before it in the chain moves with the part, what comes "
         "after it with the tool."
     )
     if volume is not None:

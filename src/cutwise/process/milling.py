@@ -90,6 +90,7 @@ def run(scenario: MillingScenario, substeps: int, progress: Progress | None = No
     path, motion = _planned(scenario, program)
     spindle = spindle_speed(scenario, program)
     sample_time = scenario.drives.control.sample_time
+    substeps *= max(1, math.ceil(sample_time / scenario.numerics.substeps / scenario.time_step - 1e-9))
     reference = sampled(path.curve, [motion.profile], sample_time, scenario.numerics.settling_time)
     met = contact(scenario, path, reference)
     cutting = cut(scenario, spindle, met.depth)
@@ -188,7 +189,7 @@ def prepare(scenario: MillingScenario) -> None:
 def _wall(scenario: MillingScenario) -> None:
     """The bodies along the wall, if there is one."""
     if scenario.line is not None:
-        milling_wall.bodies_of(scenario, milling_wall.stations_of(scenario))
+        milling_wall.carriage_of(scenario, milling_wall.stations_of(scenario))
 
 
 def set_points(reference: Reference, sample_time: float, axes: int) -> SetPoints:

@@ -198,6 +198,8 @@ def unsound(
     if asked and not run.contact.immersion.any():
         yield Finding("untouched")
     yield from collisions(run.contact.into.collisions)
+    if run.wall is not None:
+        yield from milling_wall.findings(scenario, run.wall)
     yield from _moving(run)
 
 

@@ -17,15 +17,14 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from cutwise.process import (
-        arm_milling,
         assemble,
         assemble_mill,
         carried,
         chamfer,
+        chamfer_carrier,
         chamfer_findings,
         chamfer_measures,
         chamfer_program,
-        chamfer_robot,
         chamfer_stages,
         deburring,
         deburring_part,
@@ -40,6 +39,7 @@ if TYPE_CHECKING:
         milling_findings,
         milling_measures,
         milling_stability,
+        programmed_milling,
         still_deburring,
     )
     from cutwise.spec.chamfer import ChamferScenario
@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from cutwise.spec.milling import MillingScenario
 else:  # a run imports its own process, not those of the others
     xr = later("xarray")
-    arm_milling = later("cutwise.process.arm_milling")
+    programmed_milling = later("cutwise.process.programmed_milling")
     assemble = later("cutwise.process.assemble")
     assemble_mill = later("cutwise.process.assemble_mill")
     carried = later("cutwise.process.carried")
@@ -57,7 +57,7 @@ else:  # a run imports its own process, not those of the others
     chamfer_findings = later("cutwise.process.chamfer_findings")
     chamfer_measures = later("cutwise.process.chamfer_measures")
     chamfer_program = later("cutwise.process.chamfer_program")
-    chamfer_robot = later("cutwise.process.chamfer_robot")
+    chamfer_carrier = later("cutwise.process.chamfer_carrier")
     chamfer_stages = later("cutwise.process.chamfer_stages")
     deburring = later("cutwise.process.deburring")
     deburring_part = later("cutwise.process.deburring_part")
@@ -170,7 +170,8 @@ def machine_errors(scenario: MachineScenario, progress: Progress | None = None) 
     except Infeasible as why:
         infeasible = (str(why),)
     volume = machine.evaluate_volume(scenario)
-    found = _machine_found(one_pass, volume)
+    found = _machine_found(scenario, one_pass, volume)
+    infeasible = (*infeasible, *_machine_too_fast(one_pass, found))
     finer = machine.refined(scenario, one_pass, volume)
     if progress is not None:
         progress(1.0)
@@ -190,8 +191,8 @@ def machine_errors(scenario: MachineScenario, progress: Progress | None = None) 
 
 def mill(scenario: MillingScenario, progress: Progress | None = None) -> Result:
     """Milling with CNC drives: look-ahead, drives and forces in one loop (Ozcan et al. 2017, sec. 2-3)."""
-    if scenario.robot is not None:
-        return mill_by_robot(scenario, progress)
+    if scenario.programmed:
+        return mill_programmed(scenario, progress)
     program = assemble_mill.read_program(scenario)
     substeps = scenario.numerics.substeps
     done = milling.run(scenario, substeps, _part(progress, 0.0, 0.3))
@@ -220,26 +221,24 @@ def mill(scenario: MillingScenario, progress: Progress | None = None) -> Result:
     )
 
 
-def mill_by_robot(scenario: MillingScenario, progress: Progress | None = None) -> Result:
-    """A robot mills: each place of its path at rest, and the depth at which the arm chatters."""
-    done = arm_milling.run(scenario)
-    found = arm_milling.measures(scenario, done)
-    finer = scenario.numerics.model_copy(update={"station": 0.5 * scenario.numerics.station})
-    again = arm_milling.measures(
-        scenario, arm_milling.run(scenario.model_copy(update={"numerics": finer}), limits=False)
+def mill_programmed(scenario: MillingScenario, progress: Progress | None = None) -> Result:
+    """A mill that goes as programmed: each place of its path at rest, or stepped, and the depth at which it chatters."""
+    done = programmed_milling.run(scenario, progress=_part(progress, 0.0, 1.0 / 3.0))
+    found = programmed_milling.measures(scenario, done)
+    again = programmed_milling.measures(
+        scenario, programmed_milling.run(scenario, limits=False, finer=2, progress=_part(progress, 1.0 / 3.0, 1.0))
     )
-    if progress is not None:
-        progress(1.0)
+    again = {name: value for name, value in again.items() if not name.startswith("share_")}  # jump with the worst place
     return collect(
         scenario,
         found,
-        stages=arm_milling.stages(scenario, done),
-        findings=arm_milling.unsound(found),
-        warnings=arm_milling.warnings(scenario, done),
+        stages=programmed_milling.stages(scenario, done),
+        findings=(*programmed_milling.findings(scenario, done), *programmed_milling.unsound(found)),
+        warnings=programmed_milling.warnings(scenario, done),
         infeasible=carried.too_fast(found, scenario.operation.feed),
-        limits=arm_milling.LIMITS,
+        limits=programmed_milling.limits_of(scenario),
         convergence=change_on_halved_step({name: found[name] for name in again}, again),
-        notes=arm_milling.notes(done),
+        notes=programmed_milling.notes(scenario, done),
         references=("altintas2012", "altintas1995"),
     )
 
@@ -247,13 +246,12 @@ def mill_by_robot(scenario: MillingScenario, progress: Progress | None = None) -
 def mill_quick(scenario: MillingScenario, wanted: Collection[str] = (), *, coarse: bool = False) -> Outcome:
     """What studies need; whether the tool chatters always belongs to it."""
     del wanted
-    if scenario.robot is not None:
-        done = arm_milling.run(scenario)
-        by_arm = arm_milling.measures(scenario, done)
-        told = () if coarse else arm_milling.warnings(scenario, done)
-        return Outcome(
-            by_arm, tuple(arm_milling.unsound(by_arm)), told, carried.too_fast(by_arm, scenario.operation.feed)
-        )
+    if scenario.programmed:
+        fed = programmed_milling.run(scenario)
+        of_fed = programmed_milling.measures(scenario, fed)
+        said = () if coarse else programmed_milling.warnings(scenario, fed)
+        sound = (*programmed_milling.findings(scenario, fed), *programmed_milling.unsound(of_fed))
+        return Outcome(of_fed, sound, said, carried.too_fast(of_fed, scenario.operation.feed))
     done = milling.run(scenario, scenario.numerics.substeps)
     steady = milling.stability(scenario, done)
     found = milling_measures.measures(scenario, done)
@@ -271,13 +269,26 @@ def machine_quick(scenario: MachineScenario, wanted: Collection[str] = (), *, co
         one_pass = machine.evaluate_pass(scenario) if scenario.has_pass else None
     except Infeasible as why:
         infeasible = (str(why),)
-    found = _machine_found(one_pass, machine.evaluate_volume(scenario))
+    found = _machine_found(scenario, one_pass, machine.evaluate_volume(scenario))
     said = () if coarse else tuple(machine_stages.warnings(scenario, one_pass))
+    infeasible = (*infeasible, *_machine_too_fast(one_pass, found))
     return Outcome(found, tuple(machine_stages.unsound(one_pass)), said, infeasible)
 
 
-def _machine_found(one_pass: machine.MachinePass | None, volume: machine.VolumeMap | None) -> Mapping[str, float]:
+def _machine_too_fast(one_pass: machine.MachinePass | None, found: Mapping[str, float]) -> tuple[str, ...]:
+    """That the joints of a robot cannot follow the pass."""
+    if one_pass is None or one_pass.run.cell.arm is None:
+        return ()
+    return carried.too_fast(found, float(one_pass.run.cell.way.feed.max()), "the feed of the pass")
+
+
+def _machine_found(
+    scenario: MachineScenario, one_pass: machine.MachinePass | None, volume: machine.VolumeMap | None
+) -> Mapping[str, float]:  # fmt: skip
     of_pass = machine.pass_measures(one_pass) if one_pass is not None else {}
+    if one_pass is not None and one_pass.run.cell.arm is not None and scenario.robot is not None:
+        cell = one_pass.run.cell
+        of_pass = {**of_pass, **carried.measures(cell.arm, scenario.robot, float(cell.way.feed.max()))}
     return {**of_pass, **(machine.volume_measures(volume) if volume is not None else {})}
 
 
@@ -342,7 +353,7 @@ def chamfer_path(scenario: ChamferScenario, progress: Progress | None = None) ->
         findings=(*chamfer_findings.unsound(done, found), *chamfer_findings.weight(scenario, done)),
         bands=chamfer_measures.histories(done, found),
         warnings=chamfer_measures.warnings(scenario, done, found, program.unproven if program else ()),
-        infeasible=(*done.infeasible, *chamfer_robot.infeasible(scenario, found)),
+        infeasible=(*done.infeasible, *chamfer_carrier.infeasible(scenario, found)),
         advice=done.remedies,
         limits=chamfer.LIMITS,
         convergence=chamfer_measures.convergence(scenario, done),
@@ -357,7 +368,7 @@ def chamfer_quick(scenario: ChamferScenario, wanted: Collection[str] = (), *, co
     done = chamfer.run(scenario, wanted=frozenset({"band"} if band else ()))
     found = chamfer_measures.measures(scenario, done)
     sound = tuple(chamfer_findings.unsound(done, found))
-    cannot = (*done.infeasible, *chamfer_robot.infeasible(scenario, found))
+    cannot = (*done.infeasible, *chamfer_carrier.infeasible(scenario, found))
     if coarse:
         return Outcome(found, sound, (), cannot)
     program = chamfer_program.moves(scenario, done.paths, done.links, done.members) if done.paths else None
@@ -377,7 +388,7 @@ PREPARATIONS: Mapping[str, Callable[..., object]] = {
     "deburr": lambda scenario: assemble.edge_cut(deburring_part.on_part(scenario)),
     "drill": lambda scenario: drilling.drill_cell(scenario),
     "machine": lambda scenario: machine.prepare(scenario),
-    "mill": lambda scenario: (arm_milling if scenario.robot is not None else milling).prepare(scenario),
+    "mill": lambda scenario: (programmed_milling if scenario.programmed else milling).prepare(scenario),
 }
 RECIPES: Mapping[str, Callable[..., Result]] = {
     "chamfer": chamfer_path,

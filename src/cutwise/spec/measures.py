@@ -27,6 +27,10 @@ CARRIED: Mapping[str, MeasureSpec] = {
     "share_tip": MeasureSpec("small_length", "part of the tip of the tool in it"),
     "share_bodies": MeasureSpec("small_length", "part of the bodies of the machine in it"),
     "share_part_stiffness": MeasureSpec("small_length", "part of the part in it"),
+    "share_drives": MeasureSpec("small_length", "part of the feed drives in it"),
+    "deviation_drives_max": MeasureSpec(
+        "small_length", "largest deviation off the surface by the feed drives, with its sign"
+    ),
     "share_pistons": MeasureSpec(
         "small_length", "part of the spindle in the displacement off the surface, worst place"
     ),
@@ -75,7 +79,8 @@ DEBURRING: Mapping[str, MeasureSpec] = {
 }
 
 ROBOT_MILLING: Mapping[str, MeasureSpec] = {
-    **{name: spec for name, spec in CARRIED.items() if "pistons" not in name},
+    **CARRIED,
+    "stroke_margin": MeasureSpec("length", "stroke minus the largest piston travel"),
     "floor_error_min": MeasureSpec("small_length", "least error of the floor left by a robot, positive into the part"),
     "floor_error_max": MeasureSpec("small_length", "greatest error of the floor left by a robot"),
     "wall_tilt_max": MeasureSpec("small_angle", "largest tilt of the wall left by a robot"),
@@ -149,6 +154,12 @@ MILLING: Mapping[str, MeasureSpec] = {
 }
 
 
+_POSTURES = (
+    "stiffness_normal_min", "stiffness_normal_max", "sag_change_max", "joint_speed_margin", "feed_possible_min",
+    "joint_limit_margin", "wrist_margin", "redundancy_angle_min", "redundancy_angle_max",
+)  # fmt: skip
+
+
 class _BodyMeasures(dict[str, MeasureSpec]):
     """Measures of a machine: the fixed names, and ``share_BODY`` for whatever its bodies are called."""
 
@@ -204,6 +215,7 @@ MACHINE: Mapping[str, MeasureSpec] = _BodyMeasures(
             f"diagonal_range_{number}": MeasureSpec("small_length", f"range of the error along body diagonal {number}")
             for number in (1, 2, 3, 4)
         },
+        **{name: CARRIED[name] for name in _POSTURES},
         "map_interpolation_error": MeasureSpec(
             "small_length", "largest error of the map's tables against the functions"
         ),
@@ -308,9 +320,5 @@ CHAMFER: Mapping[str, MeasureSpec] = {
     "edges_refused": MeasureSpec("dimensionless", "number of selected edges without one"),
     "corners_joined": MeasureSpec("dimensionless", "corners at which one path goes on into the next"),
     "length_trimmed": MeasureSpec("length", "edge length given up at corners and concave neighbours"),
-    **{
-        name: spec
-        for name, spec in CARRIED.items()
-        if not any(term in name for term in ("bodies", "_tip_", "share_tip", "part_stiffness", "energy_balance"))
-    },
+    **{name: spec for name, spec in CARRIED.items() if name != "energy_balance"},
 }

@@ -8,7 +8,7 @@ from annotated_types import Gt
 from pydantic import Discriminator, Field
 
 from cutwise import units
-from cutwise.spec import needs
+from cutwise.spec import milling_carriers, needs
 from cutwise.spec.base import (
     Angle,
     AngularSpeed,
@@ -21,18 +21,19 @@ from cutwise.spec.base import (
     Usual,
 )
 from cutwise.spec.carrier import CarriedPath, CarryingRobot, Standing
-from cutwise.spec.chained import tip_faults, what_yields_alone
+from cutwise.spec.chained import what_yields_alone
 from cutwise.spec.drives import CncMachine
 from cutwise.spec.fields import tag
 from cutwise.spec.material import Material
 from cutwise.spec.measures import MILLING
-from cutwise.spec.milled_path import MilledPath, machine_faults, robot_faults
-from cutwise.spec.milling_machine import MillingLoad, MillingMachine, machine_kind
+from cutwise.spec.milled_path import MilledPath, machine_faults
+from cutwise.spec.milling_machine import MillingLoad, MillingMachine, ToolMachine, drives_key, drives_of
 from cutwise.spec.needs import Needs
-from cutwise.spec.part_block import PartBlock
+from cutwise.spec.part_block import PartBlock, PartSpring, YieldingPart
 from cutwise.spec.program import Blend, PathMode, Program, StockBlock
 from cutwise.spec.scenario import MeasureSpec, Scenario
-from cutwise.spec.tool import HelicalMill, ToolMode
+from cutwise.spec.spindle import CompliantSpindle, Spindle
+from cutwise.spec.tool import EndMill
 
 
 def _path_kind(value: Any) -> str:
@@ -48,6 +49,7 @@ def _corner_kind(value: Any) -> str:
 
 
 _LONG_FLUTES = 5.0  # diameters
+_STEP = 20e-6  # [s] where nothing else sets it
 
 CornerShape = Annotated[
     Annotated[Literal["sharp"], tag("sharp")] | Annotated[Length, Gt(0), tag("fillet")], Discriminator(_corner_kind)
@@ -118,6 +120,12 @@ class MillingOperation(Spec):
         default="down", description="down (climb) or up (conventional) milling of a robot; drives mill down",
         examples=["down"],
     )  # fmt: skip
+    lead_in_time: Time = Field(
+        default=0.0,
+        description="time in which the programmed tool goes from the uncut surface to its radial depth, at the start of a "
+        "line without drives; 0: it starts fully engaged",
+        examples=["0.2 s"], ge=0,
+    )  # fmt: skip
 
 
 class LobeDiagram(Spec):
@@ -144,18 +152,6 @@ class LobeDiagram(Spec):
             yield Notice(("spindle_speed_min",), "is not below spindle_speed_max")
 
 
-class EndMill(HelicalMill):
-    """A cylindrical end mill; with modes its tip may vibrate."""
-
-    helix: Annotated[Angle, Usual("0 deg", "50 deg")] = Field(
-        description="helix angle β of a right-hand helix", examples=["30 deg"], ge=0, lt=math.radians(80)
-    )
-    modes: tuple[ToolMode, ...] = Field(
-        default=(), description="vibration modes of the tool tip; none: the tool is rigid",
-        examples=["[{direction: x, frequency: 922 Hz, damping: 0.011, stiffness: 1.34 N/um}]"],
-    )  # fmt: skip
-
-
 class DriveStepping(Spec):
     """How drives and forces are stepped."""
 
@@ -173,9 +169,15 @@ class DriveStepping(Spec):
     )  # fmt: skip
     mode: Literal["step", "still"] = Field(
         default="step",
-        description="time steps of drives and forces, or each place of the path at rest (a robot)",
+        description="time steps of drives and forces, or each place of the path at rest (a robot, a machine without drives)",
         examples=["step"],
     )
+    time_step: Annotated[Time, Usual("0.1 us", "400 us")] | None = Field(
+        default=None,
+        description="largest time step: the substeps of drives are divided by the least whole number that brings them to it; "
+        "left out: 20 us without drives or with a compliant spindle, else the substeps as they are",
+        examples=["20 us"], gt=0,
+    )  # fmt: skip
     station: Annotated[Length, Usual("0.5 mm", "50 mm")] = Field(
         default=5e-3, description="distance of the places along a path that are looked at at rest", examples=["5 mm"],
         gt=0,
@@ -213,7 +215,6 @@ class MillingScenario(Scenario):
         "path.corner": ("0.5 mm", "10 mm"),
         "path_mode.blend": ("2 um", "500 um"),
     }
-    focus: ClassVar[str] = "contour_error_max"
     implied: ClassVar[Mapping[str, float]] = {"chatter_growth_corner": 1.0, "chatter_growth_straight": 1.0}
 
     def turned(self) -> Mapping[str, tuple[str, str]]:
@@ -253,14 +254,18 @@ class MillingScenario(Scenario):
     )
     operation: MillingOperation = Field(default_factory=MillingOperation, description="the cut")
     tool: EndMill = Field(description="the end mill")
+    spindle: Spindle = Field(
+        default="rigid", description="rigid, or a compliant spindle, whose pistons yield along a straight wall",
+        examples=["{library: berselli2016}"],
+    )  # fmt: skip
     material: Material = Field(description="cutting coefficients of the material with this tool")
-    machine: (
-        Annotated[
-            Annotated[CncMachine, tag("drives")] | Annotated[MillingMachine, tag("bodies")], Discriminator(machine_kind)
-        ]
-        | None
-    ) = Field(default=None, description="the machine: its drives, or bodies that yield and drives (or give robot)")
-    part: PartBlock | None = Field(default=None, description="the part on a machine with bodies; left out: rigid")
+    machine: ToolMachine | None = Field(
+        default=None,
+        description="the machine: its drives, or bodies that yield, with or without drives (or give robot)",
+    )
+    part: YieldingPart | None = Field(
+        default=None, description="the part: a block on a machine with bodies, or one stiffness; left out: rigid"
+    )
     load: MillingLoad = Field(default_factory=MillingLoad, description="loads on the machine besides the cut")
     lobes: LobeDiagram = Field(
         default_factory=LobeDiagram, description="map of stability, drawn where the tool has modes"
@@ -273,16 +278,55 @@ class MillingScenario(Scenario):
     )
 
     @property
+    def focus(self) -> str:  # type: ignore[override]
+        """How far drives leave the path, or the wall of a tool that goes as programmed."""
+        return "wall_error_max" if self.programmed else "contour_error_max"
+
+    @property
+    def programmed(self) -> bool:
+        """Whether the tool goes as programmed: nothing has feed drives."""
+        if self.machine is None:
+            return self.robot is not None or isinstance(self.path, MilledPath)
+        return self.robot is not None or (isinstance(self.machine, MillingMachine) and self.machine.drives is None)
+
+    @property
+    def block(self) -> PartBlock | None:
+        """The part, if it is a block on the table of a machine."""
+        return self.part if isinstance(self.part, PartBlock) else None
+
+    @property
+    def part_stiffness(self) -> float | None:
+        """Stiffness of the part off the wall [N/m], if it is said in one number."""
+        return self.part.stiffness if isinstance(self.part, PartSpring) else None
+
+    @property
+    def compliant(self) -> CompliantSpindle | None:
+        """The spindle, if it yields."""
+        return self.spindle if isinstance(self.spindle, CompliantSpindle) else None
+
+    @property
+    def modes_at_rest(self) -> bool:
+        """Whether modes of the tool count by their stiffness: another term of the structure is there."""
+        others = self.compliant is not None or self.part_stiffness is not None
+        return others or self.programmed or isinstance(self.machine, MillingMachine)
+
+    @property
+    def time_step(self) -> float:
+        """Largest time step [s]; infinite where drives alone set it."""
+        asked = self.programmed or self.compliant is not None
+        return self.numerics.time_step or (_STEP if asked else math.inf)
+
+    @property
     def drives(self) -> CncMachine:
         """The feed drives: those of the machine, or the machine itself where it is nothing else."""
-        found = self.machine.drives if isinstance(self.machine, MillingMachine) else self.machine
+        found = drives_of(self.machine)
         assert found is not None
         return found
 
     @property
     def drives_key(self) -> str:
         """Dotted key of the feed drives."""
-        return "machine.drives" if isinstance(self.machine, MillingMachine) else "machine"
+        return drives_key(self.machine)
 
     @property
     def line(self) -> MilledPath | None:
@@ -301,19 +345,20 @@ class MillingScenario(Scenario):
 
     def checks(self) -> Iterator[Iterator[Notice]]:
         """A fault within the machine hides none of those of the cut."""
-        yield self._carrier_faults()
+        yield milling_carriers.carrier_faults(self)
+        yield milling_carriers.yielding_faults(self)
         yield self._cut_faults()
 
     def _cut_faults(self) -> Iterator[Notice]:
         """Path and program, feed and speed, depths."""
-        if self.robot is not None:
-            yield from self._robot_faults()
+        if self.programmed:
+            yield from milling_carriers.programmed_faults(self)
             return
         if (self.path is None) == (self.program is None):
             yield Notice(("path",), "give exactly one of path (a corner or a line) and program (a G-code file)")
         if isinstance(self.path, MilledPath):
             yield from machine_faults(self.path)
-            yield from self._side_faults(self.path)
+            yield from milling_carriers.side_faults(self)
             if self.operation.milling == "up" and self.numerics.force == "tooth_resolved" and self.tool.modes:
                 yield Notice(("operation", "milling"), "up is not covered for a tip that swings tooth by tooth (tool.modes); "
                              "write numerics.force: averaged, or mill down")  # fmt: skip
@@ -322,83 +367,6 @@ class MillingScenario(Scenario):
                 if getattr(self.operation, key) is None:
                     yield Notice(("operation", key), f"missing; write it as text with a unit, for example {sample}")
         yield from self._depth_faults()
-
-    def _carrier_faults(self) -> Iterator[Notice]:
-        """One carrier, and a path that fits it."""
-        if self.robot is not None and self.machine is not None:
-            yield Notice(("robot",), "the tool has one carrier: write robot or machine")
-        if self.robot is None and self.machine is None:
-            yield Notice(("machine",), "missing; write machine.library (or robot.library for a robot that mills)")
-        if isinstance(self.machine, MillingMachine):
-            yield from self._bodies_faults(self.machine)
-        elif self.robot is None and self.part is not None:
-            yield Notice(("part",), "yields with the bodies of a machine; there are none (machine.library: demec_mill)")
-        if self.robot is not None and self.part is not None:
-            yield Notice(("part",), "stands on a machine; before a robot it is rigid: leave it out")
-        if self.robot is None and self.placement is not None:
-            yield Notice(("placement",), "places a part before a robot; there is none")
-        if self.robot is None and self.operation.milling == "up" and self.line is None:
-            yield Notice(("operation", "milling"), "up is for a line; a corner or program on a machine is milled down")
-        if self.robot is None and self.numerics.mode == "still":
-            yield Notice(("numerics", "mode"), "drives need time stepping: still is for a robot")
-
-    def _bodies_faults(self, machine: MillingMachine) -> Iterator[Notice]:
-        """What a machine with bodies that yield cannot do."""
-        yield from tip_faults(machine)
-        if machine.drives is None:
-            yield Notice(("machine", "drives"), "missing; name the feed drives, for example drives: {library: fadal2216} "
-                         "(a machine that stands still is process: machine)")  # fmt: skip
-        if self.path is not None and self.line is None and self.robot is None:
-            yield Notice(("path",), "bodies of a machine yield along a straight wall (path.line); a corner is run with "
-                         "drives alone: machine: {library: fadal2216}")  # fmt: skip
-        if self.program is not None:
-            yield Notice(("program",), "bodies of a machine yield along a straight wall (path.line); a program is run with "
-                         "drives alone (machine: {library: fadal2216}), or at rest (process: machine)")  # fmt: skip
-        if self.numerics.force == "tooth_resolved" and self.tool.modes:
-            yield Notice(("numerics", "force"), "tooth_resolved steps the modes of the tool with drives alone; beside "
-                         "bodies of a machine write averaged: the modes then yield by F/k")  # fmt: skip
-
-    def _side_faults(self, path: MilledPath) -> Iterator[Notice]:
-        """A side of the work that contradicts the sense of milling."""
-        side = "right" if self.operation.milling == "down" else "left"
-        if path.work not in (None, side):
-            yield Notice(
-                ("path", "work"),
-                f"{path.work} contradicts operation.milling: a right-hand tool mills {self.operation.milling} with the "
-                f"work on the {side} of the feed",
-            )
-
-    def _robot_faults(self) -> Iterator[Notice]:
-        """What a robot that mills needs, and what it cannot do."""
-        operation = self.operation
-        if isinstance(self.path, MilledPath):
-            yield from robot_faults(self.path)
-            yield from self._side_faults(self.path)
-        else:
-            yield Notice(("path",), "a robot needs to know where the wall is, for example path: {line: {from: [1900 mm, "
-                         "-150 mm, 800 mm], to: [1900 mm, 150 mm, 800 mm]}, tool_axis: [0, 0, -1]}")  # fmt: skip
-        for key, why in (
-            ("program", "a robot follows path.line; programs are for machines"),
-            ("stock", "belongs to a program; a robot has its depths (operation.radial_depth, .axial_depth)"),
-        ):
-            if getattr(self, key) is not None:
-                yield Notice((key,), why)
-        if self.numerics.mode != "still":
-            yield Notice(("numerics", "mode"), "a robot that mills is computed at rest: write mode: still")
-        for key, sample in (("feed", "40 mm/s"), ("spindle_speed", "8000 rpm"), ("axial_depth", "5 mm"),
-                            ("radial_depth", "4 mm")):  # fmt: skip
-            if getattr(operation, key) is None:
-                yield Notice(("operation", key), f"missing; write it as text with a unit, for example {sample}")
-        radial = operation.radial_depth
-        if radial is not None and radial > self.tool.diameter * (1 + 1e-9):
-            yield Notice(
-                ("operation", "radial_depth"), f"is more than the diameter of the mill ({_mm(self.tool.diameter)})"
-            )
-        length, depth = self.tool.flute_length, operation.axial_depth
-        if length is not None and depth is not None and depth > length * (1 + 1e-9):
-            yield Notice(
-                ("operation", "axial_depth"), f"is more than the flute length ({_mm(length)}, tool.flute_length)"
-            )
 
     def _depth_faults(self) -> Iterator[Notice]:
         """Depths missing, or more than engagement and tool cover; a stock without a program."""
@@ -427,19 +395,13 @@ class MillingScenario(Scenario):
         """What belongs to a tool that vibrates, to time stepping or to a robot; the group of the material."""
         if self.stock is not None:
             yield Notice(("program", "top"), "the stock has its own top (stock.z)")
-        if self.robot is not None or not self.tool.modes:
+        if self.programmed or not self.tool.modes:
             yield Notice(("stability",), "the tool has no modes (tool.modes), which could chatter")
         yield Notice(("material", "group"), "deburring alone holds its cutting speed against that of the group")
-        if self.robot is not None:
-            still = "a robot is computed at rest, with the mean force of the cut"
-            for key in ("substeps", "force", "discs", "settling_time"):
-                yield Notice(("numerics", key), still)
-            for key in ("runout", "runout_angle"):
-                yield Notice(("tool", key), still)
-            yield Notice(("path_mode",), "a robot follows its path; corners between blocks are those of a program")
-            yield Notice(("lobes",), "the depth at which the arm chatters is told along its path, not over the speed")
-            yield Notice(("robot", "dynamics"), "the cut is computed at rest, and chatter with the swinging mass")
+        if self.programmed:
+            yield from milling_carriers.unused(self)
             return
+        yield Notice(("operation", "lead_in_time"), "drives come from rest, and are in the cut from path.cut_from on")
         if isinstance(self.path, CarriedPath):
             yield Notice(("path_mode",), "a line has no corners")
             for key in ("tool_axis", "orientation"):
@@ -459,12 +421,16 @@ class MillingScenario(Scenario):
         """Feed per tooth, depth and sampling that are unusual; what does not count."""
         if isinstance(self.machine, MillingMachine):
             yield from what_yields_alone(self.machine, weights=False)
+        if self.compliant is not None and self.tool.modes:
+            yield Notice(
+                ("tool", "modes"), "were given for a rigid spindle: beside pistons they count by their stiffness alone"
+            )
         if self.stock is not None:
             for key in ("axial_depth", "radial_depth"):
                 if getattr(self.operation, key) is not None:
                     yield Notice(("operation", key), "is not used: the stock says what the program meets")
-        if self.robot is None and self.numerics.force != "tooth_resolved":
-            still = isinstance(self.machine, MillingMachine) and self.numerics.force == "averaged"  # modes are F/k
+        if not self.programmed and self.numerics.force != "tooth_resolved":
+            still = self.modes_at_rest and self.numerics.force == "averaged"  # modes are F/k
             for key in ("runout",) if still else ("modes", "runout"):
                 if getattr(self.tool, key):
                     yield Notice(("tool", key), f"does not count with numerics.force: {self.numerics.force}")
@@ -480,7 +446,7 @@ class MillingScenario(Scenario):
 
     def _chip_notices(self) -> Iterator[Notice]:
         feed, speed = self.operation.feed, self.operation.spindle_speed
-        limits = self.drives.limits if self.machine is not None else None
+        limits = None if self.programmed else self.drives.limits
         if feed is not None and limits is not None and limits.act_on == "path" and feed > limits.velocity:
             yield Notice(
                 ("operation", "feed"),
@@ -496,7 +462,7 @@ class MillingScenario(Scenario):
                 )
             if beyond := self.material.beyond(chip):
                 yield Notice(("material",), beyond)
-            if self.machine is None:
+            if self.programmed:
                 return
             step = self.drives.control.sample_time / self.numerics.substeps
             tooth = 2.0 * math.pi / (speed * self.tool.flutes)

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
@@ -76,23 +76,34 @@ class HelicalMill(RotatingTool):
             yield Notice(("runout_angle",), "there is no run-out (tool.runout)")
 
 
-class Bur(HelicalMill):
-    """A mill or bur along an edge, which may bend."""
+def bends_twice(tool: Any) -> Iterator[Notice]:
+    """A tool whose bending is said by a stiffness and by modes."""
+    if tool.modes and tool.stiffness is not None:
+        yield Notice(("modes",), "and tool.stiffness both say how the tool bends; write one of them")
+
+
+class BendingMill(HelicalMill):
+    """A mill that may bend: by one stiffness at its tip, or by modes."""
 
     stiffness: Annotated[Stiffness, Usual("0.1 N/um", "100 N/um")] | None = Field(
         default=None, description="static stiffness of the tool at its tip across its axis; left out: rigid",
         examples=["5 N/um"], gt=0,
     )  # fmt: skip
-    modes: tuple[ToolMode, ...] = Field(
-        default=(), description="vibration modes of the tool tip, which count at rest: F/k",
-        examples=["[{direction: y, frequency: 1020 Hz, damping: 0.035, stiffness: 20 N/um}]"],
-    )  # fmt: skip
+    modes: tuple[ToolMode, ...] = ()
 
     def contradictions(self) -> Iterator[Notice]:
         """One way in which a tool bends."""
         yield from super().contradictions()
-        if self.modes and self.stiffness is not None:
-            yield Notice(("modes",), "and tool.stiffness both say how the tool bends; write one of them")
+        yield from bends_twice(self)
+
+
+class Bur(BendingMill):
+    """A mill or bur along an edge, which may bend."""
+
+    modes: tuple[ToolMode, ...] = Field(
+        default=(), description="vibration modes of the tool tip, which count at rest: F/k",
+        examples=["[{direction: y, frequency: 1020 Hz, damping: 0.035, stiffness: 20 N/um}]"],
+    )  # fmt: skip
 
     def notices(self) -> Iterator[Notice]:
         """What of a mode does not count beside pistons."""
@@ -100,3 +111,15 @@ class Bur(HelicalMill):
             yield Notice(
                 ("modes",), "count by their stiffness alone: modes are given for a rigid spindle, and do not swing here"
             )
+
+
+class EndMill(BendingMill):
+    """A cylindrical end mill; with modes its tip may vibrate."""
+
+    helix: Annotated[Angle, Usual("0 deg", "50 deg")] = Field(
+        description="helix angle β of a right-hand helix", examples=["30 deg"], ge=0, lt=math.radians(80)
+    )
+    modes: tuple[ToolMode, ...] = Field(
+        default=(), description="vibration modes of the tool tip; none: the tool is rigid",
+        examples=["[{direction: x, frequency: 922 Hz, damping: 0.011, stiffness: 1.34 N/um}]"],
+    )  # fmt: skip

@@ -80,7 +80,7 @@ def scatter_of(scenario: Scenario, without: Collection[str] = ()) -> Scatter:
     for one in scenario.covariances.values():
         kept = []
         for k, (key, kind) in enumerate(zip(one.of, one.kinds, strict=True)):
-            found = _input(leaves, key, kind)
+            found = _input(type(scenario), leaves, key, kind)
             if found is not None and (
                 found.leaf in without or key in without or _replaced(scenario, found, one.library)
             ):
@@ -103,13 +103,13 @@ def _replaced(scenario: Scenario, found: Input, library: str) -> bool:
     return bool(library) and origin is not None and origin.library != library
 
 
-def _input(leaves: Mapping[str, tuple[Any, Any]], key: str, kind: str) -> Input | None:
+def _input(model: type[Scenario], leaves: Mapping[str, tuple[Any, Any]], key: str, kind: str) -> Input | None:
     """The number at a key; None if there is none."""
     path = split_dotted(key)
     for end in range(len(path), 0, -1):
         leaf = dotted(path[:end])
         if leaf in leaves:
-            info, value = leaves[leaf]
+            _, value = leaves[leaf]
             break
     else:
         return None
@@ -119,22 +119,21 @@ def _input(leaves: Mapping[str, tuple[Any, Any]], key: str, kind: str) -> Input 
         value = value[step]
     if isinstance(value, bool) or not isinstance(value, float | int):
         return None
-    found = Input(key, leaf, path[end:], fields.dimension(info) or "dimensionless", kind, float(value))
+    found = Input(key, leaf, path[end:], fields.dimension_at(model, path) or "dimensionless", kind, float(value))
     return found if math.isfinite(found.normal) else None
 
 
 def overrides(scenario: Scenario, inputs: Sequence[Input]) -> Callable[[Mapping[int, float]], dict[str, Value]]:
     """A function that gives the overrides with which some of the inputs have other values [SI]."""
     leaves = {dotted(path): value for path, _, value in fields.leaves(scenario)}
+    model = type(scenario)
 
     def given(values: Mapping[int, float]) -> dict[str, Value]:
         changed: dict[str, Any] = {}
-        dimensions = {}
         for place, value in values.items():
             one = inputs[place]
             changed[one.leaf] = _with(changed.get(one.leaf, leaves[one.leaf]), one.inside, value)
-            dimensions[one.leaf] = one.dimension
-        return {leaf: _said(value, dimensions[leaf]) for leaf, value in changed.items()}
+        return {leaf: _said(model, split_dotted(leaf), value) for leaf, value in changed.items()}
 
     return given
 
@@ -146,16 +145,19 @@ def _with(whole: Any, inside: Path, value: float) -> Any:
     return (*whole[:step], _with(whole[step], inside[1:], value), *whole[step + 1 :])  # type: ignore[operator]
 
 
-def _said(value: Any, dimension: str) -> Value:
-    """As an override has it; lists of lists as text."""
-    nested = isinstance(value, tuple) and any(isinstance(entry, tuple) for entry in value)
-    return _text(value, dimension) if nested else value
+def _said(model: type[Scenario], path: Path, value: Any) -> Value:
+    """As an override has it; lists of lists, and of several dimensions, as text."""
+    if not isinstance(value, tuple):
+        return value  # type: ignore[no-any-return]
+    dimensions = {fields.dimension_at(model, (*path, k)) for k in range(len(value))}
+    plain = not any(isinstance(entry, tuple) for entry in value) and len(dimensions) == 1
+    return value if plain else _text(model, path, value)
 
 
-def _text(value: Any, dimension: str) -> str:
+def _text(model: type[Scenario], path: Path, value: Any) -> str:
     if isinstance(value, tuple):
-        return f"[{', '.join(_text(entry, dimension) for entry in value)}]"
-    return units.text(value, dimension)
+        return f"[{', '.join(_text(model, (*path, k), entry) for k, entry in enumerate(value))}]"
+    return units.text(value, fields.dimension_at(model, path) or "dimensionless")
 
 
 def without_scatter(scenario: Scenario, scatter: Scatter) -> Iterator[str]:

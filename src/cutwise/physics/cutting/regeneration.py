@@ -141,3 +141,32 @@ def swinging_receptance(stiffness: FloatArray, damping: FloatArray, mass: float)
         )
 
     return receptance
+
+
+def linked_receptance(
+    spring: FloatArray, damper: FloatArray, gain: FloatArray, jacobian: FloatArray, height: float, behind: FloatArray
+) -> Receptance:
+    r"""Receptance of an arm of links at a height z over the tip, and of what it stands on.
+
+    .. math:: G = T J\,(K + i\omega D - \omega^2 M)^{-1} J^T T^T + T C_b T^T, \qquad T = [I,\; -S(z e_z)]
+
+    Parameters
+    ----------
+    spring, damper, gain, jacobian : array
+        :math:`M^{-1} K` and :math:`M^{-1} D` (k, k), :math:`M^{-1} J^T` (k, 6), J (6, k): a station of
+        :class:`~cutwise.physics.structure.terms.Linked`.
+    height : float
+        z [m].
+    behind : array (6, 6)
+        :math:`C_b`, compliance without mass of what the arm stands on, at the tip.
+    """
+    across = np.eye(3, 6)
+    across[0, 4], across[1, 3] = height, -height
+    still = across @ behind @ across.T
+
+    def receptance(omega: FloatArray) -> np.ndarray:
+        w = omega[:, None, None]
+        inner = np.linalg.solve(spring + 1j * w * damper - w * w * np.eye(len(spring)), gain @ across.T)
+        return np.asarray(across @ jacobian @ inner + still)
+
+    return receptance

@@ -5,6 +5,7 @@ in angles from the wall side (heading - 90°), over a range of heights above the
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -14,10 +15,22 @@ from cutwise.physics.cutting.delayed import delayed_disc_forces
 from cutwise.physics.cutting.discs import Discs, disc_forces
 from cutwise.physics.cutting.flute import FluteForce, Mill, mean_force, tooth_force
 from cutwise.physics.cutting.uneven import Edges, even_and_linear, turning_mean_force
+from cutwise.stages import cut
 
 FloatArray = npt.NDArray[np.float64]
 
 AVERAGED, FLUTES, DISCS, DELAYED = 1, 2, 3, 4
+
+
+class WallFlutes(NamedTuple):
+    """A turning mill that meets patches, by the chip of a steady feed."""
+
+    law: int  # AVERAGED, FLUTES or DISCS
+    mill: Mill
+    discs: Discs
+    edges: Edges
+    spindle: float  # [rad/s]
+    half: float  # [s] half a step of the loop: the teeth stand as in its middle
 
 
 @compiled
@@ -74,6 +87,21 @@ def wall_force(
         return _to_machine(turning_mean_force(0.0, lo, hi, chip, theta, z_hi - z_lo, mill, edges), heading)
     rotation = 0.5 * math.pi + heading - angle
     return _to_machine(tooth_force(rotation, lo, hi, chip, theta, z_lo, z_hi, mill, edges.linear), heading)
+
+
+@cut.of(WallFlutes)
+def _(cutting, contact, count, time, pivot, load):
+    """In the axes of the machine: rows are arc, heights, displacement per tooth and heading of each patch."""
+    rows = contact.rows
+    angle = -cutting.spindle * (time + cutting.half)
+    for p in range(count):
+        fx, fy, fz = wall_force(
+            cutting.law, angle, rows[p, 7], rows[p, 3], rows[p, 4], rows[p, 1], rows[p, 2], rows[p, 5], rows[p, 6],
+            cutting.mill, cutting.discs, cutting.edges,
+        )  # fmt: skip
+        load.total[0] += fx
+        load.total[1] += fy
+        load.total[2] += fz
 
 
 @compiled

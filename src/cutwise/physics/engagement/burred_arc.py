@@ -26,6 +26,7 @@ class BurredArc(NamedTuple):
     layers: Layers
     mill: Round
     radius: float  # [m] of the nominal edge
+    fixed: bool = False  # process axes do not turn with the edge
 
 
 @inlined
@@ -85,7 +86,8 @@ def _(engagement, pose, tip):
 
 @spatial.of(BurredArc)
 def _(engagement):
-    return False
+    """Where the normal turns away from y, a displacement along x is one off the edge."""
+    return engagement.fixed
 
 
 @probed.of(BurredArc)

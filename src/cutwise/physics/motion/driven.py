@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from cutwise.maths.compiled import compiled
+from cutwise.maths.compiled import compiled, inlined_stepping
 from cutwise.maths.curves import FloatArray
 from cutwise.physics.motion.drives import APPLIED, LOAD, SPEED, Axis, at_rest, fed, served
 from cutwise.records import Pose
@@ -43,8 +43,25 @@ class Driven(NamedTuple):
     side: float  # 1.0: the work stands on the right of the feed, -1.0: on the left
     height: float  # [m] of the commanded lowest point of the tool above the uncut surface
     state: FloatArray  # of the axes, shape (a, 8); changes
-    clock: npt.NDArray[np.int64]  # substeps so far, shape (1,); changes
+    clock: npt.NDArray[np.int64]  # servo step of now, and substep in it, shape (2,); changes
     log: DriveLog
+
+
+class DrivenPlane(NamedTuple):
+    """Feed drives whose tool, and the force on it, are told in the axes of the machine: for paths that turn."""
+
+    axes: tuple[Axis, ...]  # x, y, and z if it has a drive
+    order: SetPoints
+    substeps: int  # in a servo step
+    state: FloatArray  # of the axes, shape (a, 8); changes
+    clock: npt.NDArray[np.int64]  # servo step of now, and substep in it, shape (2,); changes
+    log: DriveLog
+
+
+def driven_plane(axes: tuple[Axis, ...], order: SetPoints, substeps: int) -> DrivenPlane:
+    """The same drives in the axes of the machine."""
+    along_wall = driven_tool(axes, order, substeps, 1.0, 0.0)
+    return DrivenPlane(axes, order, substeps, along_wall.state, along_wall.clock, along_wall.log)
 
 
 def driven_tool(axes: tuple[Axis, ...], order: SetPoints, substeps: int, side: float, height: float) -> Driven:
@@ -54,7 +71,7 @@ def driven_tool(axes: tuple[Axis, ...], order: SetPoints, substeps: int, side: f
         np.empty((n, count)), np.empty((n, count)), np.empty((n, count)), np.zeros((n, count), dtype=bool),
         np.zeros((n, 3)), np.zeros((n, 4)),
     )  # fmt: skip
-    return Driven(axes, order, substeps, side, height, at_rest(order.point[0]), np.zeros(1, dtype=np.int64), log)
+    return Driven(axes, order, substeps, side, height, at_rest(order.point[0]), np.zeros(2, dtype=np.int64), log)
 
 
 @compiled
@@ -80,7 +97,7 @@ def machine_parts(along: float, off: float, heading: float, side: float) -> tupl
 def _(motion, time):
     """The commanded place, and what the axes deviate from it, in the process axes of the commanded direction."""
     order, state = motion.order, motion.state
-    k = motion.clock[0] // motion.substeps
+    k = motion.clock[0]
     axes = motion.axes
     heading = order.heading[k]
     ahead, off = process_parts(
@@ -97,11 +114,25 @@ def _(motion, time):
     return Pose(time, along, along + ahead, motion.height + off, up, forward, sideways, climb, 0.0)
 
 
-@driven.of(Driven)
-def _(motion, pose, load, dt):
+@moved.of(DrivenPlane)
+def _(motion, time):
+    """Where the axes have the tool."""
+    order, state, axes = motion.order, motion.state, motion.axes
+    k = motion.clock[0]
+    z, vz = 0.0, 0.0
+    if len(axes) > 2:
+        z, vz = state[2, LOAD], state[2, SPEED] * axes[-1].plant.transmission
+    return Pose(
+        time, order.along[k], state[0, LOAD], state[1, LOAD], z, state[0, SPEED] * axes[0].plant.transmission,
+        state[1, SPEED] * axes[1].plant.transmission, vz, 0.0,
+    )  # fmt: skip
+
+
+@inlined_stepping
+def served_and_fed(motion, fx: float, fy: float, fz: float) -> None:  # type: ignore[no-untyped-def]
     """A servo step measures, computes the voltage and holds it; the axes are stepped exactly under force and friction."""
     order, state, log, axes = motion.order, motion.state, motion.log, motion.axes
-    k, part = motion.clock[0] // motion.substeps, motion.clock[0] % motion.substeps
+    k, part = motion.clock[0], motion.clock[1]
     if part == 0:
         for a in range(len(axes)):
             log.position[k, a] = state[a, LOAD]
@@ -110,13 +141,32 @@ def _(motion, pose, load, dt):
                 axes[a], state, a, order.point[k, a], order.velocity[k, a], order.acceleration[k, a]
             )
             log.voltage[k, a] = state[a, APPLIED]
-    fx, fy = machine_parts(load.total[0], load.total[1], order.heading[k], motion.side)
-    force = (fx, fy, load.total[2])
+    force = (fx, fy, fz)
     for i in range(3):
-        log.force[k, i] += force[i] / motion.substeps
+        log.force[k, i] += force[i]
         log.force_peak[k, i] = max(log.force_peak[k, i], abs(force[i]))
-    log.force_peak[k, 3] = max(log.force_peak[k, 3], math.hypot(fx, fy))
+    log.force_peak[k, 3] = max(log.force_peak[k, 3], fx * fx + fy * fy)
     for a in range(len(axes)):
         fed(axes[a], state, a, force[a])
-    motion.clock[0] += 1
+    part += 1
+    if part == motion.substeps:  # sums become means, the square a length
+        for i in range(3):
+            log.force[k, i] /= motion.substeps
+        log.force_peak[k, 3] = math.sqrt(log.force_peak[k, 3])
+        motion.clock[0], part = k + 1, 0
+    motion.clock[1] = part
+
+
+@driven.of(DrivenPlane)
+def _(motion, pose, load, dt):
+    served_and_fed(motion, load.total[0], load.total[1], load.total[2])
+    return 0
+
+
+@driven.of(Driven)
+def _(motion, pose, load, dt):
+    """The force is told in process axes."""
+    k = motion.clock[0]
+    fx, fy = machine_parts(load.total[0], load.total[1], motion.order.heading[k], motion.side)
+    served_and_fed(motion, fx, fy, load.total[2])
     return 0

@@ -335,8 +335,8 @@ def _found(
             "the place of the base in the tracker's frame moves with every set-up, and is no part of the entry"
         )
     return Finding(
-        fit.name, _values(fit, se, settings.fit.level), _written(fit, seen, data.rows), {}, np.sqrt(solution.mean_square),
-        "length", mean.get(fit.name), "mean length of the error at rows held out", "length", None, drawn,
+        fit.name, _values(fit, se, settings.fit.level), _written(fit, seen, data.rows), _covariances(fit),
+        np.sqrt(solution.mean_square), "length", mean.get(fit.name), "mean length of the error at rows held out", "length", None, drawn,
         compared if len(compared) > 1 else (), tuple(warnings), tuple(cannot),
         _advice(seen), tuple(failed), outliers,
     )  # fmt: skip
@@ -378,6 +378,31 @@ def _values(fit: Model, se: FloatArray, level: float) -> tuple[Value, ...]:
         ends = (float(value - half), float(value + half))
         found.append(Value(name, dimension, float(value), float(se[k]), *ends, verdict, False))  # type: ignore[arg-type]
     return tuple(found)
+
+
+def _covariances(fit: Model) -> dict[str, Any]:
+    """Of twists and compliances; the harmonics, hundreds of them, are in it as what they leave open in these."""
+    x, layout = fit.solution.x, fit.layout
+    names, units_of, places = [], [], []
+    if layout.rigid:
+        for k in range(layout.joints):
+            for c in range(6):
+                names.append(f"errors.bodies[{k}][{c}]")
+                units_of.append("m" if c < 3 else "rad")
+                places.append(9 + 6 * k + c)
+    if layout.gravity:
+        first = len(x) - len(YIELDING)
+        for n, k in enumerate(YIELDING):
+            names.append(f"errors.gravity_compliance[{k}]")
+            units_of.append("rad/(N m)")
+            places.append(first + n)
+    if not names:
+        return {}
+    matrix = fit.solution.covariance(places, SIGMA)
+    free = 3 * len(fit.solution.weights) - len(x)
+    return {"geometry": {
+        "of": names, "as": "value", "degrees_of_freedom": free, "matrix": matrix.tolist(), "unit": units_of,
+    }}  # fmt: skip
 
 
 def _written(fit: Model, seen: Seen, rows: int) -> dict[str, Any]:

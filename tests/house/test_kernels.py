@@ -1,0 +1,44 @@
+"""Every kernel says what it computes by an example that is checked: its formula in numbers."""
+
+import doctest
+import importlib
+import inspect
+import pkgutil
+
+import pytest
+from numba.core.dispatcher import Dispatcher
+
+import cutwise.paths
+import cutwise.physics
+
+MODULES = sorted(
+    module.name
+    for package in (cutwise.physics, cutwise.paths)
+    for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}.")
+    if not module.ispkg
+)
+
+
+def kernels(module):
+    """The compiled functions that a module offers to others."""
+    return {
+        name: value
+        for name, value in vars(module).items()
+        if isinstance(value, Dispatcher) and value.py_func.__module__ == module.__name__ and not name.startswith("_")
+    }
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_kernels_show_a_number_and_it_is_right(name):
+    module = importlib.import_module(name)
+    parser, runner = doctest.DocTestParser(), doctest.DocTestRunner(optionflags=doctest.ELLIPSIS)
+    bare = []
+    for kernel, value in kernels(module).items():
+        text = inspect.getdoc(value.py_func) or ""
+        if ">>>" not in text:
+            bare.append(kernel)
+            continue
+        said = []
+        runner.run(parser.get_doctest(text, dict(vars(module)), kernel, name, 0), out=said.append)
+        assert not said, "".join(said)
+    assert not bare, f"without an example: {', '.join(bare)}"
