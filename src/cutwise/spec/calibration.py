@@ -319,9 +319,20 @@ class VolumeSettings(Spec):
     )
 
 
+class VolumePrior(Spec):
+    """What is taken for combinations that the data leave free."""
+
+    prior: tuple[Positive, Annotated[Angle, Field(gt=0)]] = Field(
+        default=(5e-6, 20e-6),
+        description="standard deviation of displacements and rotations that the data leave free, in the band of a run (assumed)",
+        examples=["[5 um, 20 urad]"],
+    )
+
+
 class MachineVolume(Calibration):
     """Settings of ``volumetric``."""
 
+    volumetric: VolumePrior = VolumePrior()
     data: VolumeSettings = VolumeSettings()
 
 

@@ -1,7 +1,7 @@
 r"""Bands of a result: what the scatter of its inputs makes of every measure, and with which probability limits are kept.
 
 With inputs x in the quantity in which their errors are normal (a stiffness: its compliance), their covariance C, and
-the gradient g of a measure by central differences of :math:`\pm` half a standard error:
+the gradient g of a measure by central differences of :math:`\pm` half a standard error (:func:`directions`):
 
 .. math:: s^2 = \sum_b g_b^T C_b\, g_b, \qquad \nu = \frac{(\sum_b v_b)^2}{\sum_b v_b^2/\nu_b}, \quad v_b = g_b^T C_b\, g_b
 
@@ -19,7 +19,6 @@ from typing import NamedTuple
 import numpy as np
 from scipy import stats
 
-from cutwise import units
 from cutwise.bands import BandNote, Spread
 from cutwise.process import recipes
 from cutwise.results import Check, Measure, Result, SolverFailure, judge, unreached
@@ -30,6 +29,8 @@ from cutwise.study.inputs import FloatArray, Scatter, overrides, scatter_of, wit
 
 LEVEL = (0.05, 0.95)
 _STEP = 0.5  # standard errors
+_RULED_OUT = 0.01  # least over largest eigenvalue of the correlations
+_NOTHING = 1e-12  # of the largest: a direction without scatter
 _BENDS = 0.5  # of the standard deviation
 _ROUNDING = 1e-9  # of the measure
 _LEAST = 0.05  # of a positive value, below which a draw is no such thing
@@ -83,7 +84,7 @@ def banded(result: Result, progress: Progress | None = None) -> Result:
         return _judged(result, None, _unknown(scatter)) if scatter.undetermined else result
     f0 = {name: measure.value for name, measure in result.measures.items()}
     sampled = scenario.band.method == "sampled"
-    count = scenario.band.samples if sampled else 2 * len(scatter.inputs)
+    count = scenario.band.samples if sampled else 2 * directions(scatter).shape[1]
     way = "sampled" if sampled else "linear"
     _told.info("band: %d further runs (%s, %d values with a standard error)", count, way, len(scatter.inputs))
     moved = (_sampled if sampled else _linear)(scenario, scatter, f0, progress)
@@ -177,22 +178,26 @@ def _probable(check: Check, moved: Moved | None) -> Check:
 
 def _linear(scenario: Scenario, scatter: Scatter, f0: Measures, progress: Progress | None) -> Moved:
     evaluate, given = cases(scenario, tuple(f0)), overrides(scenario, scatter.inputs)
-    errors, count = scatter.standard_errors, len(scatter.inputs)
-    names = list(f0)
+    ways = directions(scatter)
+    count, names = ways.shape[1], list(f0)
     up, down = (np.full((len(names), count), np.nan) for _ in range(2))
     why: dict[str, str] = {}
-    for k, one in enumerate(scatter.inputs):
+    for k in range(count):
         for found, sign in ((up, 1.0), (down, -1.0)):
-            value = one.turned(one.normal + sign * _STEP * errors[k])
-            case = evaluate(given({k: value}))
+            moved = {
+                n: scatter.inputs[n].turned(scatter.inputs[n].normal + sign * _STEP * float(ways[n, k]))
+                for n in np.flatnonzero(ways[:, k])
+            }
+            case = evaluate(given(moved))
             if case.failure is not None or case.outcome.infeasible:
+                one = scatter.inputs[int(np.argmax(np.abs(ways[:, k]) / scatter.standard_errors))]
                 said = str(case.failure or case.outcome.infeasible[0]).splitlines()[0]
-                why.setdefault(one.key, f"with {one.key} at {units.show(value, one.dimension)}: {said}")
+                why.setdefault(one.key, f"with {one.key} half a standard error off: {said}")
             found[:, k] = [case.measures.get(name, math.nan) for name in names]
         if progress is not None:
             progress((k + 1) / count)
     start = np.array([f0[name] for name in names])
-    gradient = (up - down) / (2.0 * _STEP * errors)
+    gradient = ((up - down) / (2.0 * _STEP)) @ np.linalg.pinv(ways)
     bend = np.abs(up - 2.0 * start[:, None] + down)
     spreads: dict[str, Spread] = {}
     slopes: dict[str, FloatArray] = {}
@@ -222,6 +227,27 @@ def _linear(scenario: Scenario, scatter: Scatter, f0: Measures, progress: Progre
         tuple(without_scatter(scenario, scatter)), _residuals(scenario), seed=scenario.band.seed,
     )  # fmt: skip
     return Moved(spreads, kept, note.probability_all, note, (*_bent(scenario, left_out), *why.values()))
+
+
+def directions(scatter: Scatter) -> FloatArray:
+    """In which the inputs are moved, columns of one standard error each, shape (inputs, d).
+
+    One by one; but along the principal axes of a covariance whose correlations are so close to one that a single value
+    off by its standard error is a case that the data rule out.
+    """
+    found = []
+    for block in scatter.blocks:
+        sd = np.sqrt(np.diagonal(block.covariance))
+        values, vectors = np.linalg.eigh(block.covariance / np.outer(sd, sd))
+        apart = np.eye(len(sd))
+        if values[0] < _RULED_OUT * values[-1]:
+            kept = values > _NOTHING * values[-1]
+            apart = vectors[:, kept] * np.sqrt(values[kept])
+        for way in (sd[:, None] * apart).T:
+            column = np.zeros(len(scatter.inputs))
+            column[list(block.places)] = way
+            found.append(column)
+    return np.stack(found, axis=1)
 
 
 def _bent(scenario: Scenario, left_out: tuple[str, ...]) -> tuple[str, ...]:

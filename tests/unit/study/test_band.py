@@ -314,3 +314,18 @@ def test_scatter_of_a_machine_adds_to_a_demanded_probability(examples):
     wide = math.hypot(own, both.measures["deviation_std_y"].value)
     expected = stats.norm.cdf((4e-4 - value) / wide) - stats.norm.cdf((-4e-4 - value) / wide)
     assert both.checks[0].probability_reached == pytest.approx(expected, rel=1e-6)
+
+
+def test_values_that_only_their_sum_is_known_of(examples, monkeypatch):
+    """Each by itself is open to a millimetre, their sum to a micrometre: a band along the axes of the covariance."""
+    wide, narrow = 1e-3, 1e-6
+    plus, minus = narrow**2 / 2.0, wide**2 / 2.0
+    matrix = [[0.5 * (plus + minus), 0.5 * (plus - minus)], [0.5 * (plus - minus), 0.5 * (plus + minus)]]
+    scenario = load(examples / "drill_robot.yaml", {
+        "requirements": "{}",
+        "covariances": {"both": {"of": ["tool.web", "part.thickness"], "matrix": matrix, "degrees_of_freedom": 50}},
+    })  # fmt: skip
+    total = scenario.tool.web + scenario.part.thickness
+    found = made_up(monkeypatch, scenario, lambda web, thickness: (((web + thickness) / total) ** 40,))
+    spread = found.measures["compliance_axial"].band
+    assert spread.sd == pytest.approx(40.0 / total * math.sqrt(2.0 * plus), rel=1e-3)

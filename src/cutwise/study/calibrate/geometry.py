@@ -29,6 +29,7 @@ PLACING = (5e-3,) * 3 + (5e-3,) * 3  # of the tracker and the target (assumed)
 WAVE = 150e-6  # [rad] prior of each harmonic (assumed)
 SAG = 1e-3  # [rad] prior of what a joint yields by under the rms moment (assumed)
 NEAR_AXIS = 5e-3  # [m] a target nearer to the last axis does not see it turn
+_PLACING = 9  # unknowns of base and target
 YIELDING = (1, 2)  # joints whose compliance under gravity is fitted: the others carry too little
 _AXES = "xyz"
 
@@ -336,7 +337,8 @@ def _found(
         )
     return Finding(
         fit.name, _values(fit, se, settings.fit.level), _written(fit, seen, data.rows), _covariances(fit),
-        np.sqrt(solution.mean_square), "length", mean.get(fit.name), "mean length of the error at rows held out", "length", None, drawn,
+        np.sqrt(solution.mean_square), "length", mean.get(fit.name), "mean length of the error at rows held out",
+        "length", None, drawn,
         compared if len(compared) > 1 else (), tuple(warnings), tuple(cannot),
         _advice(seen), tuple(failed), outliers,
     )  # fmt: skip
@@ -381,7 +383,11 @@ def _values(fit: Model, se: FloatArray, level: float) -> tuple[Value, ...]:
 
 
 def _covariances(fit: Model) -> dict[str, Any]:
-    """Of twists and compliances; the harmonics, hundreds of them, are in it as what they leave open in these."""
+    """Of twists and compliances, seen from the base and the target where the fit has put them.
+
+    The harmonics, hundreds of them, are in it as what they leave open in these. Base and target are held: a part is
+    placed against the arm anew in every set-up, and what they share with the bodies goes with it.
+    """
     x, layout = fit.solution.x, fit.layout
     names, units_of, places = [], [], []
     if layout.rigid:
@@ -398,7 +404,7 @@ def _covariances(fit: Model) -> dict[str, Any]:
             places.append(first + n)
     if not names:
         return {}
-    matrix = fit.solution.covariance(places, SIGMA)
+    matrix = fit.solution.covariance(places, _PLACING, SIGMA)
     free = 3 * len(fit.solution.weights) - len(x)
     return {"geometry": {
         "of": names, "as": "value", "degrees_of_freedom": free, "matrix": matrix.tolist(), "unit": units_of,

@@ -45,9 +45,12 @@ class Solution(NamedTuple):
         inverse = linalg.solve_triangular(self.factor, np.eye(len(self.x)), lower=True, check_finite=False)
         return np.asarray(np.einsum("pm,pm->m", inverse, inverse) * self.mean_square / sigma**2)
 
-    def covariance(self, places: Sequence[int], sigma: float) -> FloatArray:
-        """Of some of the unknowns, with all others as free as they are."""
-        inverse = linalg.solve_triangular(self.factor, np.eye(len(self.x))[:, places], lower=True, check_finite=False)
+    def covariance(self, places: Sequence[int], held: int, sigma: float) -> FloatArray:
+        """Of some of the unknowns, with the first ones held where they are and all others as free as they are."""
+        normal = (self.factor @ self.factor.T)[held:, held:]
+        factor = linalg.cholesky(normal, lower=True, check_finite=False)
+        own = np.eye(len(normal))[:, [place - held for place in places]]
+        inverse = linalg.solve_triangular(factor, own, lower=True, check_finite=False)
         return np.asarray(inverse.T @ inverse * self.mean_square / sigma**2)
 
 
