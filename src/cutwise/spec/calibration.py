@@ -50,6 +50,11 @@ class FitSettings(Spec):
         "rows k, 2k ... with k = 1/share (default 0.2 above, 0 for a frequency response)",
         examples=["leave_one_out", 0.2],
     )
+    prior: dict[str, tuple[str | float, str | float]] = Field(
+        default_factory=dict,
+        description="what is known of parameters beforehand: value and standard deviation of each by name",
+        examples=["{alpha: [0.3, 0.1]}"],
+    )
 
 
 class GeometryFit(FitSettings):

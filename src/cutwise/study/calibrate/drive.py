@@ -138,7 +138,7 @@ def _plant(data: Measurement, log: Log, settings: DriveLog, delay: int) -> Fit:
     )  # fmt: skip
     share = settings.fit.hold_out
     apart = [[int(row)] for row in starts] if share is None else folds(share, data.rows)
-    return fitted(posed, loss=settings.fit.loss, level=settings.fit.level, folds=apart)
+    return fitted(posed, loss=settings.fit.loss, level=settings.fit.level, prior=settings.fit.prior, folds=apart)
 
 
 def _gains(log: Log, settings: DriveLog) -> tuple[tuple[Value, ...], tuple[str, ...]]:

@@ -12,13 +12,17 @@ Intervals are Student's with the degrees of freedom. Columns of :math:`J` are sc
 1e-9 of the largest count as 0: their directions are what the data do not determine, and :math:`C` leaves them out.
 """
 
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy import optimize, stats
 
+from cutwise import units
 from cutwise.results import SolverFailure
+from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.study.calibrate.posed import (
     UNDETERMINED,
     Fit,
@@ -26,6 +30,7 @@ from cutwise.study.calibrate.posed import (
     NextTest,
     Outlier,
     Posed,
+    Unknown,
     Verdict,
     combination,
 )
@@ -33,6 +38,8 @@ from cutwise.study.calibrate.posed import (
 STANDS_OUT = 3.5  # studentised residual
 DOWN_WEIGHTED = 0.5
 POOR_CONDITION = 300.0
+_CONTRADICTS = 3.0  # standard deviations of prior and data together
+_TURNED_OVER = {"angular_compliance": "angular_stiffness", "compliance": "stiffness"}
 CORRELATED = 0.2  # neighbouring residuals, beyond which they are not independent
 STRETCHES = 20  # of a time series without turns
 _RANK = 1e-9
@@ -77,8 +84,9 @@ def taken_apart(jacobian: FloatArray, dimensions: Sequence[str], scales: Sequenc
 
 
 def fitted(
-    posed: Posed, *, loss: str = "linear", level: float = 0.9, folds: Sequence[Sequence[int]] = (), retest: bool = True
-) -> Fit:
+    posed: Posed, *, loss: str = "linear", level: float = 0.9, folds: Sequence[Sequence[int]] = (), retest: bool = True,
+    prior: Mapping[str, tuple[Any, Any]] = MappingProxyType({}),
+) -> Fit:  # fmt: skip
     """The fit and all that can be said about it.
 
     Parameters
@@ -93,12 +101,17 @@ def fitted(
         Rows of the data that are left out together, for the left-out error.
     retest : bool
         Look for the row to measure again; not for the samples of a time series.
+    prior : mapping
+        What is known of unknowns beforehand, by name: value and standard deviation. Names of other fits are passed over.
 
     Raises
     ------
     SolverFailure
         The fit does not converge.
     """
+    known = {name: pair for name, pair in prior.items() if name in posed.names}
+    if known:
+        return _with_prior(posed, known, loss=loss, level=level, folds=folds, retest=retest)
     x = np.array([unknown.start for unknown in posed.unknowns])
     scatter = np.ones(len(posed.measured)) if posed.sigma is None else posed.sigma(posed.model(x))
     x = _solved(posed, x, scatter)
@@ -116,6 +129,68 @@ def fitted(
             if posed.sigma_by_column:
                 scatter = _scatter_by_column(posed, x, weights)
     return _judged(posed, x, scatter, weights, level, folds, retest=retest)
+
+
+def _with_prior(posed: Posed, prior: Mapping[str, tuple[Any, Any]], **more: Any) -> Fit:
+    """The fit with an equation more for each unknown of which something is known beforehand."""
+    without = fitted(posed, **{**more, "folds": (), "retest": False})
+    places = [posed.names.index(name) for name in prior]
+    pairs = [known_before(posed.unknowns[k], pair) for k, pair in zip(places, prior.values(), strict=True)]
+    value, sd = np.array(pairs).T
+    count, one_by_one = len(posed.measured), np.eye(len(posed.names))[places]
+    own, scale = np.ones(count), max(without.scale, 1e-12 * float(np.max(np.abs(posed.measured), initial=1e-300)))
+    if posed.sigma_by_column:
+        own, scale = without.scatter, 1.0
+    elif posed.sigma is not None:
+        own, scale = posed.sigma(posed.model(without.x)), 1.0
+    spread = np.concatenate([own, sd / scale])
+    augmented = replace(
+        posed, measured=np.concatenate([posed.measured, value]), row=np.concatenate([posed.row, np.full(len(places), -1)]),
+        column=np.concatenate([posed.column, np.full(len(places), len(posed.columns))]), columns=(*posed.columns, "prior"),
+        dimensions=(*posed.dimensions, "dimensionless"), model=lambda x: np.concatenate([posed.model(x), x[places]]),
+        jacobian=lambda x: np.concatenate([posed.jacobian(x), one_by_one]), sigma=lambda _: spread, sigma_by_column=False,
+        degrees_of_freedom=without.degrees_of_freedom,
+        blocks=None if posed.blocks is None else np.concatenate([posed.blocks, np.full(len(places), -1)]),
+    )  # fmt: skip
+    found = fitted(augmented, **more)
+    said = []
+    for k, name in enumerate(prior):
+        ends = [units.show(float(v), posed.unknowns[places[k]].dimension) for v in (value[k], sd[k])]
+        alone = without.standard_errors[places[k]]
+        off = abs(without.x[places[k]] - value[k]) / np.hypot(sd[k], alone) if np.isfinite(alone) else 0.0
+        against = (
+            f"; the data alone are {off:.3g} standard deviations off: they contradict it" if off > _CONTRADICTS else ""
+        )
+        said.append(f"known beforehand of {name}: {ends[0]} with a standard deviation of {ends[1]}{against}")
+    return replace(
+        found, posed=posed, residual=found.residual[:count], studentised=found.studentised[:count],
+        weights=found.weights[:count], scatter=found.scatter[:count], left_out=found.left_out[:count],
+        outliers=tuple(one for one in found.outliers if one.row >= 0), prior=tuple(said),
+    )  # fmt: skip
+
+
+def known_before(unknown: Unknown, pair: tuple[Any, Any]) -> tuple[float, float]:
+    """Value and standard deviation of a prior [SI]; a stiffness becomes the compliance that is fitted.
+
+    Raises
+    ------
+    ScenarioFault
+        They are none.
+    """
+    turned = _TURNED_OVER.get(unknown.dimension)
+    try:
+        value, sd = (units.parse(end, unknown.dimension) for end in pair)
+    except units.UnitFault as fault:
+        try:
+            if turned is None:
+                raise
+            stiffness, spread = (units.parse(end, turned) for end in pair)
+            value, sd = 1.0 / stiffness, spread / stiffness**2
+        except (units.UnitFault, ZeroDivisionError):
+            raise ScenarioFault([Fault(("fit", "prior", unknown.name), str(fault))]) from None
+    if sd <= 0.0:
+        raise ScenarioFault([Fault(("fit", "prior", unknown.name), "the standard deviation is not above zero")])
+    return value, sd
 
 
 def _residual(posed: Posed, x: FloatArray) -> FloatArray:

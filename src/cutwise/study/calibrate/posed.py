@@ -93,6 +93,7 @@ class Fit:
     left_out: FloatArray  # error of each equation when its row is left out; NaN where it was not
     left_out_cover: float  # share of them inside their interval
     lag_1: float = 0.0  # of a time series: correlation of neighbouring residuals
+    prior: tuple[str, ...] = ()  # what was known beforehand, in words
 
     @property
     def undetermined(self) -> npt.NDArray[np.bool_]:

@@ -47,7 +47,9 @@ def calibrate(data: Measurement, settings: SealTravel) -> Finding:
     pressure = loops.pressure
     _checked(data, loops)
     apart = [[int(loops.row[k]) for k in fold] for fold in folds(settings.fit.hold_out, len(pressure))]
-    fit = fitted(_posed(loops, settings), loss=settings.fit.loss, level=settings.fit.level, folds=apart)
+    fit = fitted(
+        _posed(loops, settings), loss=settings.fit.loss, level=settings.fit.level, prior=settings.fit.prior, folds=apart
+    )
     values = tuple(plain(fit, k) for k in range(4))
     reference = settings.spindle.reference_pressure
     keys = ("piston_force", "friction_static", "friction_dynamic", "friction_preload_fraction")

@@ -110,7 +110,7 @@ def calibrate(data: Measurement, settings: MachineVolume) -> Finding:
     scales = np.array(settings.data.scale) if settings.data.scale is not None else np.where(scales > 0.0, scales, 1.0)
     equations = _equations(data, commands, scales)
     posed, removed = _posed(equations)
-    fit = fitted(posed, loss=settings.fit.loss, level=settings.fit.level)
+    fit = fitted(posed, loss=settings.fit.loss, level=settings.fit.level, prior=settings.fit.prior)
     share = settings.fit.hold_out
     held = folds(0.2 if share in (None, "leave_one_out") and data.rows > 200 else share, data.rows)
     errors, plainer = _left_out(equations, held)

@@ -389,7 +389,7 @@ def _fitted(case: Case, x: FloatArray, settings: ForceWaves) -> Fit:
         ("force",) * 3, lambda v: np.asarray(case.matrix(v[12:]) @ v[:12]), lambda v: case.jacobian(v[:12], v[12:]),
         linear=False, blocks=np.repeat(turns, 3),
     )  # fmt: skip
-    return fitted(posed, loss=settings.fit.loss, level=settings.fit.level, retest=False)
+    return fitted(posed, loss=settings.fit.loss, level=settings.fit.level, prior=settings.fit.prior, retest=False)
 
 
 def _found(
