@@ -8,12 +8,13 @@ import pkgutil
 import pytest
 from numba.core.dispatcher import Dispatcher
 
+import cutwise.maths
 import cutwise.paths
 import cutwise.physics
 
 MODULES = sorted(
     module.name
-    for package in (cutwise.physics, cutwise.paths)
+    for package in (cutwise.physics, cutwise.paths, cutwise.maths)
     for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}.")
     if not module.ispkg
 )

@@ -4,19 +4,21 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from cutwise.paths import reach
-from cutwise.paths.chamfer import NoPathError
+from cutwise.paths.chamfer import proof
+from cutwise.paths.chamfer.ball_path import NoPathError
+from cutwise.paths.chamfer.chains import EdgePlan, edge_lengths, plan_chains
+from cutwise.paths.chamfer.corners import Link, links
+from cutwise.paths.chamfer.plan import EdgePath, plan_pipe
 from cutwise.paths.pipe import NoEdgeError, PipeHole, edge_margin
-from cutwise.process import chamfer_proof as proof
 from cutwise.process.chamfer_carrier import Carrier, carrier_on
 from cutwise.process.chamfer_cell import PassForces
-from cutwise.process.chamfer_chains import EdgePlan, plan_chains
-from cutwise.process.chamfer_corners import Link, links
 from cutwise.process.chamfer_cut import Deflected, ball_end, deflected, mounted, rigid
 from cutwise.process.chamfer_led import as_run, programmed
-from cutwise.process.chamfer_plan import EdgePath, plan_pipe
 from cutwise.process.chamfer_remedies import remedies
 from cutwise.process.chamfer_setup import SetupBand, setup_band
-from cutwise.process.chamfer_work import Outline, cad_work, pipe_hole, pipe_outline, pipe_work, read_part
+from cutwise.process.chamfer_task import pipe_hole, task_of
+from cutwise.process.chamfer_work import Outline, cad_work, pipe_outline, pipe_work, read_part, surroundings
+from cutwise.process.pace import Pace
 from cutwise.spec.chamfer import ChamferScenario
 
 LIMITS = (
@@ -111,7 +113,7 @@ def run(
     if "band" in wanted and scenario.setup is not None and paths and not found.infeasible:
         band = setup_band(scenario, part, led)
     return ChamferRun(
-        found.plans, written, led, found.members, links(scenario, written, found.members), tuple(forces),
+        found.plans, written, led, found.members, links(task_of(scenario), written, found.members), tuple(forces),
         tuple(carriers), tuple(aside), band,
         found.outline, found.infeasible, found.remedies, found.notices,
     )  # fmt: skip
@@ -158,7 +160,7 @@ def _feasible(scenario: ChamferScenario) -> Sequence[EdgePath] | None:
 def _pipe_edge(scenario: ChamferScenario, part: PipeHole, *, inner: bool) -> _Planned:
     try:
         work = pipe_work(part, scenario, inner=inner)
-        path = plan_pipe(scenario, work, part)
+        path = plan_pipe(task_of(scenario), work, part)
     except NoEdgeError as fault:
         return _Planned(infeasible=(str(reach.Margin(reach.EDGE, fault.margin, False, str(fault))),))
     except NoPathError as fault:
@@ -173,7 +175,11 @@ def _cad(
     """The selected edges of a CAD part; edges that cannot be done are refused with the reason, and the rest is done."""
     part = read_part(scenario)
     work = cad_work(scenario, part, outline=outline)
-    plans, members = plan_chains(scenario, work, progress)
+    pace = Pace(
+        sum(float(edge_lengths(one.nodes).sum()) for one in work.chosen),
+        "Fewer edges (part.edges) or a larger path.chord_tolerance make it shorter.", progress,
+    )  # fmt: skip
+    plans, members = plan_chains(task_of(scenario), work.chosen, surroundings(work), pace.advance)
     infeasible = tuple(_refused(plan) for plan in plans if not plan.paths)
     remedies: tuple[str, ...] = ()
     if infeasible:

@@ -10,7 +10,7 @@ from cutwise.loop import Cell, march
 from cutwise.maths.compiled import compiled
 from cutwise.maths.curves import FloatArray
 from cutwise.maths.edges import lengths
-from cutwise.paths.chamfer import ChamferPath
+from cutwise.paths.chamfer.ball_path import ChamferPath
 from cutwise.physics.cutting.ball import BallFlutes
 from cutwise.physics.cutting.flute import FluteForce
 from cutwise.physics.cutting.uneven import Edges

@@ -8,11 +8,12 @@ import numpy as np
 from cutwise.maths.curves import FloatArray
 from cutwise.maths.edges import arc_lengths, lengths
 from cutwise.maths.frames import rotation_from_rpy
+from cutwise.paths.chamfer import proof
+from cutwise.paths.chamfer.plan import EdgePath
 from cutwise.physics.engagement.ball import PassFrames
 from cutwise.physics.structure.pistons import PistonRing
 from cutwise.physics.structure.terms import Linked, Pistons, Swinging
 from cutwise.physics.surface.sweep import swept_chamfer
-from cutwise.process import chamfer_proof as proof
 from cutwise.process.assemble import edge_profile, piston_ring, weight
 from cutwise.process.chamfer_carrier import Carrier
 from cutwise.process.chamfer_cell import (
@@ -30,7 +31,6 @@ from cutwise.process.chamfer_cell import (
     yielding_at_rest,
     yielding_pass,
 )
-from cutwise.process.chamfer_plan import EdgePath
 from cutwise.process.edges import edges_alike
 from cutwise.process.following import Feeding, ramped
 from cutwise.spec.carrier import Standing

@@ -11,9 +11,9 @@ from cutwise.later import later
 from cutwise.maths.curves import FloatArray
 from cutwise.maths.edges import arc_lengths
 from cutwise.paths import reach
+from cutwise.paths.chamfer.plan import EdgePath
 from cutwise.process import chamfer_carrier
 from cutwise.process.chamfer import ChamferRun
-from cutwise.process.chamfer_plan import EdgePath
 from cutwise.process.labels import labelled
 from cutwise.spec.chamfer import ChamferScenario
 

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
         chamfer_measures,
         chamfer_program,
         chamfer_stages,
+        chamfer_task,
         deburring,
         deburring_part,
         drilling,
@@ -59,6 +60,7 @@ else:  # a run imports its own process, not those of the others
     chamfer_program = later("cutwise.process.chamfer_program")
     chamfer_carrier = later("cutwise.process.chamfer_carrier")
     chamfer_stages = later("cutwise.process.chamfer_stages")
+    chamfer_task = later("cutwise.process.chamfer_task")
     deburring = later("cutwise.process.deburring")
     deburring_part = later("cutwise.process.deburring_part")
     drilling = later("cutwise.process.drilling")
@@ -345,7 +347,11 @@ def chamfer_path(scenario: ChamferScenario, progress: Progress | None = None) ->
     if progress is not None:
         progress(0.6)
     found = chamfer_measures.measures(scenario, done)
-    program = chamfer_program.moves(scenario, done.programmed, done.links, done.members) if done.paths else None
+    program = (
+        chamfer_program.moves(chamfer_task.task_of(scenario), done.programmed, done.links, done.members)
+        if done.paths
+        else None
+    )
     return collect(
         scenario,
         found,
@@ -371,7 +377,11 @@ def chamfer_quick(scenario: ChamferScenario, wanted: Collection[str] = (), *, co
     cannot = (*done.infeasible, *chamfer_carrier.infeasible(scenario, found))
     if coarse:
         return Outcome(found, sound, (), cannot)
-    program = chamfer_program.moves(scenario, done.paths, done.links, done.members) if done.paths else None
+    program = (
+        chamfer_program.moves(chamfer_task.task_of(scenario), done.paths, done.links, done.members)
+        if done.paths
+        else None
+    )
     said = chamfer_measures.warnings(scenario, done, found, program.unproven if program else ())
     return Outcome(found, sound, tuple(said), cannot)
 

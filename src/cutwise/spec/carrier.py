@@ -269,6 +269,7 @@ class CarryingRobot(Robot):
 
     def unused(self) -> Iterator[Notice]:
         """Weights that do not count, a sag without weights, and what is chosen where nothing is left to choose."""
+        yield from super().unused()
         if self.payload is not None and self.tool_mass is None:
             yield Notice(("payload",), "it is held against robot.tool_mass, which is not given")
         if self.sag == "ignored" and self.dynamics != "links":

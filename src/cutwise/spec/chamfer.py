@@ -466,6 +466,7 @@ class ChamferScenario(Scenario):
 
     def unused(self) -> Iterator[Notice]:
         """What forces averaged over a tooth do not ask for; the group of the material."""
+        yield from super().unused()
         yield Notice(("tool", "helix"), "the forces of the ball are averaged over a tooth, whatever its helix")
         if self.material is not None:
             yield Notice(("material", "group"), "deburring alone holds its cutting speed against that of the group")

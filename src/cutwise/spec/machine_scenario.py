@@ -379,6 +379,7 @@ class MachineScenario(Scenario):
 
     def unused(self) -> Iterator[Notice]:
         """What a map does without, what a given force does not ask for, and what is rigid, weightless or not there."""
+        yield from super().unused()
         if not self.has_pass:
             no_pass = "there is no pass (path or program), only a map of the working space"
             for key in (("load", "force"), ("load", "weights"), ("tool", "flutes"), ("part",), ("material",), ("surface",),

@@ -371,6 +371,15 @@ class Robot(LibrarySpec):
         if any(value < 0.0 for value in self.base_compliance or ()):
             yield Notice(("base_compliance",), "a compliance is not below zero")
 
+    def unused(self) -> Iterator[Notice]:
+        """Weights that errors do not need, and errors that are said to be gone."""
+        if self.errors is None or not self.errors.of_gravity:
+            for key in ("link_weights", "gravity"):
+                yield Notice((key,), "no joint yields under the links (robot.errors.gravity_compliance)")
+        if self.errors is not None and self.errors.compensated:
+            for key in ("bodies", "joints", "gravity_compliance"):
+                yield Notice(("errors", key), "the program was made with it (robot.errors.compensated)")
+
     def _springs(self) -> Iterator[Notice]:
         """One description of what yields, of bodies that exist."""
         if self.body_compliance is None:

@@ -142,6 +142,13 @@ class Scenario(Spec):
             return ("a value with a standard error, as entries of cutwise calibrate have",)
         return ()
 
+    def unused(self) -> Iterator[Notice]:
+        """How a band is made, where nothing has a standard error."""
+        yield from super().unused()
+        if not self.covariances and not self.own_scatter():
+            for key in ("method", "samples", "seed"):
+                yield Notice(("band", key), "no value of the scenario has a standard error")
+
     def own_scatter(self) -> Mapping[str, str]:
         """Measures with a scatter that the process itself knows, each with the measure that is its standard deviation."""
         return {}

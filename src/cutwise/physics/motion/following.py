@@ -36,7 +36,12 @@ class Followed(NamedTuple):
 def followed(
     motion: NamedTuple, pace: FloatArray, axes: tuple[Axis, ...], turn: FloatArray, substeps: int
 ) -> Followed:  # fmt: skip
-    """Drives at rest on the first place of a programmed motion, whose time at the servo instants is given [s]."""
+    """Drives at rest on the first place of a programmed motion, whose time at the servo instants is given [s].
+
+    References
+    ----------
+    Derived here; set points and their feedforward as in Ozcan et al. 2017, Fig. 2.
+    """
     place = np.array([[*moved(motion, float(time))[2:5]] for time in pace])
     point = np.ascontiguousarray(place @ turn.T)
     step = axes[0].law.sample_time
@@ -49,7 +54,12 @@ def followed(
 
 
 def deviation(motion: Followed) -> FloatArray:
-    """Actual against commanded place at the servo instants, process axes [m], shape (n, 3)."""
+    """Actual against commanded place at the servo instants, process axes [m], shape (n, 3).
+
+    References
+    ----------
+    Derived here.
+    """
     off = np.zeros_like(motion.point)
     off[:, : len(motion.axes)] = motion.position - motion.point[:, : len(motion.axes)]
     return np.asarray(off @ motion.turn)
@@ -57,7 +67,32 @@ def deviation(motion: Followed) -> FloatArray:
 
 @inlined_stepping
 def instant(motion):  # type: ignore[no-untyped-def]
-    """Servo step of now, and the part of it that is over; the last one goes on."""
+    """Servo step of now, and the part of it that is over; the last one goes on.
+
+    Parameters
+    ----------
+    motion : Followed
+        Drives whose clock counts the substeps.
+
+    Returns
+    -------
+    tuple
+        Servo step, the one after it, and the part [1], 0 to 1. Valid from the first step on; after the last set point both
+        are the last.
+
+    Examples
+    --------
+    Nine substeps of four: the third step, a quarter over.
+
+    >>> none, clock = np.zeros((3, 3)), np.array([9])
+    >>> told = Followed((), np.arange(4.0), (), np.eye(3), none, none, none, 4, none, clock, none, clock)
+    >>> instant(told)
+    (2, 3, 0.25)
+
+    References
+    ----------
+    Derived here.
+    """
     k, part = motion.clock[0] // motion.substeps, motion.clock[0] % motion.substeps
     last = motion.pace.size - 1
     if k >= last:

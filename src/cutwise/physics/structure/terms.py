@@ -414,7 +414,14 @@ def _(structure, flexed, table, row, at):
 
 
 def swinging(at: FloatArray, compliance: FloatArray, mass: float, damping: float) -> Swinging:
-    """A swinging arm from its translational compliance at the stations [m/N], shape (n, 3, 3), and damping ratio."""
+    """A swinging arm from its translational compliance at the stations [m/N], shape (n, 3, 3), and damping ratio.
+
+    ``mass`` in kg, ``damping`` from 0. Valid for an arm whose modes of interest move the tool more than they turn it.
+
+    References
+    ----------
+    Derived here: modal damping of one mass on the joints' springs; Caughey 1960, J. Appl. Mech. 27 (when it is diagonal).
+    """
     stiffness = np.linalg.inv(compliance)
     value, vector = np.linalg.eigh(0.5 * (stiffness + np.swapaxes(stiffness, -1, -2)))
     strength = 2.0 * damping * np.sqrt(value * mass)
@@ -431,6 +438,10 @@ def linked(
     ------
     ValueError
         A joint moves no mass.
+
+    References
+    ----------
+    Derived here; modal damping as in Caughey 1960, J. Appl. Mech. 27.
     """
     inverse_root = np.linalg.inv(np.linalg.cholesky(_definite(mass)))
     value, vector = np.linalg.eigh(inverse_root * stiffness @ np.swapaxes(inverse_root, -1, -2))
@@ -479,14 +490,24 @@ def relaxed(structure: NamedTuple) -> NamedTuple:
 
 
 def natural_frequencies(term: Swinging | Linked) -> FloatArray:
-    r"""Natural frequencies of an arm with mass at its stations, :math:`\sqrt{\lambda_k/m}/2\pi` [Hz], rising, (n, k)."""
+    r"""Natural frequencies of an arm with mass at its stations, :math:`\sqrt{\lambda_k/m}/2\pi` [Hz], rising, (n, k).
+
+    References
+    ----------
+    Derived here.
+    """
     if isinstance(term, Linked):
         return np.asarray(term.frequency / (2.0 * math.pi))
     return np.sqrt(np.linalg.eigvalsh(term.stiffness) / term.mass) / (2.0 * math.pi)
 
 
 def displacement(term: NamedTuple, columns: FloatArray, height: float) -> FloatArray:
-    """Displacement of the tool's axis at a height over its tip [m], from the columns that a term noted; shape (n, 3)."""
+    """Displacement of the tool's axis at a height over its tip [m], from the columns that a term noted; shape (n, 3).
+
+    References
+    ----------
+    Derived here: small rotations.
+    """
     match term:
         case Compliance() | Linked():
             turned = np.column_stack([columns[:, 4] * height, -columns[:, 3] * height, np.zeros(len(columns))])
@@ -497,7 +518,12 @@ def displacement(term: NamedTuple, columns: FloatArray, height: float) -> FloatA
 
 
 def turning(term: NamedTuple, columns: FloatArray) -> FloatArray:
-    """Turn of the tool about the feed [rad], from the columns that a term noted; shape (n,)."""
+    """Turn of the tool about the feed [rad], from the columns that a term noted; shape (n,).
+
+    References
+    ----------
+    Derived here: small rotations.
+    """
     match term:
         case Compliance() | Linked():
             return columns[:, 3]

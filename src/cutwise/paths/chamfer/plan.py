@@ -13,8 +13,8 @@ from cutwise.maths.curves import FloatArray
 from cutwise.maths.edges import EdgeFrames, part_of
 from cutwise.paths import feed as feeds
 from cutwise.paths import reach
-from cutwise.paths.chamfer import (
-    TIERS,
+from cutwise.paths.chamfer import fading, proof
+from cutwise.paths.chamfer.ball_path import (
     Chamfer,
     ChamferPath,
     NoPathError,
@@ -23,14 +23,11 @@ from cutwise.paths.chamfer import (
     reversed_path,
     swapped_path,
 )
+from cutwise.paths.chamfer.task import ChamferTask, EdgeWork
 from cutwise.paths.pipe import PipeHole, one_turn
 from cutwise.physics.engagement.ball import PassFrames, pass_frames
 from cutwise.physics.surface.approach import Approach, Wanted
 from cutwise.physics.surface.sweep import SweptChamfer, swept_chamfer
-from cutwise.process import chamfer_fading as fading
-from cutwise.process import chamfer_proof as proof
-from cutwise.process.chamfer_work import EdgeWork, cutter
-from cutwise.spec.chamfer import ChamferScenario
 
 if TYPE_CHECKING:
     from scipy import optimize
@@ -79,13 +76,7 @@ class EdgePath(NamedTuple):
         return tuple(margin for margin in self.margins if not margin.met)
 
 
-def chamfer_of(scenario: ChamferScenario, tilt: float = 0.0) -> Chamfer:
-    """The wanted chamfer as a record."""
-    wanted = scenario.chamfer
-    return Chamfer(wanted.width, wanted.definition == "leg", tilt, TIERS[wanted.tier])
-
-
-def plan_pipe(scenario: ChamferScenario, work: EdgeWork, part: PipeHole) -> EdgePath:
+def plan_pipe(task: ChamferTask, work: EdgeWork, part: PipeHole) -> EdgePath:
     """The path round the hole of a pipe.
 
     Raises
@@ -93,36 +84,34 @@ def plan_pipe(scenario: ChamferScenario, work: EdgeWork, part: PipeHole) -> Edge
     NoPathError
         No ball position leaves this chamfer.
     """
-    tool, axis = cutter(scenario), work.axes[0]
+    tool, axis = task.tool, work.axes[0]
     assert work.frames_at is not None
-    cut = chamfer_of(scenario)
-    count = scenario.path.points or feeds.points_for(
-        chamfer_path(work.nodes, cut, tool.ball_radius), scenario.path.chord_tolerance or 2e-6
+    cut = task.cut
+    count = task.points or feeds.points_for(
+        chamfer_path(work.nodes, cut, tool.ball_radius), task.chord_tolerance or 2e-6
     )
     frames = work.frames_at(one_turn(count))
 
     def path_at(tilt: float) -> ChamferPath:
         return chamfer_path(frames, cut._replace(tilt=tilt), tool.ball_radius, nodes=work.nodes)
 
-    wanted = scenario.chamfer.tilt
-    if wanted == "auto":
-        tilt = 0.0 if cut.leg else needed_tilt(scenario, work, part, path_at) or 0.0
-    else:
-        tilt = float(wanted)
+    tilt = task.tilt
+    if tilt is None:
+        tilt = 0.0 if cut.leg else needed_tilt(task, work, part, path_at) or 0.0
     path = path_at(tilt)
     at = work.frames_at(2.0 * np.pi * (np.arange(MEASURED) + 0.37) / MEASURED)
     margins = [*reach.tool_margins(tool)]
     if work.inner and np.allclose(axis, part.drill_axis):
-        margins.append(reach.entry_margin(part, tool, scenario.chamfer.clearance))
+        margins.append(reach.entry_margin(part, tool, task.clearance))
     elif work.inner:
-        margins.append(reach.bore_margin(part, tool, scenario.chamfer.clearance))
-    found, rod = pipe_margins(scenario, work, part, path, proof.EXACT)
-    zone = proof.edge_zone(work, float(path.leg.max()), scenario.chamfer.width)
-    left = swept(scenario, path, at)
+        margins.append(reach.bore_margin(part, tool, task.clearance))
+    found, rod = pipe_margins(task, work, part, path, proof.EXACT)
+    zone = proof.edge_zone(work, float(path.leg.max()), task.cut.width)
+    left = swept(task, path, at)
     gouge = proof.gouge_of(work.shape, path, tool.ball_radius, [zone], work.number, float(left.beyond.max()))
     done = finished(
-        scenario, work, path, axis, tilt, at, left, gouge, rod, [*margins, *found],
-        lambda other, wanted: pipe_margins(scenario, work, part, other, wanted)[1],
+        task, work, path, axis, tilt, at, left, gouge, rod, [*margins, *found],
+        lambda other, wanted: pipe_margins(task, work, part, other, wanted)[1],
     )  # fmt: skip
     if work.inner and np.allclose(axis, part.drill_axis):
         done = done._replace(rod_each=reach.rod_wall_clearances(path, part, tool))
@@ -130,10 +119,10 @@ def plan_pipe(scenario: ChamferScenario, work: EdgeWork, part: PipeHole) -> Edge
 
 
 def pipe_margins(
-    scenario: ChamferScenario, work: EdgeWork, part: PipeHole, path: ChamferPath, wanted: Wanted
+    task: ChamferTask, work: EdgeWork, part: PipeHole, path: ChamferPath, wanted: Wanted
 ) -> tuple[list[reach.Margin], Approach | None]:
     """Rod, knife and wall margins of a path round the hole of a pipe, and how near the rod comes."""
-    tool, axis, clearance = cutter(scenario), work.axes[0], scenario.chamfer.clearance
+    tool, axis, clearance = task.tool, work.axes[0], task.clearance
     rod: Approach | None
     if work.inner and np.allclose(axis, part.drill_axis):
         room = reach.rod_wall_clearance(path, part, tool)
@@ -151,15 +140,15 @@ def pipe_margins(
 
 
 def needed_tilt(
-    scenario: ChamferScenario, work: EdgeWork, part: PipeHole, path_at: Callable[[float], ChamferPath]
+    task: ChamferTask, work: EdgeWork, part: PipeHole, path_at: Callable[[float], ChamferPath]
 ) -> float | None:
     """The smallest tilt that meets rod and knife on a pipe; None if there is none."""
 
     def shortest(cut: Chamfer) -> float:
-        margins, _ = pipe_margins(scenario, work, part, path_at(cut.tilt), proof.CLOSE)
+        margins, _ = pipe_margins(task, work, part, path_at(cut.tilt), proof.CLOSE)
         return min(m.value for m in margins if m.code != reach.WALL)
 
-    return reach.least_tilt(chamfer_of(scenario), shortest, float(work.nodes.wedge.max()))
+    return reach.least_tilt(task.cut, shortest, float(work.nodes.wedge.max()))
 
 
 class Candidate(NamedTuple):
@@ -174,7 +163,7 @@ class Candidate(NamedTuple):
 
 
 def candidate(
-    scenario: ChamferScenario, work: EdgeWork, dense: ChamferPath, members: Sequence[proof.EdgeZone], *,
+    task: ChamferTask, work: EdgeWork, dense: ChamferPath, members: Sequence[proof.EdgeZone], *,
     enough: float = math.inf,
 ) -> Candidate:  # fmt: skip
     """The points of a path, what the sweep of it leaves, and how deep it cuts elsewhere.
@@ -186,7 +175,7 @@ def candidate(
     NoPathError
         The piece is too short.
     """
-    keep, closed = _kept(scenario, work, dense), dense.frames.closed
+    keep, closed = _kept(task, work, dense), dense.frames.closed
     if len(keep) < (8 if closed else 3):
         raise NoPathError("a piece too short for a path")
     kept = _some(dense, keep)
@@ -195,17 +184,15 @@ def candidate(
     if len(inside) > MEASURED:
         inside = inside[np.unique(np.linspace(0, len(inside) - 1, MEASURED).astype(int))]
     at = part_of(dense.frames, inside)
-    found = swept(scenario, kept, at)
+    found = swept(task, kept, at)
     gouge = proof.gouge_of(
-        work.shape, kept, scenario.tool.ball_radius, members, work.number, float(found.beyond.max(initial=0.0)),
+        work.shape, kept, task.tool.ball_radius, members, work.number, float(found.beyond.max(initial=0.0)),
         enough=enough,
     )  # fmt: skip
-    return Candidate(dense, kept, at, found, gouge, fading.faded(scenario, dense, keep, inside, found))
+    return Candidate(dense, kept, at, found, gouge, fading.faded(task, dense, keep, inside, found))
 
 
-def plan_piece(
-    scenario: ChamferScenario, work: EdgeWork, one: Candidate, members: Sequence[proof.EdgeZone]
-) -> EdgePath:
+def plan_piece(task: ChamferTask, work: EdgeWork, one: Candidate, members: Sequence[proof.EdgeZone]) -> EdgePath:
     """The path over a piece of a CAD edge: the tool axis that suits, tilted if need be.
 
     Raises
@@ -213,38 +200,38 @@ def plan_piece(
     NoPathError
         The tilted piece is too short.
     """
-    tool, cut = cutter(scenario), chamfer_of(scenario)
-    tilt = 0.0 if scenario.chamfer.tilt == "auto" else float(scenario.chamfer.tilt)
-    axis, turn, margins = _best_axis(scenario, work, one.dense)
-    if any(not m.met for m in margins) and scenario.chamfer.tilt == "auto" and not cut.leg:
+    tool, cut = task.tool, task.cut
+    tilt = task.tilt or 0.0
+    axis, turn, margins = _best_axis(task, work, one.dense)
+    if any(not m.met for m in margins) and task.tilt is None and not cut.leg:
         frames = turn(one.dense).frames
 
         def shortest(tried: Chamfer) -> float:
             path = chamfer_path(frames, tried, tool.ball_radius)
-            return min(m.value for m in _cad_margins(scenario, work, path, axis)[0])
+            return min(m.value for m in _cad_margins(task, work, path, axis)[0])
 
         needed = reach.least_tilt(cut, shortest, float(frames.wedge.max()), step=math.radians(5.0), exact=1e-5)
         if needed:
-            needed = _sharper_tilt(scenario, work, frames, axis, cut, needed)
+            needed = _sharper_tilt(task, work, frames, axis, cut, needed)
             tilt = needed
             tilted = chamfer_path(frames, cut._replace(tilt=tilt), tool.ball_radius)
-            one, turn = candidate(scenario, work, tilted, members), _same
+            one, turn = candidate(task, work, tilted, members), _same
     path = turn(one.kept)
-    margins, rod = _cad_margins(scenario, work, path, axis, proof.CLOSE)
+    margins, rod = _cad_margins(task, work, path, axis, proof.CLOSE)
     return finished(
-        scenario, work, path, axis, tilt, one.at, one.found, one.gouge, rod, [*reach.tool_margins(tool), *margins],
+        task, work, path, axis, tilt, one.at, one.found, one.gouge, rod, [*reach.tool_margins(tool), *margins],
         lambda other, exact: proof.rod_of(work.shape, other.centre, axis, tool, exact, closed=other.frames.closed),
     )  # fmt: skip
 
 
 def _sharper_tilt(
-    scenario: ChamferScenario, work: EdgeWork, frames: EdgeFrames, axis: FloatArray, cut: Chamfer, rough: float
+    task: ChamferTask, work: EdgeWork, frames: EdgeFrames, axis: FloatArray, cut: Chamfer, rough: float
 ) -> float:
     """The tilt that is needed, from one found with a rough rod, with the margins that count in the end."""
 
     def shortest(tilt: float) -> float:
-        path = chamfer_path(frames, cut._replace(tilt=max(0.0, tilt)), scenario.tool.ball_radius)
-        return min(m.value for m in _cad_margins(scenario, work, path, axis, proof.EXACT)[0])
+        path = chamfer_path(frames, cut._replace(tilt=max(0.0, tilt)), task.tool.ball_radius)
+        return min(m.value for m in _cad_margins(task, work, path, axis, proof.EXACT)[0])
 
     low, high = max(0.0, rough - _NEAR_TILT), rough + _NEAR_TILT
     try:
@@ -262,15 +249,13 @@ def _same(path: ChamferPath) -> ChamferPath:
     return path
 
 
-def _best_axis(
-    scenario: ChamferScenario, work: EdgeWork, dense: ChamferPath
-) -> tuple[FloatArray, Turn, list[reach.Margin]]:
+def _best_axis(task: ChamferTask, work: EdgeWork, dense: ChamferPath) -> tuple[FloatArray, Turn, list[reach.Margin]]:
     """The first tool axis on which knife and rod clear, or the one that lacks least; how the path is run on it."""
-    radius = scenario.tool.ball_radius
+    radius = task.tool.ball_radius
     best: tuple[float, FloatArray, Turn, list[reach.Margin]] | None = None
-    for axis in _axes_for(scenario, work, dense):
+    for axis in _axes_for(task, work, dense):
         turn = towards(dense, axis)
-        margins, _ = _cad_margins(scenario, work, turn(dense), axis, enough=-_HOPELESS * scenario.tool.rod_radius)
+        margins, _ = _cad_margins(task, work, turn(dense), axis, enough=-_HOPELESS * task.tool.rod_radius)
         worst = min(m.value / (1.0 if m.angle else radius) for m in margins)
         if best is None or worst > best[0]:
             best = (worst, axis, turn, margins)
@@ -280,7 +265,7 @@ def _best_axis(
     return best[1:]
 
 
-def _axes_for(scenario: ChamferScenario, work: EdgeWork, dense: ChamferPath) -> list[FloatArray]:
+def _axes_for(task: ChamferTask, work: EdgeWork, dense: ChamferPath) -> list[FloatArray]:
     """Tool axes in the order in which to try them: that of a hole, from the side on which less rod sticks out, then
     those that look most into the edge.
 
@@ -289,7 +274,7 @@ def _axes_for(scenario: ChamferScenario, work: EdgeWork, dense: ChamferPath) -> 
     air = dense.frames.air.mean(axis=0)
     holes = 2 if work.foot is not None and len(work.axes) > 1 else 0
     others = sorted(work.axes[holes:], key=lambda axis: -round(float(axis @ air), 6))
-    rod = scenario.tool.rod_radius
+    rod = task.tool.rod_radius
     hole = sorted(work.axes[:holes], key=lambda axis: round(proof.rod_reach(work.shape, dense.centre, axis, rod), 6))
     ordered = [*hole, *others]
     return [axis for axis in ordered if np.abs(dense.frames.tangent @ axis).min() < _PLUNGE] or ordered
@@ -310,11 +295,11 @@ def towards(path: ChamferPath, axis: FloatArray) -> Turn:
 
 
 def _cad_margins(
-    scenario: ChamferScenario, work: EdgeWork, path: ChamferPath, axis: FloatArray, wanted: Wanted = proof.ROUGH, *,
+    task: ChamferTask, work: EdgeWork, path: ChamferPath, axis: FloatArray, wanted: Wanted = proof.ROUGH, *,
     enough: float = -math.inf,
 ) -> tuple[list[reach.Margin], Approach | None]:  # fmt: skip
     """Knife and rod margins of a path along a CAD edge; the rod is not looked at where the knife does not cut."""
-    tool = cutter(scenario)
+    tool = task.tool
     knife = reach.knife_margin_of(path, tool, axis)
     if not knife.met and knife.value < -math.radians(30.0):
         return [knife], None
@@ -325,7 +310,7 @@ def _cad_margins(
     rod = proof.rod_of(work.shape, some.centre, axis, tool, wanted, closed=some.frames.closed, enough=enough)
     if rod is None:
         return [knife], None
-    kept = scenario.chamfer.clearance + work.shape.mesh.error
+    kept = task.clearance + work.shape.mesh.error
     if wanted != proof.ROUGH and rod.bound < kept <= rod.value:
         rod = proof.rod_of(work.shape, some.centre, axis, tool, proof.EXACT, closed=some.frames.closed) or rod
     return [knife, reach.Margin(reach.ROD_PART, rod.value - kept, False, "the rod must clear the part")], rod
@@ -357,40 +342,40 @@ def _some(path: ChamferPath, keep: NDArray[np.int64]) -> ChamferPath:
     return path_of(path, part_of(path.frames, keep)._replace(period=path.frames.period), keep)
 
 
-def _kept(scenario: ChamferScenario, work: EdgeWork, dense: ChamferPath) -> NDArray[np.int64]:
+def _kept(task: ChamferTask, work: EdgeWork, dense: ChamferPath) -> NDArray[np.int64]:
     """Samples that are the points of a path: within the chord tolerance, or this piece's share of the points."""
     closed, total = dense.frames.closed, len(dense.centre)
-    if scenario.path.chord_tolerance is not None:
-        tolerance = fading.chord_tolerance(scenario, dense)
+    if task.chord_tolerance is not None:
+        tolerance = fading.chord_tolerance(task, dense)
         first = feeds.samples_for(dense, tolerance)
         finer = (feeds.samples_for(dense, tolerance * 0.7**k) for k in range(1, _TRIES))
         tries = chain([first], finer)
         return next((k for k in tries if len(k) < 4 or feeds.chord_share(_some(dense, k), tolerance[k]) <= 1.0), first)
-    points = round((scenario.path.points or 2) * total / len(work.nodes.point))
+    points = round((task.points or 2) * total / len(work.nodes.point))
     wanted = np.linspace(0, total if closed else total - 1, max(2, points) + closed)
     return feeds.thinned(total, wanted[:-1] if closed else wanted, closed=closed)
 
 
 def swept(
-    scenario: ChamferScenario, path: ChamferPath, at: EdgeFrames, *, further: float = 0.0
+    task: ChamferTask, path: ChamferPath, at: EdgeFrames, *, further: float = 0.0
 ) -> SweptChamfer:  # fmt: skip
     """What the sweep of a path leaves of an edge, and what it cuts beside the chamfer.
 
     ``further``: how far the ball may be from where it was planned [m].
     """
     longest = float(path.leg.max())
-    zone = proof.leg_zone(longest, scenario.chamfer.width)
-    radius, closed = scenario.tool.ball_radius, path.frames.closed
+    zone = proof.leg_zone(longest, task.cut.width)
+    radius, closed = task.tool.ball_radius, path.frames.closed
     return swept_chamfer(at, path.centre, radius, 2.0 * (longest + further), closed=closed, zone=zone)
 
 
 def finished(
-    scenario: ChamferScenario, work: EdgeWork, path: ChamferPath, axis: FloatArray, tilt: float, at: EdgeFrames,
+    task: ChamferTask, work: EdgeWork, path: ChamferPath, axis: FloatArray, tilt: float, at: EdgeFrames,
     found: SweptChamfer, gouge: Approach, rod: Approach | None, margins: list[reach.Margin],
     rod_at: Callable[[ChamferPath, Wanted], Approach | None],
 ) -> EdgePath:  # fmt: skip
     """Everything else that follows from a path: feeds, the gouge as an inequality, sensitivity."""
-    operation, radius = scenario.operation, scenario.tool.ball_radius
+    radius = task.tool.ball_radius
     room = proof.GOUGE_LIMIT + work.shape.mesh.error - max(0.0, gouge.value)
     margins = [*margins, reach.Margin(reach.GOUGE, room, False, "the ball must not cut beyond the chamfer")]
     up, down = (
@@ -399,13 +384,11 @@ def finished(
         ).width
         for s in (1.0, -1.0)
     )
-    no_end = scenario.part.pipe is not None and abs(axis[1]) > 0.5  # a pipe has no length
-    stick_out = math.nan if no_end else proof.rod_reach(work.shape, path.centre, axis, scenario.tool.rod_radius)
-    feed = operation.contact_feed or operation.centre_feed
-    assert feed is not None  # checked by the specification
+    no_end = task.pipe is not None and abs(axis[1]) > 0.5  # a pipe has no length
+    stick_out = math.nan if no_end else proof.rod_reach(work.shape, path.centre, axis, task.tool.rod_radius)
     return EdgePath(
         work, path, axis, pass_frames(path.frames.tangent, axis), tilt,
-        feeds.contact_feeds(path, feed, at_contact=operation.contact_feed is not None),
+        feeds.contact_feeds(path, task.feed, at_contact=task.at_contact),
         at, found, gouge, rod, tuple(margins), feeds.chord_error(path), (up - down) / (2.0 * _STEP_Z), radius,
         rod_at, stick_out,
     )  # fmt: skip

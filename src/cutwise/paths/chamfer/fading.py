@@ -11,49 +11,36 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from cutwise import units
 from cutwise.maths.curves import FloatArray
 from cutwise.maths.edges import EdgeFrames
-from cutwise.paths.chamfer import ChamferPath, width_slope
+from cutwise.paths.chamfer.ball_path import ChamferPath, width_slope
+from cutwise.paths.chamfer.proof import GOUGE_LIMIT
+from cutwise.paths.chamfer.task import ChamferTask
 from cutwise.physics.surface.sweep import SweptChamfer
-from cutwise.process.chamfer_proof import GOUGE_LIMIT
-from cutwise.spec.chamfer import ChamferScenario
 
 BLUNT = math.radians(120.0)  # only wedges blunter than this are spoken of here
-_SHARE = 0.05  # of the width: what it may be off where no requirement says how much
 _KEPT = 0.7  # of that tolerance for the chords of the path
 _CLOSEST = 1e-7  # [m] chord error below which points are put no closer
 _SHARPER = 0.8  # share of tan(half the wedge) to which a path is taken back where its width was off
 _RISES = 1e-9  # [rad] by which the wedge changes at least from one sample to the next where an edge fades
 
 
-def width_tolerance(scenario: ChamferScenario) -> float:
-    """How much the width may be off [m]: what the requirements leave, at the nearer side, or a twentieth of it."""
-    width, limits = scenario.chamfer.width, scenario.requirements
-    room = [
-        sign * (getattr(limits[name], side) - width)
-        for name, side, sign in (("width_min", "min", -1.0), ("width_max", "max", 1.0))
-        if name in limits and getattr(limits[name], side) is not None
-    ]  # fmt: skip
-    return min((r for r in [*room, _SHARE * width] if r > 0.0), default=_SHARE * width)
-
-
-def chord_tolerance(scenario: ChamferScenario, path: ChamferPath) -> FloatArray:
-    """The chord tolerance of a scenario, at each sample of a path: tighter in blunt wedges [m], shape (n,)."""
-    given = scenario.path.chord_tolerance
+def chord_tolerance(task: ChamferTask, path: ChamferPath) -> FloatArray:
+    """The chord tolerance of a task, at each sample of a path: tighter in blunt wedges [m], shape (n,)."""
+    given = task.chord_tolerance
     assert given is not None
     wedge = path.frames.wedge
-    width = min(scenario.chamfer.width, 1.9 * scenario.tool.ball_radius)
-    slope = np.abs(width_slope(width, scenario.tool.ball_radius, np.minimum(wedge, math.pi - 1e-4)))
-    local = np.maximum(_KEPT * width_tolerance(scenario) / slope, _CLOSEST)
+    width = min(task.cut.width, 1.9 * task.tool.ball_radius)
+    slope = np.abs(width_slope(width, task.tool.ball_radius, np.minimum(wedge, math.pi - 1e-4)))
+    local = np.maximum(_KEPT * task.width_tolerance / slope, _CLOSEST)
     return np.asarray(np.where(wedge > BLUNT, np.minimum(given, local), given))
 
 
-def too_shallow(scenario: ChamferScenario, frames: EdgeFrames) -> NDArray[np.bool_]:
+def too_shallow(task: ChamferTask, frames: EdgeFrames) -> NDArray[np.bool_]:
     """Samples of an edge in whose wedge the chamfer would be less deep than what counts as a cut; shape (n,)."""
     half = np.clip(0.5 * frames.wedge, 1e-3, 0.5 * math.pi)
-    width = scenario.chamfer.width
-    depth = width * np.cos(half) if scenario.chamfer.definition == "leg" else 0.5 * width / np.tan(half)
+    width = task.cut.width
+    depth = width * np.cos(half) if task.cut.leg else 0.5 * width / np.tan(half)
     return np.asarray(depth < GOUGE_LIMIT)
 
 
@@ -72,13 +59,13 @@ def place(point: FloatArray) -> str:
 
 
 def faded(
-    scenario: ChamferScenario, dense: ChamferPath, kept: NDArray[np.int64], at: NDArray[np.int64], found: SweptChamfer
+    task: ChamferTask, dense: ChamferPath, kept: NDArray[np.int64], at: NDArray[np.int64], found: SweptChamfer
 ) -> dict[int, str]:  # fmt: skip
     """Samples of a path at which its width is off because the wedge is too blunt, and all that are blunter beyond.
 
     Parameters
     ----------
-    scenario : ChamferScenario
+    task : ChamferScenario
         Width and its tolerance.
     dense : ChamferPath
         The path at all samples of its edge.
@@ -92,10 +79,10 @@ def faded(
     dict
         Why, by the number of the sample.
     """
-    tolerance, wedge = width_tolerance(scenario), dense.frames.wedge
-    off = np.abs(found.width - scenario.chamfer.width)
+    tolerance, wedge = task.width_tolerance, dense.frames.wedge
+    off = np.abs(found.width - task.cut.width)
     bad = at[~(off <= tolerance) & (wedge[at] > BLUNT)]
-    if not bad.size or scenario.chamfer.definition == "leg":
+    if not bad.size or task.cut.leg:
         return {}
     count, closed = len(wedge), dense.frames.closed
     gone: set[int] = set()
@@ -109,7 +96,7 @@ def faded(
     sharpest = int(numbers[np.argmin(wedge[numbers])])
     why = (
         f"the edge fades at {place(dense.frames.point[sharpest])}: in a wedge blunter than "
-        f"{math.degrees(wedge[sharpest]):.1f}° the width is not kept within {units.show(tolerance, 'length', 3)}"
+        f"{math.degrees(wedge[sharpest]):.1f}° the width is not kept within {1e3 * tolerance:.3g} mm"
     )
     return dict.fromkeys(numbers.tolist(), why)
 

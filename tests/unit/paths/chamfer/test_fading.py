@@ -11,9 +11,10 @@ import pytest
 import cutwise
 from cutwise.io import step
 from cutwise.io.occ import occ
-from cutwise.process import chamfer, chamfer_fading, pace
+from cutwise.paths.chamfer import fading
+from cutwise.process import chamfer, pace
 
-STEP = Path(__file__).parents[2] / "data" / "step"
+STEP = Path(__file__).parents[3] / "data" / "step"
 WIDTH = 0.2e-3
 
 
@@ -78,7 +79,7 @@ def test_a_requirement_on_the_width_says_where_to_stop(examples, mitre):
     assert all(trim.reason.startswith("the edge fades") for trim in tight.trims)
     for path in tight.paths:
         assert math.degrees(path.at.wedge.max()) < 177.5
-        blunt = path.at.wedge > chamfer_fading.BLUNT
+        blunt = path.at.wedge > fading.BLUNT
         assert np.abs(path.found.width[blunt] - WIDTH).max(initial=0.0) <= 0.5e-6
 
 

@@ -79,12 +79,22 @@ def stand_off(width: float, ball_radius: float, wedge: FloatArray) -> FloatArray
     r"""Distance of the ball centre from the edge, :math:`d = \sqrt{R_B^2 - w^2/4} - \tfrac{w}{2} \cot(\varphi/2)` [m].
 
     Symmetric chamfer between tangent planes; its legs are :math:`w / (2 \sin(\varphi/2))`.
+
+    ``width`` w [m], ``ball_radius`` :math:`R_B` [m], ``wedge`` :math:`\varphi` [rad].
+    Valid for :math:`w < 2 R_B` and plane faces. Derived here, after Sato et al. 2016, sec. 3.
+
+    Examples
+    --------
+    A ball of 5 mm and a right angle, 6 mm wide: 4 - 3 mm.
+
+    >>> round(1e3 * float(stand_off(6e-3, 5e-3, 0.5 * math.pi)), 9)
+    1.0
     """
     return np.sqrt(ball_radius**2 - width**2 / 4.0) - 0.5 * width / np.tan(0.5 * wedge)
 
 
 def width_slope(width: float, ball_radius: float, wedge: FloatArray) -> FloatArray:
-    r"""Change of chamfer width with the stand-off of the ball, planar wedge.
+    r"""Change of chamfer width with the stand-off of the ball, planar wedge; derived here.
 
     .. math:: \frac{dw}{dd} = -2 \sin\frac{\varphi}{2} \, \frac{d + a \cos(\varphi/2)}{a + d \cos(\varphi/2)}
 
@@ -94,6 +104,13 @@ def width_slope(width: float, ball_radius: float, wedge: FloatArray) -> FloatArr
         Chord w and ball radius [m].
     wedge : array
         Wedge angle [rad].
+
+    Examples
+    --------
+    The chamfer of :func:`stand_off`, -1 / (1/2 + 3/8):
+
+    >>> round(float(width_slope(6e-3, 5e-3, 0.5 * math.pi)), 6)
+    -1.142857
     """
     d = stand_off(width, ball_radius, wedge)
     a = 0.5 * width / np.sin(0.5 * wedge)
@@ -102,7 +119,16 @@ def width_slope(width: float, ball_radius: float, wedge: FloatArray) -> FloatArr
 
 
 def planar_legs(cut: Chamfer, wedge: FloatArray) -> FloatArray:
-    r"""Legs on the tangent planes, :math:`a_{1,2} = w \cos(\varphi/2 \pm \delta) / \sin\varphi` [m]; shape (n, 2)."""
+    r"""Legs on the tangent planes, :math:`a_{1,2} = w \cos(\varphi/2 \pm \delta) / \sin\varphi` [m]; shape (n, 2).
+
+    ``cut``: with its width w and tilt, below 90° - :math:`\varphi/2`; ``wedge``:
+    :math:`\varphi` [rad], shape (n,). Derived here.
+
+    Examples
+    --------
+    >>> (1e3 * planar_legs(Chamfer(2e-3), np.array([0.5 * math.pi]))).round(6).tolist()
+    [[1.414214, 1.414214]]
+    """
     if cut.leg:
         return np.full((len(wedge), 2), cut.width)
     half = 0.5 * wedge
@@ -112,7 +138,7 @@ def planar_legs(cut: Chamfer, wedge: FloatArray) -> FloatArray:
 def chamfer_path(
     frames: EdgeFrames, cut: Chamfer, ball_radius: float, *, nodes: EdgeFrames | None = None
 ) -> ChamferPath:
-    r"""Centre path of a ball along an edge.
+    """Centre path of a ball along an edge.
 
     Parameters
     ----------
@@ -130,6 +156,16 @@ def chamfer_path(
     ------
     NoPathError
         The chord does not fit the ball, a leg is not positive, or the surfaces end before the chamfer does.
+
+    Examples
+    --------
+    At the side of a cross hole faces are square, and the ball on its tangent planes that of :func:`stand_off`:
+
+    >>> from cutwise.paths.pipe import PipeHole, one_turn, pipe_edge
+    >>> edge = pipe_edge(PipeHole(50e-3, 20e-3, 20e-3), one_turn(8), inner=False)
+    >>> path = chamfer_path(edge, Chamfer(6e-3, tier=TANGENT), 5e-3)
+    >>> round(1e3 * float(np.linalg.norm(path.centre[2] - edge.point[2])), 6)
+    1.0
 
     References
     ----------

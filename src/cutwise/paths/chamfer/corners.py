@@ -11,10 +11,10 @@ from typing import NamedTuple
 import numpy as np
 
 from cutwise.maths.curves import FloatArray
-from cutwise.process import chamfer_proof as proof
-from cutwise.process.chamfer_leads import clear
-from cutwise.process.chamfer_plan import EdgePath
-from cutwise.spec.chamfer import ChamferScenario
+from cutwise.paths.chamfer import proof
+from cutwise.paths.chamfer.leads import clear
+from cutwise.paths.chamfer.plan import EdgePath
+from cutwise.paths.chamfer.task import ChamferTask
 
 _MEET = 2e-5  # [m] path ends closer than this are one corner
 
@@ -27,15 +27,15 @@ class Link(NamedTuple):
     centre: FloatArray  # [m] of the ball between both, without the ends, shape (k, 3)
 
 
-def links(scenario: ChamferScenario, paths: Sequence[EdgePath], members: Sequence[proof.EdgeZone]) -> tuple[Link, ...]:
+def links(task: ChamferTask, paths: Sequence[EdgePath], members: Sequence[proof.EdgeZone]) -> tuple[Link, ...]:
     """Ways round all corners where that is possible; each path end is used once."""
     found = []
     left, entered = set(), set()
     for _, i, j in sorted(_meetings(paths)):
         if i in left or j in entered:
             continue
-        centre = _round_corner(scenario, paths[i], paths[j])
-        if clear(scenario, paths[i], centre, members):
+        centre = _round_corner(task, paths[i], paths[j])
+        if clear(task, paths[i], centre, members):
             found.append(Link(i, j, centre[1:-1]))
             left.add(i)
             entered.add(j)
@@ -58,13 +58,13 @@ def _meetings(paths: Sequence[EdgePath]) -> list[tuple[float, int, int]]:
     return pairs
 
 
-def _round_corner(scenario: ChamferScenario, first: EdgePath, second: EdgePath) -> FloatArray:
+def _round_corner(task: ChamferTask, first: EdgePath, second: EdgePath) -> FloatArray:
     """Ball centres from the end of one path to the start of the next, both included [m], shape (k, 3)."""
     corner = 0.5 * (first.path.frames.point[-1] + second.path.frames.point[0])
     a, b = first.path.centre[-1] - corner, second.path.centre[0] - corner
     far_a, far_b = float(np.linalg.norm(a)), float(np.linalg.norm(b))
     angle = math.acos(max(-1.0, min(1.0, float(a @ b) / (far_a * far_b))))
-    tolerance = scenario.path.chord_tolerance or 2e-6
+    tolerance = task.chord_tolerance or 2e-6
     steps = max(2, math.ceil(angle / math.sqrt(8.0 * tolerance / far_a)))
     share = np.linspace(0.0, 1.0, steps + 1)[:, None]
     if angle < 1e-6:

@@ -8,7 +8,8 @@ import numpy as np
 from cutwise.maths.curves import FloatArray
 from cutwise.maths.lines import thinned_line
 from cutwise.maths.surface_mesh import SurfaceMesh, within
-from cutwise.paths.chamfer import ChamferPath
+from cutwise.paths.chamfer.ball_path import ChamferPath
+from cutwise.paths.chamfer.task import ROD_LENGTH, SECTION_REACH, EdgeWork, Shape
 from cutwise.paths.reach import BallCutter
 from cutwise.physics.surface.approach import (
     Approach,
@@ -22,7 +23,6 @@ from cutwise.physics.surface.approach import (
 from cutwise.physics.surface.overhead import height_above
 from cutwise.physics.surface.sweep import ZONE_SHARE, ZONE_SLACK
 from cutwise.physics.surface.zones import Zone, Zones, zones
-from cutwise.process.chamfer_work import ROD_LENGTH, SECTION_REACH, EdgeWork, Shape
 
 GOUGE_LIMIT = 2e-6  # [m]
 _NEAR = 3.0  # zone on the two faces of an edge that is looked at in its normal planes, in legs

@@ -4,28 +4,22 @@ All selected edges are looked at together: what the ball takes off a neighbour t
 paths run up to the corners that they share. Where a path is trimmed, the reason is kept with the length.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cutwise import units
-from cutwise.io.cad import CONCAVE, Topology
-from cutwise.io.cad_edges import EdgeChain
 from cutwise.later import later
 from cutwise.maths.curves import FloatArray
 from cutwise.maths.edges import EdgeFrames, arc_lengths, part_of
 from cutwise.maths.surfaces import IntArray
 from cutwise.paths import feed as feeds
-from cutwise.paths.chamfer import ChamferPath, NoPathError, chamfer_path, path_of, possible
+from cutwise.paths.chamfer import fading, proof
+from cutwise.paths.chamfer.ball_path import ChamferPath, NoPathError, chamfer_path, path_of, possible
+from cutwise.paths.chamfer.plan import Candidate, EdgePath, candidate, plan_piece, sharpened
+from cutwise.paths.chamfer.task import ChamferTask, EdgeWork
 from cutwise.physics.surface.approach import cut_places
-from cutwise.process import chamfer_fading as fading
-from cutwise.process import chamfer_proof as proof
-from cutwise.process.chamfer_plan import Candidate, EdgePath, candidate, chamfer_of, plan_piece, sharpened
-from cutwise.process.chamfer_work import CadWork, EdgeWork
-from cutwise.process.pace import Pace
-from cutwise.spec.chamfer import ChamferScenario
 
 if TYPE_CHECKING:
     from scipy import spatial
@@ -69,10 +63,6 @@ class EdgePlan(NamedTuple):
         """Length given up [m]."""
         return sum(trim.length for trim in self.trims)
 
-    def __str__(self) -> str:
-        parts = [f"{units.show(t.length, 'length', 3)} ({t.reason})" for t in self.trims]
-        return f"{self.work.name}: left out {'; '.join(parts)}"
-
 
 class Draft(NamedTuple):
     """An edge with its path before anything is known about the rest of the part."""
@@ -101,32 +91,30 @@ def piece_of(frames: EdgeFrames, samples: IntArray) -> EdgeFrames:
     return part_of(frames, samples)._replace(parameter=turned)
 
 
-def draft(scenario: ChamferScenario, work: EdgeWork) -> Draft:
+def draft(task: ChamferTask, work: EdgeWork) -> Draft:
     """Paths over all of an edge where its two faces allow the chamfer, on samples that are fine enough for its points."""
-    found = _draft(scenario, work)
+    found = _draft(task, work)
     if work.finer is None or not found.pieces:
         return found
-    tolerance = scenario.path.chord_tolerance
+    tolerance = task.chord_tolerance
     if tolerance is None:
-        share = _PER_POINT * (scenario.path.points or 0) / len(work.nodes.point)
-        return _draft(scenario, work.finer(share)) if share > 1.0 else found
-    coarse = max(feeds.coarseness(path, fading.chord_tolerance(scenario, path)) for _, path in found.pieces)
+        share = _PER_POINT * (task.points or 0) / len(work.nodes.point)
+        return _draft(task, work.finer(share)) if share > 1.0 else found
+    coarse = max(feeds.coarseness(path, fading.chord_tolerance(task, path)) for _, path in found.pieces)
     share = min(_FINEST, _PER_POINT * coarse)
     if share <= 1.0:
         return found
-    fine = _draft(scenario, work.finer(share))
-    left = max(
-        (feeds.coarseness(path, fading.chord_tolerance(scenario, path)) for _, path in fine.pieces), default=coarse
-    )
+    fine = _draft(task, work.finer(share))
+    left = max((feeds.coarseness(path, fading.chord_tolerance(task, path)) for _, path in fine.pieces), default=coarse)
     return fine if left < 0.7 * coarse else found  # a path that jumps is no smoother on more samples
 
 
-def _draft(scenario: ChamferScenario, work: EdgeWork) -> Draft:
-    cut = chamfer_of(scenario, 0.0 if scenario.chamfer.tilt == "auto" else float(scenario.chamfer.tilt))
-    radius = scenario.tool.ball_radius
+def _draft(task: ChamferTask, work: EdgeWork) -> Draft:
+    cut = task.cut._replace(tilt=task.tilt or 0.0)
+    radius = task.tool.ball_radius
     good = possible(work.nodes, cut, radius)
     reason = ["" if fine else BENDS_AWAY for fine in good]
-    shallow = fading.too_shallow(scenario, work.nodes)
+    shallow = fading.too_shallow(task, work.nodes)
     for run in runs(shallow, closed=work.nodes.closed):
         why = fading.shallow_reason(work.nodes, run)
         for i in run:
@@ -149,12 +137,14 @@ def _draft(scenario: ChamferScenario, work: EdgeWork) -> Draft:
 class Surroundings:
     """What lies round an edge, to name what is in its way."""
 
-    def __init__(self, model: Topology, chains: Sequence[EdgeChain], selected: Sequence[int]) -> None:
-        self.names = tuple(face.name for face in model.faces)
-        self.concave = {frozenset(edge.faces) for edge in model.edges if edge.kind == CONCAVE}
-        self.number = np.concatenate([np.full(len(c.frames.point), c.number) for c in chains])
-        self.tree = spatial.KDTree(np.vstack([c.frames.point for c in chains]))
-        self.selected = set(selected)
+    def __init__(
+        self, names: Sequence[str], concave: Iterable[frozenset[int]], edges: Mapping[int, FloatArray]
+    ) -> None:
+        """``concave``: pairs of faces that meet in a concave corner; ``edges``: points of each sharp edge [m]."""
+        self.names, self.concave = names, set(concave)
+        self.number = np.concatenate([np.full(len(point), number) for number, point in edges.items()])
+        self.tree = spatial.KDTree(np.vstack(list(edges.values())))
+        self.selected: set[int] = set()
 
     def culprit(self, work: EdgeWork, point: FloatArray, face: int, reach: float) -> str:
         """Why a path stops short of a point that it would cut."""
@@ -181,38 +171,35 @@ class Surroundings:
 
 
 def plan_chains(
-    scenario: ChamferScenario, found: CadWork, progress: Callable[[float], None] | None = None
+    task: ChamferTask, chosen: Sequence[EdgeWork], around: Surroundings, advance: Callable[[float], object]
 ) -> tuple[list[EdgePlan], list[proof.EdgeZone]]:
-    """Plan all selected edges of a part together; with the zones in which the tool is meant to cut."""
-    around = Surroundings(found.model, found.chains, [work.number for work in found.chosen])
-    length = {work.number: float(edge_lengths(work.nodes).sum()) for work in found.chosen}
-    total = sum(length.values())
+    """Plan all selected edges of a part together; with the zones in which the tool is meant to cut.
+
+    ``advance`` is told the length of each edge that is done [m]: a part of it when it is drafted, before all others.
+    """
+    around.selected = {work.number for work in chosen}
+    length = {work.number: float(edge_lengths(work.nodes).sum()) for work in chosen}
     drafts = []
-    for work in found.chosen:
-        drafts.append(draft(scenario, work))
-        if progress is not None:
-            progress(_DRAFTED * len(drafts) / len(found.chosen))
-    width = scenario.chamfer.width
+    for work in chosen:
+        drafts.append(draft(task, work))
+        advance(_DRAFTED * length[work.number])
+    width = task.cut.width
     members = [
         proof.edge_zone(d.work, max(float(path.leg.max()) for _, path in d.pieces), width) for d in drafts if d.pieces
     ]
-    pace = Pace(
-        total, "Fewer edges (part.edges) or a larger path.chord_tolerance make it shorter.",
-        progress and (lambda share: progress(_DRAFTED + (1.0 - _DRAFTED) * share)),
-    )  # fmt: skip
     plans = []
     for d in drafts:
-        plans.append(_plan(scenario, d, members, around))
-        pace.advance(length[d.work.number])
+        plans.append(_plan(task, d, members, around))
+        advance((1.0 - _DRAFTED) * length[d.work.number])
     lost = {plan.work.number for plan in plans if not plan.paths}
     if lost:  # what is not chamfered must not be cut by its neighbours
         around.selected -= lost
         gone = [m for m in members if m.number in lost]
         kept = [m for m in members if m.number not in lost]
-        reach = scenario.tool.ball_radius
+        reach = task.tool.ball_radius
         for i, d in enumerate(drafts):
             if plans[i].paths and any(_touches(d, m, reach) for m in gone):
-                plans[i] = _plan(scenario, d, kept, around)
+                plans[i] = _plan(task, d, kept, around)
         members = kept
     exact = iter(sharpened([path for plan in plans for path in plan.paths]))
     return [plan._replace(paths=tuple(next(exact) for _ in plan.paths)) for plan in plans], members
@@ -228,17 +215,17 @@ def _touches(one: Draft, other: proof.EdgeZone, reach: float) -> bool:
     return bool((other.low <= point.max(axis=0) + reach).all() and (other.high >= point.min(axis=0) - reach).all())
 
 
-def _plan(scenario: ChamferScenario, one: Draft, members: Sequence[proof.EdgeZone], around: Surroundings) -> EdgePlan:
+def _plan(task: ChamferTask, one: Draft, members: Sequence[proof.EdgeZone], around: Surroundings) -> EdgePlan:
     """The paths over the pieces of an edge that gouge nothing."""
     work, reason = one.work, list(one.reason)
     paths = []
     for samples, dense in one.pieces:
-        good, why = _clean(scenario, work, dense, members, around)
+        good, why = _clean(task, work, dense, members, around)
         for i, text in why.items():
             reason[samples[i]] = text
         for part, found in good:
             try:
-                path = plan_piece(scenario, work, found, members)
+                path = plan_piece(task, work, found, members)
                 text = "; ".join(map(str, path.failed))
                 if not text:
                     paths.append(path)
@@ -251,7 +238,7 @@ def _plan(scenario: ChamferScenario, one: Draft, members: Sequence[proof.EdgeZon
 
 
 def _clean(
-    scenario: ChamferScenario, work: EdgeWork, dense: ChamferPath, members: Sequence[proof.EdgeZone],
+    task: ChamferTask, work: EdgeWork, dense: ChamferPath, members: Sequence[proof.EdgeZone],
     around: Surroundings,
 ) -> tuple[list[tuple[IntArray, Candidate]], dict[int, str]]:  # fmt: skip
     """Pieces of a path that cut nothing but chamfers, as samples of it, and why other samples are left out.
@@ -271,7 +258,7 @@ def _clean(
             continue
         piece = path_of(dense, piece_of(dense.frames, part), part)
         try:
-            found = candidate(scenario, work, piece, members, enough=proof.GOUGE_LIMIT + work.shape.mesh.error)
+            found = candidate(task, work, piece, members, enough=proof.GOUGE_LIMIT + work.shape.mesh.error)
         except NoPathError as fault:
             why |= dict.fromkeys(part.tolist(), str(fault))
             continue
@@ -281,7 +268,7 @@ def _clean(
             good.append((part, found))
             continue
         else:
-            bad, cuts = _clear(scenario, work, piece, members, around, found), cuts + 1
+            bad, cuts = _clear(task, work, piece, members, around, found), cuts + 1
         why |= {int(part[i]): text for i, text in bad.items()}
         fine = np.array([i not in bad for i in range(len(part))])
         waiting += [(part[kept], cuts, fades) for kept in runs(fine, closed=piece.frames.closed)]
@@ -311,11 +298,11 @@ def trims(frames: EdgeFrames, reason: Sequence[str]) -> tuple[Trim, ...]:
 
 
 def _clear(
-    scenario: ChamferScenario, work: EdgeWork, dense: ChamferPath, members: Sequence[proof.EdgeZone],
+    task: ChamferTask, work: EdgeWork, dense: ChamferPath, members: Sequence[proof.EdgeZone],
     around: Surroundings, seen: Candidate,
 ) -> dict[int, str]:  # fmt: skip
     """Samples of a path at which the ball cuts something else, with what that is; never none."""
-    radius, limit = scenario.tool.ball_radius, 0.5 * proof.GOUGE_LIMIT + work.shape.mesh.error
+    radius, limit = task.tool.ball_radius, 0.5 * proof.GOUGE_LIMIT + work.shape.mesh.error
     closed = dense.frames.closed
     mesh = proof.reachable(work.shape, dense.centre, radius)
     near = float(seen.found.beyond.max(initial=0.0)) <= proof.HINT
