@@ -34,6 +34,7 @@ _ALL = (
     Dimension("acceleration", "m/s**2", "mm/s**2", "2000 mm/s^2"),
     Dimension("jerk", "m/s**3", "mm/s**3", "50000 mm/s^3"),
     Dimension("feed_per_revolution", "m", "mm", "0.1 mm/rev", "a plain length is taken per turn"),
+    Dimension("angular_acceleration", "rad/s**2", "deg/s**2", "260 deg/s^2"),
     Dimension("angular_speed", "rad/s", "rpm", "40000 rpm", "write rpm, 1/min or rad/s; Hz is for frequencies"),
     Dimension("angle", "rad", "deg", "20 deg"),
     Dimension("small_angle", "rad", "µrad", "15 urad"),

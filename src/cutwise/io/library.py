@@ -14,7 +14,7 @@ from cutwise.spec.scenario import Origin
 
 FOLDER = Path(__file__).parent.parent / "library"
 SHELVES = (
-    "tools", "materials", "spindles", "path_errors", "machines", "robots", "drills", "drilled_materials",
+    "tools", "materials", "spindles", "path_errors", "machines", "lathes", "robots", "drills", "drilled_materials",
 )  # fmt: skip
 
 _KEYS = ("name", "describes", "values", "covariances", "measured")  # the last two: of a calibration

@@ -15,6 +15,7 @@ from cutwise.maths.fields import random_field, sum_of_sines
 from cutwise.paths.carried import CarriedPath
 from cutwise.physics.cutting.flute import Mill
 from cutwise.physics.motion.edge import EdgePass
+from cutwise.physics.motion.paced import Paced
 from cutwise.physics.structure.pistons import (
     NO_FRICTION,
     PRESLIDING,
@@ -67,7 +68,7 @@ def deburring_cell(scenario: DeburringScenario) -> EdgeCell:
     ring, reach = None, 0.0
     if isinstance(spindle, CompliantSpindle):
         ring, reach = piston_ring(spindle), spindle.tool_reach
-    return EdgeCell(cut.path, cut.layers, cut.cutter, ring, reach, cut.arc, cut.behind, feeding_of(scenario))
+    return EdgeCell(cut.path, cut.layers, cut.cutter, ring, reach, cut.arc, cut.behind, cut.paced, feeding_of(scenario))
 
 
 def feeding_of(scenario: DeburringScenario) -> Feeding | None:
@@ -113,7 +114,13 @@ def edge_cut(scenario: DeburringScenario) -> EdgeCut:
     sag += np.cos(turn) * (along.sag[:, 1] - along.sag[:, 3] * height)
     path = alone.path._replace(error_curve=added(alone.path.error_curve, along.path.at, sag))
     arm = carriage.by_robot(answering(scenario), along, height)
-    return alone._replace(path=path, behind=carriage.in_series(scenario.tool, arm, _part(scenario, alone)))
+    paced = None
+    if scenario.operation.limit_feed:
+        feed = scenario.operation.feed
+        at, pace = carried.pace_of(along.path.at, carried.feeds_along(along, answering(scenario), feed), feed)
+        paced = Paced((), at, pace)
+    behind = carriage.in_series(scenario.tool, arm, _part(scenario, alone))
+    return alone._replace(path=path, behind=behind, paced=paced)
 
 
 def answering(scenario: DeburringScenario) -> CarryingRobot:
@@ -203,8 +210,9 @@ def robot_along(scenario: DeburringScenario, cell: EdgeCut | EdgeCell) -> carrie
     assert scenario.robot is not None
     cut = EdgeCut(cell.path, cell.layers, cell.cutter, cell.arc)
     return carried.arm_along(
-        scenario.robot, path_of(scenario), rigid_wrench(cut), surface_height(cut), scenario.operation.feed
-    )
+        scenario.robot, path_of(scenario), rigid_wrench(cut), surface_height(cut), scenario.operation.feed,
+        limited=scenario.operation.limit_feed,
+    )  # fmt: skip
 
 
 def edge_profile(size: float | Table | RandomField, length: float) -> Polyline:

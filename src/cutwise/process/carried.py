@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -31,6 +32,9 @@ else:
     interpolate = later("scipy.interpolate")
 
 GRID = math.radians(5.0)  # between two angles of the tool that are tried
+ROUNDING = 1e-9  # of a speed
+_FINE = 10  # parts of an interval between stations, in each of which the feed is constant
+_SLOW = 1e-9  # [m/s] a feed that every joint follows
 STATIONS = 201  # of a path at which angles are tried; between them the angle is a smooth curve
 
 
@@ -62,7 +66,9 @@ def path_in_base(spec: PathSpec, standing: Standing, pitch: float, *, work_on_le
     return placed(nominal, rotation_from_rpy(*standing.rotation), np.array(standing.origin))
 
 
-def arm_along(robot: CarryingRobot, path: CarriedPath, wrench: FloatArray, height: float, feed: float) -> ArmAlong:
+def arm_along(
+    robot: CarryingRobot, path: CarriedPath, wrench: FloatArray, height: float, feed: float, *, limited: bool = False
+) -> ArmAlong:
     """The postures of a robot along a path, as the scenario chooses them, and its compliance there.
 
     Parameters
@@ -74,6 +80,8 @@ def arm_along(robot: CarryingRobot, path: CarriedPath, wrench: FloatArray, heigh
         Over the tip, where the surface is read [m].
     feed : float
         [m/s]
+    limited : bool
+        The feed is lowered where the joints cannot follow it: it rules out no posture.
 
     Raises
     ------
@@ -83,7 +91,7 @@ def arm_along(robot: CarryingRobot, path: CarriedPath, wrench: FloatArray, heigh
     arm, _ = robot_arm(robot)
     speed = np.array(robot.joint_speed) if robot.joint_speed is not None else np.full(6, math.inf)
     try:
-        postures, constant, turned = _chosen(robot, arm, path, wrench, height, speed, feed)
+        postures, constant, turned = _chosen(robot, arm, path, wrench, height, speed, _SLOW if limited else feed)
     except Blocked as why:
         place = path.at[why.station]
         raise Infeasible(
@@ -363,9 +371,52 @@ def _best_constant(q: FloatArray, cost: FloatArray, reach: FloatArray) -> tuple[
     return int(angle), int(branch), float(mean[angle, branch])
 
 
+class Slowdown(NamedTuple):
+    """How a programmed motion is slowed down: instants, and its own time there."""
+
+    at: FloatArray  # [s], shape (m,)
+    pace: FloatArray  # [s], shape (m,)
+
+
+def feeds_along(along: ArmAlong, robot: CarryingRobot, feed: float) -> FloatArray:
+    r"""Feed that the joints can follow at the stations, no more than the one asked for [m/s], shape (n,).
+
+    .. math:: v \le \dot q_{max} / |q'|, \quad v \le \sqrt{\ddot q_{max} / |q''|}, \quad
+              |v v'| \le \ddot q_{max} / |q'|
+
+    for every joint; the last two where accelerations are given, changes of speed by looking ahead and back.
+    """
+    at = along.path.at
+    speed = np.array(robot.joint_speed)
+    rates = np.abs(joint_rates(along.postures.q, at))
+    with np.errstate(divide="ignore"):
+        possible = (speed / rates).min(axis=1)
+        found = np.minimum(np.append(possible, possible[-1]), np.insert(possible, 0, possible[0]))
+        found = np.minimum(found, feed)
+        if robot.joint_acceleration is None:
+            return np.asarray(found)
+        most = np.array(robot.joint_acceleration)
+        bend = np.abs(np.diff(rates, axis=0)) / (0.5 * (at[2:] - at[:-2]))[:, None]
+        found[1:-1] = np.minimum(found[1:-1], np.sqrt((most / bend).min(axis=1)))
+        gain = 2.0 * np.diff(at) * (most / rates).min(axis=1)  # of the speed squared
+    for k in range(1, len(found)):
+        found[k] = min(found[k], math.sqrt(found[k - 1] ** 2 + gain[k - 1]))
+    for k in range(len(found) - 2, -1, -1):
+        found[k] = min(found[k], math.sqrt(found[k + 1] ** 2 + gain[k]))
+    return np.asarray(found)
+
+
+def pace_of(at: FloatArray, feeds: FloatArray, feed: float) -> Slowdown:
+    """The pace at which a motion programmed at a constant feed [m/s] is run with other feeds at some places [m]."""
+    fine = np.unique(np.concatenate([np.linspace(a, b, _FINE + 1) for a, b in pairwise(at)]))
+    middle = np.interp(0.5 * (fine[1:] + fine[:-1]), at, feeds)
+    time = np.concatenate([[0.0], np.cumsum(np.diff(fine) / middle)])
+    return Slowdown(time, fine / feed)
+
+
 def too_fast(found: Mapping[str, float], feed: float, said: str = "operation.feed") -> tuple[str, ...]:
     """That the joints cannot follow the feed [m/s], if they cannot."""
-    if found.get("joint_speed_margin", 1.0) >= 0.0:
+    if found.get("joint_speed_margin", 1.0) >= -ROUNDING:
         return ()
     return (
         f"the joints follow {units.show(found['feed_possible_min'], 'speed')} at most, {said} is "
@@ -373,9 +424,13 @@ def too_fast(found: Mapping[str, float], feed: float, said: str = "operation.fee
     )
 
 
-def measures(along: ArmAlong, robot: CarryingRobot, feed: float) -> dict[str, float]:
-    """What the postures mean: room of the joints and the wrist, speeds, stiffness normal to the surface."""
-    rates = np.abs(joint_rates(along.postures.q, along.path.at)).max(axis=0)
+def measures(along: ArmAlong, robot: CarryingRobot, feed: float, *, limited: bool = False) -> dict[str, float]:
+    """What the postures mean: room of the joints and the wrist, speeds, stiffness normal to the surface.
+
+    ``limited``: the feed [m/s] is lowered where the joints cannot follow it.
+    """
+    each = np.abs(joint_rates(along.postures.q, along.path.at))
+    rates = each.max(axis=0)
     room = np.minimum(along.postures.q - along.arm.limits[:, 0], along.arm.limits[:, 1] - along.postures.q)
     normal = (along.joints + along.base)[:, 1, 1]
     found = {
@@ -393,6 +448,10 @@ def measures(along: ArmAlong, robot: CarryingRobot, feed: float) -> dict[str, fl
             possible = np.min(np.array(robot.joint_speed) / rates)
         found["feed_possible_min"] = float(possible) if math.isfinite(possible) else feed
         found["joint_speed_margin"] = float(1.0 - feed / possible)
+        if limited:
+            feeds = feeds_along(along, robot, feed)
+            used = (0.5 * (feeds[1:] + feeds[:-1]))[:, None] * each / np.array(robot.joint_speed)
+            found["joint_speed_margin"] = float(1.0 - used.max())
     return found
 
 

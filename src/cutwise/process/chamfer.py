@@ -10,7 +10,7 @@ from cutwise.paths.chamfer.chains import EdgePlan, edge_lengths, plan_chains
 from cutwise.paths.chamfer.corners import Link, links
 from cutwise.paths.chamfer.plan import EdgePath, plan_pipe
 from cutwise.paths.pipe import NoEdgeError, PipeHole, edge_margin
-from cutwise.process.chamfer_carrier import Carrier, carrier_on
+from cutwise.process.chamfer_carrier import Carrier, carrier_on, slowed
 from cutwise.process.chamfer_cell import PassForces
 from cutwise.process.chamfer_cut import Deflected, ball_end, deflected, mounted, rigid
 from cutwise.process.chamfer_led import as_run, programmed
@@ -93,6 +93,7 @@ def run(
         if part is not None
         else _cad(scenario, outline="outline" in wanted, progress=progress)
     )
+    found = _slowed(scenario, found)
     paths = [path for plan in found.plans for path in plan.paths]
     written = tuple(programmed(scenario, path) for path in paths)
     led = tuple(as_run(scenario, path, found.members) for path in paths)
@@ -117,6 +118,20 @@ def run(
         tuple(carriers), tuple(aside), band,
         found.outline, found.infeasible, found.remedies, found.notices,
     )  # fmt: skip
+
+
+def _slowed(scenario: ChamferScenario, found: _Planned) -> _Planned:
+    """The same paths at feeds that the joints of a robot can follow, where that is asked for."""
+    if not scenario.operation.limit_feed or not scenario.has_forces:
+        return found
+    ball = ball_end(scenario)
+
+    def at_pace(path: EdgePath) -> EdgePath:
+        force = rigid(scenario, as_run(scenario, path, found.members), ball)
+        return slowed(scenario, path, carrier_on(scenario, path, force))
+
+    plans = tuple(plan._replace(paths=tuple(at_pace(path) for path in plan.paths)) for plan in found.plans)
+    return found._replace(plans=plans)
 
 
 def _pipe(scenario: ChamferScenario, part: PipeHole, *, helped: bool) -> _Planned:

@@ -100,7 +100,9 @@ def _by_robot(
     assert robot is not None
     force = np.average(np.column_stack([forces.force[:, :2], forces.felt]), axis=0)
     wrench = np.array([*force, -height * force[1], height * force[0], 0.0])
-    along = carried.arm_along(robot, found.path, wrench, height, float(path.feeds.centre.max()))
+    along = carried.arm_along(
+        robot, found.path, wrench, height, float(path.feeds.centre.max()), limited=scenario.operation.limit_feed
+    )
     axes = np.stack(
         [path.local.feed[found.here], path.local.off[found.here], np.tile(path.axis, (len(found.here), 1))], axis=-1
     )
@@ -113,6 +115,20 @@ def _by_robot(
         terms=carried.terms_of(robot, seen, height), arm=along, whole=seen.joints + seen.base,
         sag=np.column_stack([np.interp(found.way, found.path.at, column) for column in sag.T]),
     )  # fmt: skip
+
+
+def slowed(scenario: ChamferScenario, path: EdgePath, carrier: Carrier) -> EdgePath:
+    """The path at feeds that the joints of the robot can follow."""
+    assert carrier.arm is not None
+    assert scenario.robot is not None
+    step = lengths(path.path.centre, closed=path.path.frames.closed)
+    at = np.concatenate([[0.0], np.cumsum(step)])
+    possible = carried.feeds_along(carrier.arm, scenario.robot, float(path.feeds.centre.max()))
+    allowed = np.interp(0.5 * (at[1:] + at[:-1]), carrier.at, possible)
+    share = np.minimum(1.0, allowed / path.feeds.centre)
+    centre = share * path.feeds.centre
+    feeds = path.feeds._replace(centre=centre, contact=share * path.feeds.contact, time=float((step / centre).sum()))
+    return path._replace(feeds=feeds)
 
 
 def measures(
@@ -188,7 +204,7 @@ def _durations(path: EdgePath) -> FloatArray:
 def infeasible(scenario: ChamferScenario, found: Mapping[str, float]) -> tuple[str, ...]:
     """Why the robot cannot do it."""
     feed = scenario.operation.contact_feed or scenario.operation.centre_feed
-    if feed is None or found.get("joint_speed_margin", 1.0) >= 0.0:
+    if feed is None or found.get("joint_speed_margin", 1.0) >= -carried.ROUNDING:
         return ()
     possible = units.show(found["feed_possible_min"], "speed")
     return (

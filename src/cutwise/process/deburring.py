@@ -167,7 +167,13 @@ def carried_measures(scenario: DeburringScenario, run: EdgeRun) -> dict[str, flo
         found["natural_frequency_min"] = float(swings[0].min())
     if scenario.robot is None:
         return {**found, **normal_stiffness([term for _, term in run.cell.behind])}
-    return {**found, **carried.measures(robot_along(scenario, run.cell), scenario.robot, scenario.operation.feed)}
+    return {**found, **_postures(scenario, run)}
+
+
+def _postures(scenario: DeburringScenario, run: EdgeRun) -> dict[str, float]:
+    assert scenario.robot is not None
+    operation, along = scenario.operation, robot_along(scenario, run.cell)
+    return carried.measures(along, scenario.robot, operation.feed, limited=operation.limit_feed)
 
 
 def seen_from_edge(run: EdgeRun, moved: FloatArray) -> FloatArray:
@@ -309,7 +315,8 @@ def tooth_history(run: EdgeRun, rows: FloatArray, samples: int, periods: int) ->
     cutter = run.cell.cutter
     period = 2.0 * math.pi / (cutter.mill.flutes * cutter.spindle_speed)
     offset = np.arange(samples * periods) * period / samples
-    time = run.pace[rows][:, None] + offset
+    known = run.pace if run.cell.feeding is not None else run.history.motion.time  # what its motion is asked for
+    time = known[rows][:, None] + offset
     state = np.hstack([run.history.response.tilt, run.history.response.tilt_rate])[rows]
     tilt = np.repeat(state, offset.size, axis=0)
     forces = tooth_resolved_forces(run.cell, time.ravel(), np.ascontiguousarray(tilt))

@@ -19,6 +19,7 @@ from cutwise.physics.engagement.burred_edge import PIECES, SEEN, BurredEdge, Lay
 from cutwise.physics.engagement.swept import ColumnEdge, most_columns, stand
 from cutwise.physics.motion.arc_edge import ArcFixed, ArcFollowed
 from cutwise.physics.motion.edge import EdgePass, programmed_motion
+from cutwise.physics.motion.paced import Paced
 from cutwise.physics.structure.pistons import PistonRing, at_rest
 from cutwise.physics.structure.terms import Pistons, PistonsState, Rigid, in_series, relaxed, width
 from cutwise.records import Contact, EdgeHistory, Load, edge_history
@@ -64,6 +65,7 @@ class EdgeCut(NamedTuple):
     cutter: Cutter
     arc: Arc | None = None  # the edge is an arc
     behind: tuple[tuple[str, NamedTuple], ...] = ()  # terms of the structure behind the spindle, by name
+    paced: Paced | None = None  # instants and pace, where the feed is lowered; its motion is not looked at
 
 
 class EdgeCell(NamedTuple):
@@ -76,6 +78,7 @@ class EdgeCell(NamedTuple):
     reach: float  # [m] from the joint to the tool tip; 0 for a rigid spindle
     arc: Arc | None = None  # the edge is an arc
     behind: tuple[tuple[str, NamedTuple], ...] = ()  # terms of the structure behind the spindle, by name
+    paced: Paced | None = None  # instants and pace, where the feed is lowered; its motion is not looked at
     feeding: following.Feeding | None = None  # feed drives that follow the path
 
 
@@ -93,6 +96,8 @@ def cell_with(cell: EdgeCut | EdgeCell, structure: NamedTuple) -> loop.Cell:
         carried = ArcFollowed if cell.arc.follow else ArcFixed
         motion = carried(cell.path, cell.arc.radius, cutter.mill.radius)
         engagement = BurredArc(cell.layers, round_tool(cutter), cell.arc.radius, not cell.arc.follow)
+    if cell.paced is not None:
+        motion = cell.paced._replace(motion=motion)
     return loop.Cell(
         motion,
         engagement,
@@ -112,7 +117,7 @@ def still_edge(cut: EdgeCut, structure: NamedTuple, at: FloatArray) -> Rest:
     """The mill at rest at places of the edge [m], where the lead-in has ended, with a structure that yields at once."""
     path = cut.path._replace(lead_in=0.0, lead_out=0.0)
     cell = cell_with(cut._replace(path=path, cutter=cut.cutter._replace(force_law=AVERAGED)), structure)
-    poses = np.array([moved(cell.motion, float(s) / path.feed) for s in at])
+    poses = np.array([moved(cell.motion, time) for time in run_time(cut, at / path.feed).tolist()])
     return rest(
         cell, relaxed(structure), poses, seen=SEEN, state=width(structure), layers=2,
         contacts=PIECES * cut.layers.strips.slices,
@@ -124,7 +129,7 @@ def run_cell(
     progress: Callable[[float], None] | None = None,
 ) -> EdgeHistory:  # fmt: skip
     """Time stepping of a pass along an edge, from rest."""
-    duration, fed = of.path.duration, None
+    duration, fed = float(run_time(of, np.array(of.path.duration))), None
     if of.feeding is not None:
         fed, time_step = of.feeding.stepped(cell.motion, time_step)
         cell, duration = cell._replace(motion=fed), of.feeding.duration
@@ -150,8 +155,14 @@ def run_compliant_edge(
 
 
 def programmed_time(cell: EdgeCell, history: EdgeHistory) -> FloatArray:
-    """Time of the programmed motion [s], which drives that start from rest stretch; shape (n,)."""
-    return history.motion.time if cell.feeding is None else history.motion.position / cell.path.feed
+    """Time of the programmed motion [s]: another than that of the run where drives start from rest, or joints are slow."""
+    stretched = cell.feeding is not None or cell.paced is not None
+    return history.motion.position / cell.path.feed if stretched else history.motion.time
+
+
+def run_time(cell: EdgeCut | EdgeCell, pace: FloatArray) -> FloatArray:
+    """When a programmed motion is at times of its own [s]: later, where the feed is lowered."""
+    return pace if cell.paced is None else np.interp(pace, cell.paced.pace, cell.paced.at)
 
 
 def _yield(cell: EdgeCell) -> float:

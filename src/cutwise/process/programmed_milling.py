@@ -31,6 +31,7 @@ from cutwise.physics.cutting.uneven import largest_radius, tangent_coefficients
 from cutwise.physics.engagement.burred_edge import Round
 from cutwise.physics.engagement.shoulder import SEEN, Shoulder, Slot
 from cutwise.physics.motion.edge import EdgePass
+from cutwise.physics.motion.paced import Paced
 from cutwise.physics.motion.shifted import Shifted
 from cutwise.physics.structure.series_compliance import translation_at
 from cutwise.physics.structure.terms import (
@@ -120,13 +121,13 @@ def _cell(scenario: MillingScenario, structure: NamedTuple, motion: NamedTuple =
     return Cell(motion, engagement, (), flutes, structure)
 
 
-def _poses(scenario: MillingScenario, at: FloatArray, sag: FloatArray) -> FloatArray:
-    """The programmed tool at places of the path, moved by the sag of the arm (n, 3) [m]."""
+def _poses(scenario: MillingScenario, at: FloatArray, sag: FloatArray, feeds: FloatArray | float) -> FloatArray:
+    """The programmed tool at places of the path, moved by the sag of the arm (n, 3) [m], at its feeds there [m/s]."""
     poses = np.zeros((len(at), 8))
     poses[:, 1] = poses[:, 2] = at
     poses[:, 3] = -scenario.operation.radial_depth + sag[:, 1]
     poses[:, 4] = sag[:, 2]
-    poses[:, 5] = scenario.operation.feed
+    poses[:, 5] = feeds
     return poses
 
 
@@ -147,10 +148,12 @@ def prepare(scenario: MillingScenario) -> tuple[CarriedPath, carriage.Carriage]:
         return path, milling_wall.carriage_of(scenario, path)
     height = 0.5 * scenario.operation.axial_depth
     firm = Rigid(0.0)
-    poses = _poses(scenario, path.at[:1], np.zeros((1, 3)))
+    poses = _poses(scenario, path.at[:1], np.zeros((1, 3)), scenario.operation.feed)
     still = rest(_cell(scenario, firm), relaxed(firm), poses, seen=SEEN, state=0)
     wrench = _wrench(still.total[0, :3], height)
-    along = carried.arm_along(scenario.robot, path, wrench, height, scenario.operation.feed)
+    along = carried.arm_along(
+        scenario.robot, path, wrench, height, scenario.operation.feed, limited=scenario.operation.limit_feed
+    )
     still_mode = scenario.numerics.mode == "still"
     robot = scenario.robot.model_copy(update={"dynamics": "static"}) if still_mode else scenario.robot
     return path, carriage.by_robot(robot, along, height)
@@ -189,6 +192,14 @@ def run(
     return done._replace(limits=chatter, limit_at=path.at[rows])
 
 
+def feeds_of(scenario: MillingScenario, carrying: carriage.Carriage) -> FloatArray | float:
+    """The feed at the stations [m/s], lowered where the joints of a robot cannot follow it and that is asked for."""
+    feed = scenario.operation.feed
+    if carrying.arm is None or not scenario.operation.limit_feed:
+        return feed
+    return carried.feeds_along(carrying.arm, scenario.robot, feed)
+
+
 def sag_of(path: CarriedPath, carrying: carriage.Carriage, height: float) -> FloatArray:
     """Sag of the axis at a height over the tip, at the stations [m], shape (n, 3)."""
     sag = np.zeros((len(path.at), 3))
@@ -200,7 +211,7 @@ def sag_of(path: CarriedPath, carrying: carriage.Carriage, height: float) -> Flo
 
 def _at_rest(scenario: MillingScenario, bare: Milled) -> Milled:
     structure = in_series([term for _, term in bare.terms] or [Rigid(0.0)])
-    poses = _poses(scenario, bare.at, bare.sag)
+    poses = _poses(scenario, bare.at, bare.sag, feeds_of(scenario, bare.carriage))
     found = rest(_cell(scenario, structure), relaxed(structure), poses, seen=SEEN, state=width(structure))
     if not found.found.all():
         raise _too_soft(bare.at[int(np.argmin(found.found))])
@@ -224,9 +235,13 @@ def _stepped(
     way = EdgePass(
         operation.feed, bare.path.at[-1] / operation.feed, lead, 0.0, 0.0, operation.radial_depth, 0.0, 0.0, no_cubic()
     )
-    cell = _cell(scenario, structure, Shifted(way, bare.path.at, bare.sag))
+    motion, duration = Shifted(way, bare.path.at, bare.sag), way.duration
+    if operation.limit_feed:
+        pace = carried.pace_of(bare.path.at, feeds_of(scenario, bare.carriage), operation.feed)
+        motion, duration = Paced(motion, *pace), float(pace.at[-1])
+    cell = _cell(scenario, structure, motion)
     history = loop.march(
-        cell, relaxed(structure), duration=way.duration, time_step=scenario.time_step / finer, seen=SEEN,
+        cell, relaxed(structure), duration=duration, time_step=scenario.time_step / finer, seen=SEEN,
         state=width(structure), layers=1, contacts=1, progress=progress,
     )  # fmt: skip
     table = history.table
@@ -246,7 +261,7 @@ def _stepped(
     columns = table[:, FIXED + SEEN : FIXED + SEEN + history.state]
     force = table[:, -2 - 9 : -2][:, :3] * np.array([1.0, 1.0, -1.0])  # as a structure feels it
     sag = np.column_stack([np.interp(at, bare.path.at, one) for one in bare.sag.T])
-    counted = (at >= begins) & (table[:, 0] >= lead)
+    counted = (at >= begins) & (at >= lead * operation.feed * (1.0 - 1e-12))
     return bare._replace(
         at=at, time=table[:, 0], seen=table[:, FIXED : FIXED + SEEN], state=columns, force=force, sag=sag,
         counted=counted if counted.any() else np.arange(len(at)) == len(at) - 1, unsolved=int(lost.sum()),
@@ -285,12 +300,7 @@ def _receptance(scenario: MillingScenario, carrying: carriage.Carriage, k: int, 
         return None
 
     def receptance(omega: FloatArray) -> np.ndarray:
-        total = np.zeros((len(omega), 3, 3), dtype=complex)
-        for mode in modes:
-            ratio = omega / (2.0 * math.pi * mode.frequency)
-            axis = turn["xy".index(mode.direction)]  # the direction of the mode in process axes
-            one = 1.0 / (mode.stiffness * (1.0 - ratio * ratio + 2j * mode.damping * ratio))
-            total += one[:, None, None] * np.outer(axis, axis)
+        total = yielding.mode_receptance(modes, omega, turn)
         return np.asarray(total if of_arm is None else total + of_arm(omega))
 
     return receptance
@@ -311,6 +321,14 @@ def wall_and_floor(scenario: MillingScenario, done: Milled) -> tuple[FloatArray,
     return outermost(scenario) - (total[:, 1] + done.sag[:, 1]), -(total[:, 2] + done.sag[:, 2])
 
 
+def cycle_time(scenario: MillingScenario, done: Milled) -> float:
+    """From the first to the last place of the path [s]."""
+    feeds = feeds_of(scenario, done.carriage)
+    if isinstance(feeds, float):
+        return float(done.path.at[-1]) / feeds
+    return float(carried.pace_of(done.path.at, feeds, scenario.operation.feed).at[-1])
+
+
 def _worst(scenario: MillingScenario, done: Milled) -> int:
     """The place of the cut at which the wall is off most."""
     off = np.abs(wall_and_floor(scenario, done)[0] - outermost(scenario))
@@ -325,7 +343,7 @@ def measures(scenario: MillingScenario, done: Milled) -> dict[str, float]:
         "floor_error_min": float(floor.min()),
         "floor_error_max": float(floor.max()),
         "wall_tilt_max": float(np.abs(done.turned[done.counted]).max()),
-        "cycle_time": float(done.path.at[-1]) / operation.feed,
+        "cycle_time": cycle_time(scenario, done),
         "path_length": float(done.path.at[-1]),
         "force_xy_mean_straight": float(np.hypot(done.force[:, 0], done.force[:, 1]).max()),
         "engagement_angle_max": float(done.seen[:, 2].max()),
@@ -350,7 +368,7 @@ def measures(scenario: MillingScenario, done: Milled) -> dict[str, float]:
     arm = done.carriage.arm
     if arm is None:
         return found | yielding.normal_stiffness(each)
-    found |= carried.measures(arm, scenario.robot, operation.feed)
+    found |= carried.measures(arm, scenario.robot, operation.feed, limited=operation.limit_feed)
     found["natural_frequency_min"] = float(
         natural_frequencies(carried.swings_of(scenario.robot, arm, done.height)).min()
     )

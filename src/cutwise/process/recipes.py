@@ -10,6 +10,7 @@ from cutwise.later import later
 from cutwise.process import convergence as converged
 from cutwise.process.convergence import change_on_halved_step
 from cutwise.results import SOUNDNESS, Finding, Histories, Infeasible, Measure, Result, SolverFailure, judge, unreached
+from cutwise.spec.kinds import Registered
 from cutwise.spec.notices import notices
 from cutwise.spec.scenario import Scenario
 
@@ -386,27 +387,22 @@ def chamfer_quick(scenario: ChamferScenario, wanted: Collection[str] = (), *, co
     return Outcome(found, sound, tuple(said), cannot)
 
 
-OUTCOMES: Mapping[str, Callable[..., Outcome]] = {
-    "chamfer": chamfer_quick,
-    "deburr": deburring_quick,
-    "drill": drilling_quick,
-    "machine": machine_quick,
-    "mill": mill_quick,
-}
-PREPARATIONS: Mapping[str, Callable[..., object]] = {
-    "chamfer": lambda scenario: chamfer.prepare(scenario),
-    "deburr": lambda scenario: assemble.edge_cut(deburring_part.on_part(scenario)),
-    "drill": lambda scenario: drilling.drill_cell(scenario),
-    "machine": lambda scenario: machine.prepare(scenario),
-    "mill": lambda scenario: (programmed_milling if scenario.programmed else milling).prepare(scenario),
-}
-RECIPES: Mapping[str, Callable[..., Result]] = {
-    "chamfer": chamfer_path,
-    "deburr": deburr,
-    "drill": drill,
-    "machine": machine_errors,
-    "mill": mill,
-}
+class Recipe(NamedTuple):
+    """How a process is run: whole, for studies, and only as far as faults show; its row in ``spec.kinds`` names it."""
+
+    run: Callable[..., Result]
+    quick: Callable[..., Outcome]
+    prepare: Callable[..., object]
+
+
+CHAMFER = Recipe(chamfer_path, chamfer_quick, lambda scenario: chamfer.prepare(scenario))
+DEBURR = Recipe(deburr, deburring_quick, lambda scenario: assemble.edge_cut(deburring_part.on_part(scenario)))
+DRILL = Recipe(drill, drilling_quick, lambda scenario: drilling.drill_cell(scenario))
+MACHINE = Recipe(machine_errors, machine_quick, lambda scenario: machine.prepare(scenario))
+MILL = Recipe(
+    mill, mill_quick, lambda scenario: (programmed_milling if scenario.programmed else milling).prepare(scenario)
+)
+RECIPES: Mapping[str, Recipe] = Registered("recipe")
 
 
 def simulate(scenario: Scenario, progress: Progress | None = None) -> Result:
@@ -425,7 +421,7 @@ def simulate(scenario: Scenario, progress: Progress | None = None) -> Result:
         Histories of all stages, measures, verdict and warnings.
     """
     try:
-        return RECIPES[scenario.process](scenario, progress)
+        return RECIPES[scenario.process].run(scenario, progress)
     except Infeasible as why:
         return collect(scenario, {}, stages=xr.DataTree(), warnings=notices(scenario), infeasible=(str(why),))
 
@@ -438,7 +434,7 @@ def prepare(scenario: Scenario) -> None:
     ScenarioFault
         All of them.
     """
-    PREPARATIONS[scenario.process](scenario)
+    RECIPES[scenario.process].prepare(scenario)
 
 
 def coarser(scenario: Scenario) -> bool:
@@ -466,7 +462,7 @@ def quick_outcome(scenario: Scenario, wanted: Collection[str] = (), *, coarse: b
         that of the run to the last bit.
     """
     try:
-        return OUTCOMES[scenario.process](scenario, wanted, coarse=coarse)
+        return RECIPES[scenario.process].quick(scenario, wanted, coarse=coarse)
     except Infeasible as why:
         return Outcome({}, infeasible=(str(why),))
 

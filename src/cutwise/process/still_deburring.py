@@ -129,7 +129,8 @@ def measures(scenario: DeburringScenario, done: StillEdge) -> dict[str, float]:
     found["energy_balance"] = yielding.energy_balance(terms, done.at, wrench, twist)
     if scenario.robot is not None:
         along = robot_along(scenario, done.cut)
-        found |= carried.measures(along, answering(scenario), scenario.operation.feed)
+        operation = scenario.operation
+        found |= carried.measures(along, answering(scenario), operation.feed, limited=operation.limit_feed)
     return {**found, **yielding.normal_stiffness(terms)}
 
 

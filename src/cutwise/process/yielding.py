@@ -14,9 +14,11 @@ AXES = ("x", "y", "z")
 
 
 class Mode(Protocol):
-    """A mode of a tool tip, as far as it yields at rest."""
+    """A mode of a tool tip."""
 
     direction: Literal["x", "y"]
+    frequency: float  # [Hz]
+    damping: float  # ratio
     stiffness: float  # [N/m]
 
 
@@ -38,6 +40,21 @@ def modes_at_rest(modes: Iterable[Mode], path: CarriedPath | None = None) -> Com
         yields["xy".index(mode.direction)] += 1.0 / mode.stiffness
     term = spring({axis: 1.0 / value for axis, value in yields.items() if value > 0.0})
     return term if path is None else Compliance(path.at, in_axes(term.matrix, path.axes))
+
+
+def mode_receptance(modes: Iterable[Mode], omega: FloatArray, axes: FloatArray | None = None) -> np.ndarray:
+    r"""Displacement of a tool tip for a force there, :math:`\sum 1/[k(1 - r^2 + 2i\zeta r)]`, :math:`r = \omega/\omega_n`.
+
+    At angular frequencies (m,) [rad/s], shape (m, 3, 3) [m/N]; ``axes``: directions x, y of the modes in those of the
+    process, as rows; left out, they are the same.
+    """
+    total = np.zeros((len(omega), 3, 3), dtype=complex)
+    for mode in modes:
+        ratio = omega / (2.0 * np.pi * mode.frequency)
+        axis = (np.eye(3) if axes is None else axes)["xy".index(mode.direction)]
+        one = 1.0 / (mode.stiffness * (1.0 - ratio * ratio + 2j * mode.damping * ratio))
+        total += one[:, None, None] * np.outer(axis, axis)
+    return total
 
 
 def by_term(terms: Sequence[tuple[str, NamedTuple]], columns: FloatArray, height: float) -> dict[str, FloatArray]:

@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import Discriminator, Field, create_model
 
 from cutwise import units
-from cutwise.spec.base import Angle, AngularSpeed, Inertia, Length, Mass, Notice, Spec, Usual
+from cutwise.spec.base import Angle, AngularAcceleration, AngularSpeed, Inertia, Length, Mass, Notice, Spec, Usual
 from cutwise.spec.fields import tag
 from cutwise.spec.robot import AXES, Angles, Direction, Position, Robot
 
@@ -219,6 +219,12 @@ class CarryingRobot(Robot):
         examples=["[105 deg/s, 101 deg/s, 107 deg/s, 122 deg/s, 113 deg/s, 175 deg/s]"],
         min_length=AXES,
     )
+    joint_acceleration: tuple[AngularAcceleration, ...] | None = Field(
+        default=None,
+        description="largest acceleration of each joint: with operation.limit_feed the feed changes no faster than they let it",
+        examples=["[260 deg/s^2, 250 deg/s^2, 270 deg/s^2, 300 deg/s^2, 280 deg/s^2, 440 deg/s^2]"],
+        min_length=AXES,
+    )
     sag: Literal["ignored", "relative", "absolute"] = Field(
         default="relative",
         description="yielding under the weight of tool and links: ignored, its change along the path (taught at the "
@@ -239,6 +245,9 @@ class CarryingRobot(Robot):
     def contradictions(self) -> Iterator[Notice]:
         """What a weight lacks."""
         yield from super().contradictions()
+        for key in ("joint_speed", "joint_acceleration"):
+            if any(value <= 0.0 for value in getattr(self, key) or ()):
+                yield Notice((key,), "every joint needs one above zero")
         if self.links is not None and len(self.links) != len(self.joints):
             yield Notice(("links",), f"has {len(self.links)} links for {len(self.joints)} joints")
         if self.dynamics == "links" and self.links is None:
@@ -288,6 +297,20 @@ class CarryingRobot(Robot):
                 yield Notice(("links", number, "inertia"), "counts with robot.dynamics: links")
         if not isinstance(self.redundancy_angle, str):
             yield Notice(("objective",), "the angle of the tool is given (robot.redundancy_angle)")
+
+
+def limited_feed(scenario: Any) -> Iterator[Notice]:
+    """A feed that shall be lowered where the joints cannot follow it, in a scenario that may have a robot."""
+    operation, robot = scenario.operation, scenario.robot
+    if not operation.limit_feed:
+        return
+    if robot is None:
+        yield Notice(
+            ("operation", "limit_feed"), "lowers the feed where the joints of a robot cannot follow; there is none"
+        )
+    elif robot.joint_speed is None:
+        yield Notice(("robot", "joint_speed"), "missing; operation.limit_feed needs to know how fast the joints can turn "
+                     "(kr270_r2700 has it)")  # fmt: skip
 
 
 def not_carrying(value: Any) -> str | None:

@@ -23,7 +23,7 @@ from cutwise.spec.base import (
     Usual,
     contradiction,
 )
-from cutwise.spec.carrier import CarryingRobot, Standing
+from cutwise.spec.carrier import CarryingRobot, Standing, limited_feed
 from cutwise.spec.chained import ONE_CARRIER, tip_faults, what_yields_alone
 from cutwise.spec.fields import tag
 from cutwise.spec.material import Material
@@ -270,6 +270,10 @@ class ChamferOperation(Spec):
     retract: Length = Field(
         default=5e-3, description="how far the tool goes clear of the edge", examples=["5 mm"], gt=0
     )
+    limit_feed: bool = Field(
+        default=False, description="the feed is lowered where the joints of the robot cannot follow it (robot.joint_speed, "
+        "joint_acceleration)", examples=[True],
+    )  # fmt: skip
     preset: Length = Field(
         default=0.0,
         description="how much deeper than nominal the path is, across the tool axis: for a compliant spindle, whose force "
@@ -356,6 +360,11 @@ class ChamferScenario(Scenario):
         "requirements": "{width_min: {min: 0.295 mm}, width_max: {max: 0.305 mm}, gouge_max: {max: 2 um}}",
     }
 
+    def turned(self) -> Mapping[str, tuple[str, str]]:
+        """A rigid spindle has no pressure."""
+        idle = set() if self.compliant is not None else {"spindle.pressure"}
+        return {key: ends for key, ends in self.levers.items() if key not in idle}
+
     def unasked(self) -> int:
         """A path on a CAD part, or a spindle that yields, takes half a second a run."""
         return 10 if self.part.step is not None or self.part.block is not None or self.compliant is not None else 40
@@ -423,6 +432,7 @@ class ChamferScenario(Scenario):
         ):  # fmt: skip
             if there and not self.has_forces:
                 yield Notice(key, "needs forces to yield to: give material, operation.spindle_speed and tool.flutes")
+        yield from limited_feed(self)
         if robot is None:
             return
         if self.compliant is not None and robot.redundancy_angle == "along_path":
@@ -467,6 +477,8 @@ class ChamferScenario(Scenario):
     def unused(self) -> Iterator[Notice]:
         """What forces averaged over a tooth do not ask for; the group of the material."""
         yield from super().unused()
+        if self.robot is not None and not self.operation.limit_feed:
+            yield Notice(("robot", "joint_acceleration"), "it counts with operation.limit_feed")
         yield Notice(("tool", "helix"), "the forces of the ball are averaged over a tooth, whatever its helix")
         if self.material is not None:
             yield Notice(("material", "group"), "deburring alone holds its cutting speed against that of the group")

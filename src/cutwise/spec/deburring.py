@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 from cutwise import units
 from cutwise.spec import needs
 from cutwise.spec.base import Notice
-from cutwise.spec.carrier import CarryingRobot, PartPath, Standing
+from cutwise.spec.carrier import CarryingRobot, PartPath, Standing, limited_feed
 from cutwise.spec.chained import ONE_CARRIER, block_faults, tip_faults, what_yields_alone
 from cutwise.spec.material import Material
 from cutwise.spec.measures import DEBURRING
@@ -103,6 +103,7 @@ class DeburringScenario(Scenario):
         yield self._carrier_faults()
         yield self._machine_faults()
         yield self._rest_faults()
+        yield limited_feed(self)
 
     def contradictions(self) -> Iterator[Notice]:
         """What contradicts itself between sections."""
@@ -258,6 +259,8 @@ class DeburringScenario(Scenario):
             yield Notice(("numerics", "station"), "there is no carrier, whose compliance is taken at stations")
         if self.robot is None:
             yield Notice(("placement",), "there is no robot, before which the part would stand")
+        if self.robot is not None and not self.operation.limit_feed:
+            yield Notice(("robot", "joint_acceleration"), "it counts with operation.limit_feed")
         if drives_of(self.machine) is None:
             yield Notice(("numerics", "substeps"), "there are no feed drives (machine.drives)")
         if still:

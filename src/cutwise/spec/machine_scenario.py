@@ -280,6 +280,15 @@ class MachineScenario(Scenario):
                 yield Notice(("tool", "tip"), "missing; where the tool point is in the frame of the last body, for example "
                              "[0 mm, 0 mm, -45 mm]")  # fmt: skip
             return
+        for key, why in (
+            ("body_compliance", "write joint_stiffness"),
+            ("errors", "leave them out with robot.errors: null"),
+        ):
+            if getattr(self.robot, key) is not None:
+                yield Notice(
+                    ("robot", key),
+                    f"a budget at rest goes joint by joint, and knows none; {why}, or use process: mill or deburr",
+                )
         if self.machine is not None:
             yield Notice(("robot",), ONE_CARRIER)
         for key in ("volume", "geometry_errors"):
@@ -411,9 +420,12 @@ class MachineScenario(Scenario):
     def _of_robot(self) -> Iterator[Notice]:
         """What a robot at rest does without."""
         yield Notice(("tool", "tip"), "a robot has its own tool point (robot.tool_position)")
-        for key in ("dynamics", "modal_mass", "damping"):
+        for key in ("dynamics", "modal_mass", "damping", "joint_acceleration"):
             yield Notice(("robot", key), "a pass at rest knows no vibration")
         yield Notice(("robot", "sag"), "weights count as load.weights says, all of them")
+        assert self.robot is not None
+        if self.robot.links is None and self.robot.tool_mass is None:
+            yield Notice(("load", "weights"), "no weight of links or tool is given (robot.links, robot.tool_mass)")
 
     def _of_bodies(self, keys: tuple[str, ...], reason: str) -> Iterator[Notice]:
         for place in range(len(self.carrying.chain)):

@@ -10,9 +10,9 @@ def _per_axis(name: str, dimension: str, description: str, axes: str = "xyz") ->
     return {f"{name}_{axis}": MeasureSpec(dimension, f"{description}, {axis} direction") for axis in axes}
 
 
-def _deflections(term: str, what: str) -> dict[str, MeasureSpec]:
+def _deflections(term: str, what: str, over: str = "after the lead-in") -> dict[str, MeasureSpec]:
     return {
-        **_per_axis(f"deflection_{term}_mean", "small_length", f"{what}, mean after the lead-in"),
+        **_per_axis(f"deflection_{term}_mean", "small_length", f"{what}, mean {over}"),
         **_per_axis(f"deflection_{term}_max", "small_length", f"{what}, where it is largest, with its sign"),
     }
 
@@ -322,3 +322,29 @@ CHAMFER: Mapping[str, MeasureSpec] = {
     "length_trimmed": MeasureSpec("length", "edge length given up at corners and concave neighbours"),
     **{name: spec for name, spec in CARRIED.items() if name != "energy_balance"},
 }
+
+_TURNED = {  # lengths
+    "diameter_error_mean": "mean error of the finished diameter; positive: too thick",
+    "diameter_error_min": "smallest error of the finished diameter; negative: too thin",
+    "diameter_error_max": "largest error of the finished diameter; positive: too thick",
+    "barrel": "diameter error in the middle less the mean of both ends of what is turned; positive: barrel",
+    "taper": "diameter error at the far end less that at the headstock end of what is turned",
+    "cylindricity_error": "half the difference of largest and smallest diameter error",
+    "roundness_error_max": "run-out of the bar that the shaft has copied, full indicator reading, largest",
+    "roughness_rt": "height of the ridges that feed, nose and minor edge leave, largest; theoretical",
+    "roughness_ra": "mean deviation of these ridges as parabolas, largest; theoretical",
+    **{f"share_{term}": f"part of the {term} in the radius error, worst place; work: the shaft"
+       for term in ("work", "headstock", "tailstock", "steady", "tool")},
+}  # fmt: skip
+TURNING: Mapping[str, MeasureSpec] = {
+    **{name: MeasureSpec("small_length", said) for name, said in _TURNED.items()},
+    **{f"force_{name}_max": MeasureSpec("force", f"largest force {said}, of all passes") for name, said in (
+        ("cutting", "along the cutting speed, F_c"), ("passive", "off the shaft, F_p"), ("feed", "against the feed, F_f"))},
+    "cutting_power_max": MeasureSpec("power", "largest cutting power of all passes"),
+    "cycle_time": MeasureSpec("time", "time in the feed, all passes"),
+    "stable_depth_min": MeasureSpec("length", "depth at which shaft or tool chatters, of the pass with least margin"),
+    "depth_margin": MeasureSpec("dimensionless", "1 less the depth of cut over that at which it chatters, least"),
+    **{name: CARRIED[name] for name in ("stiffness_normal_min", "stiffness_normal_max", "energy_balance")},
+    **{key: spec for term in ("work", "headstock", "tailstock", "steady", "tool")
+       for key, spec in _deflections(term, f"displacement by the {term}", "in the last pass").items()},
+}  # fmt: skip

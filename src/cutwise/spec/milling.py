@@ -20,7 +20,7 @@ from cutwise.spec.base import (
     Time,
     Usual,
 )
-from cutwise.spec.carrier import CarriedPath, CarryingRobot, Standing
+from cutwise.spec.carrier import CarriedPath, CarryingRobot, Standing, limited_feed
 from cutwise.spec.chained import what_yields_alone
 from cutwise.spec.drives import CncMachine
 from cutwise.spec.fields import tag
@@ -119,6 +119,10 @@ class MillingOperation(Spec):
     milling: Literal["down", "up"] = Field(
         default="down", description="down (climb) or up (conventional) milling of a robot; drives mill down",
         examples=["down"],
+    )  # fmt: skip
+    limit_feed: bool = Field(
+        default=False, description="the feed is lowered where the joints of the robot cannot follow it (robot.joint_speed, "
+        "joint_acceleration)", examples=[True],
     )  # fmt: skip
     lead_in_time: Time = Field(
         default=0.0,
@@ -285,9 +289,13 @@ class MillingScenario(Scenario):
     @property
     def programmed(self) -> bool:
         """Whether the tool goes as programmed: nothing has feed drives."""
+        if self.robot is not None or "machine" not in vars(
+            self
+        ):  # a machine with faults of its own has drives, probably
+            return self.robot is not None
         if self.machine is None:
-            return self.robot is not None or isinstance(self.path, MilledPath)
-        return self.robot is not None or (isinstance(self.machine, MillingMachine) and self.machine.drives is None)
+            return isinstance(self.path, MilledPath)
+        return isinstance(self.machine, MillingMachine) and self.machine.drives is None
 
     @property
     def block(self) -> PartBlock | None:
@@ -347,6 +355,7 @@ class MillingScenario(Scenario):
         """A fault within the machine hides none of those of the cut."""
         yield milling_carriers.carrier_faults(self)
         yield milling_carriers.yielding_faults(self)
+        yield limited_feed(self)
         yield self._cut_faults()
 
     def _cut_faults(self) -> Iterator[Notice]:

@@ -142,6 +142,8 @@ def unused(scenario: "MillingScenario") -> Iterator[Notice]:
     yield Notice(("lobes",), "the depth at which it chatters is told along its path, not over the speed")
     if scenario.robot is not None and still and scenario.robot.dynamics != "links":
         yield Notice(("robot", "dynamics"), "the cut is computed at rest, and chatter with the swinging mass")
+    if scenario.robot is not None and not scenario.operation.limit_feed:
+        yield Notice(("robot", "joint_acceleration"), "it counts with operation.limit_feed")
     if scenario.robot is None and isinstance(scenario.path, MilledPath):
         for key in ("tool_axis", "orientation"):
             yield Notice(("path", key), "it is for a robot; the tool of a machine stands as its chain says")

@@ -82,14 +82,19 @@ def bends_twice(tool: Any) -> Iterator[Notice]:
         yield Notice(("modes",), "and tool.stiffness both say how the tool bends; write one of them")
 
 
-class BendingMill(HelicalMill):
-    """A mill that may bend: by one stiffness at its tip, or by modes."""
+class BendingTool(LibrarySpec):
+    """A tool that may bend: by one stiffness at its tip, or by modes."""
+
+    library_shelf: ClassVar[str] = "tools"
 
     stiffness: Annotated[Stiffness, Usual("0.1 N/um", "100 N/um")] | None = Field(
         default=None, description="static stiffness of the tool at its tip across its axis; left out: rigid",
         examples=["5 N/um"], gt=0,
     )  # fmt: skip
-    modes: tuple[ToolMode, ...] = ()
+    modes: tuple[ToolMode, ...] = Field(
+        default=(), description="vibration modes of the tool tip, which count at rest: F/k",
+        examples=["[{direction: y, frequency: 1020 Hz, damping: 0.035, stiffness: 20 N/um}]"],
+    )  # fmt: skip
 
     def contradictions(self) -> Iterator[Notice]:
         """One way in which a tool bends."""
@@ -97,13 +102,12 @@ class BendingMill(HelicalMill):
         yield from bends_twice(self)
 
 
+class BendingMill(BendingTool, HelicalMill):
+    """A mill that may bend."""
+
+
 class Bur(BendingMill):
     """A mill or bur along an edge, which may bend."""
-
-    modes: tuple[ToolMode, ...] = Field(
-        default=(), description="vibration modes of the tool tip, which count at rest: F/k",
-        examples=["[{direction: y, frequency: 1020 Hz, damping: 0.035, stiffness: 20 N/um}]"],
-    )  # fmt: skip
 
     def notices(self) -> Iterator[Notice]:
         """What of a mode does not count beside pistons."""

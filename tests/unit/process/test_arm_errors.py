@@ -227,3 +227,19 @@ def test_postures_other_than_those_of_the_load_tests_are_told(examples):
         "robot.library": "fanuc_r2000ic", "robot.joint_stiffness": [f"{k} N m/rad" for k in (1e6, 2e6, 2e6, 3e5, 4e5, 2e5)],
     })  # fmt: skip
     assert not any("was measured" in one for one in quick_outcome(mixed).warnings)
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("errors", "{bodies: []}"),
+        ("body_compliance", "[{body: 1, motion: rotation, axis: z, value: 1 urad/(N m)}]"),
+    ],
+)
+def test_a_budget_of_joints_refuses_what_it_would_ignore(examples, key, value):
+    given = {
+        "machine": "null", "robot.library": "kr270_r2700", f"robot.{key}": value, "requirements": "{}", "uncertainty": "null",
+        "tool.tip": "null",
+    }  # fmt: skip
+    with pytest.raises(ScenarioFault, match=f"robot.{key}: a budget at rest goes joint by joint"):
+        load(examples / "machine_error_budget.yaml", given)

@@ -140,9 +140,9 @@ def depth_limit(receptance: Receptance, directions: FloatArray, tooth_period: fl
         return np.asarray(pair * (1.0 - np.exp(-1j * at * tooth_period))[:, None])
 
     values = inverse(omega)
-    for k in range(1, len(values)):  # keep each eigenvalue on its own branch
-        if np.abs(values[k] - values[k - 1]).sum() > np.abs(values[k, ::-1] - values[k - 1]).sum():
-            values[k] = values[k, ::-1]
+    straight, across = (np.abs(one[1:] - values[:-1]).sum(axis=1) for one in (values, values[:, ::-1]))
+    crossed = np.cumsum(np.append(False, straight > across)) % 2 == 1
+    values[crossed] = values[crossed, ::-1]  # each eigenvalue stays on its own branch
     best = DepthLimit(math.inf, math.nan)
     for branch in range(2):
         imaginary, real = values[:, branch].imag, values[:, branch].real

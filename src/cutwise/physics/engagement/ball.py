@@ -299,8 +299,7 @@ def height_limits(sides: FloatArray, ball_radius: float) -> tuple[float, float]:
 
     Notes
     -----
-    Valid for a convex body. The circle of a plane at right angles to the rod has no summit: it counts where another plane
-    crosses it.
+    Valid for a convex body.
 
     Examples
     --------
@@ -309,6 +308,11 @@ def height_limits(sides: FloatArray, ball_radius: float) -> tuple[float, float]:
     >>> plane = np.array([[0.0, math.sqrt(0.5), math.sqrt(0.5), 0.0]])
     >>> [round(1e3 * z, 6) for z in height_limits(plane, 1e-3)]
     [-1.0, 0.707107]
+
+    A plane face square to the rod, into which the ball is pressed by half its radius:
+
+    >>> [round(1e3 * z, 6) for z in height_limits(np.array([[0.0, 0.0, 1.0, -5e-4]]), 1e-3)]
+    [-1.0, -0.5]
 
     References
     ----------
@@ -329,6 +333,10 @@ def height_limits(sides: FloatArray, ball_radius: float) -> tuple[float, float]:
                 z = a * az + sign * circle * level
                 if _inside(sides, x, y, z, slack, i, i):
                     low, high = min(low, z), max(high, z)
+        elif abs(a) < ball_radius:  # square to the rod: one height all round, where no other plane crosses the circle
+            z = a * az
+            if _inside(sides, math.sqrt(square - a * a), 0.0, z, slack, i, i):
+                low, high = min(low, z), max(high, z)
         for j in range(i):
             bx, by, bz, b = sides[j, 0], sides[j, 1], sides[j, 2], sides[j, 3]
             cosine = ax * bx + ay * by + az * bz

@@ -36,12 +36,7 @@ class Followed(NamedTuple):
 def followed(
     motion: NamedTuple, pace: FloatArray, axes: tuple[Axis, ...], turn: FloatArray, substeps: int
 ) -> Followed:  # fmt: skip
-    """Drives at rest on the first place of a programmed motion, whose time at the servo instants is given [s].
-
-    References
-    ----------
-    Derived here; set points and their feedforward as in Ozcan et al. 2017, Fig. 2.
-    """
+    """Drives at rest on the first place of a programmed motion, whose time at the servo instants is given [s]."""
     place = np.array([[*moved(motion, float(time))[2:5]] for time in pace])
     point = np.ascontiguousarray(place @ turn.T)
     step = axes[0].law.sample_time
@@ -54,56 +49,35 @@ def followed(
 
 
 def deviation(motion: Followed) -> FloatArray:
-    """Actual against commanded place at the servo instants, process axes [m], shape (n, 3).
-
-    References
-    ----------
-    Derived here.
-    """
+    """Actual against commanded place at the servo instants, process axes [m], shape (n, 3)."""
     off = np.zeros_like(motion.point)
     off[:, : len(motion.axes)] = motion.position - motion.point[:, : len(motion.axes)]
     return np.asarray(off @ motion.turn)
 
 
 @inlined_stepping
-def instant(motion):  # type: ignore[no-untyped-def]
-    """Servo step of now, and the part of it that is over; the last one goes on.
-
-    Parameters
-    ----------
-    motion : Followed
-        Drives whose clock counts the substeps.
-
-    Returns
-    -------
-    tuple
-        Servo step, the one after it, and the part [1], 0 to 1. Valid from the first step on; after the last set point both
-        are the last.
+def instant(clock: int, substeps: int, last: int) -> tuple[int, int, float]:
+    """Servo steps of now and after it, and the part of the first that is over; the last one goes on.
 
     Examples
     --------
-    Nine substeps of four: the third step, a quarter over.
+    Three of ten substeps after the second servo instant; and beyond the last:
 
-    >>> none, clock = np.zeros((3, 3)), np.array([9])
-    >>> told = Followed((), np.arange(4.0), (), np.eye(3), none, none, none, 4, none, clock, none, clock)
-    >>> instant(told)
-    (2, 3, 0.25)
-
-    References
-    ----------
-    Derived here.
+    >>> instant(23, 10, 5)
+    (2, 3, 0.3)
+    >>> instant(57, 10, 5)
+    (5, 5, 0.0)
     """
-    k, part = motion.clock[0] // motion.substeps, motion.clock[0] % motion.substeps
-    last = motion.pace.size - 1
-    if k >= last:
+    step, part = clock // substeps, clock % substeps
+    if step >= last:
         return last, last, 0.0
-    return k, k + 1, part / motion.substeps
+    return step, step + 1, part / substeps
 
 
 @moved.of(Followed)
 def _(motion, time):
     """Where the axes are, in process axes; the programmed motion says where along the path that is meant to be."""
-    k, after, part = instant(motion)
+    k, after, part = instant(motion.clock[0], motion.substeps, motion.pace.size - 1)
     pace = motion.pace[k] + part * (motion.pace[after] - motion.pace[k])
     pose = moved(motion.motion, pace)
     rate = (motion.pace[after] - motion.pace[k]) / motion.axes[0].law.sample_time if after > k else 0.0

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cutwise.later import later
-from cutwise.physics.motion.drives import Controller, Plant
+from cutwise.physics.motion.drives import Controller, Plant, response_integrals
 
 if TYPE_CHECKING:
     from scipy import optimize
@@ -79,8 +79,7 @@ def held_plant(plant: Plant, sample_time: float) -> tuple[FloatArray, FloatArray
     """
     rate = plant.viscous / plant.inertia
     e = math.exp(-rate * sample_time)
-    phi1 = -math.expm1(-rate * sample_time) / rate if rate > 0.0 else sample_time
-    phi2 = (sample_time - phi1) / rate if rate * sample_time > 1e-6 else 0.5 * sample_time**2
+    phi1, phi2 = response_integrals(rate, sample_time)
     k = _gain(plant) / plant.inertia
     return np.array([k * phi2, k * (phi1 * phi1 - e * phi2)]), np.array([1.0, -(1.0 + e), e])
 

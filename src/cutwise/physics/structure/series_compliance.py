@@ -8,19 +8,7 @@ about the axis a is the element of rank one :math:`C_e = (0; a)(0; a)^T / k`; th
 
 import numpy as np
 
-from cutwise.maths.frames import FloatArray
-
-
-def skew(vector: FloatArray) -> FloatArray:
-    r"""Matrix of the cross product: :math:`S(v) w = v \times w`, shape (..., 3, 3).
-
-    References
-    ----------
-    Murray, Li and Sastry 1994, ch. 2, sec. 2.1.
-    """
-    x, y, z = np.moveaxis(np.asarray(vector, dtype=float), -1, 0)
-    zero = np.zeros_like(x)
-    return np.stack([np.stack([zero, -z, y], -1), np.stack([z, zero, -x], -1), np.stack([-y, x, zero], -1)], -2)
+from cutwise.maths.frames import FloatArray, skew
 
 
 def carried_to(compliance: FloatArray, lever: FloatArray) -> FloatArray:
