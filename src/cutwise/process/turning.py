@@ -43,7 +43,7 @@ LIMITS = (
     "Chatter is looked for where a pass meets most yielding, with its directions of force; the flank damps nothing.",
 )
 _PARABOLA = 4.0 / (9.0 * math.sqrt(3.0))  # mean deviation of a parabola over its height
-_MODES, _MESH, _HIGHEST = 10, 30, 1.6  # modes; stations they are found from; times the lowest frequency looked at
+_MODES, _MESH, _HIGHEST = 8, 16, 1.6  # modes; stations they are found from; times the lowest frequency looked at
 _NONE = np.zeros((1, 6, 6))
 
 
