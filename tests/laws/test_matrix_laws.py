@@ -323,8 +323,14 @@ FEEDS = {"mill_on_robot": ("operation.feed=80 mm/s",)}
 
 
 def test_the_feed_changes_no_faster_than_the_joints_let_it(loaded):
-    scenario = loaded("mill_on_robot", FREE, SLOW, "operation.feed=80 mm/s", "operation.limit_feed=true",
-                      "robot.joint_acceleration=[9 deg/s^2, 9 deg/s^2, 9 deg/s^2, 0.002 deg/s^2, 9 deg/s^2, 9 deg/s^2]")  # fmt: skip
+    scenario = loaded(
+        "mill_on_robot",
+        FREE,
+        SLOW,
+        "operation.feed=80 mm/s",
+        "operation.limit_feed=true",
+        "robot.joint_acceleration=[9 deg/s^2, 9 deg/s^2, 9 deg/s^2, 2e-3 deg/s^2, 9 deg/s^2, 9 deg/s^2]",
+    )
     path, carrying = programmed_milling.prepare(scenario)
     feeds = carried.feeds_along(carrying.arm, scenario.robot, 0.08)
     bare = scenario.robot.model_copy(update={"joint_acceleration": None})

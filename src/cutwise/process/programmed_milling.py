@@ -394,7 +394,6 @@ def stages(scenario: MillingScenario, done: Milled) -> xr.DataTree:
         f"deflection_{name}": (value, "m", f"displacement by the term {name} where the wall is read")
         for name, value in done.moved.items()
     }
-    limit = ("s_limit", done.limit_at if done.limits else np.zeros(0), "m", "place along the path")
     groups = {
         "engagement": labelled(at, {
             "radial_depth": (done.seen[:, 0], "m", "radial depth of cut, the tool displaced"),
@@ -407,12 +406,14 @@ def stages(scenario: MillingScenario, done: Milled) -> xr.DataTree:
             "wall_error": (wall, "m", "error of the wall, positive into the part"),
             "floor_error": (floor, "m", "error of the floor, positive into the part"),
         }),
-        "stability": labelled(limit, {
-            "stable_depth": (np.array([one.depth for one in done.limits]), "m", "depth at which it chatters"),
-            "frequency": (np.array([one.frequency for one in done.limits]), "Hz", "frequency of that vibration"),
-        }),
         **_of_carrier(scenario, done),
     }  # fmt: skip
+    if any(math.isfinite(one.depth) for one in done.limits):
+        limit = ("s_limit", done.limit_at, "m", "place along the path")
+        groups["stability"] = labelled(limit, {
+            "stable_depth": (np.array([one.depth for one in done.limits]), "m", "depth at which it chatters"),
+            "frequency": (np.array([one.frequency for one in done.limits]), "Hz", "frequency of that vibration"),
+        })  # fmt: skip
     return xr.DataTree.from_dict(groups)
 
 
