@@ -22,7 +22,6 @@ from scipy import stats
 from cutwise.bands import BandNote, Spread
 from cutwise.process import recipes
 from cutwise.results import Check, Measure, Result, SolverFailure, judge, unreached
-from cutwise.spec.kinds import KINDS
 from cutwise.spec.scenario import PROBABILITY_ALL, Scenario
 from cutwise.spec.uncertain import stem
 from cutwise.study.case import cases
@@ -74,7 +73,7 @@ def simulate(scenario: Scenario, progress: Progress | None = None) -> Result:
 def banded(result: Result, progress: Progress | None = None) -> Result:
     """The result with a band for each measure, by running again with its uncertain inputs moved."""
     scenario = result.scenario
-    if scenario.band.method == "none" or not result.measures or scenario.process not in KINDS:
+    if scenario.band.method == "none" or not result.measures:
         return result
     scatter = scatter_of(scenario)
     asked = [name for name, limit in scenario.requirements.items() if limit.probability is not None]
