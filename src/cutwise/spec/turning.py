@@ -170,11 +170,9 @@ class TurningScenario(Scenario):
     def contradictions(self) -> Iterator[Notice]:
         """Feeds beyond the nose, depths beyond the bar, a rest beside the shaft."""
         operation, part, nose = self.operation, self.part, self.tool.nose_radius
-        feeds: dict[Path, float | None] = {
-            ("operation", key): getattr(operation, key) for key in ("feed", "finish_feed")
-        }
-        feeds |= {("part", "sections", place, "feed"): one.feed for place, one in enumerate(part.sections)}
-        for path, feed in feeds.items():
+        fed: dict[Path, float | None] = {("operation", key): getattr(operation, key) for key in ("feed", "finish_feed")}
+        fed |= {("part", "sections", place, "feed"): one.feed for place, one in enumerate(part.sections)}
+        for path, feed in fed.items():
             if feed is not None and feed > nose:
                 yield Notice(path, f"is more than the nose radius ({_mm(nose)}), which no longer shapes the ridges")
         rooms = [0.5 * d for one in part.sections if (d := part.stock_diameter - one.diameter) > 0.0]
