@@ -14,10 +14,10 @@ __version__ = "0.1.0"
 
 if TYPE_CHECKING:
     from cutwise.io.scenario import load as load
-    from cutwise.process.recipes import simulate as simulate
     from cutwise.results import Result as Result
     from cutwise.spec.faults import ScenarioFault as ScenarioFault
     from cutwise.study.advice import advise as advise
+    from cutwise.study.band import simulate as simulate
     from cutwise.study.many.face import run_study as run_study
     from cutwise.study.sweep import sweep as sweep
 
@@ -27,7 +27,7 @@ _HOMES = {
     "load": "cutwise.io.scenario",
     "advise": "cutwise.study.advice",
     "run_study": "cutwise.study.many.face",
-    "simulate": "cutwise.process.recipes",
+    "simulate": "cutwise.study.band",
     "sweep": "cutwise.study.sweep",
 }
 

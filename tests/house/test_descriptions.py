@@ -37,6 +37,9 @@ WITHOUT_PHYSICS = {
     "shape", "lobes", "speeds", "depths",
     # programs: how they are written
     "dialect",
+    # how sure values are, and how that is carried on; errors of an arm that has none
+    "band", "method", "covariances", "measured", "bodies", "joints", "gravity_compliance", "ranges", "compensated",
+    "link_weights",
     # turning: no pass without depth, towards the headstock
     "spring_passes", "towards",
 }  # fmt: skip

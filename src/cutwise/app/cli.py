@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn, TypeVar
 import typer
 
 import cutwise
-from cutwise.app import calibrating, exits, inspection, interrupt, outputs, studying
+from cutwise.app import calibrating, exits, inspection, interrupt, outputs, studying, validating
 from cutwise.app.exits import INTERRUPTED, NOBODY_READS, OK, REQUIREMENT_FAILED, TERMINATED, explain, refuse
 from cutwise.app.options import SET, Overrides, ScenarioFile
 from cutwise.app.writing import REPORT, RUN, programs, written
@@ -274,6 +274,7 @@ for _look in (
     studying.study,
     studying.worker,
     calibrating.calibrate,
+    validating.validate,
     inspection.part,
     inspection.program,
     inspection.spindle,
@@ -352,7 +353,7 @@ def selftest() -> None:
 
 
 def _simulated(scenario: "Scenario", progress: Any, advice: bool) -> "Result":
-    from cutwise.process.recipes import simulate
+    from cutwise.study.band import simulate
     from cutwise.study.review import reviewed
 
     result = simulate(scenario, progress)

@@ -135,6 +135,11 @@ def _rubs(finding: Finding, result: Result) -> str:
 
 def _unreached(finding: Finding, result: Result) -> str:
     check = next((check for check in result.checks if check.measure == finding.measure), None)
+    if check is not None and check.value is not None and check.probability is not None and not check.whole_band:
+        asked = f"{finding.measure} is required with a probability of {check.probability:.4g}"
+        if result.band is None:
+            return f"{asked}, but the run has no band: no value that it uses has a standard error"
+        return f"{asked}, but it has no {result.band.method} band; --set band.method=sampled makes one by draws"
     if check is not None and check.value is not None:
         return f"{finding.measure} is required over its whole band, but the run knows no end of it"
     return f"{finding.measure} is required, but this run has no such measure"

@@ -29,6 +29,8 @@ class Entry:
     describes: str
     file: Path
     values: Node
+    covariances: Node | None = None
+    measured: Node | None = None  # what the calibration says about itself
 
     def origins(self) -> Iterator[tuple[str, str, Origin]]:
         """Dotted key, text and origin of each value."""
@@ -107,7 +109,7 @@ def read_entry(path: Path, shown: str, kind: str) -> Entry:
     entry_values = unwrapped(values, (), faults)
     if faults:
         raise ScenarioFault(faults)
-    return Entry(kind, name, describes, path, entry_values)
+    return Entry(kind, name, describes, path, entry_values, tree.value.get("covariances"), tree.value.get("measured"))
 
 
 def marked(node: Node, label: str, inherited: Origin | None = None) -> Node:

@@ -16,12 +16,15 @@ from cutwise.physics.motion.along import Blocked, Postures, cheapest_way, follow
 from cutwise.physics.structure.joint_compliance import cartesian_compliance
 from cutwise.physics.structure.series_compliance import carried_to, in_axes, translation_at
 from cutwise.physics.structure.terms import Compliance, Linked, Swinging, linked, swinging
-from cutwise.process.postures import Arm, candidates, posture_frames, posture_jacobian, tool_axes
+from cutwise.process import arm_geometry
+from cutwise.process.arm_geometry import Misplaced, misplaced
+from cutwise.process.postures import Arm, candidates, posture_frames, posture_jacobian, spring_twists, tool_axes
 from cutwise.process.robot_arms import base_element, robot_arm
 from cutwise.results import Infeasible
 from cutwise.spec.carrier import CarriedPath as PathSpec
 from cutwise.spec.carrier import CarryingRobot, Standing
 from cutwise.spec.faults import Fault, ScenarioFault
+from cutwise.spec.uncertain import Fitted
 
 if TYPE_CHECKING:
     from scipy import interpolate
@@ -43,10 +46,11 @@ class ArmAlong(NamedTuple):
     postures: Postures
     joints: FloatArray  # compliance of the joints at the tip, process axes, shape (n, 6, 6)
     base: FloatArray  # the same of the base
-    sag: FloatArray  # twist of the tip under the weights, process axes, shape (n, 6); zero where it is ignored
+    sag: FloatArray  # twist of the tip without cut, by weights and geometric errors, process axes, shape (n, 6)
     wrist_sine: FloatArray  # |sin| of the wrist angle, shape (n,)
     constant: float  # what the surface yields by with the best single angle [m], or NaN where it was not asked for
     turned: float  # the same with an angle that turns along the path
+    wrong: Misplaced  # by geometric errors of the arm
 
 
 def path_in_base(spec: PathSpec, standing: Standing, pitch: float, *, work_on_left: bool) -> CarriedPath:
@@ -102,8 +106,10 @@ def arm_along(
     branch = np.array(
         [int(np.nanargmin(np.abs(rows - own).max(axis=1))) for rows, own in zip(q, postures.q, strict=True)]
     )
-    sag = _sag(robot, arm, path, postures.q, jacobians)
-    return ArmAlong(path, arm, postures, joints, base, sag, sine[np.arange(len(sine)), branch], constant, turned)
+    wrong = misplaced(robot, arm, postures.q)
+    sag = _sag(robot, arm, path, postures.q, jacobians, wrong.twist)
+    wrist = sine[np.arange(len(sine)), branch]
+    return ArmAlong(path, arm, postures, joints, base, sag, wrist, constant, turned, wrong)
 
 
 def terms_of(robot: CarryingRobot, along: ArmAlong, height: float) -> tuple[tuple[str, NamedTuple], ...]:
@@ -170,24 +176,35 @@ def mass_matrices(robot: CarryingRobot, arm: Arm, q: FloatArray) -> FloatArray:
     return np.asarray(arm.drives.elastic.T @ total @ arm.drives.elastic)
 
 
-def _sag(robot: CarryingRobot, arm: Arm, path: CarriedPath, q: FloatArray, jacobians: FloatArray) -> FloatArray:
-    r"""Twist of the tip under the weights of links and tool, in process axes, shape (n, 6).
+def _sag(
+    robot: CarryingRobot, arm: Arm, path: CarriedPath, q: FloatArray, jacobians: FloatArray, wrong: FloatArray
+) -> FloatArray:
+    r"""Twist of the tip without cut: under the weights of links and tool, and by geometric errors; process axes, (n, 6).
 
     .. math:: u_g = J K_\theta^{-1} \tau_g, \qquad \tau_g = \sum_m J_m^T m g
 
-    ``relative`` takes off that of the first station, at which the path was taught.
+    Unless it is ``absolute``, that of the first station, at which the path was taught, is taken off.
+
+    Parameters
+    ----------
+    wrong : array (n, 6)
+        Twist by the geometric errors of the arm, base axes [m, rad].
     """
     torque = np.zeros((len(q), len(arm.chain.kinds)))
-    for body in masses(robot):
-        at, joint = posture_frames(arm, q), body.joint
+    pushed = np.zeros((len(q), len(arm.springs.frame)))  # what the weights do to the springs of bodies
+    at = posture_frames(arm, q)
+    for first, body in _hanging(robot):
+        joint = body.joint
         axis = np.einsum("mkij,kj->mki", at.rotations[:, 1:], arm.chain.axes)
         point = at.origins[:, joint + 1] + at.rotations[:, joint + 1] @ body.centre
         lifted = np.cross(axis, point[:, None] - at.origins[:, 1:])[:, : joint + 1, 2]
         torque[:, : joint + 1] -= GRAVITY * body.mass * lifted
-    twist = np.einsum("nij,nj->ni", jacobians, torque @ arm.drives.elastic / arm.stiffness)
-    if robot.sag == "ignored":
-        return np.zeros_like(twist)
-    if robot.sag == "relative":  # before it is turned: the path was taught in the axes of the base
+        raised = spring_twists(arm.springs, at.rotations, at.origins, point)[:, 2]
+        pushed -= GRAVITY * body.mass * np.where(arm.springs.carries <= first, raised, 0.0)
+    loads = np.concatenate([torque @ arm.drives.elastic, pushed], axis=1)
+    twist = np.einsum("nij,nj->ni", jacobians, loads / arm.stiffness)
+    twist = wrong if robot.sag == "ignored" else twist + wrong
+    if robot.sag != "absolute":  # before it is turned: the path was taught in the axes of the base
         twist = twist - twist[0]
     side = np.linalg.det(path.axes)[:, None]
     return np.concatenate([
@@ -215,6 +232,18 @@ def masses(robot: CarryingRobot) -> list[Massive]:
         centre = np.array(robot.flange_origin) + flange @ np.array(robot.tool_centre)
         found.append(Massive(len(robot.joints) - 1, robot.tool_mass, centre, np.zeros((3, 3))))
     return found
+
+
+def _hanging(robot: CarryingRobot) -> list[tuple[int, Massive]]:
+    """What weighs on the springs, each with the number of its link; the tool has one more than the last link.
+
+    Not the links where what the joints yield by under them is a geometric error that was measured.
+    """
+    found = [(body.joint, body) for body in masses(robot)]
+    if robot.tool_mass is not None:
+        found[-1] = (len(robot.joints), found[-1][1])
+    of_links = robot.errors is None or not robot.errors.of_gravity
+    return found if of_links else [one for one in found if one[0] == len(robot.joints)]
 
 
 def _tensor(given: tuple[float, ...] | None) -> FloatArray:
@@ -328,7 +357,8 @@ def jacobians_of(arm: Arm, q: FloatArray) -> FloatArray:
     axis = np.einsum("mkij,kj->mki", at.rotations[:, 1:], arm.chain.axes)
     tip = at.origins[:, -1] + at.rotations[:, -1] @ arm.tool_tip
     each = np.concatenate([np.cross(axis, tip[:, None] - at.origins[:, 1:]), axis], axis=2).swapaxes(1, 2)
-    return np.asarray(each @ arm.drives.elastic)
+    springs = spring_twists(arm.springs, at.rotations, at.origins, tip)
+    return np.concatenate([each @ arm.drives.elastic, springs], axis=2)
 
 
 def _best_constant(q: FloatArray, cost: FloatArray, reach: FloatArray) -> tuple[int, int, float] | None:
@@ -425,9 +455,9 @@ def measures(along: ArmAlong, robot: CarryingRobot, feed: float, *, limited: boo
     return found
 
 
-def warnings(robot: CarryingRobot) -> tuple[str, ...]:
+def warnings(robot: CarryingRobot, along: ArmAlong | None = None, measured: Fitted | None = None) -> tuple[str, ...]:
     """What a user has to know about a robot along a path."""
-    said = []
+    said = list(arm_geometry.warnings(robot, along.wrong, measured)) if along is not None else []
     if not robot.joint_speed:
         said.append("robot.joint_speed is not given: whether the joints can follow the feed was not looked at")
     if robot.sag != "ignored" and not masses(robot):

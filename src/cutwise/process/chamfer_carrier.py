@@ -15,7 +15,7 @@ from cutwise.paths.carried import CarriedPath, placed
 from cutwise.paths.chamfer.plan import EdgePath
 from cutwise.physics.structure.series_compliance import in_axes, translation_at
 from cutwise.physics.structure.terms import Linked, Swinging, natural_frequencies
-from cutwise.process import carriage, carried, yielding
+from cutwise.process import arm_geometry, carriage, carried, yielding
 from cutwise.process.carriage import Carriage, Terms
 from cutwise.process.chain_compliance import BodiesAlong
 from cutwise.process.chamfer_cell import PassForces, Yielding, process_axes
@@ -213,7 +213,7 @@ def infeasible(scenario: ChamferScenario, found: Mapping[str, float]) -> tuple[s
     )
 
 
-def warnings(scenario: ChamferScenario) -> tuple[str, ...]:
+def warnings(scenario: ChamferScenario, carriers: Sequence[Carrier]) -> tuple[str, ...]:
     """What was not looked at."""
     robot, said = scenario.robot, []
     if robot is None:
@@ -224,7 +224,11 @@ def warnings(scenario: ChamferScenario) -> tuple[str, ...]:
         said.append(
             "robot.sag: no weight of tool or links is given (robot.tool_mass, robot.links): the sag is left out"
         )
-    return tuple(said)
+    measured = scenario.measured.get("robot")
+    for one in carriers:
+        if one.arm is not None:
+            said += arm_geometry.warnings(robot, one.arm.wrong, measured)
+    return tuple(dict.fromkeys(said))
 
 
 def notes(carriers: Sequence[Carrier]) -> dict[str, str]:

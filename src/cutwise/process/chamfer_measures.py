@@ -232,7 +232,7 @@ def warnings(
         )
     if scenario.compliant is not None and "cutting_power_mean" in found:
         said += motor.overload(scenario.compliant, found["cutting_power_mean"])
-    return (*said, *_yielding(found), *chamfer_carrier.warnings(scenario))
+    return (*said, *_yielding(found), *chamfer_carrier.warnings(scenario, done.carriers))
 
 
 def _trimmed(done: ChamferRun) -> Iterator[str]:

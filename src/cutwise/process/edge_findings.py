@@ -6,8 +6,8 @@ import numpy as np
 
 from cutwise import units
 from cutwise.physics.structure.pistons import SWEEPS
-from cutwise.process import motor
-from cutwise.process.assemble import beside_part
+from cutwise.process import arm_geometry, motor
+from cutwise.process.assemble import beside_part, robot_along
 from cutwise.process.deburring import (
     EdgeRun,
     after_lead_in,
@@ -40,7 +40,11 @@ LIMITS = (
 
 def warnings(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, float]) -> tuple[str, ...]:
     """Everything that the engineer should know before he trusts the numbers."""
-    return (*notices(scenario), *beside_part(scenario), *_process(scenario, run, found))
+    misled: Iterator[str] = iter(())
+    measured = scenario.measured.get("robot")
+    if scenario.robot is not None and (scenario.robot.errors is not None or measured is not None):
+        misled = arm_geometry.warnings(scenario.robot, robot_along(scenario, run.cell).wrong, measured)
+    return (*notices(scenario), *beside_part(scenario), *misled, *_process(scenario, run, found))
 
 
 def _process(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, float]) -> Iterator[str]:

@@ -446,7 +446,7 @@ def warnings(scenario: MillingScenario, done: Milled) -> tuple[str, ...]:
     """What a user has to know about the run."""
     said = list(notices(scenario))
     if scenario.robot is not None:
-        said += carried.warnings(scenario.robot)
+        said += carried.warnings(scenario.robot, done.carriage.arm, scenario.measured.get("robot"))
     if scenario.block is not None:
         said += chain_compliance.off_part(scenario.block, done.path.point, 0.5 * scenario.tool.diameter)
     return tuple(said)

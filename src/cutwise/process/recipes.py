@@ -127,7 +127,7 @@ def deburr_at_rest(scenario: DeburringScenario, progress: Progress | None = None
         found,
         stages=still_deburring.stages(done),
         findings=still_deburring.findings(done),
-        warnings=still_deburring.warnings(scenario),
+        warnings=still_deburring.warnings(scenario, done),
         infeasible=carried.too_fast(found, scenario.operation.feed),
         limits=still_deburring.LIMITS,
         convergence=change_on_halved_step({name: found[name] for name in again}, again),
@@ -152,7 +152,7 @@ def deburring_quick(scenario: DeburringScenario, wanted: Collection[str] = (), *
         done = still_deburring.run(scenario)
         at_rest = still_deburring.measures(scenario, done)
         return Outcome(
-            at_rest, still_deburring.findings(done), still_deburring.warnings(scenario),
+            at_rest, still_deburring.findings(done), still_deburring.warnings(scenario, done),
             carried.too_fast(at_rest, scenario.operation.feed),
         )  # fmt: skip
     step = scenario.numerics.time_step

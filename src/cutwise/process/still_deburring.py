@@ -172,11 +172,13 @@ def findings(done: StillEdge) -> tuple[Finding, ...]:
     return () if (done.rest.seen[:, :2] > 0.0).any() else (Finding("untouched"),)
 
 
-def warnings(scenario: DeburringScenario) -> tuple[str, ...]:
+def warnings(scenario: DeburringScenario, done: StillEdge) -> tuple[str, ...]:
     """What a user has to know about the run."""
     told = [*notices(scenario), *beside_part(scenario)]
     if scenario.robot is not None:
-        told += carried.warnings(scenario.robot)
+        measured = scenario.measured.get("robot")
+        looked = scenario.robot.errors is not None or measured is not None
+        told += carried.warnings(scenario.robot, robot_along(scenario, done.cut) if looked else None, measured)
     return tuple(told)
 
 

@@ -253,6 +253,12 @@ class CarryingRobot(Robot):
         if self.dynamics == "links" and self.links is None:
             yield Notice(("links",), f"missing; {self.library or 'this robot'} has no masses of its links, which dynamics: links "
                          "needs; kr270_r2700_masses has them")  # fmt: skip
+        if self.dynamics == "links" and self.body_compliance is not None:
+            yield Notice(
+                ("dynamics",),
+                "links swing on joints: robot.body_compliance gives springs of bodies instead; write modal or static, or "
+                "joint_stiffness",
+            )
         if (self.tool_mass is None) != (self.tool_centre is None):
             missing = "tool_centre" if self.tool_centre is None else "tool_mass"
             yield Notice((missing,), "missing; mass and centre of the tool go together")
@@ -272,13 +278,18 @@ class CarryingRobot(Robot):
 
     def unused(self) -> Iterator[Notice]:
         """Weights that do not count, a sag without weights, and what is chosen where nothing is left to choose."""
+        yield from super().unused()
         if self.payload is not None and self.tool_mass is None:
             yield Notice(("payload",), "it is held against robot.tool_mass, which is not given")
         if self.sag == "ignored" and self.dynamics != "links":
             for key in ("links", "tool_mass", "tool_centre"):
                 yield Notice((key,), "robot.sag is ignored")
-        elif self.links is None and self.tool_mass is None:
+        elif self.links is None and self.tool_mass is None and self.errors is None:
             yield Notice(("sag",), "no weight of tool or links is given (robot.tool_mass, robot.links)")
+        if self.links is not None and self.errors is not None and self.errors.of_gravity:
+            yield Notice(
+                ("links",), "what the joints yield by under the links is among robot.errors (gravity_compliance)"
+            )
         if self.dynamics == "links":
             yield Notice(("modal_mass",), "links have masses of their own (robot.dynamics)")
         else:

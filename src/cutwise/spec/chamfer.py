@@ -476,6 +476,7 @@ class ChamferScenario(Scenario):
 
     def unused(self) -> Iterator[Notice]:
         """What forces averaged over a tooth do not ask for; the group of the material."""
+        yield from super().unused()
         if self.robot is not None and not self.operation.limit_feed:
             yield Notice(("robot", "joint_acceleration"), "it counts with operation.limit_feed")
         yield Notice(("tool", "helix"), "the forces of the ball are averaged over a tooth, whatever its helix")

@@ -253,6 +253,7 @@ class DeburringScenario(Scenario):
 
     def unused(self) -> Iterator[Notice]:
         """Places along a path that nothing follows; what belongs to time, at rest."""
+        yield from super().unused()
         still = self.numerics.mode == "still"
         if self.robot is None and self.machine is None and not still:
             yield Notice(("numerics", "station"), "there is no carrier, whose compliance is taken at stations")

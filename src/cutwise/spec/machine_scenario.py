@@ -243,6 +243,12 @@ class MachineScenario(Scenario):
         """A program, a map of the working space or a chain with rotary axes takes ten times a simple pass."""
         return 100 if self.volume is None and self.program is None else 40
 
+    def own_scatter(self) -> Mapping[str, str]:
+        """The components of the error in the middle of a path, by the scatter of the bodies."""
+        if self.uncertainty is None or self.path is None:
+            return {}
+        return {f"deviation_{axis}_middle": f"deviation_std_{axis}" for axis in "xyz"}
+
     def contradictions(self) -> Iterator[Notice]:
         """Everything wrong with the chain, the errors and the travel, at once."""
         for check in self.checks():
@@ -274,6 +280,15 @@ class MachineScenario(Scenario):
                 yield Notice(("tool", "tip"), "missing; where the tool point is in the frame of the last body, for example "
                              "[0 mm, 0 mm, -45 mm]")  # fmt: skip
             return
+        for key, why in (
+            ("body_compliance", "write joint_stiffness"),
+            ("errors", "leave them out with robot.errors: null"),
+        ):
+            if getattr(self.robot, key) is not None:
+                yield Notice(
+                    ("robot", key),
+                    f"a budget at rest goes joint by joint, and knows none; {why}, or use process: mill or deburr",
+                )
         if self.machine is not None:
             yield Notice(("robot",), ONE_CARRIER)
         for key in ("volume", "geometry_errors"):
@@ -373,6 +388,7 @@ class MachineScenario(Scenario):
 
     def unused(self) -> Iterator[Notice]:
         """What a map does without, what a given force does not ask for, and what is rigid, weightless or not there."""
+        yield from super().unused()
         if not self.has_pass:
             no_pass = "there is no pass (path or program), only a map of the working space"
             for key in (("load", "force"), ("load", "weights"), ("tool", "flutes"), ("part",), ("material",), ("surface",),

@@ -244,7 +244,9 @@ DRILLING: Mapping[str, MeasureSpec] = {
         "small_length",
         "position error of the hole at the exit surface by what the carrier yields; its own error is apart",
     ),
-    "hole_position_error_arm": MeasureSpec("small_length", "position error of the arm itself (robot.accuracy)"),
+    "hole_position_error_arm": MeasureSpec(
+        "small_length", "position error of the arm itself (robot.errors, robot.accuracy)"
+    ),
     "hole_position_error_total": MeasureSpec(
         "small_length", "the larger of entry and exit, and the arm's own error added to it"
     ),

@@ -402,6 +402,7 @@ class MillingScenario(Scenario):
 
     def unused(self) -> Iterator[Notice]:
         """What belongs to a tool that vibrates, to time stepping or to a robot; the group of the material."""
+        yield from super().unused()
         if self.stock is not None:
             yield Notice(("program", "top"), "the stock has its own top (stock.z)")
         if self.programmed or not self.tool.modes:

@@ -64,7 +64,7 @@ DRILLING: Needs = {
     "share_base": ("robot.base_compliance",),
     "share_bodies": ("machine",),
     "share_part_stiffness": ("part.stiffness",),
-    **dict.fromkeys(("hole_position_error_arm", "hole_position_error_total"), ("robot.accuracy",)),
+    **dict.fromkeys(("hole_position_error_arm", "hole_position_error_total"), ("robot.accuracy or robot.errors",)),
 }
 MILLING: Needs = {
     "chatter_growth_*": ("tool.modes",),

@@ -197,6 +197,7 @@ class TurningScenario(Scenario):
 
     def unused(self) -> Iterator[Notice]:
         """A force that such an edge has not; the group of the material."""
+        yield from super().unused()
         yield Notice(("material", "group"), "deburring alone holds its cutting speed against that of the group")
         for key in ("K_ac", "K_ae", "k_a11", "m_a"):
             yield Notice(("material", key), "an edge without inclination has no force along itself")

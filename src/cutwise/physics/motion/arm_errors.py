@@ -13,8 +13,7 @@ import numpy as np
 
 from cutwise.maths.chains import Chain, frames
 from cutwise.maths.constants import GRAVITY
-from cutwise.maths.frames import exp_twists
-from cutwise.study.calibrate.posed import FloatArray
+from cutwise.maths.frames import FloatArray, exp_twists
 
 
 class Errors(NamedTuple):
