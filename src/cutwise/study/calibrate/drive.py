@@ -52,12 +52,10 @@ def calibrate(data: Measurement, settings: DriveLog) -> Finding:
     fits = [_plant(data, log, settings, delay) for delay in (0, 1)]
     delay = 0 if fits[0].scale <= fits[1].scale else 1
     fit = fits[delay]
-    gains, doubt = _gains(log, settings)
+    gains, doubt, of_gains = _gains(log, settings)
     values = (*(plain(fit, k) for k in range(4)), *gains)
     axis = settings.drive.axis or "x"
     block: dict[str, Any] = written(values[:2], "plant", data.rows) | written(gains, "gains", data.rows)
-    for value in gains:
-        del block[value.name]["covariance"]
     block["friction"] = written(values[2:4], "plant", data.rows)
     negative = [f"{value.name} is negative" for value in values[:2] if value.value < 0.0]
     failed = list(negative)
@@ -70,8 +68,13 @@ def calibrate(data: Measurement, settings: DriveLog) -> Finding:
         ("delay", "rms of the windows"),
         *((str(k), units.show(one.scale, "moment", 4)) for k, one in enumerate(fits)),
     ]
+    covariances = {"plant": covariance_block(fit, names, DIMENSIONS)}
+    if gains:
+        covariances["gains"] = covariance_block(
+            of_gains, [f"{axis}.{value.name}" for value in gains], [value.dimension for value in gains]
+        )
     return Finding(
-        "coulomb", values, {axis: block}, {"plant": covariance_block(fit, names, DIMENSIONS)}, fit.scale, "moment",
+        "coulomb", values, {axis: block}, covariances, fit.scale, "moment",
         rms(fit.left_out),
         "rms of the mean torque of a window", "moment", fit, drawn(fit.posed, fit.residual), tuple(shown),
         (*(f"{text}, which no drive is; written as it is" for text in negative), *doubt,
@@ -141,7 +144,7 @@ def _plant(data: Measurement, log: Log, settings: DriveLog, delay: int) -> Fit:
     return fitted(posed, loss=settings.fit.loss, level=settings.fit.level, prior=settings.fit.prior, folds=apart)
 
 
-def _gains(log: Log, settings: DriveLog) -> tuple[tuple[Value, ...], tuple[str, ...]]:
+def _gains(log: Log, settings: DriveLog) -> tuple[tuple[Value, ...], tuple[str, ...], Fit]:
     """PID gains where the output is not saturated, with the delay of the output that fits better."""
     error = log.command - log.position
     ts, limit = log.sample_time, settings.drive.saturation or np.inf
@@ -161,5 +164,5 @@ def _gains(log: Log, settings: DriveLog) -> tuple[tuple[Value, ...], tuple[str, 
         said: tuple[Any, ...] = (
             f"the output is not that of a PID controller on the position error: {fit.scale / size:.0%} of it are left",
         )
-        return (), said
-    return tuple(plain(fit, k) for k in range(3)), ()
+        return (), said, fit
+    return tuple(plain(fit, k) for k in range(3)), (), fit

@@ -266,7 +266,7 @@ def _written(fit: Fit, values: tuple[Value, ...], scales: FloatArray, rows: int)
         if term.function not in found:
             nothing = [f"0.0 {unit}"] * 4
             polynomial = {"polynomial": list(nothing), "scale": units.text(float(scales[term.axis]), "length")}
-            found[term.function] = {"value": polynomial, "standard_error": list(nothing), **said}
+            found[term.function] = {"value": polynomial, "standard_error": {"polynomial": list(nothing)}, **said}
         found[term.function]["value"]["polynomial"][term.power] = f"{value.value!r} {unit}"
-        found[term.function]["standard_error"][term.power] = f"{float(se)!r} {unit}"
+        found[term.function]["standard_error"]["polynomial"][term.power] = f"{float(se)!r} {unit}"
     return found

@@ -4,11 +4,14 @@ import math
 
 import numpy as np
 import pytest
+from ruamel.yaml import YAML
 
+from cutwise import load, simulate
 from cutwise.io import library
 from cutwise.spec.faults import ScenarioFault
 from cutwise.study.calibrate import volumetric
 from cutwise.study.calibrate.outcome import calibrated
+from cutwise.study.inputs import scatter_of
 
 SCALES = np.array([0.2, 0.15, 0.3])
 TERMS = volumetric.terms()
@@ -155,3 +158,23 @@ def test_columns_that_do_not_go_together(tmp_path):
     twice[:2, 5] = 1.0
     with pytest.raises(ScenarioFault, match="a set has one zero"):
         calibrated("volumetric", written(tmp_path, PLATE, twice), [])
+
+
+def test_a_run_with_the_fitted_errors_has_a_band(tmp_path, examples):
+    """The fit put into the chain of the library's machine; combinations that a plate leaves free keep their prior."""
+    yaml = YAML(typ="safe", pure=True)
+    text = calibrated("volumetric", written(tmp_path, PLATE, plate(noise=0.5e-6)), []).entry("mine")
+    mine, machine = yaml.load(text), yaml.load(library.entry("machines", "three_axis_21").file)
+    machine["values"]["geometry_errors"] = mine["values"]["geometry_errors"]
+    machine["covariances"] = mine["covariances"]
+    file = tmp_path / "machine.yaml"
+    with file.open("w") as stream:
+        yaml.dump(machine, stream)
+    given = {"machine.library": str(file), "requirements": "{}", "volume.points": 3, "volume.diagonal_points": 5}
+    scenario = load(examples / "machine_volumetric_map.yaml", given)
+    scatter = scatter_of(scenario)
+    assert len(scatter.inputs) == 51
+    free = next(k for k, one in enumerate(scatter.inputs) if one.key == "machine.geometry_errors.EAZ.polynomial[1]")
+    assert 5e-6 < scatter.standard_errors[free] < 20e-6
+    spread = simulate(scenario).measures["diagonal_range_max"].band
+    assert 0.0 < spread.sd < 5e-6
