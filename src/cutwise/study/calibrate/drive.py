@@ -12,9 +12,10 @@ import numpy as np
 from scipy import signal
 
 from cutwise import units
+from cutwise.io import library
 from cutwise.io.measurements import Channel, Measurement
 from cutwise.spec.calibration import DriveLog
-from cutwise.spec.faults import ScenarioFault
+from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.study.calibrate.arm import folds
 from cutwise.study.calibrate.fit import CORRELATED, fitted
 from cutwise.study.calibrate.posed import Finding, Fit, FloatArray, Posed, Unknown, Value
@@ -48,6 +49,7 @@ class Log(NamedTuple):
 
 def calibrate(data: Measurement, settings: DriveLog) -> Finding:
     """Fit the plant over windows and the gains sample by sample."""
+    _gains_read_plainly(settings)
     log = _log(data, settings)
     fits = [_plant(data, log, settings, delay) for delay in (0, 1)]
     delay = 0 if fits[0].scale <= fits[1].scale else 1
@@ -83,6 +85,18 @@ def calibrate(data: Measurement, settings: DriveLog) -> Finding:
          "current, less whatever the cut takes", *poorly_seen(fit)),
         ("slow reversals, for static friction",), tuple(failed), fit.outliers, fit.condition, unknown_combinations(fit),
     )  # fmt: skip
+
+
+def _gains_read_plainly(settings: DriveLog) -> None:
+    """Refuse to put gains into an entry whose gains are not meant as they are printed."""
+    label = settings.machine.library
+    reading = library.labelled("machines", label).values.at(("reading",)) if label else None
+    if reading is not None and reading.value != "as_printed":
+        raise ScenarioFault([Fault(
+            ("machine", "library"),
+            f"the gains of {label} are read as {reading.value}, and fitted ones are meant as they are; leave machine.library out "
+            "and put the new values into an entry of your own, with reading: as_printed",
+        )])  # fmt: skip
 
 
 def _log(data: Measurement, settings: DriveLog) -> Log:

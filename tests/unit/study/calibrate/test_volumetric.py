@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-from ruamel.yaml import YAML
 
 from cutwise import load, simulate
 from cutwise.io import library
@@ -162,14 +161,9 @@ def test_columns_that_do_not_go_together(tmp_path):
 
 def test_a_run_with_the_fitted_errors_has_a_band(tmp_path, examples):
     """The fit put into the chain of the library's machine; combinations that a plate leaves free keep their prior."""
-    yaml = YAML(typ="safe", pure=True)
-    text = calibrated("volumetric", written(tmp_path, PLATE, plate(noise=0.5e-6)), []).entry("mine")
-    mine, machine = yaml.load(text), yaml.load(library.entry("machines", "three_axis_21").file)
-    machine["values"]["geometry_errors"] = mine["values"]["geometry_errors"]
-    machine["covariances"] = mine["covariances"]
+    found = calibrated("volumetric", written(tmp_path, PLATE, plate(noise=0.5e-6)), ["machine.library=three_axis_21"])
     file = tmp_path / "machine.yaml"
-    with file.open("w") as stream:
-        yaml.dump(machine, stream)
+    file.write_text(found.entry("machine"))
     given = {"machine.library": str(file), "requirements": "{}", "volume.points": 3, "volume.diagonal_points": 5}
     scenario = load(examples / "machine_volumetric_map.yaml", given)
     scatter = scatter_of(scenario)
@@ -178,3 +172,8 @@ def test_a_run_with_the_fitted_errors_has_a_band(tmp_path, examples):
     assert 5e-6 < scatter.standard_errors[free] < 20e-6
     spread = simulate(scenario).measures["diagonal_range_max"].band
     assert 0.0 < spread.sd < 5e-6
+
+
+def test_a_chain_of_other_axes_is_refused(tmp_path):
+    with pytest.raises(ScenarioFault, match=r"the fit is for X \(part\), Y \(part\), Z \(tool\)"):
+        calibrated("volumetric", written(tmp_path, PLATE, plate()), ["machine.library=five_axis_trunnion"])
