@@ -234,7 +234,7 @@ class Result:
     limits: tuple[str, ...] = ()  # what the model leaves out
     convergence: Mapping[str, float] = field(default_factory=dict)  # measure: change when the step is halved, SI
     references: tuple[str, ...] = ()  # keys of cutwise.references that this run used
-    notes: Mapping[str, str] = field(default_factory=dict)  # named remarks for the report
+    notes: Mapping[str, str] = field(default_factory=dict)  # named notices for the report
     advice: tuple[str, ...] = ()  # what to change, or how much room is left, found by running again
     sensitivity: Mapping[str, float] = field(default_factory=dict)  # assumed input: change of the focus measure, SI
 

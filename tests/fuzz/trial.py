@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-from cutwise.app import cli, leaving
+from cutwise.app import cli, exits
 
 CPU = 20.0  # [s] an input may take
 MEMORY = 1e9  # [bytes] a process may reach
@@ -126,7 +126,7 @@ def _tried(trial: Trial, folder: Path) -> tuple[str, str]:
 
 def _explained(error: Exception) -> int:
     """As the command line says it, with the trace of an error of its own behind it."""
-    code = leaving.explain(error)
+    code = exits.explain(error)
     if code not in (0, 1, 2):
         traceback.print_exception(error)
     return code

@@ -101,7 +101,7 @@ def test_no_entry_is_remarked_upon_for_its_own_values(kind, name):
     for section in shelf_sections(kind):
         own = {key: value for key, value in values.items() if key in section.model_fields}
         with contextlib.suppress(ValidationError):  # entries that leave a value to the engineer
-            said = [remark.path for remark in section.model_validate(own).remarks()]
+            said = [notice.path for notice in section.model_validate(own).notices()]
             assert [path for path in said if path not in (("pairing",), ("gravity",), ("accuracy",))] == [], section
 
 

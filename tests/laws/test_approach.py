@@ -7,12 +7,12 @@ import pytest
 from scipy.spatial import KDTree
 
 from cutwise.maths.lines import line, thinned_line
-from cutwise.maths.skins import boxes
+from cutwise.maths.surface_mesh import boxes
 from cutwise.paths.chamfer import Chamfer, chamfer_path
 from cutwise.paths.pipe import PipeHole, one_turn, pipe_edge
-from cutwise.paths.pipe_skin import own_faces, pipe_skin
+from cutwise.paths.pipe_mesh import own_faces, pipe_mesh
 from cutwise.paths.reach import BallCutter, rod_wall_clearance
-from cutwise.physics.surface.approach import Wanted, ball_mover, cut_places, deepest_cut, rod_distance, rod_mover
+from cutwise.physics.surface.approach import Wanted, cut_places, deepest_cut, moving_ball, moving_rod, rod_distance
 from cutwise.physics.surface.sweep import ZONE_SHARE, ZONE_SLACK
 from cutwise.physics.surface.zones import Zone, zones
 
@@ -66,7 +66,7 @@ def dense(path, count=20):
 def test_deepest_cut_is_that_of_a_dense_cloud_and_a_little_more(ball, part):
     path = path_of(part, ball=ball)
     table, radius = zone(path)
-    found = deepest_cut(pipe_skin(part, 0.02), ball_mover(path.centre, ball, closed=True), table)
+    found = deepest_cut(pipe_mesh(part, 0.02), moving_ball(path.centre, ball, closed=True), table)
     points = cloud(part, 1e-4, 0.014)
     points = points[KDTree(path.centre).query(points)[0] < 1.05 * ball]
     edge = pipe_edge(part, one_turn(6000), inner=False).point
@@ -80,23 +80,23 @@ def test_deepest_cut_is_that_of_a_dense_cloud_and_a_little_more(ball, part):
 def test_a_ball_of_six_millimetres_gouges_the_far_side():
     """The reference finds 0.37 mm on a cloud of about 10 um; the truth is a little deeper."""
     path = path_of(ball=0.006, points=2880)
-    found = deepest_cut(pipe_skin(PIPE, 0.02), ball_mover(path.centre, 0.006, closed=True), zone(path)[0])
+    found = deepest_cut(pipe_mesh(PIPE, 0.02), moving_ball(path.centre, 0.006, closed=True), zone(path)[0])
     assert 0.370e-3 < found.value < 0.385e-3
 
 
 @pytest.mark.parametrize(("ball", "cuts"), [(0.005, False), (0.0052, True)])
 def test_gouging_starts_between_five_and_five_point_two_millimetres(ball, cuts):
     path = path_of(ball=ball)
-    found = deepest_cut(pipe_skin(PIPE, 0.02), ball_mover(path.centre, ball, closed=True), zone(path)[0])
+    found = deepest_cut(pipe_mesh(PIPE, 0.02), moving_ball(path.centre, ball, closed=True), zone(path)[0])
     assert (found.value > 2e-6) == cuts
     assert found.bound <= 2e-7 or cuts
 
 
 def test_rod_in_its_hole_is_the_closed_form():
     path = path_of(inner=True, tier=2)
-    skin = pipe_skin(PIPE, LENGTH)
+    mesh = pipe_mesh(PIPE, LENGTH)
     found = rod_distance(
-        skin, boxes(skin), rod_mover(path.centre, PIPE.drill_axis, 0.002, LENGTH, closed=True), Wanted(5e-6)
+        mesh, boxes(mesh), moving_rod(path.centre, PIPE.drill_axis, 0.002, LENGTH, closed=True), Wanted(5e-6)
     )
     exact = rod_wall_clearance(path, PIPE, BallCutter(0.002, 0.0, 0.0))
     assert found.value == pytest.approx(exact, abs=1e-10)
@@ -111,8 +111,8 @@ def test_rod_in_its_hole_is_the_closed_form():
 def test_rod_distance_is_that_of_a_dense_cloud(part, inner, axis):
     axis = part.drill_axis if axis is None else np.array(axis)
     path = path_of(part, inner=inner, points=48)
-    skin = pipe_skin(part, LENGTH)
-    found = rod_distance(skin, boxes(skin), rod_mover(path.centre, axis, 0.002, LENGTH, closed=True), Wanted(1e-5))
+    mesh = pipe_mesh(part, LENGTH)
+    found = rod_distance(mesh, boxes(mesh), moving_rod(path.centre, axis, 0.002, LENGTH, closed=True), Wanted(1e-5))
     points = cloud(part, 2.5e-4, 0.03)
     least = np.inf
     for centre in dense(path, 3):
@@ -127,9 +127,9 @@ def test_rod_distance_is_that_of_a_dense_cloud(part, inner, axis):
 
 def test_nothing_stands_beside_a_rod_above_the_pipe():
     path = path_of(tier=2)
-    skin = pipe_skin(PIPE, LENGTH)
+    mesh = pipe_mesh(PIPE, LENGTH)
     found = rod_distance(
-        skin, boxes(skin), rod_mover(path.centre, PIPE.drill_axis, 0.002, LENGTH, closed=True), Wanted(5e-6)
+        mesh, boxes(mesh), moving_rod(path.centre, PIPE.drill_axis, 0.002, LENGTH, closed=True), Wanted(5e-6)
     )
     assert found.value == np.inf
     assert found.face == -1
@@ -138,7 +138,7 @@ def test_nothing_stands_beside_a_rod_above_the_pipe():
 def test_places_of_cuts_are_cut_and_outside_of_the_zone():
     path = path_of(ball=0.006)
     table, radius = zone(path)
-    place, face = cut_places(pipe_skin(PIPE, 0.02), ball_mover(path.centre, 0.006, closed=True), table, 2e-6, 2e-4)
+    place, face = cut_places(pipe_mesh(PIPE, 0.02), moving_ball(path.centre, 0.006, closed=True), table, 2e-6, 2e-4)
     assert len(place) > 50
     assert set(face) <= {0, 2}
     assert (0.006 - KDTree(dense(path)).query(place)[0] > 1.9e-6).all()

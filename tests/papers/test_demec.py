@@ -18,7 +18,7 @@ from cutwise.physics.surface import budget, probability
 from cutwise.process import machine_pass
 from cutwise.process.machine_force import CutForce
 from cutwise.process.machine_pass import ElasticElement, FlexiblePart, MachineCell, MachineRun, Weight
-from cutwise.process.machine_way import Way
+from cutwise.process.machine_path import ToolPath
 
 MM, UM, PER_MM = 1e-3, 1e-6, 1e3
 K = np.array([(0, 0, -44), (-130, 0, -42), (0, -306, 0), (0, 0, 6), (0, 266, 515), (0, 0, -95)]) * MM  # Eq. (10)
@@ -58,11 +58,11 @@ def mill_elements(*, soft: bool = False, on_saddle: bool = False, tool: bool = F
     return tuple(ElasticElement(*element, None) for element in found)
 
 
-def way_along_x(s: np.ndarray, commands: np.ndarray) -> Way:
+def way_along_x(s: np.ndarray, commands: np.ndarray) -> ToolPath:
     along = np.tile([1.0, 0.0, 0.0], (len(s), 1))
     every, none = np.ones(len(s), bool), np.zeros(len(s), np.int64)
     feed = np.full(len(s), 0.4 / 60)
-    return Way(s / feed, s, commands, along, along, feed, every, none, None, np.ones(0, bool), none, s, None)
+    return ToolPath(s / feed, s, commands, along, along, feed, every, none, None, np.ones(0, bool), none, s, None)
 
 
 def mill(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from cutwise.app import outputs
-from cutwise.app.leaving import OK, REQUIREMENT_FAILED, refuse
+from cutwise.app.exits import OK, REQUIREMENT_FAILED, refuse
 from cutwise.app.options import SET, Overrides
 from cutwise.disk import write_text
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn, TypeVar
 import typer
 
 import cutwise
-from cutwise.app import calibrating, interrupt, leaving, looking, outputs
-from cutwise.app.leaving import INTERRUPTED, NOBODY_READS, OK, REQUIREMENT_FAILED, TERMINATED, explain, refuse
+from cutwise.app import calibrating, exits, inspection, interrupt, outputs
+from cutwise.app.exits import INTERRUPTED, NOBODY_READS, OK, REQUIREMENT_FAILED, TERMINATED, explain, refuse
 from cutwise.app.options import SET, Overrides, ScenarioFile
 from cutwise.app.writing import REPORT, RUN, programs, written
 from cutwise.disk import create_text, file_name, write_text, write_together
@@ -268,7 +268,7 @@ def sweep(
         print(save(table, output))
 
 
-for _look in (calibrating.calibrate, looking.part, looking.program, looking.spindle):
+for _look in (calibrating.calibrate, inspection.part, inspection.program, inspection.spindle):
     app.command()(_look)
 
 
@@ -387,13 +387,13 @@ def main(arguments: "Sequence[str] | None" = None) -> NoReturn:
     given = list(sys.argv[1:] if arguments is None else arguments)
     debug = "--debug" in given  # it may stand anywhere
     gc.set_threshold(_COLLECT, 20, 50)
-    leaving.open_streams()
+    exits.open_streams()
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="replace")  # a terminal that lacks a letter gets a question mark, not a traceback
     out, err = sys.stdout, sys.stderr
-    with interrupt.watched(), leaving.reader_of(out) as gone:
-        code = leaving.flushed(_code([argument for argument in given if argument != "--debug"], debug), out, err)
+    with interrupt.watched(), exits.reader_of(out) as gone:
+        code = exits.flushed(_code([argument for argument in given if argument != "--debug"], debug), out, err)
         if code == REQUIREMENT_FAILED and gone():  # typer and rich leave with 1 when nobody reads on
             code = NOBODY_READS
     words = {INTERRUPTED: "interrupted", TERMINATED: "terminated"}

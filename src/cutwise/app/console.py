@@ -18,11 +18,11 @@ from rich.text import Text
 
 from cutwise import units
 from cutwise.app import interrupt
-from cutwise.app.findings import reasons, remarks
+from cutwise.app.findings import notices, reasons
 from cutwise.app.inputs import inputs
 from cutwise.app.measured import listed
 from cutwise.app.numbers import form
-from cutwise.app.wording import against, compared, sensitivity_line, verdict_line
+from cutwise.app.verdict_text import against, compared, sensitivity_line, verdict_line
 from cutwise.spec.texts import visible
 
 if TYPE_CHECKING:
@@ -113,8 +113,8 @@ class Console:
             self.line(f"infeasible: {reason}", "red")
         for reason in reasons(result):
             self.line(f"not sound: {reason}", "red")
-        for remark in remarks(result):
-            self.line(f"warning: {remark}", "yellow")
+        for notice in notices(result):
+            self.line(f"warning: {notice}", "yellow")
         for warning in result.warnings:
             self.line(f"warning: {warning}", "yellow")
         for name, note in result.notes.items():

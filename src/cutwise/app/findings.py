@@ -186,7 +186,7 @@ def reasons(result: Result) -> list[str]:
     return list(dict.fromkeys(said(finding, result) for finding in result.unsound))
 
 
-def remarks(result: Result) -> list[str]:
+def notices(result: Result) -> list[str]:
     """The findings that do not decide, in words; with those that the scenario sets aside."""
     unsound = set(map(id, result.unsound))
     told = [

@@ -4,7 +4,7 @@ import os
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from cutwise.app.leaving import refuse
+from cutwise.app.exits import refuse
 
 
 def checked(outputs: Iterable[Path | None], inputs: Sequence[str | Path], folder: Path | None = None) -> None:

@@ -40,7 +40,7 @@ class Listing(NamedTuple):
                  "wedge_angle_max": float(chain.frames.wedge.max())}
                 for chain in self.chains
             ],
-            "remarks": list(self.model.remarks),
+            "remarks": list(self.model.notices),
         }  # fmt: skip
 
 
@@ -63,7 +63,7 @@ def shown(found: Listing) -> str:
         f"{part.name}: {part.solids} solid(s), {counted(part.faces, 'face')}, {counted(model.whole_edges, 'edge')}"
         + (f", written in {part.unit}" if part.unit else ""),
         "edges: " + ", ".join(f"{model.count(kind)} {kind}" for kind in _KINDS if model.count(kind)),
-        *model.remarks,
+        *model.notices,
         "",
         counted(len(model.holes), "hole") + ("; the middle of their axes in mm" if model.holes else ""),
     ]

@@ -8,12 +8,12 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from cutwise.io.files import as_text, read_bytes
-from cutwise.io.programs.given import library_beside, read_program, table_in_inches
-from cutwise.io.programs.interpreter import Reading, reading
-from cutwise.io.programs.moves import Move
-from cutwise.io.programs.setup import Setup
-from cutwise.io.programs.summary import arc_points
-from cutwise.io.programs.tools import read_tool_table
+from cutwise.io.program_setup import library_beside, read_program, table_in_inches
+from cutwise.programs.interpreter import Reading, reading
+from cutwise.programs.moves import Move
+from cutwise.programs.setup import Setup
+from cutwise.programs.summary import arc_points
+from cutwise.programs.tools import read_tool_table
 from cutwise.spec.program import STEP_LIMIT
 
 _ARC_STEP = math.radians(5.0)
@@ -25,7 +25,7 @@ class Opened(NamedTuple):
 
     run: Reading
     setup: Setup
-    remarks: tuple[str, ...]
+    notices: tuple[str, ...]
 
 
 def opened(
@@ -43,13 +43,13 @@ def opened(
     """
     text = read_program(file, str(file))
     setup = Setup(dialect=dialect, library=library_beside(file.parent), step_limit=step_limit or STEP_LIMIT)
-    remarks = []
+    notices = []
     if tool_table is not None:
         table = as_text(read_bytes(tool_table, str(tool_table)), str(tool_table))
         inch = table_in_inches(table, text)
         setup = setup._replace(tools=read_tool_table(table, str(tool_table), inch=inch), inch=inch or None)
-        remarks.append(f"lengths of the tool table are taken as {'inches' if inch else 'mm'}")
-    return Opened(reading(text, str(file), setup), setup, tuple(remarks))
+        notices.append(f"lengths of the tool table are taken as {'inches' if inch else 'mm'}")
+    return Opened(reading(text, str(file), setup), setup, tuple(notices))
 
 
 class Sketch:

@@ -12,12 +12,12 @@ import jinja2
 import cutwise
 from cutwise import references, units
 from cutwise.app import inputs
-from cutwise.app.findings import reasons, remarks
+from cutwise.app.findings import notices, reasons
 from cutwise.app.measured import Line, listed, rows
 from cutwise.app.numbers import titled
 from cutwise.app.plots import PLOTS
 from cutwise.app.plots.figures import COLOURS, Plot, svg
-from cutwise.app.wording import against, compared, doubted, margin, verdict_line
+from cutwise.app.verdict_text import against, compared, doubted, margin, verdict_line
 from cutwise.spec.fields import placed
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ def render(result: "Result", *, written: datetime | None = None) -> str:
         result=result,
         verdict=verdict_line(result),
         reasons=reasons(result),
-        remarks=remarks(result),
+        notices=notices(result),
         checks=[_checked(line, result) for line in listed(result)[""] if line.check is not None],
         headlines=list(_headlines(result)),
         compared=compared(result),

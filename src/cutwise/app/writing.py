@@ -34,8 +34,8 @@ def programs(result: "Result", wanted: dict[str, Path | None]) -> dict[str, str]
     asked = {kind: path for kind, path in wanted.items() if path is not None}
     if not asked:
         return {}
-    from cutwise.io.programs import post
     from cutwise.process.chamfer_program import program_of
+    from cutwise.programs import post
 
     if "program" not in result.stages.children:
         print("no program was written: there is no path", file=sys.stderr)

@@ -62,9 +62,9 @@ class Topology(NamedTuple):
         return tuple(tuple(some) for some in pieces.values() if len(some) > 1)
 
     @property
-    def remarks(self) -> tuple[str, ...]:
+    def notices(self) -> tuple[str, ...]:
         """What the user should know about the part."""
-        return (*self.part.remarks, *(self._split_at(pieces) for pieces in self.split))
+        return (*self.part.notices, *(self._split_at(pieces) for pieces in self.split))
 
     def _split_at(self, pieces: Sequence[Edge]) -> str:
         first = pieces[0]

@@ -8,11 +8,11 @@ from typing import Any, NamedTuple
 from pydantic import ValidationError
 
 from cutwise import units
+from cutwise.io import program_setup
 from cutwise.io.files import as_text, read_bytes
-from cutwise.io.programs import given
-from cutwise.io.programs.interpreter import interpret
-from cutwise.io.programs.setup import Setup, Tool
 from cutwise.io.tree import Node, from_data
+from cutwise.programs.interpreter import interpret
+from cutwise.programs.setup import Setup, Tool
 from cutwise.spec import faults as spec_faults
 from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.spec.program import Program
@@ -38,17 +38,17 @@ class ProgramFiles(NamedTuple):
         """The section with every text written out, the program checked block by block, and what is wrong."""
         place = self.place(file)
         try:
-            text = given.read_program(place, str(place))
+            text = program_setup.read_program(place, str(place))
         except ScenarioFault as fault:
             return node, _at(file, path, fault)
         faults: list[Fault] = []
-        library = given.library_beside(place.parent)
+        library = program_setup.library_beside(place.parent)
         written = dict(node.value) if isinstance(node.value, dict) else {}
         if "tools" in written and isinstance(written["tools"].value, str):
             written["tools"], found = self._tool_table(written["tools"], text, (*path, "tools"))
             faults += found
         read: dict[str, Any] = {"file": file.text, "text": text}
-        subroutines = given.subroutine_files(text, library)
+        subroutines = program_setup.subroutine_files(text, library)
         read |= {"subroutines": subroutines} if subroutines else {}
         section = replace(node, value={**written, **from_data(read, node.file, node.layer).value})
         try:
@@ -61,7 +61,7 @@ class ProgramFiles(NamedTuple):
         """The tools of a tool table file, as they would be written in the scenario."""
         place = self.place(node)
         try:
-            tools = given.tool_table(as_text(read_bytes(place, str(place)), str(place)), str(place), program)
+            tools = program_setup.tool_table(as_text(read_bytes(place, str(place)), str(place)), str(place), program)
         except ScenarioFault as fault:
             return replace(node, value=[]), _at(node, path, fault)
         listed = [_as_written(tool) for tool in tools.values()]
@@ -72,7 +72,7 @@ def _setup(section: Node, library: Callable[[str], str | None]) -> Setup:
     """What the section gives to its program; what is wrong with it is said with the rest of the scenario."""
     own = {key: value for key, value in section.value.items() if key in Program.model_fields}
     try:
-        return given.setup_of(Program.model_validate(replace(section, value=own).plain()), library)
+        return program_setup.setup_of(Program.model_validate(replace(section, value=own).plain()), library)
     except ValidationError:
         return Setup(library=library)
 

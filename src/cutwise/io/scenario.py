@@ -13,11 +13,11 @@ from pydantic.fields import FieldInfo
 from cutwise import units
 from cutwise.io import library
 from cutwise.io.documents import document_of_report, document_of_run
+from cutwise.io.fault_text import faults_among_sound_sections, faults_of, unknown_key
 from cutwise.io.files import as_text, read_bytes
 from cutwise.io.processes import model_of, process_named
 from cutwise.io.tables import read_table
 from cutwise.io.tree import Node, compose, from_data, hidden_letters, merged, origins, placed, too_short, unwrapped
-from cutwise.io.wording import faults_among_sound_sections, faults_of, unknown_key
 from cutwise.later import later
 from cutwise.run_file import is_netcdf
 from cutwise.spec import faults as spec_faults
@@ -31,10 +31,9 @@ from cutwise.spec.tables import Table
 from cutwise.spec.texts import HALF, visible
 
 if TYPE_CHECKING:
-    from cutwise.io import program_files, spindle_nodes, urdf
-    from cutwise.io.programs import given
+    from cutwise.io import program_files, program_setup, spindle_nodes, urdf
 else:  # readers of what few scenarios hold
-    given = later("cutwise.io.programs.given")
+    program_setup = later("cutwise.io.program_setup")
     program_files = later("cutwise.io.program_files")
     spindle_nodes = later("cutwise.io.spindle_nodes")
     urdf = later("cutwise.io.urdf")
@@ -403,7 +402,7 @@ class _Assembly:
             "joints": [dict(joint) for joint in arm.joints],
             "flange_origin": arm.flange["origin"],
             "flange_rotation": arm.flange["rotation"],
-            "urdf_remarks": list(arm.remarks),
+            "urdf_remarks": list(arm.notices),
         }
         layer = max(node.value[key].layer for key in ("urdf", "tip_link", "held_joints") if key in node.value)
         inlined = {key: from_data(value, file.file, layer) for key, value in read.items()}
@@ -466,7 +465,7 @@ class _Assembly:
         self.faults += faults
         place = self._file(file.text, file)
         if "subroutines" in section.value:
-            beside = (given.subroutine_file(place.parent, name) for name in section.value["subroutines"].value)
+            beside = (program_setup.subroutine_file(place.parent, name) for name in section.value["subroutines"].value)
             self.files += [str(one) for one in beside if one is not None]
         return section
 

@@ -21,7 +21,7 @@ class Body(NamedTuple):
     """What a solid gives."""
 
     found: BodyMass
-    remarks: tuple[str, ...]
+    notices: tuple[str, ...]
 
 
 class Misfit(ValueError):
@@ -86,16 +86,16 @@ def about_joint(found: MassProperties, joint: np.ndarray, axis: np.ndarray) -> B
     across = np.eye(3) - np.outer(axis, axis)
     both = np.linalg.eigvalsh(across @ tensor @ across)[1:]
     along = float(arm @ axis)
-    remarks = []
+    notices = []
     beside = float(np.linalg.norm(arm - along * axis))
     if beside > _OFF_AXIS:
-        remarks.append(f"the centre of mass lies {units.show(beside, 'length', 3)} beside the axis, which is left out")
+        notices.append(f"the centre of mass lies {units.show(beside, 'length', 3)} beside the axis, which is left out")
     if along <= 0.0:
-        remarks.append("the centre of mass lies behind the joint: is axis the direction to the tool tip?")
+        notices.append("the centre of mass lies behind the joint: is axis the direction to the tool tip?")
     if both[1] - both[0] > _ROUND * both[1]:
         share = 100.0 * (both[1] - both[0]) / both[1]
-        remarks.append(f"the body is lopsided: its two transverse inertias differ by {share:.0f} %; their mean is used")
-    return Body(BodyMass(found.mass, along, float(both.mean()), axial), tuple(remarks))
+        notices.append(f"the body is lopsided: its two transverse inertias differ by {share:.0f} %; their mean is used")
+    return Body(BodyMass(found.mass, along, float(both.mean()), axial), tuple(notices))
 
 
 def text_of(body: BodyMass) -> Mapping[str, str]:

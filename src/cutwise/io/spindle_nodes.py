@@ -46,7 +46,7 @@ def with_solid(node: Node, path: spec_faults.Path) -> tuple[Node, list[Fault], b
 
 
 def _filled_in(node: Node, body: Body, origin: Origin) -> Node:
-    value, remarks = dict(node.value), list(body.remarks)
+    value, notices = dict(node.value), list(body.notices)
     for key, text in text_of(body.found).items():
         given = value.get(key)
         shown = units.show(units.parse(text, DERIVED[key]), DERIVED[key], 5)
@@ -55,11 +55,11 @@ def _filled_in(node: Node, body: Body, origin: Origin) -> Node:
             continue
         difference = _difference(given.value, text, DERIVED[key])
         if difference is not None and abs(difference) > _AGREES:
-            remarks.append(
+            notices.append(
                 f"{key} as written ({given.text}) is {100 * difference:+.0f} % off what the solid gives "
                 f"({units.show(units.parse(text, DERIVED[key]), DERIVED[key], 4)})"
             )
-    value["solid_remarks"] = replace(from_data(remarks, node.file, node.layer), origin=origin)
+    value["solid_remarks"] = replace(from_data(notices, node.file, node.layer), origin=origin)
     return replace(node, value=value)
 
 

@@ -30,7 +30,7 @@ class StepPart(NamedTuple):
     loose: tuple[str, ...] = ()  # references of the file that lead nowhere, but are not needed for the shape
 
     @property
-    def remarks(self) -> tuple[str, ...]:
+    def notices(self) -> tuple[str, ...]:
         """What the user should know about the file."""
         found = []
         if self.unit.lower() not in ("millimetre", "mm", ""):

@@ -21,7 +21,7 @@ _WRAPPER = ("value", "status", "source", "library")
 _SCATTER = ("standard_error", "covariance")  # beside a measured value
 _MOST_NODES = 500_000
 _LONGEST_TEXT, _MOST_MARKS = 5_000_000, 200_000  # letters, and signs between values: about 8 CPU s of reading
-_LONGEST = 18  # digits of an integer; longer ones are read as floating point numbers
+LONGEST = 18  # digits of an integer; longer ones are read as floating point numbers
 
 
 @dataclass(slots=True)
@@ -80,7 +80,7 @@ def from_data(data: Any, file: str, layer: int = 1) -> Node:
         return Node({str(k): from_data(v, file, layer) for k, v in data.items()}, file=file, layer=layer)
     if isinstance(data, list | tuple):
         return Node([from_data(v, file, layer) for v in data], file=file, layer=layer)
-    if isinstance(data, int) and not -(10**_LONGEST) < data < 10**_LONGEST:
+    if isinstance(data, int) and not -(10**LONGEST) < data < 10**LONGEST:
         return Node(math.copysign(math.inf, data), f"an integer of {data.bit_length()} bits", file, layer=layer)
     return Node(data, _written(data), file, layer=layer)
 
@@ -159,7 +159,7 @@ def _scalar(tag: str, text: str) -> Any:
     kind = tag.removeprefix(_TAG)
     if kind == "int":
         digits = text.replace("_", "")
-        if len(digits) > _LONGEST:
+        if len(digits) > LONGEST:
             return float(digits) if digits.lstrip("+-").isdecimal() else math.inf
         return int(digits, 0) if digits.lstrip("+-")[:2].lower() in ("0x", "0o", "0b") else int(digits, 10)
     if kind == "float":

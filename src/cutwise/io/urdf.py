@@ -44,7 +44,7 @@ class UrdfArm(NamedTuple):
 
     joints: tuple[Mapping[str, Any], ...]  # name, origin, rotation, axis, limits as a scenario writes them
     flange: Mapping[str, Any]  # origin and rotation of the tip link in the last moving link
-    remarks: tuple[str, ...]  # what is unusual about the file
+    notices: tuple[str, ...]  # what is unusual about the file
 
 
 def read_urdf(
@@ -80,7 +80,7 @@ def read_urdf(
         faults.append(_count(chain, moving, held))
     if faults:
         raise _fault(faults, shown)
-    return _arm(chain, held, tip_link is not None, tuple(_remarks(root, chain, moving)))
+    return _arm(chain, held, tip_link is not None, tuple(_notices(root, chain, moving)))
 
 
 def _names(joints: list[_Joint]) -> list[str]:
@@ -248,7 +248,7 @@ def _joint_faults(joint: _Joint, moving: list[_Joint], held: Mapping[str, float 
             yield f"{what}: lower limit {joint.lower:g} rad is not below the upper one, {joint.upper:g} rad"
 
 
-def _remarks(root: ElementTree.Element, chain: list[_Joint], moving: list[_Joint]) -> Iterator[str]:
+def _notices(root: ElementTree.Element, chain: list[_Joint], moving: list[_Joint]) -> Iterator[str]:
     """What is possible but a known trap of public models."""
     for joint in moving:
         if joint.kind == "continuous":
@@ -279,7 +279,7 @@ def _mass(link: ElementTree.Element) -> float | None:
         return None
 
 
-def _arm(chain: list[_Joint], held: Mapping[str, float | None], to_tip: bool, remarks: tuple[str, ...]) -> UrdfArm:
+def _arm(chain: list[_Joint], held: Mapping[str, float | None], to_tip: bool, notices: tuple[str, ...]) -> UrdfArm:
     """Fold fixed joints and held slides into the next turning one, and those behind the last one into the flange."""
     joints = []
     position: Vector = (0.0, 0.0, 0.0)
@@ -304,7 +304,7 @@ def _arm(chain: list[_Joint], held: Mapping[str, float | None], to_tip: bool, re
         position, rotation = (0.0, 0.0, 0.0), _IDENTITY
     if not to_tip:
         position, rotation = (0.0, 0.0, 0.0), _IDENTITY
-    return UrdfArm(tuple(joints), _placed(position, rotation), remarks)
+    return UrdfArm(tuple(joints), _placed(position, rotation), notices)
 
 
 def _placed(position: Vector, rotation: Matrix) -> dict[str, list[str]]:

@@ -4,8 +4,7 @@ import math
 
 import numpy as np
 
-from cutwise.io.programs.given import setup_of
-from cutwise.io.programs.interpreter import Interpreted, interpret
+from cutwise.io.program_setup import setup_of
 from cutwise.maths.linearc import join, line
 from cutwise.paths.pocket import corner
 from cutwise.physics.cutting.discs import discs
@@ -21,6 +20,7 @@ from cutwise.process.drive_remedies import GainKeys, remedies
 from cutwise.process.edges import edges
 from cutwise.process.loops_drives import NO_FORCE, Cut
 from cutwise.process.program_path import Pace, ProgramPath, blocks_path, moves_path, program_speed
+from cutwise.programs.interpreter import Interpreted, interpret
 from cutwise.spec.drives import CncMachine, FeedDrive
 from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.spec.milling import CornerPath, MillingScenario

@@ -14,7 +14,7 @@ from cutwise.physics.motion.volumetric import Axes
 from cutwise.physics.structure.series_compliance import carried_to, chain_compliance, in_axes
 from cutwise.process.machine_assemble import axes_of, elements_of, part_block
 from cutwise.process.machine_pass import block_under, placed_elements
-from cutwise.process.machine_way import joints_of
+from cutwise.process.machine_path import joints_of
 from cutwise.spec.faults import Fault, Path, ScenarioFault
 from cutwise.spec.machine import Machine
 from cutwise.spec.part_block import PartBlock

@@ -46,7 +46,7 @@ class ChamferRun(NamedTuple):
     outline: Outline | None
     infeasible: tuple[str, ...]
     remedies: tuple[str, ...]
-    remarks: tuple[str, ...]
+    notices: tuple[str, ...]
 
     @property
     def paths(self) -> tuple[EdgePath, ...]:
@@ -61,7 +61,7 @@ class _Planned(NamedTuple):
     members: tuple[proof.EdgeZone, ...] = ()
     infeasible: tuple[str, ...] = ()
     remedies: tuple[str, ...] = ()
-    remarks: tuple[str, ...] = ()
+    notices: tuple[str, ...] = ()
     outline: Outline | None = None
 
 
@@ -113,7 +113,7 @@ def run(
     return ChamferRun(
         found.plans, written, led, found.members, links(scenario, written, found.members), tuple(forces),
         tuple(arms), tuple(aside), band,
-        found.outline, found.infeasible, found.remedies, found.remarks,
+        found.outline, found.infeasible, found.remedies, found.notices,
     )  # fmt: skip
 
 
@@ -186,7 +186,7 @@ def _cad(
             "leave these edges out (part.edges)",
         )  # fmt: skip
     return _Planned(
-        tuple(plans), tuple(members), infeasible, remedies, (*work.model.remarks, *work.remarks), work.outline
+        tuple(plans), tuple(members), infeasible, remedies, (*work.model.notices, *work.notices), work.outline
     )
 
 

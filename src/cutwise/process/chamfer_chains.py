@@ -271,13 +271,13 @@ def _clean(
             continue
         piece = path_of(dense, piece_of(dense.frames, part), part)
         try:
-            found = candidate(scenario, work, piece, members, enough=proof.GOUGE_LIMIT + work.shape.skin.error)
+            found = candidate(scenario, work, piece, members, enough=proof.GOUGE_LIMIT + work.shape.mesh.error)
         except NoPathError as fault:
             why |= dict.fromkeys(part.tolist(), str(fault))
             continue
         if found.faded and fades < _FADES:
             bad, fades = found.faded, fades + 1
-        elif found.gouge.value <= proof.GOUGE_LIMIT + work.shape.skin.error:
+        elif found.gouge.value <= proof.GOUGE_LIMIT + work.shape.mesh.error:
             good.append((part, found))
             continue
         else:
@@ -315,12 +315,12 @@ def _clear(
     around: Surroundings, seen: Candidate,
 ) -> dict[int, str]:  # fmt: skip
     """Samples of a path at which the ball cuts something else, with what that is; never none."""
-    radius, limit = scenario.tool.ball_radius, 0.5 * proof.GOUGE_LIMIT + work.shape.skin.error
+    radius, limit = scenario.tool.ball_radius, 0.5 * proof.GOUGE_LIMIT + work.shape.mesh.error
     closed = dense.frames.closed
-    skin = proof.reachable(work.shape, dense.centre, radius)
+    mesh = proof.reachable(work.shape, dense.centre, radius)
     near = float(seen.found.beyond.max(initial=0.0)) <= proof.HINT
     table = proof.zones_near(members, work.number, dense.centre, radius, near=near)
-    place, face = cut_places(skin, proof.swept_path(dense, radius), table, limit, _SPACING * radius)
+    place, face = cut_places(mesh, proof.swept_path(dense, radius), table, limit, _SPACING * radius)
     if not len(place):  # too shallow for the spacing: the place that was found will do
         place, face = seen.gouge.place[None], np.array([seen.gouge.face])
     count = len(dense.centre)

@@ -7,7 +7,7 @@ import numpy as np
 
 from cutwise.maths.curves import FloatArray
 from cutwise.paths.feed import Leads, leads
-from cutwise.physics.surface.approach import ball_mover, deepest_cut
+from cutwise.physics.surface.approach import deepest_cut, moving_ball
 from cutwise.process import chamfer_proof as proof
 from cutwise.process.chamfer_plan import EdgePath
 from cutwise.process.chamfer_work import cutter
@@ -16,7 +16,7 @@ from cutwise.spec.chamfer import ChamferScenario
 _SHARES = (1.0, 0.3, 0.1)  # of the retract, along the bisector of the edge, before the tool goes up
 
 
-class Way(NamedTuple):
+class ApproachPath(NamedTuple):
     """From a height at which the tool is clear of the part to a path point."""
 
     point: FloatArray  # [m] ball centres, the path point left out, shape (k, 3)
@@ -25,8 +25,8 @@ class Way(NamedTuple):
 
 def level(scenario: ChamferScenario, path: EdgePath) -> float:
     """Height along the tool axis at which the ball is clear of the whole part [m]."""
-    top = float((path.work.shape.skin.corner.reshape(-1, 3) @ path.axis).max())
-    if scenario.part.pipe is not None:  # its skin goes on along the pipe; the rim of the hole is what counts
+    top = float((path.work.shape.mesh.corner.reshape(-1, 3) @ path.axis).max())
+    if scenario.part.pipe is not None:  # its mesh goes on along the pipe; the rim of the hole is what counts
         rim = path.path.frames.point @ path.axis
         top = float(rim.max()) + scenario.part.pipe.radius * float(np.abs(path.axis[1])) + scenario.part.pipe.wall
     return top + scenario.tool.ball_radius + scenario.operation.retract
@@ -34,7 +34,7 @@ def level(scenario: ChamferScenario, path: EdgePath) -> float:
 
 def way_to(
     scenario: ChamferScenario, path: EdgePath, at: int, members: Sequence[proof.EdgeZone]
-) -> Way:  # fmt: skip
+) -> ApproachPath:  # fmt: skip
     """The way to a point of an open path: down along the tool axis, then along the bisector of the edge.
 
     The longest move along the bisector that is clear is taken; where none is, the longest, and it is said so.
@@ -42,8 +42,8 @@ def way_to(
     ways = list(_ways(scenario, path, at))
     for way in ways:
         if clear(scenario, path, np.vstack([way, path.path.centre[[at]]]), members):
-            return Way(way, True)
-    return Way(ways[0], False)
+            return ApproachPath(way, True)
+    return ApproachPath(ways[0], False)
 
 
 def _ways(scenario: ChamferScenario, path: EdgePath, at: int) -> Iterator[FloatArray]:
@@ -59,8 +59,8 @@ def clear(scenario: ChamferScenario, path: EdgePath, centre: FloatArray, members
     """Whether the ball cuts nothing but chamfers along some centres, and the rod touches nothing."""
     tool, shape = cutter(scenario), path.work.shape
     table = proof.zones_near(members, path.work.number, centre, tool.ball_radius)
-    limit = proof.GOUGE_LIMIT + shape.skin.error
-    ball = ball_mover(centre, tool.ball_radius, closed=False)
+    limit = proof.GOUGE_LIMIT + shape.mesh.error
+    ball = moving_ball(centre, tool.ball_radius, closed=False)
     if deepest_cut(proof.reachable(shape, centre, tool.ball_radius), ball, table, enough=limit).value > limit:
         return False
     rod = proof.rod_of(shape, centre, path.axis, tool, proof.ROUGH, closed=False, seen=2.0 * tool.rod_radius)

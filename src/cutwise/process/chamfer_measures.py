@@ -187,7 +187,7 @@ def warnings(
     scenario: ChamferScenario, done: ChamferRun, found: Mapping[str, float], unproven: Sequence[str]
 ) -> tuple[str, ...]:
     """What the user should know about the result."""
-    said = [*notices(scenario), *done.remarks, *_trimmed(done)]
+    said = [*notices(scenario), *done.notices, *_trimmed(done)]
     if found.get("leg_ratio_max", 0.0) > reach.LOPSIDED:
         said.append(
             f"the legs differ by a factor of {found['leg_ratio_max']:.2g}: the width is constant, but the chamfer is "

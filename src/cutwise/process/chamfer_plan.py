@@ -325,7 +325,7 @@ def _cad_margins(
     rod = proof.rod_of(work.shape, some.centre, axis, tool, wanted, closed=some.frames.closed, enough=enough)
     if rod is None:
         return [knife], None
-    kept = scenario.chamfer.clearance + work.shape.skin.error
+    kept = scenario.chamfer.clearance + work.shape.mesh.error
     if wanted != proof.ROUGH and rod.bound < kept <= rod.value:
         rod = proof.rod_of(work.shape, some.centre, axis, tool, proof.EXACT, closed=some.frames.closed) or rod
     return [knife, reach.Margin(reach.ROD_PART, rod.value - kept, False, "the rod must clear the part")], rod
@@ -391,7 +391,7 @@ def finished(
 ) -> EdgePath:  # fmt: skip
     """Everything else that follows from a path: feeds, the gouge as an inequality, sensitivity."""
     operation, radius = scenario.operation, scenario.tool.ball_radius
-    room = proof.GOUGE_LIMIT + work.shape.skin.error - max(0.0, gouge.value)
+    room = proof.GOUGE_LIMIT + work.shape.mesh.error - max(0.0, gouge.value)
     margins = [*margins, reach.Margin(reach.GOUGE, room, False, "the ball must not cut beyond the chamfer")]
     up, down = (
         swept_chamfer(

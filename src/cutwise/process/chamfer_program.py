@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from cutwise.io.programs.post import Program
 from cutwise.later import later
 from cutwise.maths.curves import FloatArray
 from cutwise.process.chamfer_corners import Link, tours
@@ -15,6 +14,7 @@ from cutwise.process.chamfer_leads import way_to, ways_in_hole
 from cutwise.process.chamfer_plan import EdgePath
 from cutwise.process.chamfer_proof import EdgeZone
 from cutwise.process.labels import labelled
+from cutwise.programs.post import Program
 from cutwise.results import Result
 from cutwise.spec.chamfer import ChamferScenario
 

@@ -7,17 +7,17 @@ import numpy as np
 
 from cutwise.maths.curves import FloatArray
 from cutwise.maths.lines import thinned_line
-from cutwise.maths.skins import Skin, within
+from cutwise.maths.surface_mesh import SurfaceMesh, within
 from cutwise.paths.chamfer import ChamferPath
 from cutwise.paths.reach import BallCutter
 from cutwise.physics.surface.approach import (
     Approach,
-    Mover,
+    MovingTool,
     Wanted,
-    ball_mover,
     deepest_cut,
+    moving_ball,
+    moving_rod,
     rod_distance,
-    rod_mover,
 )
 from cutwise.physics.surface.overhead import height_above
 from cutwise.physics.surface.sweep import ZONE_SHARE, ZONE_SLACK
@@ -74,15 +74,15 @@ def zones_near(members: Sequence[EdgeZone], own: int, centre: FloatArray, radius
     return zones(found)
 
 
-def reachable(shape: Shape, centre: FloatArray, radius: float) -> Skin:
-    """The skin that a ball along some centres can reach."""
-    return within(shape.skin, shape.boxes, centre.min(axis=0) - radius, centre.max(axis=0) + radius)[0]
+def reachable(shape: Shape, centre: FloatArray, radius: float) -> SurfaceMesh:
+    """The mesh that a ball along some centres can reach."""
+    return within(shape.mesh, shape.boxes, centre.min(axis=0) - radius, centre.max(axis=0) + radius)[0]
 
 
-def swept_path(path: ChamferPath, radius: float) -> Mover:
+def swept_path(path: ChamferPath, radius: float) -> MovingTool:
     """The ball along a fine path, straightened a little."""
     loop = np.vstack([path.centre, path.centre[:1]]) if path.frames.closed else path.centre
-    return ball_mover(loop[thinned_line(loop, _SAG)], radius, closed=False)
+    return moving_ball(loop[thinned_line(loop, _SAG)], radius, closed=False)
 
 
 def gouge_of(
@@ -95,9 +95,9 @@ def gouge_of(
     searched right up to the chamfer. ``enough``: a cut that is deeper than this ends the search [m].
     """
     closed = path.frames.closed
-    skin = reachable(shape, path.centre, radius)
+    mesh = reachable(shape, path.centre, radius)
     table = zones_near(members, own, path.centre, radius, near=beyond <= HINT)
-    return deepest_cut(skin, ball_mover(path.centre, radius, closed=closed), table, enough=enough)
+    return deepest_cut(mesh, moving_ball(path.centre, radius, closed=closed), table, enough=enough)
 
 
 def rod_reach(shape: Shape, centre: FloatArray, axis: FloatArray, rod_radius: float) -> float:
@@ -114,7 +114,7 @@ def rod_reach(shape: Shape, centre: FloatArray, axis: FloatArray, rod_radius: fl
     ring = np.concatenate(
         [[[0.0, 0.0]], *(r * rod_radius * np.column_stack([np.cos(turn), np.sin(turn)]) for r in _RINGS)]
     )
-    corners = shape.skin.corner.reshape(-1, 3, 3)
+    corners = shape.mesh.corner.reshape(-1, 3, 3)
     return float(height_above(corners @ plane, corners @ axis, some @ plane, some @ axis, ring))
 
 
@@ -128,10 +128,10 @@ def rod_of(
     than this has failed, and it does not matter by how much [m].
     """
     ends = np.vstack([centre, centre + ROD_LENGTH * axis])
-    skin, around = within(shape.skin, shape.boxes, ends.min(axis=0) - seen, ends.max(axis=0) + seen)
-    rod = rod_mover(centre, axis, tool.ball_radius, ROD_LENGTH, closed=closed)
+    mesh, around = within(shape.mesh, shape.boxes, ends.min(axis=0) - seen, ends.max(axis=0) + seen)
+    rod = moving_rod(centre, axis, tool.ball_radius, ROD_LENGTH, closed=closed)
     wanted = wanted._replace(limit=tool.rod_radius, enough=enough + tool.rod_radius)
-    found = rod_distance(skin, around, rod, wanted)
+    found = rod_distance(mesh, around, rod, wanted)
     if not np.isfinite(found.value):
         return None
     return found._replace(value=found.value - tool.rod_radius, bound=found.bound - tool.rod_radius)

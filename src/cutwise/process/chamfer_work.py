@@ -1,4 +1,4 @@
-"""Edges to be chamfered: from the part that the scenario names to frames, tool axes and the skin of the part."""
+"""Edges to be chamfered: from the part that the scenario names to frames, tool axes and the mesh of the part."""
 
 import math
 import tempfile
@@ -9,13 +9,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cutwise.io import cad, cad_edges, cad_parts, cad_select, cad_skin, step
+from cutwise.io import cad, cad_edges, cad_mesh, cad_parts, cad_select, step
 from cutwise.io.occ import CadFault
 from cutwise.maths.curves import FloatArray
 from cutwise.maths.edges import EdgeFrames
-from cutwise.maths.skins import Boxes, Skin, boxes
+from cutwise.maths.surface_mesh import Boxes, SurfaceMesh, boxes
 from cutwise.paths.pipe import NoEdgeError, PipeHole, one_turn, pipe_edge
-from cutwise.paths.pipe_skin import own_faces, pipe_skin
+from cutwise.paths.pipe_mesh import own_faces, pipe_mesh
 from cutwise.paths.reach import BallCutter
 from cutwise.process.pace import TOLD
 from cutwise.spec.chamfer import Block, ChamferScenario
@@ -34,7 +34,7 @@ _AXES = {
 class Shape(NamedTuple):
     """What the tool must not cut or touch."""
 
-    skin: Skin
+    mesh: SurfaceMesh
     boxes: Boxes
     names: tuple[str, ...]  # of the faces, for messages
     top: float  # [m] a tool higher than this along any axis is clear of the part, from the origin
@@ -48,7 +48,7 @@ class EdgeWork(NamedTuple):
     nodes: EdgeFrames  # dense samples
     frames_at: Callable[[FloatArray], EdgeFrames] | None  # the exact edge at any parameter; None: only the samples
     axes: tuple[FloatArray, ...]  # directions of the rod to choose from, the preferred one first
-    owners: FloatArray  # faces of the skin on both sides of each sample, shape (n, 2)
+    owners: FloatArray  # faces of the mesh on both sides of each sample, shape (n, 2)
     shape: Shape
     foot: FloatArray | None  # [m] a point of the hole axis, if the edge is at a hole
     inner: bool = False  # of a pipe: whether it is the edge at the bore
@@ -69,10 +69,10 @@ def pipe_hole(scenario: ChamferScenario) -> PipeHole | None:
     return PipeHole(pipe.radius, pipe.wall, pipe.hole_radius, pipe.eccentricity, pipe.inclination)
 
 
-def shape_of(skin: Skin, names: tuple[str, ...]) -> Shape:
-    """A skin with what is looked up in it again and again."""
-    top = float(np.linalg.norm(skin.corner.reshape(-1, 3), axis=1).max()) if len(skin.face) else 0.0
-    return Shape(skin, boxes(skin), names, top)
+def shape_of(mesh: SurfaceMesh, names: tuple[str, ...]) -> Shape:
+    """A mesh with what is looked up in it again and again."""
+    top = float(np.linalg.norm(mesh.corner.reshape(-1, 3), axis=1).max()) if len(mesh.face) else 0.0
+    return Shape(mesh, boxes(mesh), names, top)
 
 
 def pipe_work(part: PipeHole, scenario: ChamferScenario, *, inner: bool) -> EdgeWork:
@@ -87,7 +87,7 @@ def pipe_work(part: PipeHole, scenario: ChamferScenario, *, inner: bool) -> Edge
     wanted = scenario.tool.axis
     axis = part.drill_axis if wanted == "auto" else np.array(_AXES[wanted])
     names = ("the outside of the pipe", "the bore of the pipe", "the wall of the hole") + 2 * ("the far side",)
-    shape = shape_of(pipe_skin(part, ROD_LENGTH + 3.0 * scenario.tool.ball_radius), names)
+    shape = shape_of(pipe_mesh(part, ROD_LENGTH + 3.0 * scenario.tool.ball_radius), names)
     return EdgeWork(
         "inner edge" if inner else "outer edge", 1 + inner, nodes, lambda theta: pipe_edge(part, theta, inner=inner), (axis,),
         np.tile(np.array(own_faces(inner=inner)), (_NODES, 1)), shape, np.array([part.eccentricity, 0.0, 0.0]),
@@ -150,7 +150,7 @@ class CadWork(NamedTuple):
     chains: tuple[cad_edges.EdgeChain, ...]  # all of the part
     chosen: tuple[EdgeWork, ...]
     outline: Outline | None
-    remarks: tuple[str, ...]  # on what was selected
+    notices: tuple[str, ...]  # on what was selected
 
 
 def read_part(scenario: ChamferScenario) -> step.StepPart:
@@ -202,7 +202,7 @@ def cad_work(scenario: ChamferScenario, part: step.StepPart, *, outline: bool = 
             "%s of %.1f m in all are to be planned on a part of %d faces; how long that takes is said when the first of "
             "them are done", cad_select.counted(len(chosen), "edge"), length, part.faces,
         )  # fmt: skip
-    shape = shape_of(cad_skin.cad_skin(model), tuple(face.name for face in model.faces))
+    shape = shape_of(cad_mesh.cad_mesh(model), tuple(face.name for face in model.faces))
     works = tuple(_chain_work(scenario, model, chain, shape) for chain in chosen)
     said = cad_select.left_out(chains, scenario.part.edges, chosen)
     lines = outline_of(cad.edge_lines(model)) if outline else None

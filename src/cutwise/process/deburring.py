@@ -1,4 +1,4 @@
-"""What a deburring pass amounts to: the numbers, remarks and curves that its result reports."""
+"""What a deburring pass amounts to: the numbers, notices and curves that its result reports."""
 
 from __future__ import annotations
 

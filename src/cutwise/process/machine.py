@@ -13,8 +13,8 @@ from cutwise.physics.surface import budget, probability
 from cutwise.physics.surface.probability import Quantiles
 from cutwise.process import machine_assemble, machine_wall
 from cutwise.process.machine_pass import MachineCell, MachineRun, energy_balance, run_pass
+from cutwise.process.machine_path import joints_of
 from cutwise.process.machine_wall import WallMap, wall_map
-from cutwise.process.machine_way import joints_of
 from cutwise.spec.geometry_errors import COMPONENTS, LINEAR_AXES
 from cutwise.spec.machine_scenario import MachineScenario
 

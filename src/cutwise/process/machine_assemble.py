@@ -16,8 +16,8 @@ from cutwise.physics.structure.pads import ContactPads, pad_compliance
 from cutwise.physics.surface import probability
 from cutwise.process.machine_force import cut_force
 from cutwise.process.machine_pass import ElasticElement, FlexiblePart, MachineCell, Weight
-from cutwise.process.machine_program import program_way
-from cutwise.process.machine_way import Way, path_way
+from cutwise.process.machine_path import ToolPath, points_tool_path
+from cutwise.process.machine_program import program_tool_path
 from cutwise.process.yielding import modes_at_rest, spring
 from cutwise.spec.geometry_errors import COMPONENTS, LINEAR_AXES, SQUARENESS
 from cutwise.spec.machine import Beam, ContactGroup, Drive, Joint, Machine
@@ -64,11 +64,11 @@ def machine_cell(scenario: MachineScenario, *, samples: int | None = None) -> Ma
     )
 
 
-def _way(scenario: MachineScenario, axes: Axes, samples: int | None) -> Way:
+def _way(scenario: MachineScenario, axes: Axes, samples: int | None) -> ToolPath:
     if scenario.program is not None:
-        return program_way(scenario, scenario.program, axes, samples=samples)
+        return program_tool_path(scenario, scenario.program, axes, samples=samples)
     assert scenario.path is not None
-    return path_way(scenario, scenario.path, axes, samples=samples)
+    return points_tool_path(scenario, scenario.path, axes, samples=samples)
 
 
 def machine_axes(scenario: MachineScenario) -> Axes:

@@ -16,7 +16,7 @@ from cutwise.physics.engagement.path_sweep import swept_path
 from cutwise.physics.engagement.stock import contact_patches, immersion
 from cutwise.physics.engagement.wall import path_contact, wall_patches
 from cutwise.process.edges import edges_alike
-from cutwise.process.machine_way import Way
+from cutwise.process.machine_path import ToolPath
 from cutwise.process.stock_moves import stock_of
 from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.spec.machine_pass import FromCutting
@@ -33,7 +33,7 @@ class CutForce(NamedTuple):
     chip: FloatArray | None = None  # feed per tooth [m], shape (m,), if the force follows from it
 
 
-def cut_force(scenario: MachineScenario, way: Way, at: Frames) -> CutForce:
+def cut_force(scenario: MachineScenario, way: ToolPath, at: Frames) -> CutForce:
     r"""Cutting force on the tool in the part's frame.
 
     A prescribed force acts wherever the tool cuts. Otherwise it is the mean over a revolution of the flute kernel at
@@ -70,7 +70,7 @@ def cut_force(scenario: MachineScenario, way: Way, at: Frames) -> CutForce:
     return CutForce(force, np.where(way.cuts, immersion(patches), 0.0), chips)
 
 
-def _patches(scenario: MachineScenario, cut: FromCutting, way: Way, at: Frames) -> FloatArray:
+def _patches(scenario: MachineScenario, cut: FromCutting, way: ToolPath, at: Frames) -> FloatArray:
     """Contact at every place: with the stock that the program has left, or along a wall."""
     radius, tool = 0.5 * scenario.tool.diameter, at.rotations[:, -1]
     steady = bool(np.abs(tool[..., 2] - tool[0, :, 2]).max() < _STEADY)
@@ -86,7 +86,7 @@ def _patches(scenario: MachineScenario, cut: FromCutting, way: Way, at: Frames) 
     return wall_patches(arcs, cut.axial_depth)
 
 
-def _stock_patches(scenario: MachineScenario, way: Way, upright: bool) -> FloatArray:
+def _stock_patches(scenario: MachineScenario, way: ToolPath, upright: bool) -> FloatArray:
     if way.curve is None or not upright:
         message = "is cut by a tool that stands upright on the part; leave it out, and write load.force.axial_depth"
         raise ScenarioFault([Fault(("stock",), message)])

@@ -17,7 +17,7 @@ from cutwise.physics.structure.beams import Section, cantilever
 from cutwise.physics.structure.bodies import Elements, Loads, PartBlock
 from cutwise.physics.structure.pads import ContactPads, NoEquilibriumError, PadLostError, contact_equilibrium
 from cutwise.process.machine_force import CutForce
-from cutwise.process.machine_way import Way
+from cutwise.process.machine_path import ToolPath
 from cutwise.results import Infeasible, SolverFailure
 
 
@@ -58,7 +58,7 @@ class MachineCell(NamedTuple):
     elements: tuple[ElasticElement, ...]
     weights: tuple[Weight, ...]
     part: FlexiblePart | None
-    way: Way
+    way: ToolPath
     cut: CutForce
     literal: bool  # errors of table-side bodies added as Eq. (2) reads; not physical
     feed_moment: bool  # False drops the moment of x forces on the part side; not physical

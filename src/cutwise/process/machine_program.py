@@ -6,17 +6,17 @@ from collections.abc import Iterator
 import numpy as np
 
 from cutwise import units
-from cutwise.io.programs.given import setup_of
-from cutwise.io.programs.interpreter import Interpreted, interpret
+from cutwise.io.program_setup import setup_of
 from cutwise.maths import chains
 from cutwise.maths.frames import FloatArray
 from cutwise.maths.linearc import at_blocks, carried, extremes
 from cutwise.physics.engagement.path_sweep import swept_path
 from cutwise.physics.motion.setpoints import DependentAxesError, beyond, setpoints
 from cutwise.physics.motion.volumetric import Axes
-from cutwise.process.machine_way import IntArray, Way, along_rates, given_speed, joints_of, places
+from cutwise.process.machine_path import IntArray, ToolPath, along_rates, given_speed, joints_of, places
 from cutwise.process.program_path import ProgramPath, moves_path, program_speed
 from cutwise.process.stock_moves import StockMoves, moves_into_stock, stock_of
+from cutwise.programs.interpreter import Interpreted, interpret
 from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.spec.geometry_errors import LINEAR_AXES, ROTARY_AXES
 from cutwise.spec.machine_pass import FromCutting, ProgramPass
@@ -130,7 +130,9 @@ class _Follower:
         return np.linalg.inv(chains.jacobian(self.axes.chain, q, self.tip)[0, :3, self.linear].T)
 
 
-def program_way(scenario: MachineScenario, program: ProgramPass, axes: Axes, *, samples: int | None = None) -> Way:
+def program_tool_path(
+    scenario: MachineScenario, program: ProgramPass, axes: Axes, *, samples: int | None = None
+) -> ToolPath:
     """The way of a program; corners are run as they are programmed, without blends.
 
     Parameters
@@ -183,7 +185,7 @@ def program_way(scenario: MachineScenario, program: ProgramPass, axes: Axes, *, 
     into = StockMoves()
     if scenario.stock is not None and frame is not None:
         into = moves_into_stock(path, swept_path(path.curve, 0.5 * scenario.tool.diameter), stock_of(scenario.stock))
-    return Way(
+    return ToolPath(
         np.cumsum(step / path.feed[block]), at.travel, commands, point, direction, feed, path.cuts[block],
         path.source[block], carried(path.curve, *frame) if frame else None, path.cuts, block,
         path.curve.knots[block] + at.along, spindle, path.still, into,

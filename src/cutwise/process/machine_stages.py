@@ -6,12 +6,12 @@ import numpy as np
 import xarray as xr
 
 from cutwise import units
-from cutwise.io.programs.block_text import block_named, blocks_named
 from cutwise.physics.surface import budget
 from cutwise.process import stock_moves
 from cutwise.process.chain_compliance import off_part
 from cutwise.process.machine import MachinePass, VolumeMap
 from cutwise.process.machine_pass import MachineRun
+from cutwise.programs.block_text import block_named, blocks_named
 from cutwise.spec.machine_scenario import MachineScenario
 from cutwise.spec.notices import notices
 

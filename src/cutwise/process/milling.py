@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from cutwise import units
-from cutwise.io.programs.interpreter import Interpreted
 from cutwise.later import later
 from cutwise.maths.curves import FloatArray
 from cutwise.physics.cutting.wall import DELAYED
@@ -36,6 +35,7 @@ from cutwise.process.loops_drives import Commands, Cut, DriveHistory, run_drives
 from cutwise.process.milling_contact import Contact, SteadyCuts, contact, steady_cuts
 from cutwise.process.milling_stability import TipStability, tip_stability
 from cutwise.process.milling_wall import WallRun
+from cutwise.programs.interpreter import Interpreted
 from cutwise.spec.faults import Fault, ScenarioFault, all_faults
 from cutwise.spec.milling import MillingScenario
 

@@ -5,11 +5,11 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from cutwise.io.programs.block_text import block_named
-from cutwise.io.programs.interpreter import Interpreted
-from cutwise.io.programs.move_table import CUTTING, KINDS, MODES, Moves
 from cutwise.maths.linearc import FloatArray, LineArc, arcs, lines
 from cutwise.paths.blends import blended, feed_tolerances
+from cutwise.programs.block_text import block_named
+from cutwise.programs.interpreter import Interpreted
+from cutwise.programs.move_table import CUTTING, KINDS, MODES, Moves
 from cutwise.spec.faults import Fault, ScenarioFault, dotted
 from cutwise.spec.program import Blend
 

@@ -29,16 +29,16 @@ if TYPE_CHECKING:
         deburring,
         deburring_part,
         drilling,
-        drilling_remarks,
+        drilling_findings,
         drilling_stages,
         machine,
         machine_stages,
         milling,
         milling_compare,
+        milling_findings,
         milling_measures,
         milling_stability,
-        remarks,
-        remarks_mill,
+        notices,
         soundness,
         still_deburring,
         weights,
@@ -62,7 +62,7 @@ else:  # a run imports its own process, not those of the others
     deburring = later("cutwise.process.deburring")
     deburring_part = later("cutwise.process.deburring_part")
     drilling = later("cutwise.process.drilling")
-    drilling_remarks = later("cutwise.process.drilling_remarks")
+    drilling_findings = later("cutwise.process.drilling_findings")
     drilling_stages = later("cutwise.process.drilling_stages")
     machine = later("cutwise.process.machine")
     machine_stages = later("cutwise.process.machine_stages")
@@ -70,8 +70,8 @@ else:  # a run imports its own process, not those of the others
     milling_compare = later("cutwise.process.milling_compare")
     milling_measures = later("cutwise.process.milling_measures")
     milling_stability = later("cutwise.process.milling_stability")
-    remarks = later("cutwise.process.remarks")
-    remarks_mill = later("cutwise.process.remarks_mill")
+    notices = later("cutwise.process.edge_findings")
+    milling_findings = later("cutwise.process.milling_findings")
     soundness = later("cutwise.process.soundness")
     still_deburring = later("cutwise.process.still_deburring")
     weights = later("cutwise.process.weights")
@@ -103,11 +103,11 @@ def deburr(scenario: DeburringScenario, progress: Progress | None = None) -> Res
         stages=deburring.stages(edge),
         findings=(*soundness.deburr(scenario, edge), *weights.deburr(edge)),
         bands=deburring.histories(scenario, edge, found),
-        warnings=remarks.warnings(scenario, edge, found),
+        warnings=notices.warnings(scenario, edge, found),
         infeasible=carried.too_fast(found, scenario.operation.feed),
-        limits=remarks.LIMITS,
+        limits=notices.LIMITS,
         convergence=change,
-        notes=remarks.notes(scenario, edge, found),
+        notes=notices.notes(scenario, edge, found),
         references=("berselli2016", "altintas2012"),
     )
 
@@ -159,7 +159,7 @@ def deburring_quick(scenario: DeburringScenario, wanted: Collection[str] = (), *
     edge, found = _deburring_pass(
         scenario, max(step, _STUDY_STEP) if coarse and coarser(scenario) else step, tooth=tooth
     )
-    said = () if coarse else tuple(remarks.warnings(scenario, edge, found))
+    said = () if coarse else tuple(notices.warnings(scenario, edge, found))
     too_fast = carried.too_fast(found, scenario.operation.feed)
     return Outcome(found, tuple(soundness.deburr(scenario, edge)), said, too_fast)
 
@@ -214,10 +214,10 @@ def mill(scenario: MillingScenario, progress: Progress | None = None) -> Result:
             vibration=milling_stability.vibration(steady) if steady is not None else None,
         ),
         findings=soundness.mill(scenario, done, steady),
-        warnings=tuple(remarks_mill.warnings(scenario, done, found)),
-        limits=remarks_mill.limits(done),
+        warnings=tuple(milling_findings.warnings(scenario, done, found)),
+        limits=milling_findings.limits(done),
         convergence=change,
-        notes=remarks_mill.notes(scenario, done, program.notices if program else ()),
+        notes=milling_findings.notes(scenario, done, program.notices if program else ()),
         references=("ozcan2017", "altintas2012", "erkorkmaz2001"),
     )
 
@@ -259,7 +259,7 @@ def mill_quick(scenario: MillingScenario, wanted: Collection[str] = (), *, coars
     steady = milling.stability(scenario, done)
     found = milling_measures.measures(scenario, done)
     found = {**found, **(milling_stability.measures(steady) if steady is not None else {})}
-    said = () if coarse else tuple(remarks_mill.warnings(scenario, done, found))
+    said = () if coarse else tuple(milling_findings.warnings(scenario, done, found))
     return Outcome(found, tuple(soundness.mill(scenario, done, steady, helped=False)), said)
 
 
@@ -298,11 +298,11 @@ def drill(scenario: DrillingScenario, progress: Progress | None = None) -> Resul
         found,
         stages=drilling_stages.stages(scenario, run, each),
         findings=soundness.drill(run, scenario.numerics.time_step),
-        warnings=drilling_remarks.warnings(scenario, run),
-        infeasible=drilling_remarks.infeasible(scenario, run),
-        limits=drilling_remarks.limits(scenario),
+        warnings=drilling_findings.warnings(scenario, run),
+        infeasible=drilling_findings.infeasible(scenario, run),
+        limits=drilling_findings.limits(scenario),
         convergence=change,
-        notes=drilling_remarks.notes(scenario, run),
+        notes=drilling_findings.notes(scenario, run),
         references=("garnier2017", "dumas2011", "chen_kao2000", *_ELIMINATION[: 2 * bool(run.cell.not_spherical)]),
     )
 
@@ -324,9 +324,9 @@ def drilling_quick(scenario: DrillingScenario, wanted: Collection[str] = (), *, 
     """What studies need."""
     del wanted
     run = _drilling_run(scenario)
-    said = () if coarse else tuple(drilling_remarks.warnings(scenario, run))
+    said = () if coarse else tuple(drilling_findings.warnings(scenario, run))
     sound = tuple(soundness.drill(run, scenario.numerics.time_step))
-    return Outcome(drilling.measures(scenario, run), sound, said, tuple(drilling_remarks.infeasible(scenario, run)))
+    return Outcome(drilling.measures(scenario, run), sound, said, tuple(drilling_findings.infeasible(scenario, run)))
 
 
 def chamfer_path(scenario: ChamferScenario, progress: Progress | None = None) -> Result:

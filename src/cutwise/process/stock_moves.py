@@ -7,12 +7,12 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from cutwise.io.programs.block_text import blocks_named
 from cutwise.maths.curves import FloatArray
 from cutwise.maths.linearc import LineArc, at_blocks
 from cutwise.physics.engagement.path_sweep import Swept
 from cutwise.physics.engagement.stock import Stock, block_stock, contact_patches, immersion, stands_in_material
 from cutwise.process.program_path import ProgramPath
+from cutwise.programs.block_text import blocks_named
 from cutwise.spec.program import StockBlock
 
 IntArray = npt.NDArray[np.int64]

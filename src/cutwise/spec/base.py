@@ -15,14 +15,14 @@ from cutwise.spec.texts import hidden_fault
 Status = Literal["measured", "catalogue", "paper", "assumed", "derived", "user"]
 
 
-class Remark(NamedTuple):
+class Notice(NamedTuple):
     """Something to say about the values of a section: where (relative to the section), and what."""
 
     path: Path
     message: str
 
 
-def contradiction(found: Sequence[Remark]) -> PydanticCustomError:
+def contradiction(found: Sequence[Notice]) -> PydanticCustomError:
     """The error that carries faults found by comparing values, for a pydantic validator to raise."""
     message = "; ".join(": ".join(filter(None, (dotted(path), text))) for path, text in found)
     return PydanticCustomError("contradiction", "{message}", {"message": message, "found": tuple(found)})
@@ -49,15 +49,15 @@ class Spec(BaseModel):
     many_lines: ClassVar[tuple[str, ...]] = ()
     """Keys whose texts have lines; all others are written into comments, titles and tables, where a line end is harm."""
 
-    def contradictions(self) -> Iterator[Remark]:
+    def contradictions(self) -> Iterator[Notice]:
         """Values that cannot hold together."""
         yield from ()
 
-    def remarks(self) -> Iterator[Remark]:
+    def notices(self) -> Iterator[Notice]:
         """Combinations that are possible but unusual."""
         yield from ()
 
-    def unused(self) -> Iterator[Remark]:
+    def unused(self) -> Iterator[Notice]:
         """Keys that change nothing beside the others, each with the reason: told where the engineer wrote them himself.
 
         What has to be written anyway is not told, nor what a library entry says for other uses.
@@ -71,13 +71,13 @@ class Spec(BaseModel):
             raise contradiction(found)
         return self
 
-    def _hidden_letters(self) -> Iterator[Remark]:
+    def _hidden_letters(self) -> Iterator[Notice]:
         """Texts that hold control characters."""
         for name, value in self.__dict__.items():
             for path, text in _texts(value, (name,)):
                 fault = hidden_fault(text, lines=name in self.many_lines)
                 if fault is not None:
-                    yield Remark(path, fault)
+                    yield Notice(path, fault)
 
 
 def _texts(value: Any, path: Path) -> Iterator[tuple[Path, str]]:

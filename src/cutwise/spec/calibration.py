@@ -13,9 +13,9 @@ from cutwise.spec.base import (
     Length,
     LibrarySpec,
     Mass,
+    Notice,
     Number,
     Pressure,
-    Remark,
     Spec,
     TorqueConstant,
     Transmission,
@@ -73,10 +73,10 @@ class MeasuredSettings(Spec):
 
     date: str | None = Field(default=None, description="when it was measured", examples=["2026-03-01"])
 
-    def contradictions(self) -> Iterator[Remark]:
+    def contradictions(self) -> Iterator[Notice]:
         """A date that is none."""
         if self.date is not None and not is_date(self.date):
-            yield Remark(("date",), f'"{self.date}" is not a date; write for example 2026-03-01')
+            yield Notice(("date",), f'"{self.date}" is not a date; write for example 2026-03-01')
 
 
 def is_date(text: str) -> bool:
@@ -134,19 +134,19 @@ class MeasuredArm(LibrarySpec):
         default=(0.0, 0.0, -1.0), description="which way is down, in the base frame", examples=["[0, 0, -1]"]
     )
 
-    def contradictions(self) -> Iterator[Remark]:
+    def contradictions(self) -> Iterator[Notice]:
         """As many weights as joints, a direction with a length, no joint that follows another."""
         if self.link_weights and len(self.link_weights) != len(self.joints):
             message = f"has {len(self.link_weights)} links for {len(self.joints)} joints; write one for each joint"
-            yield Remark(("link_weights",), message)
+            yield Notice(("link_weights",), message)
         if math.hypot(*self.gravity) < 1e-9:
-            yield Remark(("gravity",), "has no length; write for example [0, 0, -1]")
+            yield Notice(("gravity",), "has no length; write for example [0, 0, -1]")
         for n, joint in enumerate(self.joints):
             if joint.mimic is not None:
                 message = (
                     "a joint that follows another cannot be calibrated yet; write the angles of six joints of their own"
                 )
-                yield Remark(("joints", n, "mimic"), message)
+                yield Notice(("joints", n, "mimic"), message)
 
 
 class PointSettings(Spec):
@@ -193,11 +193,11 @@ class MeasuredCut(Spec):
         examples=["[0 deg, 180 deg]"],
     )
 
-    def contradictions(self) -> Iterator[Remark]:
+    def contradictions(self) -> Iterator[Notice]:
         """Entry before exit, within half a turn of chip."""
         start, end = self.arc
         if not (-1e-9 <= start < end <= math.pi + 1e-9):
-            yield Remark(("arc",), "a tooth enters before it leaves, both between 0 deg and 180 deg")
+            yield Notice(("arc",), "a tooth enters before it leaves, both between 0 deg and 180 deg")
 
 
 class ForceSettings(Spec):
@@ -210,12 +210,12 @@ class ForceSettings(Spec):
     )
     forces_on: Literal["tool", "work"] = Field(default="tool", description="what the forces act on", examples=["work"])
 
-    def contradictions(self) -> Iterator[Remark]:
+    def contradictions(self) -> Iterator[Notice]:
         """Each channel once."""
         if self.axes != "auto":
             unknown = [axis for axis in self.axes if axis not in MINUS]
             if unknown or len({axis[-1] for axis in self.axes}) < 3:
-                yield Remark(
+                yield Notice(
                     ("axes",),
                     f"[{', '.join(self.axes)}] does not name each of x, y, z once; write for example [-y, x, z]",
                 )

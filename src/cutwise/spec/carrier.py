@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import Discriminator, Field, create_model
 
 from cutwise import units
-from cutwise.spec.base import Angle, AngularSpeed, Length, Mass, Remark, Spec, Usual
+from cutwise.spec.base import Angle, AngularSpeed, Length, Mass, Notice, Spec, Usual
 from cutwise.spec.fields import tag
 from cutwise.spec.robot import AXES, Angles, Direction, Position, Robot
 
@@ -18,10 +18,10 @@ _EXAMPLES = {"from": "[1900 mm, -150 mm, 800 mm]", "to": "[1900 mm, 150 mm, 800 
 class _Line(Spec):
     """A straight line."""
 
-    def contradictions(self) -> Iterator[Remark]:
+    def contradictions(self) -> Iterator[Notice]:
         """Two different ends."""
         if self.length < 1e-6:
-            yield Remark(("to",), "is the same point as from: the path has no length")
+            yield Notice(("to",), "is the same point as from: the path has no length")
 
     @property
     def start(self) -> tuple[float, float, float]:
@@ -99,26 +99,26 @@ class CarriedPath(Spec):
         examples=["right"],
     )
 
-    def contradictions(self) -> Iterator[Remark]:
+    def contradictions(self) -> Iterator[Notice]:
         """A path, and an axis at a right angle to it."""
         if self.line is not None and self.arc is not None:
-            yield Remark(("arc",), "a path is a line or an arc; write one of them")
+            yield Notice(("arc",), "a path is a line or an arc; write one of them")
         unknown = self.line is None and self.arc is None
         if unknown and not self.elsewhere:
-            yield Remark(("line",), f"missing; write {{from: {_EXAMPLES['from']}, to: {_EXAMPLES['to']}}}, or an arc")
+            yield Notice(("line",), f"missing; write {{from: {_EXAMPLES['from']}, to: {_EXAMPLES['to']}}}, or an arc")
             return
         if self.orientation is not None and self.line is not None:
-            yield Remark(("orientation",), "is for arcs: on a line there is nothing to turn with")
+            yield Notice(("orientation",), "is for arcs: on a line there is nothing to turn with")
         axis = np.array(self.tool_axis)
         if np.linalg.norm(axis) < 1e-9:
-            yield Remark(("tool_axis",), "has no length; write for example [0, 0, -1]")
+            yield Notice(("tool_axis",), "has no length; write for example [0, 0, -1]")
             return
         if self.line is None:
             return
         way = np.subtract(self.line.end, self.line.start)
         lean = abs(float(way @ axis)) / float(np.linalg.norm(way) * np.linalg.norm(axis))
         if lean > 1e-6:
-            yield Remark(
+            yield Notice(
                 ("tool_axis",),
                 f"leans {math.degrees(math.asin(min(1.0, lean))):.3g} deg along the feed; the mill stands at a right "
                 "angle to its path",
@@ -218,39 +218,39 @@ class CarryingRobot(Robot):
         default=None, description="its centre of mass in the flange frame", examples=["[100 mm, 0 mm, -150 mm]"]
     )
 
-    def contradictions(self) -> Iterator[Remark]:
+    def contradictions(self) -> Iterator[Notice]:
         """What a weight lacks."""
         yield from super().contradictions()
         if self.links is not None and len(self.links) != len(self.joints):
-            yield Remark(("links",), f"has {len(self.links)} links for {len(self.joints)} joints")
+            yield Notice(("links",), f"has {len(self.links)} links for {len(self.joints)} joints")
         if (self.tool_mass is None) != (self.tool_centre is None):
             missing = "tool_centre" if self.tool_centre is None else "tool_mass"
-            yield Remark((missing,), "missing; mass and centre of the tool go together")
+            yield Notice((missing,), "missing; mass and centre of the tool go together")
 
-    def remarks(self) -> Iterator[Remark]:
+    def notices(self) -> Iterator[Notice]:
         """What the errors of the surface do not hold."""
-        yield from super().remarks()
+        yield from super().notices()
         if self.accuracy is not None:
             own = units.show(self.accuracy, "length", 3)
-            yield Remark(
+            yield Notice(
                 ("accuracy",),
                 f"{own} is the error of the arm itself; errors of the surface hold what it yields by, and this adds to them",
             )
         if self.payload is not None and (self.tool_mass or 0.0) > self.payload:
             rated = units.show(self.payload, "mass")
-            yield Remark(("tool_mass",), f"is more than the rated payload of the arm, {rated} (robot.payload)")
+            yield Notice(("tool_mass",), f"is more than the rated payload of the arm, {rated} (robot.payload)")
 
-    def unused(self) -> Iterator[Remark]:
+    def unused(self) -> Iterator[Notice]:
         """Weights that do not count, a sag without weights, and what is chosen where nothing is left to choose."""
         if self.payload is not None and self.tool_mass is None:
-            yield Remark(("payload",), "it is held against robot.tool_mass, which is not given")
+            yield Notice(("payload",), "it is held against robot.tool_mass, which is not given")
         if self.sag == "ignored":
             for key in ("links", "tool_mass", "tool_centre"):
-                yield Remark((key,), "robot.sag is ignored")
+                yield Notice((key,), "robot.sag is ignored")
         elif self.links is None and self.tool_mass is None:
-            yield Remark(("sag",), "no weight of tool or links is given (robot.tool_mass, robot.links)")
+            yield Notice(("sag",), "no weight of tool or links is given (robot.tool_mass, robot.links)")
         if not isinstance(self.redundancy_angle, str):
-            yield Remark(("objective",), "the angle of the tool is given (robot.redundancy_angle)")
+            yield Notice(("objective",), "the angle of the tool is given (robot.redundancy_angle)")
 
 
 def not_carrying(value: Any) -> str | None:

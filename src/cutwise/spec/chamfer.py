@@ -15,7 +15,7 @@ from cutwise.spec.base import (
     Count,
     Length,
     LibrarySpec,
-    Remark,
+    Notice,
     SmallLength,
     Spec,
     Speed,
@@ -59,12 +59,12 @@ class Pipe(Spec):
         gt=-math.radians(80), lt=math.radians(80),
     )  # fmt: skip
 
-    def contradictions(self) -> Iterator[Remark]:
+    def contradictions(self) -> Iterator[Notice]:
         """Walls and holes larger than the pipe."""
         if self.wall >= self.radius:
-            yield Remark(("wall",), f"is as thick as the pipe: its radius is {_mm(self.radius)}")
+            yield Notice(("wall",), f"is as thick as the pipe: its radius is {_mm(self.radius)}")
         if self.hole_radius >= self.radius:
-            yield Remark(("hole_radius",), f"is larger than the pipe: its radius is {_mm(self.radius)}")
+            yield Notice(("hole_radius",), f"is larger than the pipe: its radius is {_mm(self.radius)}")
 
 
 class BlockHole(Spec):
@@ -94,14 +94,14 @@ class Block(Spec):
         default=None, description="radius of a bore along x through the middle of the block", examples=["6 mm"], gt=0
     )
 
-    def contradictions(self) -> Iterator[Remark]:
+    def contradictions(self) -> Iterator[Notice]:
         """Holes that are not inside the block."""
         for i, hole in enumerate(self.holes):
             room = min(hole.x, self.length - hole.x, hole.y, self.width - hole.y) - hole.radius
             if room <= 0.0:
-                yield Remark(("holes", i), "is not inside the top face of the block")
+                yield Notice(("holes", i), "is not inside the top face of the block")
         if self.bore_radius is not None and 2.0 * self.bore_radius >= min(self.width, self.height):
-            yield Remark(("bore_radius",), "is as large as the block")
+            yield Notice(("bore_radius",), "is as large as the block")
 
 
 class ChamferBurr(Spec):
@@ -145,25 +145,25 @@ class ChamferPart(Spec):
         if strange:
             raise contradiction(
                 [
-                    Remark((), f'"{word}" selects nothing: write inner, outer or all; of a CAD part {SELECTORS}')
+                    Notice((), f'"{word}" selects nothing: write inner, outer or all; of a CAD part {SELECTORS}')
                     for word in strange
                 ]
             )
         return text
 
-    def contradictions(self) -> Iterator[Remark]:
+    def contradictions(self) -> Iterator[Notice]:
         """One part, and a selector that fits it."""
         if self.pipe is None and self.step is None and self.block is None:
-            yield Remark((), "names no part: write pipe, step or block")
+            yield Notice((), "names no part: write pipe, step or block")
         if self.pipe is not None and (self.step is not None or self.block is not None):
-            yield Remark((), "names two parts: keep one of pipe, step and block")
+            yield Notice((), "names two parts: keep one of pipe, step and block")
         if self.pipe is not None and self.edges not in ("all", "outer", "inner"):
-            yield Remark(("edges",), f'"{self.edges}" is no edge of a pipe; write inner, outer or all')
+            yield Notice(("edges",), f'"{self.edges}" is no edge of a pipe; write inner, outer or all')
 
-    def remarks(self) -> Iterator[Remark]:
+    def notices(self) -> Iterator[Notice]:
         """A file that stands in for the block."""
         if self.step is not None and self.block is not None:
-            yield Remark(("block",), "is not used: part.step names the part")
+            yield Notice(("block",), "is not used: part.step names the part")
 
 
 class ChamferSize(Spec):
@@ -217,15 +217,15 @@ class BallEndCutter(LibrarySpec):
         examples=["auto"],
     )
 
-    def contradictions(self) -> Iterator[Remark]:
+    def contradictions(self) -> Iterator[Notice]:
         """A rod that hides the ball; a knife inside the rod."""
         if self.rod_radius >= self.ball_radius:
-            yield Remark(("rod_radius",), f"is not smaller than the ball ({_mm(self.ball_radius)})")
+            yield Notice(("rod_radius",), f"is not smaller than the ball ({_mm(self.ball_radius)})")
             return
         neck = math.asin(self.rod_radius / self.ball_radius)
         if self.knife_limit_angle < neck - 1e-9:
             shown = units.show(neck, "angle")
-            yield Remark(("knife_limit_angle",), f"begins inside the rod: the rod hides the ball up to {shown}")
+            yield Notice(("knife_limit_angle",), f"begins inside the rod: the rod hides the ball up to {shown}")
 
 
 class ChamferOperation(Spec):
@@ -259,10 +259,10 @@ class ChamferOperation(Spec):
         examples=["0 mm"],
     )
 
-    def contradictions(self) -> Iterator[Remark]:
+    def contradictions(self) -> Iterator[Notice]:
         """One feed."""
         if (self.contact_feed is None) == (self.centre_feed is None):
-            yield Remark((), "give exactly one of contact_feed and centre_feed, for example contact_feed: 200 mm/min")
+            yield Notice((), "give exactly one of contact_feed and centre_feed, for example contact_feed: 200 mm/min")
 
 
 class PathResolution(Spec):
@@ -277,10 +277,10 @@ class PathResolution(Spec):
         default=None, description="number of points, evenly spread", examples=[2880], ge=8, le=100_000
     )
 
-    def contradictions(self) -> Iterator[Remark]:
+    def contradictions(self) -> Iterator[Notice]:
         """One of them."""
         if (self.chord_tolerance is None) == (self.points is None):
-            yield Remark((), "give exactly one of chord_tolerance and points, for example chord_tolerance: 2 um")
+            yield Notice((), "give exactly one of chord_tolerance and points, for example chord_tolerance: 2 um")
 
 
 class SetupErrors(Spec):
@@ -351,42 +351,42 @@ class ChamferScenario(Scenario):
     placement: Standing | None = Field(default=None, description="where the part stands before the robot")
     setup: SetupErrors | None = Field(default=None, description="uncertainty of the set-up")
 
-    def contradictions(self) -> Iterator[Remark]:
+    def contradictions(self) -> Iterator[Notice]:
         """Widths larger than the tool; a tilt with legs; a spindle without forces."""
         chord = self.chamfer.width
         if self.chamfer.definition == "chord" and chord >= 2.0 * self.tool.ball_radius:
-            yield Remark(
+            yield Notice(
                 ("chamfer", "width"),
                 f"is larger than the tool: the ball has a diameter of {_mm(2 * self.tool.ball_radius)}",
             )
         if self.chamfer.definition == "leg":
             if chord >= self.tool.ball_radius:
-                yield Remark(
+                yield Notice(
                     ("chamfer", "width"), f"is a leg larger than the radius of the ball ({_mm(self.tool.ball_radius)})"
                 )
             if self.chamfer.tilt not in ("auto", 0.0):
-                yield Remark(("chamfer", "tilt"), "changes the legs: use it with definition: chord, or leave it out")
+                yield Notice(("chamfer", "tilt"), "changes the legs: use it with definition: chord, or leave it out")
         yield from self._carrier_faults()
         if self.compliant is not None and not self.has_forces:
-            yield Remark(
+            yield Notice(
                 ("spindle",), "needs forces to yield to: give material, operation.spindle_speed and tool.flutes"
             )
         if self.part.pipe is None and (self.path.points or 0) > _MOST_ON_CAD:
-            yield Remark(
+            yield Notice(
                 ("path", "points"), f"is more than {_MOST_ON_CAD} points, the most along an edge of a CAD part"
             )
 
-    def _carrier_faults(self) -> Iterator[Remark]:
+    def _carrier_faults(self) -> Iterator[Notice]:
         """A robot without forces to yield to, or whose turning tool would turn the pistons."""
         robot = self.robot
         if robot is None:
             if self.placement is not None:
-                yield Remark(("placement",), "has nothing to place: there is no robot")
+                yield Notice(("placement",), "has nothing to place: there is no robot")
             return
         if not self.has_forces:
-            yield Remark(("robot",), "needs forces to yield to: give material, operation.spindle_speed and tool.flutes")
+            yield Notice(("robot",), "needs forces to yield to: give material, operation.spindle_speed and tool.flutes")
         if self.compliant is not None and robot.redundancy_angle == "along_path":
-            yield Remark(
+            yield Notice(
                 ("robot", "redundancy_angle"),
                 "along_path would turn the pistons with the tool, which is not modelled along a chamfer; write "
                 "best_constant or an angle, or spindle: rigid",
@@ -407,7 +407,7 @@ class ChamferScenario(Scenario):
         """Whether everything that cutting forces need is given."""
         return None not in (self.material, self.operation.spindle_speed, self.tool.flutes)
 
-    def _chip_remarks(self) -> Iterator[Remark]:
+    def _chip_notices(self) -> Iterator[Notice]:
         """Chips for which the coefficients do not hold; no chip is thicker than the feed per tooth."""
         feed = self.operation.contact_feed or self.operation.centre_feed
         if self.has_forces and feed is not None:
@@ -416,28 +416,28 @@ class ChamferScenario(Scenario):
             assert self.tool.flutes is not None
             chip = 2.0 * math.pi * feed / (self.operation.spindle_speed * self.tool.flutes)
             if beyond := self.material.beyond(chip):
-                yield Remark(("material",), beyond)
+                yield Notice(("material",), beyond)
 
-    def unused(self) -> Iterator[Remark]:
+    def unused(self) -> Iterator[Notice]:
         """What forces averaged over a tooth do not ask for; the group of the material."""
-        yield Remark(("tool", "helix"), "the forces of the ball are averaged over a tooth, whatever its helix")
+        yield Notice(("tool", "helix"), "the forces of the ball are averaged over a tooth, whatever its helix")
         if self.material is not None:
-            yield Remark(("material", "group"), "deburring alone holds its cutting speed against that of the group")
+            yield Notice(("material", "group"), "deburring alone holds its cutting speed against that of the group")
 
-    def remarks(self) -> Iterator[Remark]:
+    def notices(self) -> Iterator[Notice]:
         """Half of what forces need; coefficients that do not hold."""
-        yield from self._chip_remarks()
+        yield from self._chip_notices()
         given = [self.material is not None, self.operation.spindle_speed is not None, self.tool.flutes is not None]
         if any(given) and not all(given):
-            yield Remark((), "forces need all of material, operation.spindle_speed and tool.flutes: none are reported")
+            yield Notice((), "forces need all of material, operation.spindle_speed and tool.flutes: none are reported")
         if self.part.burr is not None and not self.has_forces:
-            yield Remark(("part", "burr"), "changes nothing without forces: give material, spindle speed and flutes")
+            yield Notice(("part", "burr"), "changes nothing without forces: give material, spindle speed and flutes")
         if (
             self.part.pipe is None
             and self.setup is not None
             and (self.setup.wall or self.setup.angle or self.setup.radius)
         ):
-            yield Remark(("setup",), "radius, wall and angle apply to a pipe only; position and ball_radius are used")
+            yield Notice(("setup",), "radius, wall and angle apply to a pipe only; position and ball_radius are used")
 
 
 def _mm(value: float) -> str:

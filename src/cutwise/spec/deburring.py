@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 
 from cutwise import units
 from cutwise.spec import needs
-from cutwise.spec.base import Remark
+from cutwise.spec.base import Notice
 from cutwise.spec.carrier import CarryingRobot, PartPath, Standing
 from cutwise.spec.chained import ONE_CARRIER, CarryingMachine, block_faults, tip_faults, what_yields_alone
 from cutwise.spec.material import Material
@@ -95,108 +95,108 @@ class DeburringScenario(Scenario):
         idle = {"operation.lead_in_time", "spindle.pressure"} if self.numerics.mode == "still" else set()
         return {key: ends for key, ends in self.levers.items() if key not in idle}
 
-    def checks(self) -> Iterator[Iterator[Remark]]:
+    def checks(self) -> Iterator[Iterator[Notice]]:
         """Edge and mill; what carries the spindle."""
         yield self._edge_faults()
         yield self._carrier_faults()
         yield self._machine_faults()
         yield self._rest_faults()
 
-    def contradictions(self) -> Iterator[Remark]:
+    def contradictions(self) -> Iterator[Notice]:
         """What contradicts itself between sections."""
         for check in self.checks():
             yield from check
 
-    def _carrier_faults(self) -> Iterator[Remark]:
+    def _carrier_faults(self) -> Iterator[Notice]:
         """A robot without a path, a path beside another length, a side of the work that the milling contradicts."""
         operation, path = self.operation, self.path
         yield from self._part_faults()
         if operation.length is None and operation.duration is None and path is None:
-            yield Remark(
+            yield Notice(
                 ("operation", "duration"),
                 "missing; write duration (for example 0.6 s) or length (for example 48 mm)",
             )
         if path is None:
             for carrier in ("robot", "machine"):
                 if getattr(self, carrier) is not None:
-                    yield Remark(("path",), f"missing; a {carrier} needs to know where the edge is, for example path: {{line: "
+                    yield Notice(("path",), f"missing; a {carrier} needs to know where the edge is, for example path: {{line: "
                                  "{from: [1900 mm, -150 mm, 800 mm], to: [1900 mm, 150 mm, 800 mm]}, "
                                  "tool_axis: [0, 0, -1]}")  # fmt: skip
             if self.placement is not None:
-                yield Remark(("placement",), "has nothing to place: there is no path")
+                yield Notice(("placement",), "has nothing to place: there is no path")
             return
         if self.robot is None and self.machine is None and path.arc is None and self.part.step is None:
-            yield Remark(
+            yield Notice(
                 ("path",), "is followed by a robot or a machine; write robot.library, or operation.length alone"
             )
         yield from self._arc_faults(path)
         if self.robot is not None and self.robot.dynamics == "static" and self.numerics.engagement == "swept":
-            yield Remark(
+            yield Notice(
                 ("numerics", "engagement"), "a surface with memory needs an arm with mass; write robot.dynamics: modal, or "
                 "engagement: arcs",
             )  # fmt: skip
         if path.length and (operation.length or operation.duration) and operation.run_length > path.length * (1 + 1e-9):
             key = "length" if operation.length is not None else "duration"
-            yield Remark(
+            yield Notice(
                 ("operation", key), f"the run is {_mm(operation.run_length)} long, the path only {_mm(path.length)}"
             )
         side = "right" if operation.milling == "down" else "left"
         if path.work not in (None, side):
-            yield Remark(
+            yield Notice(
                 ("path", "work"),
                 f"{path.work} contradicts operation.milling: a right-hand tool mills {operation.milling} with the work on "
                 f"the {side} of the feed",
             )
 
-    def _part_faults(self) -> Iterator[Remark]:
+    def _part_faults(self) -> Iterator[Notice]:
         """An edge that is given twice or not at all."""
         part, path = self.part, self.path
         given = path is not None and (path.line is not None or path.arc is not None)
         if part.step is None:
             if part.edges is not None:
-                yield Remark(("part", "edges"), "chooses among the edges of a part: write part.step")
+                yield Notice(("part", "edges"), "chooses among the edges of a part: write part.step")
             if path is not None and not given:
-                yield Remark(
+                yield Notice(
                     ("path", "line"),
                     "missing; write {from: [1900 mm, -150 mm, 800 mm], to: [1900 mm, 150 mm, 800 mm]}, an arc, or part.step",
                 )
         elif path is None:
-            yield Remark(
+            yield Notice(
                 ("path",), "missing; with part.step say how the mill stands, for example path: {tool_axis: [0, 0, -1]}"
             )
         elif given:
             key = "line" if path.line is not None else "arc"
-            yield Remark(
+            yield Notice(
                 ("path", key), "names the edge a second time: part.step and part.edges give it; keep one of them"
             )
 
-    def _machine_faults(self) -> Iterator[Remark]:
+    def _machine_faults(self) -> Iterator[Notice]:
         """Two carriers, a chain that is not one, a part that yields in two ways."""
         yield from block_faults(self.machine, self.part.block, self.part.stiffness)
         if self.machine is None:
             return
         yield from tip_faults(self.machine)
         if self.robot is not None:
-            yield Remark(("robot",), ONE_CARRIER)
+            yield Notice(("robot",), ONE_CARRIER)
         if self.placement is not None:
-            yield Remark(
+            yield Notice(
                 ("placement",), "places a part before a robot; on a machine the path lies in the frame of the part"
             )
         if self.path is not None and self.path.arc is not None:
-            yield Remark(
+            yield Notice(
                 ("path", "arc"), "along an arc the normal turns through all directions of the machine, which is not "
                 "modelled; write a line",
             )  # fmt: skip
 
-    def _rest_faults(self) -> Iterator[Remark]:
+    def _rest_faults(self) -> Iterator[Notice]:
         """What has a memory cannot be at rest, and what has none is not stepped."""
         numerics = self.numerics
         if self.spindle == "rigid" and numerics.mode != "still":
-            yield Remark(("numerics", "mode"), "a rigid spindle is computed at rest: write mode: still")
+            yield Notice(("numerics", "mode"), "a rigid spindle is computed at rest: write mode: still")
         if numerics.mode != "still":
             return
         if self.spindle != "rigid":
-            yield Remark(
+            yield Notice(
                 ("numerics", "mode"), "pistons remember how they were loaded, still has no time: write mode: step, or "
                 "spindle: rigid",
             )  # fmt: skip
@@ -205,47 +205,47 @@ class DeburringScenario(Scenario):
             ("engagement", "arcs", "a surface with memory needs time stepping; write arcs"),
         ):
             if getattr(numerics, key) not in (needed, "auto"):
-                yield Remark(("numerics", key), why)
+                yield Notice(("numerics", key), why)
         if self.tool.runout > 0.0:
-            yield Remark(("tool", "runout"), "needs a surface with memory, which has no place at rest; leave it out")
+            yield Notice(("tool", "runout"), "needs a surface with memory, which has no place at rest; leave it out")
         if self.path is not None and self.path.arc is not None:
-            yield Remark(("path", "arc"), "is followed in time steps; at rest write a line")
+            yield Notice(("path", "arc"), "is followed in time steps; at rest write a line")
         robot = self.robot
         if robot is not None and robot.dynamics == "modal" and "dynamics" in robot.model_fields_set:
-            yield Remark(("robot", "dynamics"), "a mass has no place at rest; write static")
+            yield Notice(("robot", "dynamics"), "a mass has no place at rest; write static")
 
-    def _arc_faults(self, path: PartPath) -> Iterator[Remark]:
+    def _arc_faults(self, path: PartPath) -> Iterator[Notice]:
         """What an arc needs to be told, and what is not modelled along one."""
         if path.arc is None:
             return
         if self.robot is None and path.orientation is None:
-            yield Remark(
+            yield Notice(
                 ("path", "orientation"),
                 "missing; fixed (the tool keeps its attitude) or follow (it turns with the edge)",
             )
         if self.numerics.engagement == "swept":
-            yield Remark(("numerics", "engagement"), "a surface with memory is for straight edges; write arcs")
+            yield Notice(("numerics", "engagement"), "a surface with memory is for straight edges; write arcs")
         if self.operation.milling == "up":
-            yield Remark(("operation", "milling"), "up milling along an arc is not modelled; write down")
+            yield Notice(("operation", "milling"), "up milling along an arc is not modelled; write down")
         if path.orientation == "fixed" and self.robot is not None and self.robot.dynamics == "static":
-            yield Remark(
+            yield Notice(
                 ("path", "orientation"), "fixed with robot.dynamics: static is not modelled: the normal turns through all "
                 "directions of the arm; let the robot turn the spindle (follow), or write robot.dynamics: modal",
             )  # fmt: skip
 
-    def _edge_faults(self) -> Iterator[Remark]:
+    def _edge_faults(self) -> Iterator[Notice]:
         """Burr and part outside the flutes; tables that end before the run does."""
         part, burr = self.part, self.part.burr
         if self.tool.flute_length is not None:
             reach = self.tool.flute_length * (1 + 1e-9)
             if part.axial_start + part.contact_length > reach:
-                yield Remark(
+                yield Notice(
                     ("part", "contact_length"),
                     f"the part reaches {_mm(part.axial_start + part.contact_length)} up the mill, the flutes only "
                     f"{_mm(self.tool.flute_length)} (tool.flute_length)",
                 )
             if isinstance(burr.width, float) and burr.axial_start + burr.width > reach:
-                yield Remark(
+                yield Notice(
                     ("part", "burr", "width"),
                     f"the burr reaches {_mm(burr.axial_start + burr.width)} up the mill, the flutes only "
                     f"{_mm(self.tool.flute_length)} (tool.flute_length)",
@@ -256,65 +256,65 @@ class DeburringScenario(Scenario):
             if isinstance(size, Table) and given:
                 yield from uncovered(size, self.operation.run_length, ("part", "burr", name))
 
-    def unused(self) -> Iterator[Remark]:
+    def unused(self) -> Iterator[Notice]:
         """Places along a path that nothing follows; what belongs to time, at rest."""
         still = self.numerics.mode == "still"
         if self.robot is None and self.machine is None and not still:
-            yield Remark(("numerics", "station"), "there is no carrier, whose compliance is taken at stations")
+            yield Notice(("numerics", "station"), "there is no carrier, whose compliance is taken at stations")
         if self.robot is None:
-            yield Remark(("placement",), "there is no robot, before which the part would stand")
+            yield Notice(("placement",), "there is no robot, before which the part would stand")
         if still:
             for section, key in (("operation", "lead_in_time"), ("operation", "lead_out_time"), ("operation", "clearance"),
                                  ("numerics", "time_step")):  # fmt: skip
-                yield Remark((section, key), "every place is at rest (numerics.mode)")
+                yield Notice((section, key), "every place is at rest (numerics.mode)")
 
-    def remarks(self) -> Iterator[Remark]:
+    def notices(self) -> Iterator[Notice]:
         """Combinations of sections that are possible but unusual."""
         yield from self._chip_and_speed()
         yield from self._preset_and_stroke()
         if self.machine is not None:
             yield from what_yields_alone(self.machine)
         if isinstance(self.part.burr.height, float) and self.part.burr.height > self.tool.diameter:
-            yield Remark(("part", "burr", "height"), "is more than the diameter of the mill")
+            yield Notice(("part", "burr", "height"), "is more than the diameter of the mill")
         if self.numerics.force == "tooth_resolved":
             tooth = 2 * math.pi / (self.operation.spindle_speed * self.tool.flutes)
             if self.numerics.time_step > tooth / 10:
-                yield Remark(
+                yield Notice(
                     ("numerics", "time_step"),
                     f"is more than a tenth of a tooth period ({tooth * 1e6:.3g} µs): the ripple is not resolved; usual "
                     "is 2.5 µs or less",
                 )
         elif self.tool.runout > 0 and self.numerics.time_step > 5e-6 * (1 + 1e-9):
-            yield Remark(("numerics", "time_step"), "is more than the 5 µs that run-out asks for")
+            yield Notice(("numerics", "time_step"), "is more than the 5 µs that run-out asks for")
 
-    def _chip_and_speed(self) -> Iterator[Remark]:
+    def _chip_and_speed(self) -> Iterator[Notice]:
         speed = math.pi * self.tool.diameter * self.operation.spindle_speed / (2 * math.pi) * 60
         group = self.material.group
         usual = USUAL_CUTTING_SPEED[group] if group else max(USUAL_CUTTING_SPEED.values())
         if speed > usual * (1 + 1e-9):
             where = f"in group {group}" if group else "even in soft aluminium"
-            yield Remark(
+            yield Notice(
                 ("operation", "spindle_speed"),
                 f"the cutting speed is {speed:.4g} m/min; usual for burs is up to {usual:g} m/min {where}",
             )
         chip = self.operation.feed * 2 * math.pi / (self.operation.spindle_speed * self.tool.flutes)
         if beyond := self.material.beyond(chip):
-            yield Remark(("material",), beyond)
+            yield Notice(("material",), beyond)
 
-    def _preset_and_stroke(self) -> Iterator[Remark]:
+    def _preset_and_stroke(self) -> Iterator[Notice]:
         spindle, operation = self.spindle, self.operation
         error = operation.path_error.amplitude if isinstance(operation.path_error, SinePathError) else 0.0
         if isinstance(spindle, CompliantSpindle):
             tip_stroke = spindle.stroke * spindle.tool_reach / spindle.piston_arm
             if operation.preset + error >= tip_stroke:
-                yield Remark(
+                yield Notice(
                     ("operation", "preset"),
                     f"with the path error it takes the whole stroke of the tip ({_mm(tip_stroke)}): the spindle meets its "
                     "stop",
                 )
         height = self.part.burr.height
         if isinstance(height, float) and operation.preset + height <= 0:
-            yield Remark(("operation", "preset"), "leaves the mill above the burr: nothing is cut")
+            yield Notice(("operation", "preset"), "leaves the mill above the burr: nothing is cut")
 
 
 def _mm(value: float) -> str:

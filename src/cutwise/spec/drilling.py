@@ -15,8 +15,8 @@ from cutwise.spec.base import (
     FeedPerRevolution,
     Length,
     LibrarySpec,
+    Notice,
     Number,
-    Remark,
     Spec,
     Stiffness,
     Stress,
@@ -80,17 +80,17 @@ class Drill(LibrarySpec):
         """Height of the drill point [m]."""
         return 0.5 * self.diameter / math.tan(0.5 * self.point_angle)
 
-    def contradictions(self) -> Iterator[Remark]:
+    def contradictions(self) -> Iterator[Notice]:
         """Chisel edge and web inside the drill."""
         for key in ("chisel_radius", "web"):
             if getattr(self, key) >= 0.5 * self.diameter:
-                yield Remark((key,), "is as large as the radius of the drill")
+                yield Notice((key,), "is as large as the radius of the drill")
 
-    def remarks(self) -> Iterator[Remark]:
+    def notices(self) -> Iterator[Notice]:
         """Half a point angle."""
         if self.point_angle < math.radians(85):
             given, full = (units.show(k * self.point_angle, "angle", 4) for k in (1, 2))
-            yield Remark(("point_angle",), f"{given} looks like half the angle; the full one would be {full}")
+            yield Notice(("point_angle",), f"{given} looks like half the angle; the full one would be {full}")
 
 
 class DrilledMaterial(LibrarySpec):
@@ -160,10 +160,10 @@ class Hole(Spec):
         default=(), description="entry points of further holes", examples=["[[1950 mm, 300 mm, 800 mm]]"]
     )
 
-    def contradictions(self) -> Iterator[Remark]:
+    def contradictions(self) -> Iterator[Notice]:
         """An axis with a length."""
         if math.hypot(*self.axis) < 1e-9:
-            yield Remark(("axis",), "has no length; write for example [0, 0, -1]")
+            yield Notice(("axis",), "has no length; write for example [0, 0, -1]")
 
 
 class Placement(Spec):
@@ -308,73 +308,73 @@ class DrillingScenario(Scenario):
         own = None if self.robot is None else self.robot.accuracy
         return "hole_position_error_exit" if own is None else "hole_position_error_total"
 
-    def checks(self) -> Iterator[Iterator[Remark]]:
+    def checks(self) -> Iterator[Iterator[Notice]]:
         """The drill in its plate; what carries it."""
         yield self._hole_faults()
         yield self._carrier_faults()
 
-    def contradictions(self) -> Iterator[Remark]:
+    def contradictions(self) -> Iterator[Notice]:
         """What contradicts itself between sections."""
         for check in self.checks():
             yield from check
 
-    def _carrier_faults(self) -> Iterator[Remark]:
+    def _carrier_faults(self) -> Iterator[Notice]:
         """One carrier; a part that yields in one way, and stands where it is on a machine."""
         if self.robot is not None and self.machine is not None:
-            yield Remark(("robot",), ONE_CARRIER)
+            yield Notice(("robot",), ONE_CARRIER)
         if self.robot is None and self.machine is None:
-            yield Remark(("robot",), "missing; write robot.library (or machine.library for a machine that drills)")
+            yield Notice(("robot",), "missing; write robot.library (or machine.library for a machine that drills)")
         yield from block_faults(self.machine, self.part.block, self.part.stiffness)
         if self.machine is not None:
             yield from tip_faults(self.machine)
         if self.machine is not None and self.part.placement is not None:
-            yield Remark(
+            yield Notice(
                 ("part", "placement"),
                 "tries places before a robot; on a machine the hole lies in the frame of the part",
             )
 
-    def _hole_faults(self) -> Iterator[Remark]:
+    def _hole_faults(self) -> Iterator[Notice]:
         """A drill that does not get through; a slope that the point meets with its corner first."""
         need = self.part.thickness + self.tool.cone_height
         if self.tool.flute_length < need:
-            yield Remark(
+            yield Notice(
                 ("tool", "flute_length"),
                 f"the drill is shorter than the hole: {_mm(self.tool.flute_length)}, thickness and drill point need "
                 f"{_mm(need)}",
             )
         steepest = math.pi / 2 - 0.5 * self.tool.point_angle
         if abs(self.part.inclination) >= steepest:
-            yield Remark(
+            yield Notice(
                 ("part", "inclination"),
                 f"must be below {units.show(steepest, 'angle', 4)} for this point angle: the corner of the drill would "
                 "touch before its tip",
             )
 
-    def unused(self) -> Iterator[Remark]:
+    def unused(self) -> Iterator[Notice]:
         """Where a flat surface falls away; numerics of what is not computed."""
         if not self.part.inclination:
             flat = "the surfaces are not inclined (part.inclination)"
-            yield Remark(("part", "slope_direction"), flat)
-            yield Remark(("numerics", "azimuths"), flat)
+            yield Notice(("part", "slope_direction"), flat)
+            yield Notice(("numerics", "azimuths"), flat)
         if self.tool.lip_model == "simple":
-            yield Remark(("numerics", "lip_elements"), "simple lips need no elements (tool.lip_model)")
+            yield Notice(("numerics", "lip_elements"), "simple lips need no elements (tool.lip_model)")
         if self.robot is None:
-            yield Remark(("numerics", "angle_step"), "a machine has no angle to choose")
+            yield Notice(("numerics", "angle_step"), "a machine has no angle to choose")
         elif not isinstance(self.robot.redundancy_angle, str):
-            yield Remark(("numerics", "angle_step"), "the angle of the tool is given (robot.redundancy_angle)")
+            yield Notice(("numerics", "angle_step"), "the angle of the tool is given (robot.redundancy_angle)")
 
-    def remarks(self) -> Iterator[Remark]:
+    def notices(self) -> Iterator[Notice]:
         """Chips too thin or too thick for the coefficients; slopes where the first turns matter."""
         if self.machine is not None:
             yield from what_yields_alone(self.machine)
         chip = 0.5 * self.operation.feed_per_rev * math.sin(0.5 * self.tool.point_angle)
         if chip < 5e-6 or chip > 0.5e-3:
-            yield Remark(
+            yield Notice(
                 ("operation", "feed_per_rev"),
                 f"the chip is {units.show(chip, 'small_length', 3)} thick; Kienzle's law is usually for 5 to 500 µm",
             )
         if abs(self.part.inclination) > math.radians(20):
-            yield Remark(
+            yield Notice(
                 ("part", "inclination"), "is steep: usual without a pilot or a milled seat is up to 10 to 15 deg"
             )
 

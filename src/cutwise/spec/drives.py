@@ -18,8 +18,8 @@ from cutwise.spec.base import (
     Jerk,
     LibrarySpec,
     Moment,
+    Notice,
     ProportionalGain,
-    Remark,
     SmallLength,
     Spec,
     Speed,
@@ -131,18 +131,18 @@ class CncMachine(LibrarySpec):
     y: FeedDrive = Field(description="the y axis")
     z: FeedDrive | None = Field(default=None, description="the z axis; left out: it follows exactly")
 
-    def contradictions(self) -> Iterator[Remark]:
+    def contradictions(self) -> Iterator[Notice]:
         """A reading that exchanges gains of a table that is not in doubt."""
         if self.reading not in self.readings:
-            yield Remark(
+            yield Notice(
                 ("reading",), f"{self.reading} exchanges gains, but those of this machine are not in doubt: "
                 f"{' or '.join(self.readings)} (machine.readings says which are open)",
             )  # fmt: skip
 
-    def remarks(self) -> Iterator[Remark]:
+    def notices(self) -> Iterator[Notice]:
         """Friction that is larger in motion than at rest."""
         for axis, friction in ((axis, drive.friction) for axis in "xyz" if (drive := getattr(self, axis)) is not None):
             for way in ("plus", "minus"):
                 sliding, sticking = getattr(friction, f"coulomb_{way}"), getattr(friction, f"stiction_{way}")
                 if abs(sliding) > abs(sticking):
-                    yield Remark((axis, "friction", f"coulomb_{way}"), "is more than the stiction; usual is less")
+                    yield Notice((axis, "friction", f"coulomb_{way}"), "is more than the stiction; usual is less")

@@ -5,7 +5,7 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import Discriminator, Field, create_model
 
-from cutwise.spec.base import Angle, Count, Length, Remark, SmallAngle, SmallLength, Spec
+from cutwise.spec.base import Angle, Count, Length, Notice, SmallAngle, SmallLength, Spec
 from cutwise.spec.fields import tag
 from cutwise.spec.tables import Column, Table
 
@@ -50,10 +50,10 @@ class _Periodic(Spec):
         """Whether it is over the command of a rotary axis."""
         return self.period is not None
 
-    def contradictions(self) -> Iterator[Remark]:
+    def contradictions(self) -> Iterator[Notice]:
         """One of the two."""
         if (self.wavelength is None) == (self.period is None):
-            yield Remark((), "give exactly one of wavelength (linear axis) and period (rotary axis)")
+            yield Notice((), "give exactly one of wavelength (linear axis) and period (rotary axis)")
 
 
 class _Sines(_Periodic):
@@ -61,12 +61,12 @@ class _Sines(_Periodic):
 
     phases: tuple[Angle, ...] = Field(description="phase of each order", examples=['["0 deg", "90 deg"]'], min_length=1)
 
-    def contradictions(self) -> Iterator[Remark]:
+    def contradictions(self) -> Iterator[Notice]:
         """As many phases as amplitudes."""
         yield from super().contradictions()
         count = len(getattr(self, "amplitudes", ()))
         if count != len(self.phases):
-            yield Remark(("phases",), f"has {len(self.phases)} entries for {count} amplitudes")
+            yield Notice(("phases",), f"has {len(self.phases)} entries for {count} amplitudes")
 
 
 class SineDisplacement(_Sines):
@@ -105,10 +105,10 @@ class _Powers(Spec):
         """Whether it is over the command of a rotary axis."""
         return self.angle_scale is not None
 
-    def contradictions(self) -> Iterator[Remark]:
+    def contradictions(self) -> Iterator[Notice]:
         """One of the two scales."""
         if (self.scale is None) == (self.angle_scale is None):
-            yield Remark((), "give exactly one of scale (linear axis) and angle_scale (rotary axis)")
+            yield Notice((), "give exactly one of scale (linear axis) and angle_scale (rotary axis)")
 
 
 class PolynomialDisplacement(_Powers):

@@ -13,9 +13,9 @@ from cutwise.spec.base import (
     Force,
     Length,
     LibrarySpec,
+    Notice,
     Number,
     Pressure,
-    Remark,
     SmallLength,
     Spec,
     Stiffness,
@@ -105,18 +105,18 @@ class Beam(Spec):
     shear_factor: Number = Field(description="share of the section that carries shear", examples=[0.5], gt=0, le=1)
     hangs: bool = Field(description="goes along -z instead of +z", examples=[False])
 
-    def contradictions(self) -> Iterator[Remark]:
+    def contradictions(self) -> Iterator[Notice]:
         """The sizes that the section needs, and a wall that fits."""
         needed = {"box": ("width_x", "width_y", "wall"), "block": ("width_x", "width_y"), "round": ("diameter",)}
         for key in needed[self.section]:
             if getattr(self, key) is None:
-                yield Remark((key,), "missing")
+                yield Notice((key,), "missing")
         for key in ("width_x", "width_y", "wall", "diameter"):
             if getattr(self, key) is not None and key not in needed[self.section]:
-                yield Remark((key,), f"is no size of a {self.section}; it has {', '.join(needed[self.section])}")
+                yield Notice((key,), f"is no size of a {self.section}; it has {', '.join(needed[self.section])}")
         widths = [width for width in (self.width_x, self.width_y) if width is not None]
         if self.section == "box" and self.wall is not None and widths and 2 * self.wall >= min(widths):
-            yield Remark(("wall",), "is thicker than half of the box")
+            yield Notice(("wall",), "is thicker than half of the box")
 
 
 class ElasticElement(Spec):

@@ -5,7 +5,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Discriminator, Field
 
-from cutwise.spec.base import Angle, AngularSpeed, Count, Force, Length, Number, Remark, Spec, Speed, Usual
+from cutwise.spec.base import Angle, AngularSpeed, Count, Force, Length, Notice, Number, Spec, Speed, Usual
 from cutwise.spec.fields import tag
 from cutwise.spec.geometry_errors import COMPONENTS
 from cutwise.spec.machine import Place
@@ -129,9 +129,9 @@ class CutSurface(Spec):
     )
     depth: Length = Field(description="axial depth of cut: height of the wall", examples=["5 mm"], gt=0)
 
-    def contradictions(self) -> Iterator[Remark]:
+    def contradictions(self) -> Iterator[Notice]:
         """One of the two, and a normal with a length."""
         if (self.normal is None) == (self.side is None):
-            yield Remark((), "give exactly one of normal (a wall that keeps its direction) and side")
+            yield Notice((), "give exactly one of normal (a wall that keeps its direction) and side")
         if self.normal is not None and not any(self.normal):
-            yield Remark(("normal",), "has zero length")
+            yield Notice(("normal",), "has zero length")

@@ -13,8 +13,8 @@ from cutwise.spec.base import (
     Elasticity,
     Length,
     LibrarySpec,
+    Notice,
     Number,
-    Remark,
     SmallAngle,
     SmallLength,
     Spec,
@@ -69,12 +69,12 @@ class MachineTool(LibrarySpec):
         examples=["[{direction: x, frequency: 950 Hz, damping: 0.03, stiffness: 18 N/um}]"],
     )  # fmt: skip
 
-    def remarks(self) -> Iterator[Remark]:
+    def notices(self) -> Iterator[Notice]:
         """What of a mode is not for a pass at rest."""
         if self.modes:
-            yield Remark(("modes",), "count by their stiffness: a pass at rest knows no frequency and no damping")
+            yield Notice(("modes",), "count by their stiffness: a pass at rest knows no frequency and no damping")
 
-    def contradictions(self) -> Iterator[Remark]:
+    def contradictions(self) -> Iterator[Notice]:
         """One way in which a tool bends, and what it needs."""
         ways = [
             key
@@ -82,13 +82,13 @@ class MachineTool(LibrarySpec):
             if there
         ]
         if len(ways) > 1:
-            yield Remark(
+            yield Notice(
                 (ways[-1],),
                 f"and tool.{ways[0]} both say how the tool bends; write one of flexible: true, stiffness, modes",
             )
         for key in ("overhang", "filling", "youngs_modulus", "poisson_ratio", "shear_factor"):
             if self.flexible and getattr(self, key) is None:
-                yield Remark((key,), "missing")
+                yield Notice((key,), "missing")
 
 
 class Scatter(Spec):
@@ -220,12 +220,12 @@ class MachineScenario(Scenario):
         """A program, a map of the working space or a chain with rotary axes takes ten times a simple pass."""
         return 100 if self.volume is None and self.program is None else 40
 
-    def contradictions(self) -> Iterator[Remark]:
+    def contradictions(self) -> Iterator[Notice]:
         """Everything wrong with the chain, the errors and the travel, at once."""
         for check in self.checks():
             yield from check
 
-    def checks(self) -> Iterator[Iterator[Remark]]:
+    def checks(self) -> Iterator[Iterator[Notice]]:
         """The chain; the pass and the map on it; loads; errors by axis; names of bodies."""
         yield self._chain_faults()
         yield self._pass_faults()
@@ -234,21 +234,21 @@ class MachineScenario(Scenario):
         yield self._error_faults()
         yield self._named_bodies()
 
-    def _chain_faults(self) -> Iterator[Remark]:
-        for remark in chain_faults(self.machine):
-            yield Remark(("machine", *remark.path), remark.message)
+    def _chain_faults(self) -> Iterator[Notice]:
+        for notice in chain_faults(self.machine):
+            yield Notice(("machine", *notice.path), notice.message)
 
-    def _volume_faults(self) -> Iterator[Remark]:
+    def _volume_faults(self) -> Iterator[Notice]:
         axes = self.machine.axes()
         if self.volume is not None:
             yield from _beyond(self.volume.at, axes, ("volume", "at"))
             for letter in LINEAR_AXES:
                 if getattr(self.volume.at, letter) is not None:
-                    yield Remark(("volume", "at", letter), "is mapped over its whole travel; leave it out")
+                    yield Notice(("volume", "at", letter), "is mapped over its whole travel; leave it out")
             if sum(letter in LINEAR_AXES for letter in axes) != 3:
-                yield Remark(("volume",), "a map of the working space needs three linear axes")
+                yield Notice(("volume",), "a map of the working space needs three linear axes")
 
-    def _named_bodies(self) -> Iterator[Remark]:
+    def _named_bodies(self) -> Iterator[Notice]:
         """Bodies of random errors and of requirements, which must be there, each once."""
         known = [body.name for body in self.machine.chain]
         there = f"there are {', '.join(known)}"
@@ -257,58 +257,58 @@ class MachineScenario(Scenario):
             for number, name in enumerate(scatter.bodies):
                 path: Path = ("uncertainty", "bodies", place, "bodies", number)
                 if name not in known:
-                    yield Remark(path, f'there is no body "{name}"; {there}')
+                    yield Notice(path, f'there is no body "{name}"; {there}')
                 elif name in seen:
-                    yield Remark(path, f"{name} has its random error already; write each body once")
+                    yield Notice(path, f"{name} has its random error already; write each body once")
                 seen.add(name)
         for name in self.requirements:
             if name.startswith("share_") and name.removeprefix("share_") not in known:
-                yield Remark(("requirements", name), f'there is no body "{name.removeprefix("share_")}"; {there}')
+                yield Notice(("requirements", name), f'there is no body "{name.removeprefix("share_")}"; {there}')
 
-    def _pass_faults(self) -> Iterator[Remark]:
+    def _pass_faults(self) -> Iterator[Notice]:
         axes = self.machine.axes()
         if not self.has_pass and self.volume is None:
             words = "missing: write a path or program for a pass, or volume for a map of the working space"
-            yield Remark(("path",), words)
+            yield Notice(("path",), words)
         if self.path is not None and self.program is not None:
-            yield Remark(("path",), "give one of path and program")
+            yield Notice(("path",), "give one of path and program")
         if self.program is not None and sum(letter in LINEAR_AXES for letter in axes) != 3:
             there = ", ".join(axes) or "none"
-            yield Remark(("program",), f"a program needs three linear axes; the machine has {there}")
+            yield Notice(("program",), f"a program needs three linear axes; the machine has {there}")
         if self.path is None:
             return
         for number, point in enumerate(self.path.points):
             yield from _beyond(point, axes, ("path", "points", number))
         corners = self.path.corners()
         if all(corner == corners[0] for corner in corners):
-            yield Remark(("path", "points"), "is no way: all points are the same")
+            yield Notice(("path", "points"), "is no way: all points are the same")
         elif not any(a[axis] != b[axis] for a, b in pairwise(corners) for axis in LINEAR_AXES):
-            yield Remark(("path", "points"), "moves no linear axis; the feed is theirs")
+            yield Notice(("path", "points"), "moves no linear axis; the feed is theirs")
 
-    def _load_faults(self) -> Iterator[Remark]:
+    def _load_faults(self) -> Iterator[Notice]:
         cut = self.load.force
         if self.stock is not None and (self.program is None or self.program.words != "part"):
-            yield Remark(("stock",), "is cut by a program whose words are places in the part (program.words: part)")
+            yield Notice(("stock",), "is cut by a program whose words are places in the part (program.words: part)")
         if not isinstance(cut, FromCutting):
             return
         if self.material is None:
-            yield Remark(("material",), "missing")
+            yield Notice(("material",), "missing")
         if self.tool.flutes is None:
-            yield Remark(("tool", "flutes"), "missing")
+            yield Notice(("tool", "flutes"), "missing")
         if self.stock is None and cut.axial_depth is None:
-            yield Remark(("load", "force", "axial_depth"), "missing")
+            yield Notice(("load", "force", "axial_depth"), "missing")
         if cut.spindle_speed is None and self.program is None:
-            yield Remark(("load", "force", "spindle_speed"), "missing")
+            yield Notice(("load", "force", "spindle_speed"), "missing")
         if cut.radial_depth is not None and self.surface is not None and self.surface.side == "left":
-            yield Remark(("surface", "side"), "the wall of this cut is on the right (load.force.radial_depth)")
+            yield Notice(("surface", "side"), "the wall of this cut is on the right (load.force.radial_depth)")
         if cut.radial_depth is not None and cut.radial_depth > self.tool.diameter * (1 + 1e-9):
-            yield Remark(
+            yield Notice(
                 ("load", "force", "radial_depth"),
                 f"is more than the diameter of the tool ({units.show(self.tool.diameter, 'length')}); leave it out for a "
                 "full slot",
             )
 
-    def _error_faults(self) -> Iterator[Remark]:
+    def _error_faults(self) -> Iterator[Notice]:
         axes = self.machine.axes()
         for section, errors in (("machine", self.machine.geometry_errors), ("", self.geometry_errors)):
             before: Path = (*filter(None, (section,)), "geometry_errors")
@@ -319,63 +319,63 @@ class MachineScenario(Scenario):
                 axis = SQUARENESS[name][0] if name in SQUARENESS else name[-1]
                 if axis not in axes:
                     there = ", ".join(axes) or "none"
-                    yield Remark(
+                    yield Notice(
                         (*before, name), f"is an error of axis {axis}, which the machine does not have; it has {there}"
                     )
                 elif isinstance(value, Table):
                     yield from _gaps(value, axis, axes[axis], (*before, name))
                 elif name.startswith("E") and value.rotary != (axis in ROTARY_AXES):
-                    yield Remark((*before, name), _over_what(value, axis))
+                    yield Notice((*before, name), _over_what(value, axis))
 
-    def unused(self) -> Iterator[Remark]:
+    def unused(self) -> Iterator[Notice]:
         """What a map does without, what a given force does not ask for, and what is rigid, weightless or not there."""
         if not self.has_pass:
             no_pass = "there is no pass (path or program), only a map of the working space"
             for key in (("load", "force"), ("load", "weights"), ("tool", "flutes"), ("part",), ("material",), ("surface",),
                         ("uncertainty",), ("stock",)):  # fmt: skip
-                yield Remark(key, no_pass)
+                yield Notice(key, no_pass)
             yield from self._of_bodies(("weight", "weight_at", "elements"), no_pass)
         elif not isinstance(self.load.force, FromCutting):
             given = "it is not asked for: the force is given, not computed (load.force)"
-            yield Remark(("tool", "flutes"), given)
-            yield Remark(("material",), given)
+            yield Notice(("tool", "flutes"), given)
+            yield Notice(("material",), given)
         else:
-            yield Remark(("material", "group"), "deburring alone holds its cutting speed against that of the group")
+            yield Notice(("material", "group"), "deburring alone holds its cutting speed against that of the group")
         if not self.load.weights:
             yield from self._of_bodies(("weight", "weight_at"), "load.weights is false")
         if self.stock is not None:
             for depth in ("axial_depth", "radial_depth") if isinstance(self.load.force, FromCutting) else ():
-                yield Remark(("load", "force", depth), "the stock says what the program meets")
-            yield Remark(("program", "top"), "the stock has its own top (stock.z)")
+                yield Notice(("load", "force", depth), "the stock says what the program meets")
+            yield Notice(("program", "top"), "the stock has its own top (stock.z)")
         yield from _rigid("tool", ("overhang", "filling"), self.tool.flexible)
         if self.part is not None:
             yield from _rigid("part", (), self.part.flexible)
         yield from self._unmoved()
 
-    def _of_bodies(self, keys: tuple[str, ...], reason: str) -> Iterator[Remark]:
+    def _of_bodies(self, keys: tuple[str, ...], reason: str) -> Iterator[Notice]:
         for place in range(len(self.machine.chain)):
             for key in keys:
-                yield Remark(("machine", "chain", place, key), reason)
+                yield Notice(("machine", "chain", place, key), reason)
 
-    def _unmoved(self) -> Iterator[Remark]:
+    def _unmoved(self) -> Iterator[Notice]:
         """Where error motions act, of axes that have none."""
         errors = [name for name in self.errors() if name.startswith("E")]
         for place, body in enumerate(self.machine.chain):
             if body.joint is not None and not any(name[-1] == body.joint.command for name in errors):
                 path: Path = ("machine", "chain", place, "joint", "errors_act")
-                yield Remark(path, "no error motions of this axis are given (geometry_errors)")
+                yield Notice(path, "no error motions of this axis are given (geometry_errors)")
 
-    def remarks(self) -> Iterator[Remark]:
+    def notices(self) -> Iterator[Notice]:
         """Conventions that are not physics, and loads that the model does not cover."""
         if self.convention == "paper_literal":
-            yield Remark(("convention",), "paper_literal is a demo of the printed Eq. (2), not a prediction")
+            yield Notice(("convention",), "paper_literal is a demo of the printed Eq. (2), not a prediction")
         if not self.load.feed_moment:
-            yield Remark(("load", "feed_moment"), "false leaves out a moment that acts; a demo, not a prediction")
+            yield Notice(("load", "feed_moment"), "false leaves out a moment that acts; a demo, not a prediction")
         rest = self.machine.ordered[self.machine.ground] if self.machine.ordered else None
         if rest is not None and rest.weight:
             place = [body.name for body in self.machine.chain].index(rest.name)
             path: Path = ("machine", "chain", place, "weight")
-            yield Remark(path, f"{rest.name} is at rest, between part and tool side: its weight bends nothing")
+            yield Notice(path, f"{rest.name} is at rest, between part and tool side: its weight bends nothing")
         if self.geometry_errors is not None and self.machine.geometry_errors is not None:
             names = [
                 name
@@ -384,12 +384,12 @@ class MachineScenario(Scenario):
                 and getattr(self.machine.geometry_errors, name) is not None
             ]
             if names:
-                yield Remark(("geometry_errors",), f"replaces {', '.join(names)} of machine.geometry_errors")
+                yield Notice(("geometry_errors",), f"replaces {', '.join(names)} of machine.geometry_errors")
         yield from self._zero_on_part()
         if self.has_pass and self.load.force is None:
-            yield Remark(("load",), "no cutting force: the pass shows weights and geometric errors only")
+            yield Notice(("load",), "no cutting force: the pass shows weights and geometric errors only")
 
-    def _zero_on_part(self) -> Iterator[Remark]:
+    def _zero_on_part(self) -> Iterator[Notice]:
         """A program whose material does not end where the part does, or a stock that the part does not hold."""
         if self.program is None or self.part is None or self.program.words != "part":
             return
@@ -397,7 +397,7 @@ class MachineScenario(Scenario):
         top, height = top_of(self.program, self.stock) + z, self.part.height
         if abs(top - height) > _ON_TOP:
             key = "stock.z" if self.stock is not None else "program.top"
-            yield Remark(
+            yield Notice(
                 ("program", "zero"),
                 f"puts the top of the material ({key}) at z = {_mm(top)} of the part, which is {_mm(height)} high "
                 "(part.height)",
@@ -407,23 +407,23 @@ class MachineScenario(Scenario):
         for axis, shift, size in (("x", x, self.part.width_x), ("y", y, self.part.width_y)):
             low, high = (end + shift for end in getattr(self.stock, axis))
             if low < -0.5 * size - _ON_TOP or high > 0.5 * size + _ON_TOP:
-                yield Remark(
+                yield Notice(
                     ("stock", axis),
                     f"reaches from {_mm(low)} to {_mm(high)} of the part, which is {_mm(size)} wide (part.width_{axis})",
                 )
         if self.stock.z[0] + z < -_ON_TOP:
-            yield Remark(("stock", "z"), f"reaches {_mm(-self.stock.z[0] - z)} below the part (program.zero)")
+            yield Notice(("stock", "z"), f"reaches {_mm(-self.stock.z[0] - z)} below the part (program.zero)")
 
     def errors(self) -> dict[str, object]:
         """Geometric errors that count, by name."""
         return merged_errors(self.machine, self.geometry_errors)
 
 
-def _rigid(section: str, keys: tuple[str, ...], flexible: bool) -> Iterator[Remark]:
+def _rigid(section: str, keys: tuple[str, ...], flexible: bool) -> Iterator[Notice]:
     """What bending asks for, of something rigid."""
     if not flexible:
         for key in (*keys, "youngs_modulus", "poisson_ratio", "shear_factor"):
-            yield Remark((section, key), f"{section}.flexible is false")
+            yield Notice((section, key), f"{section}.flexible is false")
 
 
 def _over_what(error: Any, axis: str) -> str:
@@ -433,37 +433,37 @@ def _over_what(error: Any, axis: str) -> str:
     return f"axis {axis} {'moves' if error.rotary else 'turns'}: write {wanted} instead of {given}"
 
 
-def _beyond(point: AxisPosition, axes: Mapping[str, Joint], path: Path) -> Iterator[Remark]:
+def _beyond(point: AxisPosition, axes: Mapping[str, Joint], path: Path) -> Iterator[Notice]:
     for axis, value in point.given().items():
         if axis not in axes:
-            yield Remark((*path, axis), f"the machine has no axis {axis}; it has {', '.join(axes) or 'none'}")
+            yield Notice((*path, axis), f"the machine has no axis {axis}; it has {', '.join(axes) or 'none'}")
             continue
         limits = axes[axis].limits
         if limits is not None and not limits[0] - 1e-12 <= value <= limits[1] + 1e-12:
             dimension = "length" if axis in LINEAR_AXES else "angle"
             low, high = (units.show(end, dimension) for end in limits)
-            yield Remark(
+            yield Notice(
                 (*path, axis), f"{units.show(value, dimension)} is beyond the travel of axis {axis}, {low} to {high}"
             )
 
 
-def _gaps(table: Table, axis: str, joint: Joint, path: Path) -> Iterator[Remark]:
+def _gaps(table: Table, axis: str, joint: Joint, path: Path) -> Iterator[Notice]:
     """A table that does not cover the travel, or leaves out a stretch of it."""
     wanted = "position" if axis in LINEAR_AXES else "angle"
     dimension = "length" if axis in LINEAR_AXES else "angle"
     if table.variable != wanted:
-        yield Remark(path, f"axis {axis} needs a column {wanted}, found {table.variable}")
+        yield Notice(path, f"axis {axis} needs a column {wanted}, found {table.variable}")
         return
     at, limits = table.points()[0], joint.limits
     if limits is not None and (at[0] > limits[0] + 1e-12 or at[-1] < limits[1] - 1e-12):
         ends = [units.show(end, dimension) for end in (at[0], at[-1], *limits)]
-        yield Remark(path, f"covers {ends[0]} to {ends[1]} only; the travel of axis {axis} is {ends[2]} to {ends[3]}")
+        yield Notice(path, f"covers {ends[0]} to {ends[1]} only; the travel of axis {axis} is {ends[2]} to {ends[3]}")
     steps = sorted(b - a for a, b in pairwise(at))
     usual = steps[len(steps) // 2]
     for low, high in pairwise(at):
         if len(steps) >= 4 and high - low > 3.5 * usual:
             ends = [units.show(end, dimension) for end in (low, high, usual)]
-            yield Remark(path, f"has a gap from {ends[0]} to {ends[1]}; its usual step is {ends[2]}")
+            yield Notice(path, f"has a gap from {ends[0]} to {ends[1]}; its usual step is {ends[2]}")
 
 
 def _mm(value: float) -> str:

@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field
 
 from cutwise import units
-from cutwise.spec.base import EdgeForce, LibrarySpec, Number, Remark, SmallLength, Stress, Usual
+from cutwise.spec.base import EdgeForce, LibrarySpec, Notice, Number, SmallLength, Stress, Usual
 
 LINEAR = ("K_tc", "K_rc", "K_ac", "K_te", "K_re", "K_ae")
 KIENZLE = ("k_c11", "m_c", "k_r11", "m_r", "k_a11", "m_a")
@@ -77,12 +77,12 @@ class Material(LibrarySpec):
         """Which of the two laws the coefficients belong to."""
         return "kienzle" if self.k_c11 is not None else "linear"
 
-    def contradictions(self) -> Iterator[Remark]:
+    def contradictions(self) -> Iterator[Notice]:
         """One law, complete in the tangential and radial direction, the axial one complete or left out."""
         linear = [key for key in LINEAR if getattr(self, key) is not None]
         kienzle = [key for key in KIENZLE if getattr(self, key) is not None]
         if linear and kienzle:
-            yield Remark((), f"has coefficients of two laws ({', '.join(linear + kienzle)}); keep one of them")
+            yield Notice((), f"has coefficients of two laws ({', '.join(linear + kienzle)}); keep one of them")
             return
         required: tuple[str, ...] = ("k_c11", "m_c", "k_r11", "m_r") if kienzle else ("K_tc", "K_rc", "K_te", "K_re")
         pair = ("k_a11", "m_a") if kienzle else ("K_ac", "K_ae")
@@ -90,10 +90,10 @@ class Material(LibrarySpec):
             required += pair
         for key in required:
             if getattr(self, key) is None:
-                yield Remark((key,), "missing")
+                yield Notice((key,), "missing")
         low, high = self.chip_thickness_min, self.chip_thickness_max
         if low is not None and high is not None and low >= high:
-            yield Remark(("chip_thickness_min",), "is not below chip_thickness_max")
+            yield Notice(("chip_thickness_min",), "is not below chip_thickness_max")
 
     def beyond(self, chip: float) -> str:
         """That the coefficients do not hold for a feed per tooth [m]; nothing if they do."""
@@ -105,10 +105,10 @@ class Material(LibrarySpec):
             f"the coefficients hold for chips of {ends}, this feed per tooth is {units.show(chip, 'small_length', 3)}"
         )
 
-    def remarks(self) -> Iterator[Remark]:
+    def notices(self) -> Iterator[Notice]:
         """Ratios that are out of what measurements show."""
         if self.K_tc is not None and self.K_rc is not None and not 0.05 <= self.K_rc / self.K_tc <= 1.0:
             ratio = self.K_rc / self.K_tc
-            yield Remark(("K_rc",), f"K_rc/K_tc is {ratio:.2g}; usual is 0.05 to 0.7, up to 1 for chips of a few µm")
+            yield Notice(("K_rc",), f"K_rc/K_tc is {ratio:.2g}; usual is 0.05 to 0.7, up to 1 for chips of a few µm")
         if self.K_ae is not None and self.K_te and abs(self.K_ae) > _AXIAL_EDGE * self.K_te:
-            yield Remark(("K_ae",), f"is more than {_AXIAL_EDGE:g} K_te; usual is less at a helix up to 45°")
+            yield Notice(("K_ae",), f"is more than {_AXIAL_EDGE:g} K_te; usual is less at a helix up to 45°")

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 from pydantic import Field, create_model
 
 from cutwise import units
-from cutwise.spec.base import Angle, Length, Remark, Spec, Usual
+from cutwise.spec.base import Angle, Length, Notice, Spec, Usual
 from cutwise.spec.carrier import CarriedPath
 from cutwise.spec.robot import Direction, Position
 
@@ -31,18 +31,18 @@ class _MillLine(Spec):
         """First point as written, two or three coordinates [m]; Python keeps the word of the scenario for itself."""
         return self.__dict__["from"]  # type: ignore[no-any-return]
 
-    def contradictions(self) -> Iterator[Remark]:
+    def contradictions(self) -> Iterator[Notice]:
         """One way to say where it ends, and another point than the first."""
         polar = [key for key in ("angle", "length") if getattr(self, key) is not None]
         if self.to is not None and polar:
-            yield Remark((polar[0],), "says where the line ends, and so does to; write one of them")
+            yield Notice((polar[0],), "says where the line ends, and so does to; write one of them")
         elif self.to is None and len(polar) < 2:
             missing = "length" if polar == ["angle"] else "angle" if polar else "to"
-            yield Remark((missing,), "missing; write to: [0 mm, -40 mm], or angle: 30 deg and length: 100 mm")
+            yield Notice((missing,), "missing; write to: [0 mm, -40 mm], or angle: 30 deg and length: 100 mm")
         elif self.to is not None and len(self.to) != len(self.given_start):
-            yield Remark(("to",), f"has {len(self.to)} coordinates, from has {len(self.given_start)}")
+            yield Notice(("to",), f"has {len(self.to)} coordinates, from has {len(self.given_start)}")
         elif self.to is not None and math.dist(self.to, self.given_start) < 1e-6:
-            yield Remark(("to",), "is the same point as from: the path has no length")
+            yield Notice(("to",), "is the same point as from: the path has no length")
 
     @property
     def flat(self) -> bool:
@@ -107,14 +107,14 @@ class MilledPath(CarriedPath):
         examples=["30 mm"], ge=0,
     )  # fmt: skip
 
-    def contradictions(self) -> Iterator[Remark]:
+    def contradictions(self) -> Iterator[Notice]:
         """A path, a cut that begins on it, and an axis at a right angle to it."""
         if self.tool_axis is not None:
             yield from super().contradictions()
         elif self.line is None and self.arc is None:
-            yield Remark(("line",), f"missing; write line: {{from: {_FROM}, angle: 30 deg, length: 100 mm}}")
+            yield Notice(("line",), f"missing; write line: {{from: {_FROM}, angle: 30 deg, length: 100 mm}}")
         if self.line is not None and self.cut_from is not None and self.cut_from >= self.line.extent * (1 - 1e-9):
-            yield Remark(
+            yield Notice(
                 ("cut_from",), f"is not before the end of the line at {units.show(self.line.extent, 'length')}"
             )
 
@@ -124,29 +124,29 @@ class MilledPath(CarriedPath):
         return float(self.line.extent) if self.line is not None else super().length
 
 
-def robot_faults(path: MilledPath) -> Iterator[Remark]:
+def robot_faults(path: MilledPath) -> Iterator[Notice]:
     """What a robot cannot do with a path, or needs of it."""
     if path.tool_axis is None:
-        yield Remark(("path", "tool_axis"), "missing; a robot needs the direction from the motor to the tip, for "
+        yield Notice(("path", "tool_axis"), "missing; a robot needs the direction from the motor to the tip, for "
                      "example [0, 0, -1]")  # fmt: skip
     if path.line is not None and path.line.flat:
-        yield Remark(("path", "line"), "has two coordinates; a robot needs three: [1900 mm, -150 mm, 800 mm]")
+        yield Notice(("path", "line"), "has two coordinates; a robot needs three: [1900 mm, -150 mm, 800 mm]")
     if path.arc is not None:
-        yield Remark(("path", "arc"), "is for a robot that deburrs; a robot mills along a line, the contact of a curved wall "
+        yield Notice(("path", "arc"), "is for a robot that deburrs; a robot mills along a line, the contact of a curved wall "
                      "is not modelled")  # fmt: skip
     if path.cut_from is not None:
-        yield Remark(("path", "cut_from"), "is for a machine; a robot is looked at wherever the path goes")
+        yield Notice(("path", "cut_from"), "is for a machine; a robot is looked at wherever the path goes")
 
 
-def machine_faults(path: MilledPath) -> Iterator[Remark]:
+def machine_faults(path: MilledPath) -> Iterator[Notice]:
     """What a machine with its spindle along z cannot do with a path."""
     if path.arc is not None:
-        yield Remark(
+        yield Notice(
             ("path", "arc"), "is for a robot that deburrs; a machine takes path.line, path.corner or a program"
         )
     axis = path.tool_axis
     if axis is not None and (axis[2] >= 0.0 or math.hypot(axis[0], axis[1]) > -1e-6 * axis[2]):
-        yield Remark(("path", "tool_axis"), "leans; the spindle of this machine stands along z: write [0, 0, -1], or "
+        yield Notice(("path", "tool_axis"), "leans; the spindle of this machine stands along z: write [0, 0, -1], or "
                      "leave it out")  # fmt: skip
     if path.line is not None and abs(path.line.end[2] - path.line.start[2]) > 1e-9:
-        yield Remark(("path", "line", "to"), "changes height; the mill passes by a wall at one height of the part")
+        yield Notice(("path", "line", "to"), "changes height; the mill passes by a wall at one height of the part")

@@ -14,7 +14,7 @@ from cutwise.spec.base import (
     AngularSpeed,
     Count,
     Length,
-    Remark,
+    Notice,
     Spec,
     Speed,
     Time,
@@ -84,11 +84,11 @@ class CornerPath(Spec):
         """Radius of the centre path in the corner [m], 0 if sharp."""
         return 0.0 if isinstance(self.corner, str) else self.corner
 
-    def contradictions(self) -> Iterator[Remark]:
+    def contradictions(self) -> Iterator[Notice]:
         """A fillet that does not fit between the ends."""
         for shape in (self.corner, *self.compare):
             if isinstance(shape, float) and shape * math.tan(0.5 * self.turn) >= self.lead * (1 - 1e-9):
-                yield Remark(
+                yield Notice(
                     ("corner",), f"a fillet of {_mm(shape)} takes the whole lead of {_mm(self.lead)}; make it smaller"
                 )
 
@@ -137,11 +137,11 @@ class LobeDiagram(Spec):
     speeds: Annotated[Count, Usual(10, 400)] = Field(default=60, description="speeds of the map", examples=[60], ge=2)
     depths: Annotated[Count, Usual(10, 200)] = Field(default=40, description="depths of the map", examples=[40], ge=2)
 
-    def contradictions(self) -> Iterator[Remark]:
+    def contradictions(self) -> Iterator[Notice]:
         """Speeds that run backwards."""
         low, high = self.spindle_speed_min, self.spindle_speed_max
         if low is not None and high is not None and low >= high:
-            yield Remark(("spindle_speed_min",), "is not below spindle_speed_max")
+            yield Notice(("spindle_speed_min",), "is not below spindle_speed_max")
 
 
 class EndMill(HelicalMill):
@@ -294,195 +294,195 @@ class MillingScenario(Scenario):
         """Chatter, where the scenario ignores it."""
         return frozenset({"unstable"} if self.stability == "ignore" else ())
 
-    def contradictions(self) -> Iterator[Remark]:
+    def contradictions(self) -> Iterator[Notice]:
         """What carries the tool; path and program, feed and speed missing, depths that engagement or tool do not cover."""
         for check in self.checks():
             yield from check
 
-    def checks(self) -> Iterator[Iterator[Remark]]:
+    def checks(self) -> Iterator[Iterator[Notice]]:
         """A fault within the machine hides none of those of the cut."""
         yield self._carrier_faults()
         yield self._cut_faults()
 
-    def _cut_faults(self) -> Iterator[Remark]:
+    def _cut_faults(self) -> Iterator[Notice]:
         """Path and program, feed and speed, depths."""
         if self.robot is not None:
             yield from self._robot_faults()
             return
         if (self.path is None) == (self.program is None):
-            yield Remark(("path",), "give exactly one of path (a corner or a line) and program (a G-code file)")
+            yield Notice(("path",), "give exactly one of path (a corner or a line) and program (a G-code file)")
         if isinstance(self.path, MilledPath):
             yield from machine_faults(self.path)
             yield from self._side_faults(self.path)
             if self.operation.milling == "up" and self.numerics.force == "tooth_resolved" and self.tool.modes:
-                yield Remark(("operation", "milling"), "up is not covered for a tip that swings tooth by tooth (tool.modes); "
+                yield Notice(("operation", "milling"), "up is not covered for a tip that swings tooth by tooth (tool.modes); "
                              "write numerics.force: averaged, or mill down")  # fmt: skip
         if self.path is not None:
             for key, sample in (("feed", "40 mm/s"), ("spindle_speed", "8000 rpm")):
                 if getattr(self.operation, key) is None:
-                    yield Remark(("operation", key), f"missing; write it as text with a unit, for example {sample}")
+                    yield Notice(("operation", key), f"missing; write it as text with a unit, for example {sample}")
         yield from self._depth_faults()
 
-    def _carrier_faults(self) -> Iterator[Remark]:
+    def _carrier_faults(self) -> Iterator[Notice]:
         """One carrier, and a path that fits it."""
         if self.robot is not None and self.machine is not None:
-            yield Remark(("robot",), "the tool has one carrier: write robot or machine")
+            yield Notice(("robot",), "the tool has one carrier: write robot or machine")
         if self.robot is None and self.machine is None:
-            yield Remark(("machine",), "missing; write machine.library (or robot.library for a robot that mills)")
+            yield Notice(("machine",), "missing; write machine.library (or robot.library for a robot that mills)")
         if isinstance(self.machine, MillingMachine):
             yield from self._bodies_faults(self.machine)
         elif self.robot is None and self.part is not None:
-            yield Remark(("part",), "yields with the bodies of a machine; there are none (machine.library: demec_mill)")
+            yield Notice(("part",), "yields with the bodies of a machine; there are none (machine.library: demec_mill)")
         if self.robot is not None and self.part is not None:
-            yield Remark(("part",), "stands on a machine; before a robot it is rigid: leave it out")
+            yield Notice(("part",), "stands on a machine; before a robot it is rigid: leave it out")
         if self.robot is None and self.placement is not None:
-            yield Remark(("placement",), "places a part before a robot; there is none")
+            yield Notice(("placement",), "places a part before a robot; there is none")
         if self.robot is None and self.operation.milling == "up" and self.line is None:
-            yield Remark(("operation", "milling"), "up is for a line; a corner or program on a machine is milled down")
+            yield Notice(("operation", "milling"), "up is for a line; a corner or program on a machine is milled down")
         if self.robot is None and self.numerics.mode == "still":
-            yield Remark(("numerics", "mode"), "drives need time stepping: still is for a robot")
+            yield Notice(("numerics", "mode"), "drives need time stepping: still is for a robot")
 
-    def _bodies_faults(self, machine: MillingMachine) -> Iterator[Remark]:
+    def _bodies_faults(self, machine: MillingMachine) -> Iterator[Notice]:
         """What a machine with bodies that yield cannot do."""
         yield from tip_faults(machine)
         if machine.drives is None:
-            yield Remark(("machine", "drives"), "missing; name the feed drives, for example drives: {library: fadal2216} "
+            yield Notice(("machine", "drives"), "missing; name the feed drives, for example drives: {library: fadal2216} "
                          "(a machine that stands still is process: machine)")  # fmt: skip
         if self.path is not None and self.line is None and self.robot is None:
-            yield Remark(("path",), "bodies of a machine yield along a straight wall (path.line); a corner is run with "
+            yield Notice(("path",), "bodies of a machine yield along a straight wall (path.line); a corner is run with "
                          "drives alone: machine: {library: fadal2216}")  # fmt: skip
         if self.program is not None:
-            yield Remark(("program",), "bodies of a machine yield along a straight wall (path.line); a program is run with "
+            yield Notice(("program",), "bodies of a machine yield along a straight wall (path.line); a program is run with "
                          "drives alone (machine: {library: fadal2216}), or at rest (process: machine)")  # fmt: skip
         if self.numerics.force == "tooth_resolved" and self.tool.modes:
-            yield Remark(("numerics", "force"), "tooth_resolved steps the modes of the tool with drives alone; beside "
+            yield Notice(("numerics", "force"), "tooth_resolved steps the modes of the tool with drives alone; beside "
                          "bodies of a machine write averaged: the modes then yield by F/k")  # fmt: skip
 
-    def _side_faults(self, path: MilledPath) -> Iterator[Remark]:
+    def _side_faults(self, path: MilledPath) -> Iterator[Notice]:
         """A side of the work that contradicts the sense of milling."""
         side = "right" if self.operation.milling == "down" else "left"
         if path.work not in (None, side):
-            yield Remark(
+            yield Notice(
                 ("path", "work"),
                 f"{path.work} contradicts operation.milling: a right-hand tool mills {self.operation.milling} with the "
                 f"work on the {side} of the feed",
             )
 
-    def _robot_faults(self) -> Iterator[Remark]:
+    def _robot_faults(self) -> Iterator[Notice]:
         """What a robot that mills needs, and what it cannot do."""
         operation = self.operation
         if isinstance(self.path, MilledPath):
             yield from robot_faults(self.path)
             yield from self._side_faults(self.path)
         else:
-            yield Remark(("path",), "a robot needs to know where the wall is, for example path: {line: {from: [1900 mm, "
+            yield Notice(("path",), "a robot needs to know where the wall is, for example path: {line: {from: [1900 mm, "
                          "-150 mm, 800 mm], to: [1900 mm, 150 mm, 800 mm]}, tool_axis: [0, 0, -1]}")  # fmt: skip
         for key, why in (
             ("program", "a robot follows path.line; programs are for machines"),
             ("stock", "belongs to a program; a robot has its depths (operation.radial_depth, .axial_depth)"),
         ):
             if getattr(self, key) is not None:
-                yield Remark((key,), why)
+                yield Notice((key,), why)
         if self.numerics.mode != "still":
-            yield Remark(("numerics", "mode"), "a robot that mills is computed at rest: write mode: still")
+            yield Notice(("numerics", "mode"), "a robot that mills is computed at rest: write mode: still")
         for key, sample in (("feed", "40 mm/s"), ("spindle_speed", "8000 rpm"), ("axial_depth", "5 mm"),
                             ("radial_depth", "4 mm")):  # fmt: skip
             if getattr(operation, key) is None:
-                yield Remark(("operation", key), f"missing; write it as text with a unit, for example {sample}")
+                yield Notice(("operation", key), f"missing; write it as text with a unit, for example {sample}")
         radial = operation.radial_depth
         if radial is not None and radial > self.tool.diameter * (1 + 1e-9):
-            yield Remark(
+            yield Notice(
                 ("operation", "radial_depth"), f"is more than the diameter of the mill ({_mm(self.tool.diameter)})"
             )
         length, depth = self.tool.flute_length, operation.axial_depth
         if length is not None and depth is not None and depth > length * (1 + 1e-9):
-            yield Remark(
+            yield Notice(
                 ("operation", "axial_depth"), f"is more than the flute length ({_mm(length)}, tool.flute_length)"
             )
 
-    def _depth_faults(self) -> Iterator[Remark]:
+    def _depth_faults(self) -> Iterator[Notice]:
         """Depths missing, or more than engagement and tool cover; a stock without a program."""
         operation = self.operation
         if self.stock is not None and self.program is None:
-            yield Remark(
+            yield Notice(
                 ("stock",), "is cut by a program; a corner has its depths (operation.radial_depth, .axial_depth)"
             )
         for key, example in (("axial_depth", "5 mm"), ("radial_depth", "4 mm")):
             if self.stock is None and getattr(operation, key) is None:
                 hint = " (or describe the stock)" if self.program is not None else ""
-                yield Remark(("operation", key), f"missing; write it as text with a unit, for example {example}{hint}")
+                yield Notice(("operation", key), f"missing; write it as text with a unit, for example {example}{hint}")
         if self.stock is None and (operation.radial_depth or 0.0) > self.tool.diameter * (1 + 1e-9):
-            yield Remark(
+            yield Notice(
                 ("operation", "radial_depth"),
                 f"{_mm(operation.radial_depth or 0.0)} is more than the diameter of the mill ({_mm(self.tool.diameter)}), "
                 "a full slot: split the pass, take a larger mill, or describe the stock of a program",
             )
         length, depth = self.tool.flute_length, operation.axial_depth
         if length is not None and depth is not None and depth > length * (1 + 1e-9):
-            yield Remark(
+            yield Notice(
                 ("operation", "axial_depth"), f"is more than the flute length ({_mm(length)}, tool.flute_length)"
             )
 
-    def unused(self) -> Iterator[Remark]:
+    def unused(self) -> Iterator[Notice]:
         """What belongs to a tool that vibrates, to time stepping or to a robot; the group of the material."""
         if self.stock is not None:
-            yield Remark(("program", "top"), "the stock has its own top (stock.z)")
+            yield Notice(("program", "top"), "the stock has its own top (stock.z)")
         if self.robot is not None or not self.tool.modes:
-            yield Remark(("stability",), "the tool has no modes (tool.modes), which could chatter")
-        yield Remark(("material", "group"), "deburring alone holds its cutting speed against that of the group")
+            yield Notice(("stability",), "the tool has no modes (tool.modes), which could chatter")
+        yield Notice(("material", "group"), "deburring alone holds its cutting speed against that of the group")
         if self.robot is not None:
             still = "a robot is computed at rest, with the mean force of the cut"
             for key in ("substeps", "force", "discs", "settling_time"):
-                yield Remark(("numerics", key), still)
+                yield Notice(("numerics", key), still)
             for key in ("runout", "runout_angle"):
-                yield Remark(("tool", key), still)
-            yield Remark(("path_mode",), "a robot follows its path; corners between blocks are those of a program")
-            yield Remark(("lobes",), "the depth at which the arm chatters is told along its path, not over the speed")
-            yield Remark(("robot", "dynamics"), "the cut is computed at rest, and chatter with the swinging mass")
+                yield Notice(("tool", key), still)
+            yield Notice(("path_mode",), "a robot follows its path; corners between blocks are those of a program")
+            yield Notice(("lobes",), "the depth at which the arm chatters is told along its path, not over the speed")
+            yield Notice(("robot", "dynamics"), "the cut is computed at rest, and chatter with the swinging mass")
             return
         if isinstance(self.path, CarriedPath):
-            yield Remark(("path_mode",), "a line has no corners")
+            yield Notice(("path_mode",), "a line has no corners")
             for key in ("tool_axis", "orientation"):
-                yield Remark(("path", key), "it is for a robot; the tool of a machine stands as its chain says")
+                yield Notice(("path", key), "it is for a robot; the tool of a machine stands as its chain says")
             if self.numerics.force != "tooth_resolved":
-                yield Remark(("stability",), "chatter is looked at tooth by tooth (numerics.force)")
-        yield Remark(("numerics", "station"), "there is no robot, whose path is looked at in stations")
+                yield Notice(("stability",), "chatter is looked at tooth by tooth (numerics.force)")
+        yield Notice(("numerics", "station"), "there is no robot, whose path is looked at in stations")
         if self.lobes.model_fields_set and (not self.tool.modes or self.numerics.force != "tooth_resolved"):
             why = (
                 "the tool has no modes (tool.modes)" if not self.tool.modes else "force is not resolved tooth by tooth"
             )
-            yield Remark(("lobes",), f"{why}: no map of stability is drawn")
+            yield Notice(("lobes",), f"{why}: no map of stability is drawn")
         if isinstance(self.path, CornerPath) and self.path.corner == "sharp" and self.path_mode == "exact_stop":
-            yield Remark(("path_mode",), "the tool stops in a sharp corner anyway (path.corner)")
+            yield Notice(("path_mode",), "the tool stops in a sharp corner anyway (path.corner)")
 
-    def remarks(self) -> Iterator[Remark]:
+    def notices(self) -> Iterator[Notice]:
         """Feed per tooth, depth and sampling that are unusual; what does not count."""
         if isinstance(self.machine, MillingMachine):
             yield from what_yields_alone(self.machine, weights=False)
         if self.stock is not None:
             for key in ("axial_depth", "radial_depth"):
                 if getattr(self.operation, key) is not None:
-                    yield Remark(("operation", key), "is not used: the stock says what the program meets")
+                    yield Notice(("operation", key), "is not used: the stock says what the program meets")
         if self.robot is None and self.numerics.force != "tooth_resolved":
             still = isinstance(self.machine, MillingMachine) and self.numerics.force == "averaged"  # modes are F/k
             for key in ("runout",) if still else ("modes", "runout"):
                 if getattr(self.tool, key):
-                    yield Remark(("tool", key), f"does not count with numerics.force: {self.numerics.force}")
+                    yield Notice(("tool", key), f"does not count with numerics.force: {self.numerics.force}")
         if self.line is not None and self.numerics.discs and not self.tool.modes:
-            yield Remark(("numerics", "discs"), "does not count along a line: the flutes are taken in closed form")
+            yield Notice(("numerics", "discs"), "does not count along a line: the flutes are taken in closed form")
         depth, length = self.operation.axial_depth, self.tool.flute_length
         if depth is not None and length is None and depth > _LONG_FLUTES * self.tool.diameter:
-            yield Remark(
+            yield Notice(
                 ("operation", "axial_depth"), f"is {depth / self.tool.diameter:.3g} diameters of the mill; usual is up to "
                 f"{_LONG_FLUTES:g} (tool.flute_length is not given)",
             )  # fmt: skip
-        yield from self._chip_remarks()
+        yield from self._chip_notices()
 
-    def _chip_remarks(self) -> Iterator[Remark]:
+    def _chip_notices(self) -> Iterator[Notice]:
         feed, speed = self.operation.feed, self.operation.spindle_speed
         limits = self.drives.limits if self.machine is not None else None
         if feed is not None and limits is not None and limits.act_on == "path" and feed > limits.velocity:
-            yield Remark(
+            yield Notice(
                 ("operation", "feed"),
                 f"is above {self.drives_key}.limits.velocity: no more than {units.show(limits.velocity, 'speed')} is run",
             )
@@ -490,18 +490,18 @@ class MillingScenario(Scenario):
         if feed is not None and speed is not None:
             chip = 2.0 * math.pi * feed / (speed * self.tool.flutes)
             if not 5e-6 <= chip <= 0.4e-3:
-                yield Remark(
+                yield Notice(
                     ("operation", "feed"),
                     f"is {units.show(chip, 'small_length', 3)} per tooth; usual is 5 to 400 µm",
                 )
             if beyond := self.material.beyond(chip):
-                yield Remark(("material",), beyond)
+                yield Notice(("material",), beyond)
             if self.machine is None:
                 return
             step = self.drives.control.sample_time / self.numerics.substeps
             tooth = 2.0 * math.pi / (speed * self.tool.flutes)
             if self.numerics.force == "tooth_resolved" and step > tooth / 10:
-                yield Remark(
+                yield Notice(
                     ("numerics", "substeps"),
                     f"leave {tooth / step:.3g} steps per tooth; ten or more resolve the peaks, or use averaged force",
                 )

@@ -5,7 +5,7 @@ from typing import Any, ClassVar
 
 from pydantic import Field
 
-from cutwise.spec.base import LibrarySpec, Remark, Spec
+from cutwise.spec.base import LibrarySpec, Notice, Spec
 from cutwise.spec.chained import CarryingMachine
 from cutwise.spec.drives import CncMachine
 
@@ -23,13 +23,13 @@ class MillingMachine(CarryingMachine):
         examples=["{library: fadal2216}"],
     )
 
-    def contradictions(self) -> Iterator[Remark]:
+    def contradictions(self) -> Iterator[Notice]:
         """A chain that holds together, moved along x, y and z, that answers at once."""
         yield from super().contradictions()
         there = self.axes()
         missing = [letter for letter in AXES if letter not in there]
         if missing:
-            yield Remark(("chain",), f"has no axis {' and '.join(missing)}; a mill is moved along x, y and z")
+            yield Notice(("chain",), f"has no axis {' and '.join(missing)}; a mill is moved along x, y and z")
 
 
 class MillingLoad(Spec):
@@ -39,10 +39,10 @@ class MillingLoad(Spec):
         default=False, description="weights of bodies and part; left out in milling", examples=[False]
     )
 
-    def contradictions(self) -> Iterator[Remark]:
+    def contradictions(self) -> Iterator[Notice]:
         """What milling leaves out."""
         if self.weights:
-            yield Remark(("weights",), "true is for process: machine; in milling the wall is set against the machine as it "
+            yield Notice(("weights",), "true is for process: machine; in milling the wall is set against the machine as it "
                          "stands under its weights: write false")  # fmt: skip
 
 

@@ -14,7 +14,7 @@ from cutwise.spec.scenario import Scenario
 
 def notices(scenario: Scenario) -> tuple[str, ...]:
     """What is unusual about a scenario, one line each: the key, the value, what is usual; and keys that are not used."""
-    found = [*_unusual_values(scenario), *_remarks(scenario), *_unused(scenario)]
+    found = [*_unusual_values(scenario), *_notices(scenario), *_unused(scenario)]
     return tuple(f"{dotted(path)}: {message}" for path, message in found)
 
 
@@ -53,9 +53,9 @@ def _shown(value: float, info: FieldInfo) -> str:
     return units.show(value, dimension) if dimension else str(value)
 
 
-def _remarks(scenario: Scenario) -> Iterator[tuple[Path, str]]:
+def _notices(scenario: Scenario) -> Iterator[tuple[Path, str]]:
     for before, spec in fields.specs(scenario):
-        for path, message in spec.remarks():
+        for path, message in spec.notices():
             yield (*before, *path), message
 
 

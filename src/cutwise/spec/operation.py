@@ -5,7 +5,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Discriminator, Field
 
-from cutwise.spec.base import AngularSpeed, Count, Frequency, Length, LibrarySpec, Remark, Spec, Speed, Time, Usual
+from cutwise.spec.base import AngularSpeed, Count, Frequency, Length, LibrarySpec, Notice, Spec, Speed, Time, Usual
 from cutwise.spec.fields import tag
 from cutwise.spec.tables import Column, Table
 
@@ -44,10 +44,10 @@ class PathErrorComponent(Spec):
         default=None, description="frequency (structural ringing keeps it at every feed)", examples=["10 Hz"], gt=0
     )
 
-    def contradictions(self) -> Iterator[Remark]:
+    def contradictions(self) -> Iterator[Notice]:
         """One of wavelength and frequency."""
         if (self.wavelength is None) == (self.frequency is None):
-            yield Remark((), "give exactly one of wavelength and frequency")
+            yield Notice((), "give exactly one of wavelength and frequency")
 
 
 class PathErrorSpectrum(LibrarySpec):
@@ -140,15 +140,15 @@ class DeburringOperation(Spec):
         """Way along the edge in the whole run [m]."""
         return self.run_time * self.feed
 
-    def contradictions(self) -> Iterator[Remark]:
+    def contradictions(self) -> Iterator[Notice]:
         """One of length and duration, long enough for both leads, within the table of the path error."""
         if self.length is None and self.duration is None:
             return  # the path of the scenario gives it
         if self.length is not None and self.duration is not None:
-            yield Remark(("duration",), "length is given too; write exactly one of length and duration")
+            yield Notice(("duration",), "length is given too; write exactly one of length and duration")
             return
         if self.lead_in_time + self.lead_out_time >= self.run_time:
-            yield Remark(
+            yield Notice(
                 ("lead_in_time",),
                 f"lead-in {self.lead_in_time:g} s and lead-out {self.lead_out_time:g} s leave nothing of a run of "
                 f"{self.run_time:.4g} s; make the run longer or the leads shorter",
@@ -157,27 +157,27 @@ class DeburringOperation(Spec):
             end = self.run_time if self.path_error.variable == "t" else self.run_length
             yield from uncovered(self.path_error, end, ("path_error",))
 
-    def remarks(self) -> Iterator[Remark]:
+    def notices(self) -> Iterator[Notice]:
         """Lead-in that reaches into the steady part; path error beyond the preset."""
         known = self.length is not None or self.duration is not None  # else the part gives the length
         if known and self.lead_in_time > 0.75 * (self.run_time - self.lead_out_time):
-            yield Remark(
+            yield Notice(
                 ("lead_in_time",),
                 "reaches into the steady part (the last quarter of the run), whose means are reported",
             )
         if isinstance(self.path_error, SinePathError) and self.preset < self.path_error.amplitude + self.tolerance:
-            yield Remark(
+            yield Notice(
                 ("preset",), "is less than path error plus tolerance: the mill may leave the edge; usual is 1 to 3 mm"
             )
 
 
-def uncovered(table: Table, end: float, path: tuple[str, ...]) -> Iterator[Remark]:
+def uncovered(table: Table, end: float, path: tuple[str, ...]) -> Iterator[Notice]:
     """A table that does not reach over the run from 0 to ``end`` [SI]; nothing is extrapolated."""
     places = table.points()[0]
     scale, unit = (1.0, "s") if table.variable == "t" else (1e3, "mm")
     slack = 1e-9 * end
     if places[0] > slack or places[-1] < end - slack:
-        yield Remark(
+        yield Notice(
             path,
             f"the table covers {table.variable} = {places[0] * scale:g} to {places[-1] * scale:g} {unit}, the run "
             f"needs 0 to {end * scale:g} {unit}; nothing is extrapolated",

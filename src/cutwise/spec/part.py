@@ -6,7 +6,7 @@ from typing import Annotated, Any, ClassVar
 from annotated_types import Ge, Gt
 from pydantic import Discriminator, Field
 
-from cutwise.spec.base import Count, Length, Remark, Spec, Stiffness, Usual
+from cutwise.spec.base import Count, Length, Notice, Spec, Stiffness, Usual
 from cutwise.spec.fields import tag
 from cutwise.spec.part_block import PartBlock
 from cutwise.spec.tables import Column, Table
@@ -36,10 +36,10 @@ class RandomField(Spec):
     )
     seed: Count = Field(default=0, description="seed of the random numbers", examples=[1], ge=0)
 
-    def remarks(self) -> Iterator[Remark]:
+    def notices(self) -> Iterator[Notice]:
         """A deviation so large that much of the field is cut off at zero."""
         if self.deviation > 0.5 * self.mean:
-            yield Remark(("deviation",), "is more than half the mean: the size is cut off at zero in many places")
+            yield Notice(("deviation",), "is more than half the mean: the size is cut off at zero in many places")
 
 
 def _size_kind(value: Any) -> str:
@@ -114,10 +114,10 @@ class DeburringPart(Spec):
         examples=["{width_x: 260 mm, width_y: 90 mm, height: 300 mm, weight: 540 N, flexible: false}"],
     )
 
-    def remarks(self) -> Iterator[Remark]:
+    def notices(self) -> Iterator[Notice]:
         """A burr that the part does not carry."""
         if isinstance(self.burr.width, float):
             burr_end = self.burr.axial_start + self.burr.width
             part_end = self.axial_start + self.contact_length
             if burr_end > part_end * (1 + 1e-9) or self.burr.axial_start < self.axial_start * (1 - 1e-9):
-                yield Remark(("burr",), "reaches beyond the part's face along the mill axis")
+                yield Notice(("burr",), "reaches beyond the part's face along the mill axis")

@@ -5,7 +5,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from cutwise.spec.base import Elasticity, Force, Length, Number, Remark, Spec, Usual
+from cutwise.spec.base import Elasticity, Force, Length, Notice, Number, Spec, Usual
 
 
 class PartBlock(Spec):
@@ -26,8 +26,8 @@ class PartBlock(Spec):
         default=None, description="share of the section that carries shear", examples=[0.8333333], gt=0, le=1
     )
 
-    def contradictions(self) -> Iterator[Remark]:
+    def contradictions(self) -> Iterator[Notice]:
         """What a flexible part needs."""
         for key in ("youngs_modulus", "poisson_ratio", "shear_factor"):
             if self.flexible and getattr(self, key) is None:
-                yield Remark((key,), "missing")
+                yield Notice((key,), "missing")

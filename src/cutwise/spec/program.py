@@ -5,7 +5,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Discriminator, Field
 
-from cutwise.spec.base import Angle, Count, Length, Remark, Spec
+from cutwise.spec.base import Angle, Count, Length, Notice, Spec
 from cutwise.spec.fields import tag
 
 WORK_SYSTEMS = ("G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3")
@@ -83,18 +83,18 @@ class Program(Spec):
         "repeats and pecks of cycles, turns of arcs) before it counts as endless", examples=[2_000_000], ge=1,
     )  # fmt: skip
 
-    def contradictions(self) -> Iterator[Remark]:
+    def contradictions(self) -> Iterator[Notice]:
         """Work coordinate systems that do not exist; a tool twice; a default tool that is not there."""
         for name in self.offsets or ():
             if name not in WORK_SYSTEMS:
-                yield Remark(
+                yield Notice(
                     ("offsets",), f'"{name}" is not a work coordinate system; they are {", ".join(WORK_SYSTEMS)}'
                 )
         numbers = [tool.number for tool in self.tools or ()]
         for number in sorted({n for n in numbers if numbers.count(n) > 1}):
-            yield Remark(("tools",), f"tool {number} is there twice")
+            yield Notice(("tools",), f"tool {number} is there twice")
         if self.default_tool is not None and numbers and self.default_tool not in numbers:
-            yield Remark(("default_tool",), f"tool {self.default_tool} is not among the tools")
+            yield Notice(("default_tool",), f"tool {self.default_tool} is not among the tools")
 
 
 class Blend(Spec):
@@ -125,12 +125,12 @@ class StockBlock(Spec):
     y: tuple[Length, Length] = Field(description="least and greatest y", examples=["[-10 mm, 70 mm]"])
     z: tuple[Length, Length] = Field(description="bottom and top", examples=["[-20 mm, 0 mm]"])
 
-    def contradictions(self) -> Iterator[Remark]:
+    def contradictions(self) -> Iterator[Notice]:
         """Sides that run backwards."""
         for side in ("x", "y", "z"):
             low, high = getattr(self, side)
             if low >= high:
-                yield Remark((side,), "ends before it begins: write the smaller value first")
+                yield Notice((side,), "ends before it begins: write the smaller value first")
 
 
 def top_of(program: Program, stock: StockBlock | None) -> float:

@@ -14,8 +14,8 @@ from cutwise.spec.base import (
     Length,
     LibrarySpec,
     Mass,
+    Notice,
     Number,
-    Remark,
     Spec,
     Usual,
 )
@@ -58,10 +58,10 @@ class HeldJoint(Spec):
         default=None, description="where a sliding joint of the URDF is held", examples=["500 mm"]
     )
 
-    def contradictions(self) -> Iterator[Remark]:
+    def contradictions(self) -> Iterator[Notice]:
         """One place."""
         if (self.angle is None) == (self.position is None):
-            yield Remark((), "needs one place: angle for a turning joint, position for a sliding one")
+            yield Notice((), "needs one place: angle for a turning joint, position for a sliding one")
 
 
 class Linkage(Spec):
@@ -81,14 +81,14 @@ class Linkage(Spec):
         examples=["[-130 deg, -10 deg]"],
     )
 
-    def contradictions(self) -> Iterator[Remark]:
+    def contradictions(self) -> Iterator[Notice]:
         """Limits in order, two joints, a ratio that turns something."""
         if self.limits is not None and self.limits[0] >= self.limits[1]:
-            yield Remark(("limits",), "the lower limit is not below the upper one")
+            yield Notice(("limits",), "the lower limit is not below the upper one")
         if self.joint == self.driver:
-            yield Remark(("driver",), "is the joint itself")
+            yield Notice(("driver",), "is the joint itself")
         if self.ratio == 0.0:
-            yield Remark(("ratio",), "0 is no linkage; leave it out")
+            yield Notice(("ratio",), "0 is no linkage; leave it out")
 
 
 class Joint(Spec):
@@ -111,12 +111,12 @@ class Joint(Spec):
         default=None, description="the joint has no motor and follows another", examples=["{joint: joint_a2}"]
     )
 
-    def contradictions(self) -> Iterator[Remark]:
+    def contradictions(self) -> Iterator[Notice]:
         """Limits in the wrong order, an axis without length."""
         if self.limits[0] >= self.limits[1]:
-            yield Remark(("limits",), "the lower limit is not below the upper one")
+            yield Notice(("limits",), "the lower limit is not below the upper one")
         if math.hypot(*self.axis) < 1e-9:
-            yield Remark(("axis",), "has no length; write for example [0, 0, 1]")
+            yield Notice(("axis",), "has no length; write for example [0, 0, 1]")
 
 
 class Robot(LibrarySpec):
@@ -223,33 +223,33 @@ class Robot(LibrarySpec):
         lt=1,
     )
 
-    def contradictions(self) -> Iterator[Remark]:
+    def contradictions(self) -> Iterator[Notice]:
         """Six joints that move on their own, couplings between joints that exist, stiffnesses above zero."""
         yield from self._coupled()
         names = self.names
         doubled = sorted({name for name in names if names.count(name) > 1})
         if doubled:
-            yield Remark(("joints",), f"more than one joint is called {', '.join(doubled)}")
+            yield Notice(("joints",), f"more than one joint is called {', '.join(doubled)}")
         moving = [names[k] for k in self.motors]
         if len(moving) > AXES:
             free = next((name for name in moving[2:] if name), moving[0])
-            yield Remark(
+            yield Notice(
                 ("joints",),
                 f"has {len(moving)} joints that move on their own ({', '.join(moving)}); {_ARM_STILL_NEEDS}: hold the "
                 f"others, for example robot.held_joints: [{{joint: {free}, angle: 0 deg}}]",
             )
         elif len(moving) < AXES:
-            yield Remark(("joints",), f"has {len(moving)} joints that move on their own; {_ARM_STILL_NEEDS}")
+            yield Notice(("joints",), f"has {len(moving)} joints that move on their own; {_ARM_STILL_NEEDS}")
         if len(self.joint_stiffness) != len(self.yielding):
-            yield Remark(
+            yield Notice(
                 ("joint_stiffness",),
                 f"has {len(self.joint_stiffness)} values for {len(self.yielding)} joints "
                 f"({', '.join(names[k] for k in self.yielding)}); a joint that is held yields too",
             )
         if any(k <= 0 for k in self.joint_stiffness):
-            yield Remark(("joint_stiffness",), "every joint needs a stiffness above zero")
+            yield Notice(("joint_stiffness",), "every joint needs a stiffness above zero")
         if any(value < 0.0 for value in self.base_compliance or ()):
-            yield Remark(("base_compliance",), "a compliance is not below zero")
+            yield Notice(("base_compliance",), "a compliance is not below zero")
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -267,7 +267,7 @@ class Robot(LibrarySpec):
         held = {entry.joint for entry in self.held_joints}
         return tuple(k for k in self.yielding if self.names[k] not in held)
 
-    def _coupled(self) -> Iterator[Remark]:
+    def _coupled(self) -> Iterator[Notice]:
         """Names in held joints, followers and linkages."""
         names, known = self.names, f"the joints are {', '.join(self.names)}"
         own = {names[k] for k in self.motors}
@@ -275,42 +275,42 @@ class Robot(LibrarySpec):
             if held.position is not None and self.urdf is not None:
                 continue  # a slide of the URDF, which is part of the links by now
             if held.joint not in names:
-                yield Remark(("held_joints", n, "joint"), f"there is no joint {held.joint}; {known}")
+                yield Notice(("held_joints", n, "joint"), f"there is no joint {held.joint}; {known}")
             elif held.angle is None:
-                yield Remark(("held_joints", n, "position"), f"joint {held.joint} turns; write angle")
+                yield Notice(("held_joints", n, "position"), f"joint {held.joint} turns; write angle")
             elif self.joints[names.index(held.joint)].mimic is not None:
-                yield Remark(("held_joints", n, "joint"), f"joint {held.joint} follows another and cannot be held")
+                yield Notice(("held_joints", n, "joint"), f"joint {held.joint} follows another and cannot be held")
             else:
                 low, high = self.joints[names.index(held.joint)].limits
                 if not low <= held.angle <= high:
-                    yield Remark(("held_joints", n, "angle"), f"is beyond the limits of joint {held.joint}")
+                    yield Notice(("held_joints", n, "angle"), f"is beyond the limits of joint {held.joint}")
         for n, joint in enumerate(self.joints):
             if joint.mimic is not None and (joint.mimic.joint not in names or joint.mimic.joint == names[n]):
-                yield Remark(("joints", n, "mimic"), f"there is no other joint {joint.mimic.joint}; {known}")
+                yield Notice(("joints", n, "mimic"), f"there is no other joint {joint.mimic.joint}; {known}")
             elif joint.mimic is not None and self.joints[names.index(joint.mimic.joint)].mimic is not None:
-                yield Remark(("joints", n, "mimic"), f"joint {joint.mimic.joint} follows another itself; name that one")
+                yield Notice(("joints", n, "mimic"), f"joint {joint.mimic.joint} follows another itself; name that one")
         for n, linkage in enumerate(self.linkages):
             for key, name in (("joint", linkage.joint), ("driver", linkage.driver)):
                 if name not in own:
                     why = "has no motor of its own or is held" if name in names else f"does not exist; {known}"
-                    yield Remark(("linkages", n, key), f"joint {name} {why}")
+                    yield Notice(("linkages", n, key), f"joint {name} {why}")
         turned = [linkage.joint for linkage in self.linkages]
         for n, linkage in enumerate(self.linkages):
             if turned.count(linkage.joint) > 1 or linkage.driver in turned:
-                yield Remark(("linkages", n), "one linkage for a joint, driven from a joint without one")
+                yield Notice(("linkages", n), "one linkage for a joint, driven from a joint without one")
 
-    def remarks(self) -> Iterator[Remark]:
+    def notices(self) -> Iterator[Notice]:
         """Traps of URDF files, stiffness in the wrong unit, a pairing of different machines."""
         for text in self.urdf_remarks:
-            yield Remark(("urdf",), text)
+            yield Notice(("urdf",), text)
         low, high = min(self.joint_stiffness), max(self.joint_stiffness)
         if low < 1e4 or high > 5e7:
             odd = low if low < 1e4 else high
-            yield Remark(
+            yield Notice(
                 ("joint_stiffness",),
                 f"{odd:.3g} N m/rad is unusual; usual for arms that drill is 1e5 to 1e7 N m/rad at the joint's output",
             )
         if self.pairing:
-            yield Remark(("pairing",), self.pairing)
+            yield Notice(("pairing",), self.pairing)
         if self.joint_angles is not None and isinstance(self.redundancy_angle, str):
-            yield Remark(("joint_angles",), f"is not used: the posture is chosen ({self.redundancy_angle})")
+            yield Notice(("joint_angles",), f"is not used: the posture is chosen ({self.redundancy_angle})")

@@ -11,7 +11,7 @@ from pydantic import Field, PrivateAttr, field_serializer, field_validator, mode
 
 from cutwise import units
 from cutwise.spec import fields
-from cutwise.spec.base import Remark, Spec, Status, contradiction
+from cutwise.spec.base import Notice, Spec, Status, contradiction
 from cutwise.spec.faults import Path, split_dotted
 from cutwise.spec.needs import Needs, unmet
 
@@ -79,12 +79,12 @@ class Scenario(Spec):
         """The keys without which this scenario cannot have a measure; none if it can."""
         return tuple(unmet(self, self.needs, measure))
 
-    def unobtainable(self) -> Iterator[Remark]:
+    def unobtainable(self) -> Iterator[Notice]:
         """Requirements on measures that no run of this scenario has, each with the key that would provide it."""
         for name in self.requirements:
             lacking = self.lacking(name)
             if lacking:
-                yield Remark(
+                yield Notice(
                     ("requirements", name),
                     f"a run of this scenario has no such measure; it needs {' and '.join(lacking)}",
                 )
@@ -96,12 +96,12 @@ class Scenario(Spec):
             raise contradiction(found)
         return self
 
-    def checks(self) -> Iterator[Iterator[Remark]]:
+    def checks(self) -> Iterator[Iterator[Notice]]:
         """The contradictions between sections, in groups that need no other sections than they look at."""
         yield self.contradictions()
 
     @classmethod
-    def contradictions_among(cls, sections: Mapping[str, Any]) -> Iterator[Remark]:
+    def contradictions_among(cls, sections: Mapping[str, Any]) -> Iterator[Notice]:
         """What contradicts itself among the sections that are right by themselves; checks that need others are left out."""
         partial = cls.model_construct(**sections)
         for name in cls.model_fields.keys() - sections.keys():
@@ -143,7 +143,7 @@ class Scenario(Spec):
         """Turn the text of each limit into SI."""
         if not isinstance(given, Mapping):
             return given
-        found: list[Remark] = []
+        found: list[Notice] = []
         limits = {name: _limit(cls, name, limit, found) for name, limit in given.items()}
         if found:
             raise contradiction(found)
@@ -230,37 +230,37 @@ def _container(plain: Any, path: Path) -> Any:
     return plain if isinstance(plain, dict) and path[-1] in plain else None
 
 
-def _limit(scenario: type[Scenario], name: str, limit: Any, found: list[Remark]) -> Any:
+def _limit(scenario: type[Scenario], name: str, limit: Any, found: list[Notice]) -> Any:
     """One requirement in SI; what is wrong with it is added to ``found``."""
     path = (name,)
     if name not in scenario.measures:
         near = get_close_matches(name, scenario.measures, n=1)
         hint = f"did you mean {near[0]}?" if near else "known are: " + ", ".join(scenario.measures)
-        found.append(Remark(path, f"unknown measure; {hint}"))
+        found.append(Notice(path, f"unknown measure; {hint}"))
         return limit
     if isinstance(limit, Limit):
         limit = {"min": limit.min, "max": limit.max, **({"whole_band": True} if limit.whole_band else {})}
     example = limit if isinstance(limit, str) else units.DIMENSIONS[scenario.measures[name].dimension].example
     ends = {end: text for end, text in limit.items() if text is not None} if isinstance(limit, Mapping) else {}
     if not ends.keys() - {"whole_band"}:
-        found.append(Remark(path, f"has no limit; write min, max or both, for example {{max: {example}}}"))
+        found.append(Notice(path, f"has no limit; write min, max or both, for example {{max: {example}}}"))
         return limit
     read: dict[str, Any] = {}
     for end, text in ends.items():
         if end == "whole_band":
             read[end] = text
             if not isinstance(text, bool):
-                found.append(Remark((*path, end), f"{text} is neither true nor false"))
+                found.append(Notice((*path, end), f"{text} is neither true nor false"))
             continue
         if end not in ("min", "max"):
-            found.append(Remark((*path, end), "unknown key; a requirement has min, max and whole_band"))
+            found.append(Notice((*path, end), "unknown key; a requirement has min, max and whole_band"))
             continue
         try:
             read[end] = measure_value(scenario, name, text)
         except units.UnitFault as fault:
-            found.append(Remark((*path, end), str(fault)))
+            found.append(Notice((*path, end), str(fault)))
     if read.get("min", -math.inf) > read.get("max", math.inf):
-        found.append(Remark(path, f"min {ends['min']} is above max {ends['max']}"))
+        found.append(Notice(path, f"min {ends['min']} is above max {ends['max']}"))
     return read
 
 

@@ -16,10 +16,10 @@ from cutwise.spec.base import (
     Length,
     LibrarySpec,
     Mass,
+    Notice,
     Number,
     Power,
     Pressure,
-    Remark,
     SmallLength,
     Speed,
     Usual,
@@ -162,61 +162,61 @@ class CompliantSpindle(LibrarySpec):
         default=None, description="rated power of the motor, for comparison only", examples=["340 W"], gt=0
     )
 
-    def contradictions(self) -> Iterator[Remark]:
+    def contradictions(self) -> Iterator[Notice]:
         """Friction, friction law and mass that cannot be."""
         if self.friction_static < self.friction_dynamic:
-            yield Remark(("friction_static",), "is below friction_dynamic; static friction is the larger one")
+            yield Notice(("friction_static",), "is below friction_dynamic; static friction is the larger one")
         if self.friction == "presliding" and self.breakaway_travel is None:
-            yield Remark(("breakaway_travel",), "missing; presliding friction needs it, for example 50 um")
+            yield Notice(("breakaway_travel",), "missing; presliding friction needs it, for example 50 um")
         if self.friction == "regularised" and self.stribeck_velocity is None:
-            yield Remark(("stribeck_velocity",), "missing; regularised friction needs it, for example 1 mm/s")
+            yield Notice(("stribeck_velocity",), "missing; regularised friction needs it, for example 1 mm/s")
         if self.gravity != "off" and any(self.gravity[:2]):
             for key, example in (("mass", "0.6 kg"), ("centre_of_mass", "75 mm")):
                 if getattr(self, key) is None:
-                    yield Remark(
+                    yield Notice(
                         (key,),
                         f"missing; a weight across the spindle needs it, for example {example}; or write gravity: off",
                     )
         if self.mass is not None and self.centre_of_mass is not None:
             least = self.mass * self.centre_of_mass**2
             if self.inertia < least * (1 - 1e-9):
-                yield Remark(
+                yield Notice(
                     ("inertia",),
                     f"{self.inertia:.3g} kg m^2 is less than mass times centre_of_mass squared ({least:.3g} kg m^2), the "
                     f"least that {self.mass:.4g} kg with its centre {1e3 * self.centre_of_mass:.4g} mm from O can have",
                 )
 
-    def remarks(self) -> Iterator[Remark]:
+    def notices(self) -> Iterator[Notice]:
         """Geometry, friction and law that are possible but unusual."""
         if "gravity" not in self.model_fields_set:
-            yield Remark(
+            yield Notice(
                 ("gravity",),
                 "is not given: the spindle is taken to hang upright, its weight along its axis; if it lies across, write "
                 "the direction (-y: flat above the edge)",
             )
         for text in self.solid_remarks:
-            yield Remark(("solid",), text)
+            yield Notice(("solid",), text)
         if self.piston_arm >= self.tool_reach:
-            yield Remark(("piston_arm",), "is not shorter than tool_reach; usual is between 0.5 and 0.8 of it")
+            yield Notice(("piston_arm",), "is not shorter than tool_reach; usual is between 0.5 and 0.8 of it")
         ratio = self.pressure / self.reference_pressure
         share = self.friction_preload_fraction + (1 - self.friction_preload_fraction) * ratio
         if self.friction != "none" and share * self.friction_static >= ratio * self.piston_force:
-            yield Remark(
+            yield Notice(
                 ("pressure",), "the static friction of the seals holds the pistons back: the spindle does not re-centre"
             )
         if self.friction == "regularised":
-            yield Remark(("friction",), "regularised friction creeps: the edge error drifts to the frictionless answer")
+            yield Notice(("friction",), "regularised friction creeps: the edge error drifts to the frictionless answer")
 
-    def unused(self) -> Iterator[Remark]:
+    def unused(self) -> Iterator[Notice]:
         """What the friction law does not ask for; a weight without gravity."""
         law = f"friction is {self.friction}"
         if self.friction != "presliding":
-            yield Remark(("breakaway_travel",), f"{law}; seals that give before they slip are presliding")
+            yield Notice(("breakaway_travel",), f"{law}; seals that give before they slip are presliding")
         if self.friction == "none":
-            yield Remark(("stribeck_velocity",), law)
+            yield Notice(("stribeck_velocity",), law)
         if self.gravity == "off" and self.solid is None:
             for key in ("mass", "centre_of_mass"):
-                yield Remark((key,), "gravity is off, and the inertia is given")
+                yield Notice((key,), "gravity is off, and the inertia is given")
 
 
 def _kind(value: Any) -> str:

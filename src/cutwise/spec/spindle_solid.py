@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 from pydantic import Discriminator, Field
 
-from cutwise.spec.base import Density, Length, Remark, Spec, Usual
+from cutwise.spec.base import Density, Length, Notice, Spec, Usual
 from cutwise.spec.fields import tag
 
 
@@ -34,10 +34,10 @@ class SpindleSolid(Spec):
     housing_gap: Length = Field(description="gap between motor and housing", examples=["8 mm"], gt=0)
     housing_wall: Length = Field(description="wall of the housing", examples=["4 mm"], gt=0)
 
-    def contradictions(self) -> Iterator[Remark]:
+    def contradictions(self) -> Iterator[Notice]:
         """A collet wider than the motor."""
         if self.collet_diameter > self.motor_diameter:
-            yield Remark(("collet_diameter",), "is larger than the motor")
+            yield Notice(("collet_diameter",), "is larger than the motor")
 
 
 class SpindleStep(Spec):
@@ -52,10 +52,10 @@ class SpindleStep(Spec):
         description="direction from the joint to the tool tip in the file", examples=[[0, 0, -1]]
     )
 
-    def contradictions(self) -> Iterator[Remark]:
+    def contradictions(self) -> Iterator[Notice]:
         """A direction of no length."""
         if not any(self.axis):
-            yield Remark(("axis",), "has no direction: write for example [0, 0, -1]")
+            yield Notice(("axis",), "has no direction: write for example [0, 0, -1]")
 
 
 def _solid_kind(value: Any) -> str:

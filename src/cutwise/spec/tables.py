@@ -8,7 +8,7 @@ from typing import ClassVar, NamedTuple
 from pydantic import Field
 
 from cutwise import units
-from cutwise.spec.base import Remark, Spec
+from cutwise.spec.base import Notice, Spec
 
 _HEADER = re.compile(r"\s*([^\[\]]+?)\s*(?:\[\s*([^\[\]]*?)\s*\])?\s*")
 
@@ -124,14 +124,14 @@ class Table(Spec):
         default=None, description="the file that the columns were read from", examples=["burr.csv"]
     )
 
-    def contradictions(self) -> Iterator[Remark]:
+    def contradictions(self) -> Iterator[Notice]:
         """Missing columns and units, rows out of order, values out of bounds."""
         for column, row, message in table_faults(self.columns, self.over, self.ordinate):
             path: tuple[str | int, ...] = () if column is None else ("columns", column)
-            yield Remark(path if row is None else (*path, row), message)
+            yield Notice(path if row is None else (*path, row), message)
         wrong = length_fault(self.columns)
         if wrong is not None:
-            yield Remark(("columns",), wrong)
+            yield Notice(("columns",), wrong)
 
     @property
     def variable(self) -> str:

@@ -12,8 +12,8 @@ from cutwise.spec.base import (
     Frequency,
     Length,
     LibrarySpec,
+    Notice,
     Number,
-    Remark,
     SmallLength,
     Spec,
     Stiffness,
@@ -65,15 +65,15 @@ class HelicalMill(RotatingTool):
         examples=["0 deg"],
     )
 
-    def contradictions(self) -> Iterator[Remark]:
+    def contradictions(self) -> Iterator[Notice]:
         """Run-out that reaches the axis."""
         if self.runout >= self.diameter / 2:
-            yield Remark(("runout",), "is as large as the radius of the tool")
+            yield Notice(("runout",), "is as large as the radius of the tool")
 
-    def unused(self) -> Iterator[Remark]:
+    def unused(self) -> Iterator[Notice]:
         """The direction of a run-out that is not there."""
         if not self.runout:
-            yield Remark(("runout_angle",), "there is no run-out (tool.runout)")
+            yield Notice(("runout_angle",), "there is no run-out (tool.runout)")
 
 
 class Bur(HelicalMill):
@@ -88,15 +88,15 @@ class Bur(HelicalMill):
         examples=["[{direction: y, frequency: 1020 Hz, damping: 0.035, stiffness: 20 N/um}]"],
     )  # fmt: skip
 
-    def contradictions(self) -> Iterator[Remark]:
+    def contradictions(self) -> Iterator[Notice]:
         """One way in which a tool bends."""
         yield from super().contradictions()
         if self.modes and self.stiffness is not None:
-            yield Remark(("modes",), "and tool.stiffness both say how the tool bends; write one of them")
+            yield Notice(("modes",), "and tool.stiffness both say how the tool bends; write one of them")
 
-    def remarks(self) -> Iterator[Remark]:
+    def notices(self) -> Iterator[Notice]:
         """What of a mode does not count beside pistons."""
         if self.modes:
-            yield Remark(
+            yield Notice(
                 ("modes",), "count by their stiffness alone: modes are given for a rigid spindle, and do not swing here"
             )

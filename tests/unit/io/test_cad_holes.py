@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cutwise.io import cad, cad_edges, cad_parts, cad_select, cad_skin, step
+from cutwise.io import cad, cad_edges, cad_mesh, cad_parts, cad_select, step
 from cutwise.io.occ import occ
 
 STEP = Path(__file__).parents[2] / "data" / "step"
@@ -175,7 +175,7 @@ def test_an_edge_is_split_where_its_kind_changes():
     np.testing.assert_allclose(
         np.degrees([ridge.frames.wedge.min(), ridge.frames.wedge.max()]), [140.0, 180.0], atol=1e-3
     )
-    assert "convex, then concave: it is split at (27.38, 15, 10) mm" in found.remarks[0]
+    assert "convex, then concave: it is split at (27.38, 15, 10) mm" in found.notices[0]
     assert found.whole_edges == 15
 
 
@@ -234,14 +234,14 @@ def with_placements(on):
 @pytest.mark.parametrize("many", [10, 10_000])
 def test_the_skin_of_a_part_of_many_edges_is_whole(tmp_path, monkeypatch, many):
     """Both ways to triangulate: the one that is quick for many edges, and the usual one."""
-    monkeypatch.setattr(cad_skin, "_MANY", many)
+    monkeypatch.setattr(cad_mesh, "_MANY", many)
     plate = cut(
         box(60, 60, 10), *(rod((15 + 15 * i, 15 + 15 * j, -1), (0, 0, 1), 4, 12) for i in range(3) for j in range(3))
     )
     found = model(step.write_step(plate, tmp_path / "plate.step"))
-    skin = cad_skin.cad_skin(found)
-    corner = skin.corner[:, :9].reshape(-1, 3, 3)
+    mesh = cad_mesh.cad_mesh(found)
+    corner = mesh.corner[:, :9].reshape(-1, 3, 3)
     sides = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
     exact = 2 * (3600 - 9 * 16 * math.pi) + 2400 + 9 * 80 * math.pi
-    assert set(skin.face) == {face.index for face in found.faces}
+    assert set(mesh.face) == {face.index for face in found.faces}
     assert 0.5e6 * np.linalg.norm(sides, axis=1).sum() == pytest.approx(exact, rel=5e-4)

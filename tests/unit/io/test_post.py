@@ -5,11 +5,11 @@ import re
 import numpy as np
 import pytest
 
-from cutwise.io.programs.interpreter import interpret
-from cutwise.io.programs.post import Program, SetupFault, apt, gcode, pose_frames, poses_csv
 from cutwise.io.scenario import load
 from cutwise.process.chamfer_program import program_of
 from cutwise.process.recipes import simulate
+from cutwise.programs.interpreter import interpret
+from cutwise.programs.post import Program, SetupFault, apt, gcode, pose_frames, poses_csv
 
 
 @pytest.fixture(scope="module")

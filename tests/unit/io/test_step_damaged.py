@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from tests.unit.io.step_mutants import DAMAGES, mutant
 
-from cutwise.io import cad, cad_edges, cad_skin, part21, step, step_process
+from cutwise.io import cad, cad_edges, cad_mesh, part21, step, step_process
 from cutwise.io.occ import CadFault
 
 STEP = Path(__file__).parents[2] / "data" / "step"
@@ -79,7 +79,7 @@ def test_what_the_shape_does_not_need_may_be_missing_and_is_said(tmp_path, box):
     extra = "#900 = STYLED_ITEM('color',(#901),#902);\nENDSEC;\nEND-ISO"
     part = step.read_step(written(tmp_path, box.replace("ENDSEC;\nEND-ISO", extra)))
     assert part.solids == 1
-    assert "damaged where the shape is not touched: #900 = STYLED_ITEM refers to #901" in "; ".join(part.remarks)
+    assert "damaged where the shape is not touched: #900 = STYLED_ITEM refers to #901" in "; ".join(part.notices)
 
 
 def test_a_face_that_is_lost_on_the_way_is_said(tmp_path, box):
@@ -89,7 +89,7 @@ def test_a_face_that_is_lost_on_the_way_is_said(tmp_path, box):
         part = step.read_step(written(tmp_path, text))
     except CadFault:
         return
-    assert any("could not be translated" in said or "open shell" in said for said in part.remarks)
+    assert any("could not be translated" in said or "open shell" in said for said in part.notices)
 
 
 def test_comments_strings_and_complex_entities_are_read_as_the_standard_says():
@@ -144,7 +144,7 @@ def test_mutants_of_every_kind_are_read_or_refused_in_words(tmp_path):
             refused += 1
             model = cad.topology(step.read_step(written(tmp_path, text)))
             cad_edges.sharp_chains(model, spacing=1e-3)
-            cad_skin.cad_skin(model)
+            cad_mesh.cad_mesh(model)
             refused -= 1
         assert time.process_time() - begun < 20.0, (seed, damage)
     assert refused > MUTANTS / 2

@@ -147,11 +147,11 @@ def test_an_unknown_tip_link(tmp_path):
     ],
 )
 def test_traps_are_pointed_out(tmp_path, text, words):
-    assert any(words in remark for remark in read_urdf(write(tmp_path, text), "robot.urdf").remarks)
+    assert any(words in notice for notice in read_urdf(write(tmp_path, text), "robot.urdf").notices)
 
 
 def test_a_sound_file_is_silent(tmp_path):
-    assert read_urdf(write(tmp_path, urdf(mass=180, effort="5000")), "robot.urdf").remarks == ()
+    assert read_urdf(write(tmp_path, urdf(mass=180, effort="5000")), "robot.urdf").notices == ()
 
 
 def scenario_with_urdf(examples, folder: Path) -> Path:
@@ -201,13 +201,13 @@ DATA = Path(__file__).parents[2] / "data" / "urdf"
 
 
 def test_limits_of_two_turns_and_macros_in_comments_are_nothing_to_remark():
-    assert read_urdf(DATA / "two_pi_limits.urdf", "two_pi_limits.urdf").remarks == ()
-    assert read_urdf(DATA / "xacro_comment.urdf", "xacro_comment.urdf").remarks == ()
+    assert read_urdf(DATA / "two_pi_limits.urdf", "two_pi_limits.urdf").notices == ()
+    assert read_urdf(DATA / "xacro_comment.urdf", "xacro_comment.urdf").notices == ()
 
 
 def test_an_entity_in_a_comment_is_none(tmp_path):
     text = urdf(effort="50").replace("<link", "<!-- <!ENTITY a 'b'> ${prefix} --><link", 1)
-    assert read_urdf(write(tmp_path, text), "robot.urdf").remarks == ()
+    assert read_urdf(write(tmp_path, text), "robot.urdf").notices == ()
 
 
 def test_a_gripper_on_the_arm_names_the_remedy_and_the_remedy_works():

@@ -2,7 +2,7 @@
 
 import pytest
 
-from cutwise.app.leaving import explain
+from cutwise.app.exits import explain
 from cutwise.io.scenario import load
 from cutwise.process.recipes import prepare, quick_outcome, simulate
 from cutwise.results import Infeasible

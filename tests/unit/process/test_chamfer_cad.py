@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import cutwise
-from cutwise.io import cad, cad_edges, cad_parts, cad_select, cad_skin, step
+from cutwise.io import cad, cad_edges, cad_mesh, cad_parts, cad_select, step
 from cutwise.maths.edges import lengths
 from cutwise.paths.chamfer import Chamfer, chamfer_path
 from cutwise.paths.pipe import PipeHole
@@ -203,8 +203,8 @@ def test_free_form_faces_are_proved_too(run, tmp_path):
     file = step.write_step(step.occ("BRepAlgoAPI").BRepAlgoAPI_Fuse(plate, loft.Shape()).Shape(), tmp_path / "l.step")
     model = cad.topology(step.read_step(file))
     assert len(model.splines.layout) >= 4
-    skin = cad_skin.cad_skin(model)
-    assert skin.error == cad_skin.OUTLINE  # outlines of free-form faces are those of the mesh
+    mesh = cad_mesh.cad_mesh(model)
+    assert mesh.error == cad_mesh.OUTLINE  # outlines of free-form faces are those of the mesh
     result = run(f"part.step={file}", "part.edges=all")
     assert value(result, "edges_refused") == 0
     assert value(result, "gouge_max") < 4e-6

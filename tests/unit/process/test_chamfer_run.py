@@ -9,7 +9,6 @@ from scipy.optimize import brentq
 from scipy.spatial import KDTree
 
 import cutwise
-from cutwise.io.programs import post
 from cutwise.maths.edges import lengths
 from cutwise.paths.chamfer import Chamfer, chamfer_path
 from cutwise.paths.pipe import PipeHole, one_turn, pipe_edge
@@ -20,6 +19,7 @@ from cutwise.process import chamfer
 from cutwise.process.chamfer_cell import ball_cut, sections
 from cutwise.process.chamfer_cut import ball_end, material_along, mounted, ring_on
 from cutwise.process.chamfer_program import program_of
+from cutwise.programs import post
 from cutwise.spec.faults import ScenarioFault
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "chamfer_pipe_hole.yaml"

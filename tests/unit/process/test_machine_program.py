@@ -8,7 +8,7 @@ import pytest
 from cutwise.io.scenario import load, parse
 from cutwise.maths import chains
 from cutwise.physics.engagement.corner import Corner, greatest_immersion, straight_immersion
-from cutwise.process import machine_assemble, machine_pass, machine_way
+from cutwise.process import machine_assemble, machine_pass, machine_path
 from cutwise.process.recipes import prepare, simulate
 from cutwise.spec.faults import ScenarioFault
 from cutwise.study.advice import advise
@@ -176,7 +176,7 @@ def test_rotary_words_turn_the_part_under_the_same_place(tmp_path):
     at = chains.frames(found.axes.chain, found.way.commands * found.axes.sense)
     np.testing.assert_allclose(chains.tool_point(at, found.tip), found.way.point, atol=1e-14)
     np.testing.assert_allclose(found.way.point[-1], [0.03, 0.02, 0.058], atol=1e-14)
-    letters = machine_way.joints_of(load(tmp_path / "trunnion.yaml").machine)
+    letters = machine_path.joints_of(load(tmp_path / "trunnion.yaml").machine)
     turned = np.degrees(found.way.commands[[0, -1]][:, [letters["A"], letters["C"]]])
     np.testing.assert_allclose(turned, [[-20, 0], [-40, 30]], atol=1e-12)
     middle = int(np.argmin(np.abs(found.way.point[:, 0])))

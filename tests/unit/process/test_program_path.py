@@ -7,8 +7,6 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from cutwise.io.programs.interpreter import interpret
-from cutwise.io.programs.move_table import Moves
 from cutwise.io.scenario import parse
 from cutwise.maths.linearc import curvature_jumps, sample, turn_angles
 from cutwise.physics.motion.lookahead import plan
@@ -16,6 +14,8 @@ from cutwise.physics.motion.profile import Limits
 from cutwise.process.milling import run, stop_cost
 from cutwise.process.program_path import Pace, moves_path
 from cutwise.process.recipes import simulate
+from cutwise.programs.interpreter import interpret
+from cutwise.programs.move_table import Moves
 
 LIMITS = Limits(0.169, 2.0, 50.0)
 PACE = Pace(*LIMITS)

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from cutwise.app import findings
-from cutwise.app.wording import verdict_line
+from cutwise.app.verdict_text import verdict_line
 from cutwise.io.scenario import load
 from cutwise.process.recipes import quick_outcome, simulate
 from cutwise.results import SOUNDNESS
@@ -255,5 +255,5 @@ def test_a_weight_across_the_rod_is_said_with_its_force():
     weight = next(finding for finding in found.findings if finding.code.startswith("weight"))
     reach = found.scenario.spindle.tool_reach
     assert weight.value == pytest.approx(1.1 * 9.80665 * 0.05 / reach)
-    assert "3.6 N" in " ".join(findings.remarks(found))
+    assert "3.6 N" in " ".join(findings.notices(found))
     assert math.isclose(weight.limit, 0.972, rel_tol=1e-3)

@@ -26,7 +26,7 @@ path_errors = st.one_of(
     st.just("none"),
     st.fixed_dictionaries({"amplitude": number(0, 0.5, "mm"), "frequency": number(0.1, 20, "Hz")}),
     st.fixed_dictionaries(
-        {"spectrum": st.just([{"amplitude": "0.1 mm", "wavelength": "6 cm"}]), "seed": st.integers(0)}
+        {"spectrum": st.just([{"amplitude": "0.1 mm", "wavelength": "6 cm"}]), "seed": st.integers(0, 10**18 - 1)}
     ),
     st.just({"columns": {"t [ms]": [0, 700], "error [um]": [3, -4.5]}}),
 )

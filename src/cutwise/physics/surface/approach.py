@@ -1,6 +1,6 @@
 """How near a moving tool comes to a part, proved on its true surfaces by branch and bound.
 
-A piece of skin whose middle is at the distance d from the path and whose farthest point is r away from its middle
+A piece of mesh whose middle is at the distance d from the path and whose farthest point is r away from its middle
 cannot come closer than d - r. Pieces that cannot matter are dropped, the others are halved, down to pieces so small
 that the rest is below the tolerance. What is found is the distance at a point of the surface; what remains is a bound
 on how much worse any point may be. Nothing here knows how the path was made.
@@ -18,7 +18,7 @@ from cutwise.maths.compiled import compiled, internal
 from cutwise.maths.curves import FloatArray
 from cutwise.maths.lines import BLOCK, GROUP, Line, distance_within, far_from, foot_on, line
 from cutwise.maths.nurbs import workspace
-from cutwise.maths.skins import PIECE, Boxes, Faces, Skin, halve, middle_of, outside_limits, picked
+from cutwise.maths.surface_mesh import PIECE, Boxes, Faces, SurfaceMesh, halve, middle_of, outside_limits, picked
 from cutwise.maths.surfaces import CYLINDER, PLANE, IntArray
 from cutwise.physics.surface.zones import Zones, no_zones, outside_zones
 
@@ -30,7 +30,7 @@ _ROUNDING = 1e-13  # [m]
 _SMALLEST = 1e-7  # [m] pieces of this size are not halved any more
 
 
-class Mover(NamedTuple):
+class MovingTool(NamedTuple):
     """What moves along a path without turning: a ball, or the rod above it."""
 
     path: Line  # centres of the ball; of a rod its two coordinates across the rod, and zero [m]
@@ -62,13 +62,13 @@ class Wanted(NamedTuple):
     effort: int = 400_000  # pieces looked at before the rest is left to the bound
 
 
-def ball_mover(centre: FloatArray, ball_radius: float, *, closed: bool) -> Mover:
+def moving_ball(centre: FloatArray, ball_radius: float, *, closed: bool) -> MovingTool:
     """A ball along centres of shape (n, 3)."""
     loop = np.vstack([centre, centre[:1]]) if closed else centre
-    return Mover(line([loop]), np.zeros(len(loop)), 0.0, 0.0, np.zeros((3, 3)), ball_radius, 0.0)
+    return MovingTool(line([loop]), np.zeros(len(loop)), 0.0, 0.0, np.zeros((3, 3)), ball_radius, 0.0)
 
 
-def rod_mover(centre: FloatArray, axis: FloatArray, ball_radius: float, length: float, *, closed: bool) -> Mover:
+def moving_rod(centre: FloatArray, axis: FloatArray, ball_radius: float, length: float, *, closed: bool) -> MovingTool:
     """A rod above a ball along centres of shape (n, 3); it begins at the height of the ball centre."""
     across = np.eye(3)[int(np.argmin(np.abs(axis)))]
     first = across - (across @ axis) * axis
@@ -78,17 +78,17 @@ def rod_mover(centre: FloatArray, axis: FloatArray, ball_radius: float, length: 
     flat = np.column_stack([loop @ first, loop @ second, np.zeros(len(loop))])
     height = np.ascontiguousarray(loop @ axis)
     frame = np.ascontiguousarray(np.stack([first, second, axis]))
-    return Mover(line([flat]), height, float(height.min()), float(height.max()), frame, ball_radius, length)
+    return MovingTool(line([flat]), height, float(height.min()), float(height.max()), frame, ball_radius, length)
 
 
 def deepest_cut(
-    skin: Skin, ball: Mover, zones: Zones, *, floor: float = 2e-7, enough: float = math.inf, effort: int = 400_000
+    mesh: SurfaceMesh, ball: MovingTool, zones: Zones, *, floor: float = 2e-7, enough: float = math.inf, effort: int = 400_000
 ) -> Approach:  # fmt: skip
     r"""Deepest cut of a ball into a part outside of the zones where it is meant to cut, :math:`R_B - d` [m].
 
     Parameters
     ----------
-    skin, ball : Skin, Mover
+    mesh, ball : SurfaceMesh, MovingTool
         Part, and ball on its path.
     zones : Zones
         Where it is meant to cut.
@@ -100,21 +100,21 @@ def deepest_cut(
         Number of pieces looked at before the rest is left to the bound.
     """
     kept, out = np.zeros((2 * _KEPT, PIECE)), np.empty(6)
-    most = ball.ball_radius - face_gaps(skin, ball)
+    most = ball.ball_radius - face_gaps(mesh, ball)
     wanted = Wanted(floor, _SHARE, 0.0, -enough, True, effort)
-    _search(skin, ball, zones, np.full(len(skin.face), math.inf), most, floor, wanted, kept, out)
+    _search(mesh, ball, zones, np.full(len(mesh.face), math.inf), most, floor, wanted, kept, out)
     value = float(out[0]) if out[0] > floor else -math.inf
     return Approach(value, float(out[1]), out[2:5].copy(), int(out[5]))
 
 
-def rod_distance(skin: Skin, around: Boxes, rod: Mover, wanted: Wanted) -> Approach:
+def rod_distance(mesh: SurfaceMesh, around: Boxes, rod: MovingTool, wanted: Wanted) -> Approach:
     """Smallest distance of a part from the axis of a rod [m]; infinite where nothing stands beside the rod.
 
     Points inside the ball belong to the cut and are left out.
 
     Parameters
     ----------
-    skin, around, rod : Skin, Boxes, Mover
+    mesh, around, rod : SurfaceMesh, Boxes, MovingTool
         Part, boxes round its triangles, and rod on its path.
     wanted : Wanted
         How exact.
@@ -123,25 +123,25 @@ def rod_distance(skin: Skin, around: Boxes, rod: Mover, wanted: Wanted) -> Appro
     order = np.argsort(least)
     order = order[: int(np.isfinite(least).sum())]
     kept, out = np.zeros((2 * _KEPT, PIECE)), np.empty(6)
-    part, most = picked(skin, order), -least[order]
-    _search(part, rod, no_zones(), most, -face_gaps(skin, rod), -math.inf, wanted, kept, out)
+    part, most = picked(mesh, order), -least[order]
+    _search(part, rod, no_zones(), most, -face_gaps(mesh, rod), -math.inf, wanted, kept, out)
     return Approach(float(-out[0]), float(-out[1]), out[2:5].copy(), int(out[5]))
 
 
-def face_gaps(skin: Skin, mover: Mover) -> FloatArray:
+def face_gaps(mesh: SurfaceMesh, mover: MovingTool) -> FloatArray:
     """How near a ball's centre, or the axis of a rod, comes to each untrimmed surface at least [m]; 0 if unknown.
 
     In closed form for planes and, across their axis, for cylinders: faces that run along with the tool at one
     distance need no halving then.
     """
-    table, path, axis = skin.faces.surfaces, mover.path.point, mover.frame[2]
+    table, path, axis = mesh.faces.surfaces, mover.path.point, mover.frame[2]
     gap = np.zeros(len(table.kind))
     if mover.length > 0.0:
         path = path[:, :1] * mover.frame[0] + path[:, 1:2] * mover.frame[1] + mover.height[:, None] * axis
         ends = np.vstack([path, path + mover.length * axis])
     else:
         ends = path
-    there = np.bincount(skin.face, minlength=len(gap)) > 0
+    there = np.bincount(mesh.face, minlength=len(gap)) > 0
     flat = np.flatnonzero(there & (table.kind == PLANE))
     above = ends @ table.axis[flat].T - np.einsum("ij,ij->i", table.origin[flat], table.axis[flat])
     gap[flat] = np.maximum(0.0, np.maximum(above.min(axis=0), -above.max(axis=0)))
@@ -159,7 +159,7 @@ def face_gaps(skin: Skin, mover: Mover) -> FloatArray:
     return gap
 
 
-def _least_distances(around: Boxes, rod: Mover) -> FloatArray:
+def _least_distances(around: Boxes, rod: MovingTool) -> FloatArray:
     """How near each triangle may come to the axis of the rod at least, infinite where it is not beside it [m]."""
     path = rod.path.point[:, :2]
     centre = 0.5 * (path.min(axis=0) + path.max(axis=0))
@@ -175,7 +175,7 @@ def _least_distances(around: Boxes, rod: Mover) -> FloatArray:
 
 @internal
 def _cut_at(
-    faces: Faces, ball: Mover, zones: Zones, face: int, piece: FloatArray, least: float, work: FloatArray
+    faces: Faces, ball: MovingTool, zones: Zones, face: int, piece: FloatArray, least: float, work: FloatArray
 ) -> tuple[float, float, float, float]:
     """Depth at the middle of a piece (minus infinity where it does not count), bound, size, and 0."""
     m = middle_of(faces, face, piece, work)
@@ -197,7 +197,7 @@ def _cut_at(
 
 @internal
 def _rod_at(
-    faces: Faces, rod: Mover, face: int, piece: FloatArray, least: float, work: FloatArray
+    faces: Faces, rod: MovingTool, face: int, piece: FloatArray, least: float, work: FloatArray
 ) -> tuple[float, float, float, float]:
     """Minus the distance of the rod's axis at the middle of a piece, bound, size, and how far lengths along the rod
     do not count when the piece is halved: 0 or 1."""
@@ -250,7 +250,7 @@ def _rod_at(
 
 @internal
 def _at(
-    faces: Faces, mover: Mover, zones: Zones, face: int, piece: FloatArray, least: float, work: FloatArray
+    faces: Faces, mover: MovingTool, zones: Zones, face: int, piece: FloatArray, least: float, work: FloatArray
 ) -> tuple[float, float, float, float]:
     if mover.length > 0.0:
         return _rod_at(faces, mover, face, piece, least, work)
@@ -271,10 +271,10 @@ def _threshold(best: float, floor: float, wanted: Wanted) -> float:
 
 @compiled
 def _search(
-    skin: Skin, mover: Mover, zones: Zones, most: FloatArray, most_of_face: FloatArray, floor: float, wanted: Wanted,
+    mesh: SurfaceMesh, mover: MovingTool, zones: Zones, most: FloatArray, most_of_face: FloatArray, floor: float, wanted: Wanted,
     kept: FloatArray, out: FloatArray,
 ) -> None:  # fmt: skip
-    faces = skin.faces
+    faces = mesh.faces
     work = workspace(faces.splines)
     stack = np.empty((_DEPTH, PIECE))
     best, left = floor, -math.inf
@@ -282,13 +282,13 @@ def _search(
     out[1] = out[2] = out[3] = out[4] = math.nan
     out[5] = -1.0
     for sweep in range(2):  # the first only looks at the middles, so that the second knows how bad it is already
-        for start in range(skin.face.size):
-            face = skin.face[start]
+        for start in range(mesh.face.size):
+            face = mesh.face[start]
             worst = most_of_face[face]  # attained to the last digit where a face runs along with the tool
             least = _threshold(best, floor, wanted)
             if most[start] <= least or worst <= (best + _ROUNDING if wanted.exact else least):
                 continue
-            _copy(skin.piece, start, stack, 0)
+            _copy(mesh.piece, start, stack, 0)
             waiting = 1
             while waiting > 0 and worst > best + _ROUNDING:
                 waiting -= 1
@@ -321,7 +321,7 @@ def _search(
 
 @internal
 def _follow(
-    faces: Faces, mover: Mover, zones: Zones, face: int, kept: FloatArray, best: float, out: FloatArray,
+    faces: Faces, mover: MovingTool, zones: Zones, face: int, kept: FloatArray, best: float, out: FloatArray,
     work: FloatArray,
 ) -> float:  # fmt: skip
     """Halve the worst piece again and again, the worst few each time, until its value is exact."""
@@ -353,7 +353,9 @@ def _follow(
     return best
 
 
-def cut_places(skin: Skin, ball: Mover, zones: Zones, limit: float, spacing: float) -> tuple[FloatArray, IntArray]:
+def cut_places(
+    mesh: SurfaceMesh, ball: MovingTool, zones: Zones, limit: float, spacing: float
+) -> tuple[FloatArray, IntArray]:
     """Points of a part, about a spacing apart, that a ball cuts deeper than a limit outside of the zones.
 
     Returns
@@ -361,19 +363,21 @@ def cut_places(skin: Skin, ball: Mover, zones: Zones, limit: float, spacing: flo
     tuple of array
         Points [m], shape (k, 3), and their faces, shape (k,).
     """
-    return _collect(skin, ball, zones, limit, spacing)
+    return _collect(mesh, ball, zones, limit, spacing)
 
 
 @compiled
-def _collect(skin: Skin, ball: Mover, zones: Zones, limit: float, spacing: float) -> tuple[FloatArray, IntArray]:
+def _collect(
+    mesh: SurfaceMesh, ball: MovingTool, zones: Zones, limit: float, spacing: float
+) -> tuple[FloatArray, IntArray]:
     point, owner = np.empty((1024, 3)), np.empty(1024, np.int64)
-    faces = skin.faces
+    faces = mesh.faces
     work = workspace(faces.splines)
     stack = np.empty((_DEPTH, PIECE))
     count = 0
-    for start in range(skin.face.size):
-        face = skin.face[start]
-        _copy(skin.piece, start, stack, 0)
+    for start in range(mesh.face.size):
+        face = mesh.face[start]
+        _copy(mesh.piece, start, stack, 0)
         waiting = 1
         while waiting > 0:
             waiting -= 1

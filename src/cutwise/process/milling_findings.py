@@ -1,0 +1,176 @@
+"""Warnings, limits and notes of milling with CNC drives."""
+
+import math
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from cutwise import units
+from cutwise.process import milling_wall, stock_moves
+from cutwise.process.milling import MillRun
+from cutwise.process.milling_measures import SETTLED
+from cutwise.programs.block_text import block_named
+from cutwise.spec.drives import READINGS
+from cutwise.spec.milling import MillingScenario
+from cutwise.spec.notices import notices
+
+_LISTED = 8  # joints named in the report
+_THIN_MARGIN = math.radians(30.0)
+_STOPS = 0.1  # share of the cycle time that full stops may cost without a warning
+
+_COMMANDED = "The immersion is that of the commanded position; the chip load follows the actual velocity."
+_RIGID = "The part is rigid, and so is the tool unless tool.modes are given; then the tip swings in the loop, tooth by tooth."
+LIMITS = (
+    _COMMANDED,
+    "Without a stock the previous pass has the same shape, offset by the radial depth, and a cut is taken wherever a feed "
+    "move runs below z = 0. With a stock contact is what earlier moves have left; what a ramp leaves stands in steps of "
+    "height, and the end of the mill does not cut.",
+    _RIGID,
+    "The lobe diagram leaves the helix out; Kienzle's law is taken by its slope at the mean chip thickness there.",
+    "No in-position wait at stops: the next block starts at once, so that a machine that waits takes longer.",
+    "Drives: rigid transmission, ideal current loop; a z axis without a drive follows exactly.",
+    "Linear-edge coefficients of one source; those of aluminium 7075 differ by ±40 % between sources.",
+)
+
+
+_OF_RIGID = frozenset({_COMMANDED, _RIGID})
+
+
+def limits(done: MillRun) -> tuple[str, ...]:
+    """What the model leaves out."""
+    return LIMITS if done.wall is None else (*milling_wall.LIMITS, *(line for line in LIMITS if line not in _OF_RIGID))
+
+
+def warnings(scenario: MillingScenario, done: MillRun, found: Mapping[str, float]) -> Iterator[str]:
+    """What should make the engineer doubt or change something."""
+    machine = scenario.drives
+    yield from notices(scenario)
+    if found.get("saturation_time", 0.0) > 0.0:
+        yield (
+            f"a controller is at its limit of {units.show(machine.control.saturation, 'voltage')} for "
+            f"{units.show(found['saturation_time'], 'time', 3)}; lower feed, acceleration or jerk"
+        )
+    for axis, figures in zip("xyz", done.loops, strict=False):
+        if figures.sampled_phase_margin < _THIN_MARGIN:
+            yield (
+                f"the position loop of {axis} has a phase margin of {math.degrees(figures.sampled_phase_margin):.1f}° "
+                f"only (gain margin {20 * math.log10(figures.sampled_gain_margin):.1f} dB); usual is "
+                f"{math.degrees(_THIN_MARGIN):.0f}° or more"
+            )
+    yield from _feeds(scenario, done)
+    yield from _joints(done)
+    yield from _stock(scenario, done)
+    if done.wall is not None:
+        yield from milling_wall.warnings(scenario, done.wall)
+    if "settling_overshoot" in found and "settling_time" not in found:
+        yield (
+            f"the tool does not stay within {units.show(SETTLED, 'small_length')} of the end point within "
+            f"{units.show(scenario.numerics.settling_time, 'time')}: there is no settling_time (friction that sticks, encoder "
+            "and backlash may hold it off for good; or lengthen numerics.settling_time)"
+        )
+
+
+def _feeds(scenario: MillingScenario, done: MillRun) -> Iterator[str]:
+    """A feed that the machine does not reach, and a path that is mostly stops."""
+    path = done.path
+    above = path.cuts & (path.feed > done.feed * (1.0 + 1e-9))
+    if above.any():
+        worst = int(np.argmax(np.where(above, path.feed / done.feed, 0.0)))
+        yield (
+            f"the feed of {units.show(path.feed[worst], 'speed')} is above {scenario.drives_key}.limits.velocity: no more than "
+            f"{units.show(done.feed[worst], 'speed')} is run, and the forces of the straight and the corner are those of it"
+        )
+    share, corners, asked = done.stop_cost
+    if share > _STOPS:
+        parts = [f"{corners} at corners between blocks"] * (corners > 0)
+        parts += [f"{asked} by exact stop (G61.1) or for a change of tool"] * (asked > 0)
+        yield (
+            f"full stops cost {share:.0%} of the cycle time, which goes into braking and starting again: "
+            f"{' and '.join(parts)}; blend corners within a tolerance, for example path_mode: {{blend: 0.01 mm}} (G64 P)"
+        )
+
+
+def _stock(scenario: MillingScenario, done: MillRun) -> Iterator[str]:
+    """Moves that run into the stock as they should not, and contact above the flutes."""
+    met, length = done.contact, scenario.tool.flute_length
+    yield from stock_moves.said(met.into, _text(scenario))
+    if scenario.stock is not None and length is not None and met.depth > length * (1 + 1e-9):
+        yield (
+            f"the stock stands {units.show(met.depth, 'length', 3)} above the tip, more than the flutes are long "
+            f"({units.show(length, 'length', 3)}): the shank rubs"
+        )
+
+
+def _joints(done: MillRun) -> Iterator[str]:
+    """Joints at which the jerk limit is exceeded, because the curvature jumps there."""
+    steps = done.plan.curvature_steps / done.drives[0].law.sample_time
+    over = np.flatnonzero(done.plan.curvature_steps > 1e-9)
+    if over.size == 0:
+        return
+    knots = done.path.curve.knots
+    listed = "; ".join(
+        f"{units.show(steps[i], 'jerk', 3)} at {units.show(knots[i + 1], 'length', 4)}" for i in over[:_LISTED]
+    )
+    more = f" and {over.size - _LISTED} more" if over.size > _LISTED else ""
+    yield (
+        f"the normal acceleration jumps at {over.size} joint{'s' if over.size > 1 else ''} of line and arc, beyond the "
+        f"jerk limit there (over one sample: {listed}{more})"
+    )
+
+
+def notes(scenario: MillingScenario, done: MillRun, program_notices: tuple[str, ...]) -> dict[str, str]:
+    """The reading of the gains, margins of the loops, and where the worst place is."""
+    machine = scenario.drives
+    told = {"reading": f"{scenario.drives_key}.reading {machine.reading}: {READINGS[machine.reading]}."}
+    told |= {
+        f"loop_{axis}": f"{axis}: phase margin {math.degrees(f.phase_margin):.1f}° continuous, "
+        f"{math.degrees(f.sampled_phase_margin):.1f}° sampled; "
+        f"gain margin {_decibels(f.sampled_gain_margin)} up, {_decibels(f.least_gain)} down; "
+        f"bandwidth {f.bandwidth:.1f} Hz continuous, {f.sampled_bandwidth:.1f} Hz sampled; "
+        f"resonance {f.resonance:.2f}; damping {f.damping:.3f}; largest pole |z| {f.largest_pole:.5f}."
+        for axis, f in zip("xyz", done.loops, strict=False)
+    }
+    if done.lost is None and np.isfinite(done.contour_error).any():
+        worst = int(np.nanargmax(np.abs(done.contour_error)))
+        x, y = done.history.position[worst, :2]
+        line = int(done.path.source[done.reference.block[worst]])
+        place = f", {block_named(_text(scenario), line)}" if line else ""
+        side = "into the wall" if done.contour_error[worst] > 0 else "away from the wall"
+        told["worst"] = (
+            f"The path is left most at x = {units.show(x, 'length')}, y = {units.show(y, 'length')}{place}, "
+            f"t = {units.show(done.reference.time[worst], 'time', 4)}, {side}."
+        )
+    feed, path = scenario.operation.feed, done.path
+    if feed is not None and scenario.program is not None:
+        others = int((np.isfinite(path.feed) & (path.feed != feed)).sum())
+        told["feed"] = (
+            f"operation.feed {units.show(feed, 'speed')} replaces the F of the moves that cut; {others} other feed "
+            f"move{'s' * (others != 1)} (plunges, moves above the material) keep theirs."
+        )
+    if done.wall is not None:
+        told |= milling_wall.notes(scenario, done.wall, done.reference, done.history)
+    if done.path.cut_short:
+        count = done.path.cut_short
+        told["blends"] = (
+            f"{count} blend{'s take' if count > 1 else ' takes'} half of a block, and not all that the tolerance allows: the "
+            "blocks are short."
+        )
+    tolerance, at = done.path.kept_feed
+    if tolerance > 0.0:
+        told["kept_feed"] = (
+            "G64 without P keeps the feed: each corner is rounded by the smallest arc over which acceleration and jerk allow "
+            "the lower feed of its blocks, by a quarter of the shorter one at most; here by up to "
+            f"{units.show(tolerance, 'small_length', 3)} (behind line {at} of the program)."
+        )
+    if program_notices:
+        told["program"] = "; ".join(program_notices)
+    return told
+
+
+def _text(scenario: MillingScenario) -> str:
+    return "" if scenario.program is None else scenario.program.text
+
+
+def _decibels(factor: float) -> str:
+    """A factor on the gain; none if no factor that was looked at changes the stability."""
+    return f"{20 * math.log10(factor):.1f} dB" if 0.0 < factor < math.inf else "without bound"
