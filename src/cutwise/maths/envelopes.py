@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from cutwise.maths.compiled import compiled, inlined
+from cutwise.maths.compiled import compiled, inlined_stepping, stepping
 from cutwise.maths.profiles import CONE, DISC, Cutters, piece_height
 
 FloatArray = npt.NDArray[np.float64]
@@ -69,7 +69,7 @@ def segments(rows: list[list[float]], counts: list[int]) -> Segments:
     return Segments(table, np.concatenate(([0], np.cumsum(counts))).astype(np.int64))
 
 
-@inlined
+@inlined_stepping
 def tube_sine(k2: float, p: float, flat: float, tube: float, most: float) -> float:
     r"""Sine t of the tube angle at which a torus touches what it leaves on a slope.
 
@@ -93,7 +93,7 @@ def tube_sine(k2: float, p: float, flat: float, tube: float, most: float) -> flo
     return min(max(t, 0.0), most)
 
 
-@inlined
+@inlined_stepping
 def touching(kind: float, inner: float, outer: float, shape: float, k: float, p: float) -> float:
     """Radius r* at which a piece of a tool touches what it leaves on a slope k, at p beside the line [m]."""
     if kind == DISC:
@@ -109,7 +109,7 @@ def touching(kind: float, inner: float, outer: float, shape: float, k: float, p:
     return inner + shape * tube_sine(k * k, p, inner, shape, (outer - inner) / shape)
 
 
-@inlined
+@inlined_stepping
 def _line_height(row: FloatArray, piece: FloatArray, q: float, p: float, way: float) -> float:
     """Height that a piece leaves along a line as far as a way [m] along it; infinite where it does not reach."""
     outer = piece[2]
@@ -129,7 +129,7 @@ def _line_height(row: FloatArray, piece: FloatArray, q: float, p: float, way: fl
     return row[4] + k * s + piece_height(piece[0], piece[1], piece[3], piece[4], d)
 
 
-@compiled
+@stepping
 def _arc_distance(row: FloatArray, x: float, y: float) -> float:
     """Distance of a point from a level arc [m]."""
     dx, dy = x - row[2], y - row[3]
@@ -141,7 +141,7 @@ def _arc_distance(row: FloatArray, x: float, y: float) -> float:
     return min(a, b)
 
 
-@compiled
+@stepping
 def segment_height(path: Segments, tools: Cutters, segment: int, x: float, y: float) -> float:
     """Height that a segment leaves at a point [m]; infinite where the tool does not come."""
     row = path.row[segment]
@@ -163,7 +163,7 @@ def segment_height(path: Segments, tools: Cutters, segment: int, x: float, y: fl
     return least
 
 
-@compiled
+@stepping
 def begun_height(path: Segments, tools: Cutters, segment: int, share: float, x: float, y: float) -> float:
     """As :func:`segment_height`, of a segment that has been run as far as a share of it."""
     row = path.row[segment]
@@ -194,7 +194,7 @@ def begun_height(path: Segments, tools: Cutters, segment: int, share: float, x: 
     return least
 
 
-@compiled
+@stepping
 def move_height(path: Segments, tools: Cutters, move: int, x: float, y: float) -> float:
     """Height that all segments of a move leave at a point [m]."""
     least = math.inf

@@ -569,3 +569,49 @@ def material(stock: HeightMap) -> float:
     """Volume of what is left [m^3]."""
     depth = np.maximum(stock.height.astype(float) - stock.bottom, 0.0)
     return float((depth * stock.share).sum() * stock.layout.dx * stock.layout.dy)
+
+
+@stepping
+def overlap_by(
+    stock: HeightMap, path: Segments, tools: Cutters, segment: int, found: FloatArray, work: Room
+) -> None:
+    """What a segment would take off, without taking it: volume [m^3], depth [m] and its place are added to a row of five."""
+    grid, row = stock.layout, path.row[segment]
+    tool = int(row[1])
+    lift = 1e30
+    for i in range(tools.first[tool], tools.first[tool + 1]):
+        lift = min(lift, tools.piece[i, 3])
+    radius = tools.radius[tool]
+    x0, x1, y0, y1, lowest = _extent(row)
+    first_x, first_y = grid.x + grid.dx * (0.5 - RINGS), grid.y + grid.dy * (0.5 - RINGS)
+    wide, tall = grid.dx * SIDE, grid.dy * SIDE
+    first = max(0, math.floor((y0 - radius - first_y - grid.dy * (SIDE - 1)) / tall))
+    last = min(grid.rows - 1, math.floor((y1 + radius - first_y) / tall))
+    far = radius + _HALF_DIAGONAL * max(grid.dx, grid.dy)
+    reach = 2.0 * (radius + max(wide, tall) * 2.0)
+    one_bottom = stock.bottom.size == 1
+    for r in range(first, last + 1):
+        y = first_y + r * tall
+        left, right = _reach_in_row(row, radius, y, y + grid.dy * (SIDE - 1), (x0, x1))
+        begin = max(0, math.floor((left - first_x - grid.dx * (SIDE - 1)) / wide))
+        end = min(grid.columns - 1, math.floor((right - first_x) / wide))
+        for c in range(begin, end + 1):
+            block = r * grid.columns + c
+            if stock.highest[block] <= lowest + lift:
+                continue
+            x = first_x + c * wide
+            if _apart(row, x + 0.5 * grid.dx * (SIDE - 1), y + 0.5 * grid.dy * (SIDE - 1)) > far:
+                continue
+            _level_of(row, tools, tool, x, y, reach, work)
+            for k in range(_CELLS):
+                at = block * _CELLS + k
+                share = np.float64(stock.share[at])
+                if share <= 0.0 or not work.level[k] < stock.height[at]:
+                    continue
+                floor = stock.bottom[0] if one_bottom else stock.bottom[at]
+                depth = max(np.float64(stock.height[at]), floor) - max(np.float64(work.level[k]), floor)
+                found[0] += depth * share * grid.dx * grid.dy
+                if depth > found[1]:
+                    found[1] = depth
+                    found[2], found[3] = x + grid.dx * (k % SIDE), y + grid.dy * (k // SIDE)
+                    found[4] = max(np.float64(work.level[k]), floor)

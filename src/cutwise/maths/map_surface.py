@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from cutwise.maths.compiled import compiled, internal
+from cutwise.maths.compiled import compiled, stepping
 from cutwise.maths.envelopes import LINE, Segments, move_height, segment_height
 from cutwise.maths.height_map import NOTHING, RINGS, SIDE, STOCK, HeightMap, Layout
 from cutwise.maths.profiles import Cutters
@@ -43,7 +43,7 @@ class Solid(NamedTuple):
     tools: Cutters
 
 
-@compiled
+@stepping
 def within(solid: Solid, x: float, y: float) -> bool:
     """Whether a point is inside the outline of the stock."""
     grid, outline = solid.map.layout, solid.outline
@@ -57,7 +57,7 @@ def within(solid: Solid, x: float, y: float) -> bool:
     return solid.map.share[cell(grid, int(min(u, grid.across - 1)), int(min(v, grid.along - 1)))] > 0.0
 
 
-@compiled
+@stepping
 def cell(grid: Layout, i: int, j: int) -> int:
     """Number of a cell of the stock, counted along x and y; rings have negative numbers or those beyond."""
     a, b = i + RINGS, j + RINGS
@@ -65,7 +65,7 @@ def cell(grid: Layout, i: int, j: int) -> int:
     return (block * SIDE + b % SIDE) * SIDE + a % SIDE
 
 
-@compiled
+@stepping
 def nearest(solid: Solid, x: float, y: float) -> int:
     """Number of the cell in which a point is; -1 beyond the rings."""
     grid = solid.map.layout
@@ -75,7 +75,7 @@ def nearest(solid: Solid, x: float, y: float) -> int:
     return cell(grid, i, j)
 
 
-@compiled
+@stepping
 def top_at(solid: Solid, x: float, y: float) -> float:
     """Upper side of the uncut stock, bilinear between the middles of its cells [m]."""
     top, grid = solid.map.top, solid.map.layout
@@ -95,7 +95,7 @@ def top_at(solid: Solid, x: float, y: float) -> float:
     return height / weight if weight > 1e-12 else -math.inf
 
 
-@compiled
+@stepping
 def bottom_at(solid: Solid, x: float, y: float) -> float:
     """Underside of the stock at a point [m]; of one with an underside per cell that of the cell."""
     bottom = solid.map.bottom
@@ -105,7 +105,7 @@ def bottom_at(solid: Solid, x: float, y: float) -> float:
     return bottom[at] if at >= 0 else math.inf
 
 
-@internal
+@stepping
 def _gathered(solid: Solid, i: int, j: int, low: int, high: int, found: IntArray) -> int:
     """Ids of the cells from ``low`` to ``high`` beside cell (i, j), each once; their number."""
     grid, count = solid.map.layout, 0
@@ -127,7 +127,7 @@ def _gathered(solid: Solid, i: int, j: int, low: int, high: int, found: IntArray
     return count
 
 
-@compiled
+@stepping
 def surface(solid: Solid, x: float, y: float, found: IntArray) -> tuple[float, int]:
     """Height of what is left at a point [m], and the move that made it (-1: the stock itself).
 
@@ -138,7 +138,7 @@ def surface(solid: Solid, x: float, y: float, found: IntArray) -> tuple[float, i
     return surface_within(solid, x, y, found)
 
 
-@compiled
+@stepping
 def surface_within(solid: Solid, x: float, y: float, found: IntArray) -> tuple[float, int]:
     """As :func:`surface`, of the stock carried on beyond its outline."""
     grid = solid.map.layout
@@ -229,7 +229,7 @@ def index_of(solid: Solid, squares: int = 64) -> Index:
     return Index(grid.x, grid.y, size, across, along, first, segment)
 
 
-@compiled
+@stepping
 def least_height(solid: Solid, index: Index, x: float, y: float) -> float:
     """Height that all moves together leave at a point, and the stock [m]: the truth, by the index of all segments."""
     i = min(max(math.floor((x - index.x) / index.size), 0), index.across - 1)

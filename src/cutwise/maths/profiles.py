@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from cutwise.maths.compiled import compiled, inlined
+from cutwise.maths.compiled import inlined_stepping, stepping
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -87,7 +87,7 @@ def cutters(tools: Sequence[Sequence[Piece]]) -> Cutters:
     return Cutters(rows, first, np.array([max(row[2] for row in pieces) for pieces in tools], float))
 
 
-@inlined
+@inlined_stepping
 def piece_height(kind: float, inner: float, foot: float, shape: float, r: float) -> float:
     """Height of a piece at a distance from the axis, within its outer radius [m]; inside it is prolonged as a constant."""
     if kind == DISC or r <= inner:
@@ -98,7 +98,7 @@ def piece_height(kind: float, inner: float, foot: float, shape: float, r: float)
     return foot + shape - math.sqrt(max(shape * shape - x * x, 0.0))
 
 
-@compiled
+@stepping
 def profile_height(tools: Cutters, tool: int, r: float) -> float:
     r"""Height :math:`f(r)` of a tool above its tip at a distance from its axis [m]; infinite beyond its radius."""
     height = math.inf

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from typing import Annotated, Any, ClassVar, Literal
 
 from annotated_types import Gt
@@ -22,6 +23,7 @@ from cutwise.spec.base import (
 )
 from cutwise.spec.carrier import CarriedPath, CarryingRobot, Standing
 from cutwise.spec.chained import tip_faults, what_yields_alone
+from cutwise.spec.cutter import Cutter
 from cutwise.spec.drives import CncMachine
 from cutwise.spec.fields import tag
 from cutwise.spec.material import Material
@@ -31,7 +33,9 @@ from cutwise.spec.milling_machine import MillingLoad, MillingMachine, machine_ki
 from cutwise.spec.needs import Needs
 from cutwise.spec.part_block import PartBlock
 from cutwise.spec.program import Blend, PathMode, Program, StockBlock
+from cutwise.spec.stock import AnyFixture, AnyStock, NominalPart, StockNumerics
 from cutwise.spec.scenario import MeasureSpec, Scenario
+from cutwise.spec.stock_milling import stock_faults, stock_notices, stock_unused
 from cutwise.spec.tool import HelicalMill, ToolMode
 
 
@@ -45,6 +49,11 @@ def _corner_kind(value: Any) -> str:
     if isinstance(value, dict | Blend):
         return "<blend>"
     return "<sharp>" if value == "sharp" else "<fillet>"
+
+
+def _part_kind(value: Any) -> str:
+    nominal = isinstance(value, NominalPart) or (isinstance(value, dict) and bool({"file", "step", "tolerance"} & set(value)))
+    return "<nominal>" if nominal else "<yielding>"
 
 
 _LONG_FLUTES = 5.0  # diameters
@@ -183,6 +192,7 @@ class DriveStepping(Spec):
     settling_time: Time = Field(
         default=1.0, description="time at the end point in which settling is watched", examples=["1 s"], ge=0
     )
+    stock: StockNumerics = Field(default_factory=StockNumerics, description="how a stock in 3D is computed")
 
 
 class MillingScenario(Scenario):
@@ -229,7 +239,7 @@ class MillingScenario(Scenario):
         """A program takes seconds, one that is followed through its stock or on a vibrating tip many."""
         if self.program is None:
             return 100
-        return 5 if self.stock is not None or self.tool.modes else 12
+        return 5 if self.stock is not None or (self.tool is not None and self.tool.modes) else 12
 
     process: Literal["mill"] = Field(description="which operation is simulated", examples=["mill"])
     path: (
@@ -241,26 +251,41 @@ class MillingScenario(Scenario):
         default=None, description="the robot that carries the mill instead of a machine"
     )
     program: Program | None = Field(default=None, description="an NC program (or give path)")
-    stock: StockBlock | None = Field(
+    stock: AnyStock | None = Field(
         default=None,
-        description="the block that a program cuts: contact then follows from what its moves have left, the depths of "
-        "the operation are not needed",
+        description="what a program cuts, a block, a cylinder, a file or what an earlier run left: contact then follows from what "
+        "its moves have left, the depths of the operation are not needed",
     )
+    tools: tuple[Cutter, ...] = Field(
+        default=(), description="tools that the program calls, by their profiles (instead of tool): the stock is then cut in 3D"
+    )
+    fixtures: tuple[AnyFixture, ...] = Field(
+        default=(), description="clamps and jaws that no tool may touch: blocks, STEP or STL files",
+        examples=["[{x: [-30 mm, -5 mm], y: [0 mm, 20 mm], z: [-20 mm, 10 mm]}]"],
+    )  # fmt: skip
     path_mode: PathMode = Field(
         default="exact_path",
         description="corners between blocks: exact_path (G61), exact_stop (G61.1) or {blend: tolerance} (G64 P)",
         examples=["exact_path"],
     )
     operation: MillingOperation = Field(default_factory=MillingOperation, description="the cut")
-    tool: EndMill = Field(description="the end mill")
-    material: Material = Field(description="cutting coefficients of the material with this tool")
+    tool: EndMill | None = Field(default=None, description="the end mill (or give tools)")
+    material: Material | None = Field(
+        default=None, description="cutting coefficients of the material with this tool; of a stock in 3D left out: no forces"
+    )
     machine: (
         Annotated[
             Annotated[CncMachine, tag("drives")] | Annotated[MillingMachine, tag("bodies")], Discriminator(machine_kind)
         ]
         | None
     ) = Field(default=None, description="the machine: its drives, or bodies that yield and drives (or give robot)")
-    part: PartBlock | None = Field(default=None, description="the part on a machine with bodies; left out: rigid")
+    part: (
+        Annotated[Annotated[PartBlock, tag("yielding")] | Annotated[NominalPart, tag("nominal")], Discriminator(_part_kind)]
+        | None
+    ) = Field(
+        default=None, description="the part on a machine with bodies, left out: rigid; or the nominal part that a program is to "
+        "leave of its stock (file)",
+    )  # fmt: skip
     load: MillingLoad = Field(default_factory=MillingLoad, description="loads on the machine besides the cut")
     lobes: LobeDiagram = Field(
         default_factory=LobeDiagram, description="map of stability, drawn where the tool has modes"
@@ -271,6 +296,24 @@ class MillingScenario(Scenario):
         description="whether a tool that chatters fails (required); ignore: it does not, and the run never passes",
         examples=["ignore"],
     )
+
+    @property
+    def in_3d(self) -> bool:
+        """Whether the stock is a map in 3D, because tools, part, stock or fixtures ask for it; otherwise arcs are exact."""
+        odd = self.stock is not None and not isinstance(self.stock, StockBlock)
+        return bool(self.tools) or bool(self.fixtures) or isinstance(self.part, NominalPart) or odd
+
+    @property
+    def nominal(self) -> NominalPart | None:
+        """The part that the program is to leave, if it is given."""
+        return self.part if isinstance(self.part, NominalPart) else None
+
+    @property
+    def mill(self) -> EndMill:
+        """The one end mill."""
+        if self.tool is None:
+            raise AttributeError("tool")  # a check that needs it ends there; that it is missing is told
+        return self.tool
 
     @property
     def drives(self) -> CncMachine:
@@ -297,12 +340,23 @@ class MillingScenario(Scenario):
     def contradictions(self) -> Iterator[Notice]:
         """What carries the tool; path and program, feed and speed missing, depths that engagement or tool do not cover."""
         for check in self.checks():
-            yield from check
+            with suppress(AttributeError):  # of the tool, which is told to be missing
+                yield from check
 
     def checks(self) -> Iterator[Iterator[Notice]]:
         """A fault within the machine hides none of those of the cut."""
+        if self.in_3d:
+            yield stock_faults(self)
+            return
+        yield self._missing()
         yield self._carrier_faults()
         yield self._cut_faults()
+
+    def _missing(self) -> Iterator[Notice]:
+        """What only a stock in 3D can do without."""
+        for key, sample in (("tool", "tool: {library: endmill_20_3}"), ("material", "material: {library: al7075t6}")):
+            if getattr(self, key) is None:
+                yield Notice((key,), f"missing; write it, for example {sample}")
 
     def _cut_faults(self) -> Iterator[Notice]:
         """Path and program, feed and speed, depths."""
@@ -314,7 +368,7 @@ class MillingScenario(Scenario):
         if isinstance(self.path, MilledPath):
             yield from machine_faults(self.path)
             yield from self._side_faults(self.path)
-            if self.operation.milling == "up" and self.numerics.force == "tooth_resolved" and self.tool.modes:
+            if self.operation.milling == "up" and self.numerics.force == "tooth_resolved" and self.mill.modes:
                 yield Notice(("operation", "milling"), "up is not covered for a tip that swings tooth by tooth (tool.modes); "
                              "write numerics.force: averaged, or mill down")  # fmt: skip
         if self.path is not None:
@@ -354,7 +408,7 @@ class MillingScenario(Scenario):
         if self.program is not None:
             yield Notice(("program",), "bodies of a machine yield along a straight wall (path.line); a program is run with "
                          "drives alone (machine: {library: fadal2216}), or at rest (process: machine)")  # fmt: skip
-        if self.numerics.force == "tooth_resolved" and self.tool.modes:
+        if self.numerics.force == "tooth_resolved" and self.mill.modes:
             yield Notice(("numerics", "force"), "tooth_resolved steps the modes of the tool with drives alone; beside "
                          "bodies of a machine write averaged: the modes then yield by F/k")  # fmt: skip
 
@@ -390,11 +444,11 @@ class MillingScenario(Scenario):
             if getattr(operation, key) is None:
                 yield Notice(("operation", key), f"missing; write it as text with a unit, for example {sample}")
         radial = operation.radial_depth
-        if radial is not None and radial > self.tool.diameter * (1 + 1e-9):
+        if radial is not None and radial > self.mill.diameter * (1 + 1e-9):
             yield Notice(
-                ("operation", "radial_depth"), f"is more than the diameter of the mill ({_mm(self.tool.diameter)})"
+                ("operation", "radial_depth"), f"is more than the diameter of the mill ({_mm(self.mill.diameter)})"
             )
-        length, depth = self.tool.flute_length, operation.axial_depth
+        length, depth = self.mill.flute_length, operation.axial_depth
         if length is not None and depth is not None and depth > length * (1 + 1e-9):
             yield Notice(
                 ("operation", "axial_depth"), f"is more than the flute length ({_mm(length)}, tool.flute_length)"
@@ -411,13 +465,13 @@ class MillingScenario(Scenario):
             if self.stock is None and getattr(operation, key) is None:
                 hint = " (or describe the stock)" if self.program is not None else ""
                 yield Notice(("operation", key), f"missing; write it as text with a unit, for example {example}{hint}")
-        if self.stock is None and (operation.radial_depth or 0.0) > self.tool.diameter * (1 + 1e-9):
+        if self.stock is None and (operation.radial_depth or 0.0) > self.mill.diameter * (1 + 1e-9):
             yield Notice(
                 ("operation", "radial_depth"),
-                f"{_mm(operation.radial_depth or 0.0)} is more than the diameter of the mill ({_mm(self.tool.diameter)}), "
+                f"{_mm(operation.radial_depth or 0.0)} is more than the diameter of the mill ({_mm(self.mill.diameter)}), "
                 "a full slot: split the pass, take a larger mill, or describe the stock of a program",
             )
-        length, depth = self.tool.flute_length, operation.axial_depth
+        length, depth = self.mill.flute_length, operation.axial_depth
         if length is not None and depth is not None and depth > length * (1 + 1e-9):
             yield Notice(
                 ("operation", "axial_depth"), f"is more than the flute length ({_mm(length)}, tool.flute_length)"
@@ -425,9 +479,13 @@ class MillingScenario(Scenario):
 
     def unused(self) -> Iterator[Notice]:
         """What belongs to a tool that vibrates, to time stepping or to a robot; the group of the material."""
+        if self.in_3d:
+            yield from stock_unused(self)
+            return
+        yield Notice(("numerics", "stock"), "the stock is no map in 3D: that takes tools, a nominal part or another form of stock")
         if self.stock is not None:
             yield Notice(("program", "top"), "the stock has its own top (stock.z)")
-        if self.robot is not None or not self.tool.modes:
+        if self.robot is not None or not self.mill.modes:
             yield Notice(("stability",), "the tool has no modes (tool.modes), which could chatter")
         yield Notice(("material", "group"), "deburring alone holds its cutting speed against that of the group")
         if self.robot is not None:
@@ -447,9 +505,9 @@ class MillingScenario(Scenario):
             if self.numerics.force != "tooth_resolved":
                 yield Notice(("stability",), "chatter is looked at tooth by tooth (numerics.force)")
         yield Notice(("numerics", "station"), "there is no robot, whose path is looked at in stations")
-        if self.lobes.model_fields_set and (not self.tool.modes or self.numerics.force != "tooth_resolved"):
+        if self.lobes.model_fields_set and (not self.mill.modes or self.numerics.force != "tooth_resolved"):
             why = (
-                "the tool has no modes (tool.modes)" if not self.tool.modes else "force is not resolved tooth by tooth"
+                "the tool has no modes (tool.modes)" if not self.mill.modes else "force is not resolved tooth by tooth"
             )
             yield Notice(("lobes",), f"{why}: no map of stability is drawn")
         if isinstance(self.path, CornerPath) and self.path.corner == "sharp" and self.path_mode == "exact_stop":
@@ -457,6 +515,9 @@ class MillingScenario(Scenario):
 
     def notices(self) -> Iterator[Notice]:
         """Feed per tooth, depth and sampling that are unusual; what does not count."""
+        if self.in_3d:
+            yield from stock_notices(self)
+            return
         if isinstance(self.machine, MillingMachine):
             yield from what_yields_alone(self.machine, weights=False)
         if self.stock is not None:
@@ -466,14 +527,14 @@ class MillingScenario(Scenario):
         if self.robot is None and self.numerics.force != "tooth_resolved":
             still = isinstance(self.machine, MillingMachine) and self.numerics.force == "averaged"  # modes are F/k
             for key in ("runout",) if still else ("modes", "runout"):
-                if getattr(self.tool, key):
+                if getattr(self.mill, key):
                     yield Notice(("tool", key), f"does not count with numerics.force: {self.numerics.force}")
-        if self.line is not None and self.numerics.discs and not self.tool.modes:
+        if self.line is not None and self.numerics.discs and not self.mill.modes:
             yield Notice(("numerics", "discs"), "does not count along a line: the flutes are taken in closed form")
-        depth, length = self.operation.axial_depth, self.tool.flute_length
-        if depth is not None and length is None and depth > _LONG_FLUTES * self.tool.diameter:
+        depth, length = self.operation.axial_depth, self.mill.flute_length
+        if depth is not None and length is None and depth > _LONG_FLUTES * self.mill.diameter:
             yield Notice(
-                ("operation", "axial_depth"), f"is {depth / self.tool.diameter:.3g} diameters of the mill; usual is up to "
+                ("operation", "axial_depth"), f"is {depth / self.mill.diameter:.3g} diameters of the mill; usual is up to "
                 f"{_LONG_FLUTES:g} (tool.flute_length is not given)",
             )  # fmt: skip
         yield from self._chip_notices()
@@ -488,18 +549,18 @@ class MillingScenario(Scenario):
             )
             feed = limits.velocity
         if feed is not None and speed is not None:
-            chip = 2.0 * math.pi * feed / (speed * self.tool.flutes)
+            chip = 2.0 * math.pi * feed / (speed * self.mill.flutes)
             if not 5e-6 <= chip <= 0.4e-3:
                 yield Notice(
                     ("operation", "feed"),
                     f"is {units.show(chip, 'small_length', 3)} per tooth; usual is 5 to 400 µm",
                 )
-            if beyond := self.material.beyond(chip):
+            if self.material is not None and (beyond := self.material.beyond(chip)):
                 yield Notice(("material",), beyond)
             if self.machine is None:
                 return
             step = self.drives.control.sample_time / self.numerics.substeps
-            tooth = 2.0 * math.pi / (speed * self.tool.flutes)
+            tooth = 2.0 * math.pi / (speed * self.mill.flutes)
             if self.numerics.force == "tooth_resolved" and step > tooth / 10:
                 yield Notice(
                     ("numerics", "substeps"),

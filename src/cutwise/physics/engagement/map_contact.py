@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from cutwise.maths.compiled import compiled, inlined, internal
+from cutwise.maths.compiled import compiled, inlined_stepping, stepping
 from cutwise.maths.envelopes import ARC, begun_height, segment_height
 from cutwise.maths.map_surface import Solid, nearest, surface
 from cutwise.maths.profiles import Meridian
@@ -60,6 +60,8 @@ class Fan(NamedTuple):
     above: FloatArray  # height of the material over the rim [m], shape (65,)
     exact: npt.NDArray[np.bool_]  # shape (65,)
     layer: FloatArray  # shape (65,)
+    order: FloatArray  # shape (65,)
+    held: FloatArray  # shape (65,)
     found: IntArray  # shape (16,)
 
 
@@ -67,11 +69,12 @@ class Fan(NamedTuple):
 def fan_room() -> Fan:
     """Room for one fan."""
     return Fan(
-        np.empty(FAN + 1), np.empty(FAN + 1), np.empty(FAN + 1, np.bool_), np.empty(FAN + 1), np.empty(16, np.int64)
+        np.empty(FAN + 1), np.empty(FAN + 1), np.empty(FAN + 1, np.bool_), np.empty(FAN + 1), np.empty(FAN + 1),
+        np.empty(FAN + 1), np.empty(16, np.int64),
     )
 
 
-@internal
+@stepping
 def _stands(solid: Solid, place: Place, x: float, y: float, found: IntArray) -> float:
     """Height of the material at a point before the move that is run, and cut by what of it has been run [m].
 
@@ -86,12 +89,12 @@ def _stands(solid: Solid, place: Place, x: float, y: float, found: IntArray) -> 
     return height
 
 
-@inlined
+@inlined_stepping
 def _bounded(value: float) -> float:
     return min(max(value, -_FAR), _FAR)
 
 
-@internal
+@stepping
 def _over(solid: Solid, place: Place, radius: float, level: float, angle: float, found: IntArray) -> float:
     """Height of the material over a level at a point of the rim [m]."""
     c, s = math.cos(angle), math.sin(angle)
@@ -100,7 +103,7 @@ def _over(solid: Solid, place: Place, radius: float, level: float, angle: float,
     return _bounded(_stands(solid, place, x, y, found) - level)
 
 
-@internal
+@stepping
 def _change(
     solid: Solid, place: Place, radius: float, level: float, a: float, b: float, ga: float, gb: float, found: IntArray
 ) -> float:
@@ -126,7 +129,7 @@ def _change(
     return 0.5 * (a + b)
 
 
-@inlined
+@inlined_stepping
 def _range(slope: float, sine: float, cosine: float) -> float:
     """Half of the angles at which an element moves into what it looks at [rad]; pi: all round."""
     if math.isinf(slope):
@@ -137,7 +140,7 @@ def _range(slope: float, sine: float, cosine: float) -> float:
     return math.acos(min(max(ratio, -1.0), 1.0))
 
 
-@internal
+@stepping
 def _spread(fan: Fan, half: float) -> int:
     """Directions over the cutting range; how many. All round, the last is the first again."""
     closed = half >= math.pi
@@ -147,7 +150,7 @@ def _spread(fan: Fan, half: float) -> int:
     return FAN + 1
 
 
-@internal
+@stepping
 def _by_cells(solid: Solid, place: Place, radius: float, level: float, fan: Fan) -> None:
     """The fan by the cells in which its points are; where one is near the level, exactly."""
     grid = solid.map.layout
@@ -165,7 +168,7 @@ def _by_cells(solid: Solid, place: Place, radius: float, level: float, fan: Fan)
         fan.above[i] = over
 
 
-@internal
+@stepping
 def _settled(solid: Solid, place: Place, radius: float, level: float, fan: Fan) -> None:
     """Where the fan changes its sign, both sides are exact: what cells said wrongly moves the change on."""
     changed = True
@@ -180,7 +183,7 @@ def _settled(solid: Solid, place: Place, radius: float, level: float, fan: Fan) 
                         changed = True
 
 
-@internal
+@stepping
 def _arcs(
     solid: Solid, place: Place, radius: float, level: float, half: float, fan: Fan, rows: FloatArray, count: int,
     refine: bool,
@@ -214,7 +217,7 @@ def _arcs(
     return count
 
 
-@internal
+@stepping
 def _element_rows(
     solid: Solid, place: Place, edge: Edge, element: int, fan: Fan, rows: FloatArray, count: int, refine: bool
 ) -> int:
@@ -242,10 +245,16 @@ def _element_rows(
     return count
 
 
-@internal
+@stepping
 def _layers(fan: Fan, deepest: float) -> int:
     """Heights along the rim, those that are close to one another as one, from below; how many."""
-    order = np.sort(fan.above)
+    order = fan.order
+    for i in range(FAN + 1):  # sorted in place: nothing is allocated here
+        value, k = fan.above[i], i
+        while k > 0 and order[k - 1] > value:
+            order[k] = order[k - 1]
+            k -= 1
+        order[k] = value
     merged = _MERGED
     while True:
         count, total, members, start = 0, 0.0, 0, 0.0
@@ -270,7 +279,7 @@ def _layers(fan: Fan, deepest: float) -> int:
         merged *= 2.0
 
 
-@internal
+@stepping
 def _cylinder_rows(
     solid: Solid, place: Place, edge: Edge, fan: Fan, rows: FloatArray, count: int, refine: bool
 ) -> int:
@@ -279,14 +288,16 @@ def _cylinder_rows(
         return count
     foot = place.z + edge.foot
     _spread(fan, 0.5 * math.pi)
-    heighest = 0.0
+    highest = 0.0
     for i in range(FAN + 1):
         fan.above[i] = _over(solid, place, edge.radius, foot, fan.angle[i], fan.found)
-        heighest = max(heighest, min(fan.above[i], edge.end - edge.foot))
-    if heighest <= 0.0:
+        highest = max(highest, min(fan.above[i], edge.end - edge.foot))
+    if highest <= 0.0:
         return count
-    layers = _layers(fan, heighest)
-    held = np.copy(fan.above)
+    layers = _layers(fan, highest)
+    held = fan.held
+    for i in range(FAN + 1):
+        held[i] = fan.above[i]
     low = 0.0
     for n in range(layers):
         high = fan.layer[n]
@@ -301,7 +312,7 @@ def _cylinder_rows(
     return count
 
 
-@compiled
+@stepping
 def contact_rows(solid: Solid, place: Place, edge: Edge, fan: Fan, rows: FloatArray, refine: bool) -> int:
     """Rows of contact of a tool at a place; their number.
 
@@ -324,7 +335,7 @@ def contact_rows(solid: Solid, place: Place, edge: Edge, fan: Fan, rows: FloatAr
     return _cylinder_rows(solid, place, edge, fan, rows, count, refine)
 
 
-@compiled
+@stepping
 def removal(rows: FloatArray, count: int, edge: Edge, slope: float) -> float:
     r"""Volume that rows of contact take per horizontal length, straight down per depth [m^2].
 
@@ -346,7 +357,7 @@ def removal(rows: FloatArray, count: int, edge: Edge, slope: float) -> float:
     return area
 
 
-@compiled
+@stepping
 def angle_of_contact(rows: FloatArray, count: int, edge: Edge) -> float:
     """Largest sum of arcs at one height, of flute elements with kappa of at least 45 degrees [rad]."""
     largest = here = 0.0
