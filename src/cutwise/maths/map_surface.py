@@ -13,8 +13,8 @@ import numpy.typing as npt
 
 from cutwise.maths.compiled import compiled, stepping
 from cutwise.maths.envelopes import LINE, Segments, move_height, segment_height
-from cutwise.maths.height_map import NOTHING, RINGS, SIDE, STOCK, HeightMap, Layout
-from cutwise.maths.profiles import Cutters
+from cutwise.maths.height_map import NOTHING, RINGS, SIDE, STOCK, HeightMap, Layout, in_rows
+from cutwise.maths.profiles import Cutters, profile_height
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -190,26 +190,45 @@ def _box(path: Segments, tools: Cutters, segment: int) -> tuple[float, float, fl
     return row[2] - far, row[2] + far, row[3] - far, row[3] + far
 
 
+@stepping
+def _least_in_square(path: Segments, tools: Cutters, segment: int, x: float, y: float, half: float) -> float:
+    """A height that a segment does not go below in a square of a half diagonal round a point [m]; infinite: not reached."""
+    row = path.row[segment]
+    tool = int(row[1])
+    dx, dy = x - row[2], y - row[3]
+    low = row[4]
+    if row[0] == LINE:
+        q = dx * row[5] + dy * row[6]
+        s = min(max(q, 0.0), row[7])
+        away = math.hypot(dx - s * row[5], dy - s * row[6])
+        far = tools.radius[tool] + half
+        if away > far:
+            return math.inf
+        begin, end = min(max(q - far, 0.0), row[7]), min(max(q + far, 0.0), row[7])
+        low += min(row[8] * begin, row[8] * end)
+    else:
+        away = abs(math.hypot(dx, dy) - row[7])
+        if away > tools.radius[tool] + half:
+            return math.inf
+    return low + profile_height(tools, tool, max(away - half, 0.0))
+
+
 @compiled
 def _squares(
-    path: Segments, tools: Cutters, x: float, y: float, size: float, across: int, along: int, first: IntArray,
-    segment: IntArray, fill: bool,
+    path: Segments, tools: Cutters, x: float, y: float, size: float, across: int, along: int, most: FloatArray,
+    first: IntArray, segment: IntArray, fill: bool,
 ) -> None:  # fmt: skip
-    """Count, or fill in, the segments of each square that a line's box and distance let into it."""
+    """Count, or fill in, the segments of each square that may come as low there as the square's ``most`` [m]."""
+    half = 0.7072 * size
     for s in range(path.row.shape[0]):
         x0, x1, y0, y1 = _box(path, tools, s)
-        row = path.row[s]
-        far = tools.radius[int(row[1])] + 0.7072 * size
         a, b = max(0, math.floor((x0 - x) / size)), min(across - 1, math.floor((x1 - x) / size))
         c, d = max(0, math.floor((y0 - y) / size)), min(along - 1, math.floor((y1 - y) / size))
         for j in range(c, d + 1):
             for i in range(a, b + 1):
-                if row[0] == LINE:
-                    u, v = x + (i + 0.5) * size - row[2], y + (j + 0.5) * size - row[3]
-                    q = min(max(u * row[5] + v * row[6], 0.0), row[7])
-                    if math.hypot(u - q * row[5], v - q * row[6]) > far:
-                        continue
                 k = j * across + i
+                if _least_in_square(path, tools, s, x + (i + 0.5) * size, y + (j + 0.5) * size, half) > most[k]:
+                    continue
                 if fill:
                     segment[first[k]] = s
                 first[k] += 1
@@ -218,15 +237,63 @@ def _squares(
 def index_of(solid: Solid, squares: int = 64) -> Index:
     """Index over the plan of the stock, with about so many squares along its longer side."""
     grid = solid.map.layout
-    wide, tall = grid.across * grid.dx, grid.along * grid.dy
-    size = max(wide, tall) / squares
-    across, along = math.ceil(wide / size - 1e-9), math.ceil(tall / size - 1e-9)
+    size = max(grid.across * grid.dx, grid.along * grid.dy) / squares
+    return _index(solid, size, None)
+
+
+def shaping_index(solid: Solid) -> Index:
+    """Index of the segments that may shape what is left: those that stay above it all over a square are left out.
+
+    Squares are four cells wide. What stands between cells may be higher than the cells: two cells round a square and half a
+    cell of height are allowed for.
+    """
+    grid = solid.map.layout
+    cell = max(grid.dx, grid.dy)
+    return _index(solid, 4.0 * cell, in_rows(grid, solid.map.height).astype(float) + 0.5 * cell)
+
+
+def _index(solid: Solid, size: float, height: FloatArray | None) -> Index:
+    grid = solid.map.layout
+    across = max(1, math.ceil(grid.across * grid.dx / size - 1e-9))
+    along = max(1, math.ceil(grid.along * grid.dy / size - 1e-9))
+    most = np.full(across * along, np.inf)
+    if height is not None:
+        most = _highest_of(height, grid, size, across, along)
+    given = (solid.path, solid.tools, grid.x, grid.y, size, across, along, most)
     count = np.zeros(across * along + 1, np.int64)
-    _squares(solid.path, solid.tools, grid.x, grid.y, size, across, along, count, np.empty(0, np.int64), False)
+    _squares(*given, count, np.empty(0, np.int64), False)
     first = np.concatenate(([0], np.cumsum(count[:-1]))).astype(np.int64)
     segment = np.empty(int(first[-1]), np.int64)
-    _squares(solid.path, solid.tools, grid.x, grid.y, size, across, along, first.copy(), segment, True)
+    _squares(*given, first.copy(), segment, True)
     return Index(grid.x, grid.y, size, across, along, first, segment)
+
+
+def _highest_of(height: FloatArray, grid: Layout, size: float, across: int, along: int) -> FloatArray:
+    """Highest cell of each square and two cells round it; outside of the stock nothing stands."""
+    out = np.full((along, across), -np.inf)
+    for j in range(along):
+        low, high = int(j * size / grid.dy) - 2, math.ceil((j + 1) * size / grid.dy) + 2
+        strip = height[max(low, 0) : high].max(axis=0)
+        for i in range(across):
+            a, b = int(i * size / grid.dx) - 2, math.ceil((i + 1) * size / grid.dx) + 2
+            out[j, i] = strip[max(a, 0) : b].max()
+    return out.reshape(-1)
+
+
+@stepping
+def shaped(solid: Solid, index: Index, x: float, y: float) -> tuple[float, int]:
+    """Height of what is left at a point [m] and the segment that made it, -1 the stock; minus infinity outside of the stock."""
+    if not within(solid, x, y):
+        return -math.inf, STOCK
+    i = min(max(math.floor((x - index.x) / index.size), 0), index.across - 1)
+    j = min(max(math.floor((y - index.y) / index.size), 0), index.along - 1)
+    height, owner = top_at(solid, x, y), STOCK
+    k = j * index.across + i
+    for n in range(index.first[k], index.first[k + 1]):
+        left = segment_height(solid.path, solid.tools, index.segment[n], x, y)
+        if left < height:
+            height, owner = left, index.segment[n]
+    return height, owner
 
 
 @stepping
