@@ -150,7 +150,11 @@ def _surface(face: Face, at: FloatArray) -> tuple[FloatArray, FloatArray, FloatA
         o, x, y, z = _frame(e.Sphere())
         r = e.Sphere().Radius()
         out, round_ = np.cos(u) * x + np.sin(u) * y, np.cos(u) * y - np.sin(u) * x
-        return o + MM * r * (np.cos(v) * out + np.sin(v) * z), r * np.cos(v) * round_, r * (np.cos(v) * z - np.sin(v) * out)
+        return (
+            o + MM * r * (np.cos(v) * out + np.sin(v) * z),
+            r * np.cos(v) * round_,
+            r * (np.cos(v) * z - np.sin(v) * out),
+        )
     if face.kind == TORUS:
         o, x, y, z = _frame(e.Torus())
         major, minor = e.Torus().MajorRadius(), e.Torus().MinorRadius()
@@ -175,5 +179,3 @@ def _frame(body: Any) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     axes = [np.array([d.X(), d.Y(), d.Z()]) for d in (frame.XDirection(), frame.YDirection(), frame.Direction())]
     origin = frame.Location()
     return np.array([origin.X(), origin.Y(), origin.Z()]) * MM, axes[0], axes[1], axes[2]
-
-

@@ -31,7 +31,9 @@ def solid_of(part: StepPart, number: int | None) -> Any:
         raise CadFault(f"{part.name}: has no solid {number}; it has {len(solids)}")
     solid = solids[(number or 1) - 1]
     if part.open_shells:
-        raise CadFault(f"{part.name}: has {part.open_shells} open shell(s): what is material is not known; mend the model")
+        raise CadFault(
+            f"{part.name}: has {part.open_shells} open shell(s): what is material is not known; mend the model"
+        )
     return solid
 
 

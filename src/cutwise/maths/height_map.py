@@ -269,7 +269,7 @@ def _tube(
     out: Float32Array, sine: Float32Array,
 ) -> None:  # fmt: skip
     """Cells under a line of a torus with a flat tip; row by row Newton's rule until it stands still."""
-    zero, one, two = np.float32(0.0), np.float32(1.0), np.float32(2.0)
+    zero, one = np.float32(0.0), np.float32(1.0)
     r2, t2 = outer * outer, tube * tube
     sign = one if near.k > zero else -one
     most = (outer - inner) / tube
@@ -572,9 +572,7 @@ def material(stock: HeightMap) -> float:
 
 
 @stepping
-def overlap_by(
-    stock: HeightMap, path: Segments, tools: Cutters, segment: int, found: FloatArray, work: Room
-) -> None:
+def overlap_by(stock: HeightMap, path: Segments, tools: Cutters, segment: int, found: FloatArray, work: Room) -> None:
     """What a segment would take off, without taking it: volume [m^3], depth [m] and its place are added to a row of five."""
     grid, row = stock.layout, path.row[segment]
     tool = int(row[1])

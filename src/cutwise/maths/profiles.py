@@ -5,6 +5,7 @@ It is kept as pieces, each prolonged inward as a constant: their least is the pr
 of what its pieces sweep, steps of shank and holder included.
 """
 
+import itertools
 import math
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -18,7 +19,9 @@ FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 
 DISC, CONE, TUBE = 0.0, 1.0, 2.0  # kinds of a piece
-COLUMNS = 5  # kind, inner radius, outer radius, height at the inner one [m], slope of a cone [-] or radius of a tube [m]
+COLUMNS = (
+    5  # kind, inner radius, outer radius, height at the inner one [m], slope of a cone [-] or radius of a tube [m]
+)
 
 
 class Cutters(NamedTuple):
@@ -69,7 +72,7 @@ def revolved(outline: Sequence[tuple[float, float]]) -> list[Piece]:
     pieces: list[Piece] = []
     height, reach = outline[0]
     pieces.append((DISC, reach, reach, height, 0.0))
-    for (z0, r0), (z1, r1) in zip(outline[:-1], outline[1:], strict=True):
+    for (z0, r0), (z1, r1) in itertools.pairwise(outline):
         if r1 <= reach:
             continue
         slope = (z1 - z0) / (r1 - r0)

@@ -22,7 +22,14 @@ class Columns(NamedTuple):
 
 @compiled
 def _pierce(
-    corner: FloatArray, x0: float, y0: float, dx: float, dy: float, top: FloatArray, bottom: FloatArray, thick: FloatArray
+    corner: FloatArray,
+    x0: float,
+    y0: float,
+    dx: float,
+    dy: float,
+    top: FloatArray,
+    bottom: FloatArray,
+    thick: FloatArray,
 ) -> None:
     along, across = top.shape
     for t in range(corner.shape[0]):

@@ -29,7 +29,9 @@ class ProgramPath(NamedTuple):
     still: tuple[int, ...]  # lines of moves that would cut if the spindle turned
     cut_short: int  # blends that are smaller than their tolerance allows, because the blocks are short
     kept_feed: tuple[float, int]  # largest tolerance that G64 without P was given [m], and the line; 0 where it is not
-    tool: npt.NDArray[np.int64] = np.zeros(0, np.int64)  # in the spindle, 0: none was called; of a program only, shape (n,)
+    tool: npt.NDArray[np.int64] = np.zeros(
+        0, np.int64
+    )  # in the spindle, 0: none was called; of a program only, shape (n,)
     spindle: FloatArray = np.zeros(0)  # [rad/s], positive clockwise, 0 stopped; of a program only, shape (n,)
 
     @property

@@ -41,6 +41,11 @@ if TYPE_CHECKING:
         notices,
         soundness,
         still_deburring,
+        stock_deviation,
+        stock_findings,
+        stock_measures,
+        stock_milling,
+        stock_stages,
         weights,
     )
     from cutwise.spec.chamfer import ChamferScenario
@@ -74,6 +79,11 @@ else:  # a run imports its own process, not those of the others
     milling_findings = later("cutwise.process.milling_findings")
     soundness = later("cutwise.process.soundness")
     still_deburring = later("cutwise.process.still_deburring")
+    stock_deviation = later("cutwise.process.stock_deviation")
+    stock_findings = later("cutwise.process.stock_findings")
+    stock_measures = later("cutwise.process.stock_measures")
+    stock_milling = later("cutwise.process.stock_milling")
+    stock_stages = later("cutwise.process.stock_stages")
     weights = later("cutwise.process.weights")
 
 Progress = Callable[[float], None]
@@ -194,6 +204,8 @@ def mill(scenario: MillingScenario, progress: Progress | None = None) -> Result:
     """Milling with CNC drives: look-ahead, drives and forces in one loop (Ozcan et al. 2017, sec. 2-3)."""
     if scenario.robot is not None:
         return mill_by_robot(scenario, progress)
+    if scenario.in_3d:
+        return mill_in_3d(scenario, progress)
     program = assemble_mill.read_program(scenario)
     substeps = scenario.numerics.substeps
     done = milling.run(scenario, substeps, _part(progress, 0.0, 0.3))
@@ -219,6 +231,25 @@ def mill(scenario: MillingScenario, progress: Progress | None = None) -> Result:
         convergence=change,
         notes=milling_findings.notes(scenario, done, program.notices if program else ()),
         references=("ozcan2017", "altintas2012", "erkorkmaz2001"),
+    )
+
+
+def mill_in_3d(scenario: MillingScenario, progress: Progress | None = None) -> Result:
+    """A program in a stock in 3D: contact, force and events move by move, and the surface held against the part."""
+    done = stock_milling.run(scenario, progress)
+    off = stock_deviation.deviation(scenario, done)
+    if progress is not None:
+        progress(1.0)
+    found = stock_measures.measures(scenario, done, off)
+    return collect(
+        scenario,
+        found,
+        stages=stock_stages.stages(done, off),
+        findings=stock_findings.findings(done),
+        warnings=tuple(stock_findings.warnings(scenario, done, off)),
+        limits=stock_findings.LIMITS,
+        notes=stock_findings.notes(scenario, done, off),
+        references=("altintas2012", "engin2001", "gradisek2004"),
     )
 
 
@@ -255,6 +286,11 @@ def mill_quick(scenario: MillingScenario, wanted: Collection[str] = (), *, coars
         return Outcome(
             by_arm, tuple(soundness.arm_mill(by_arm)), told, carried.too_fast(by_arm, scenario.operation.feed)
         )
+    if scenario.in_3d:
+        cut = stock_milling.run(scenario)
+        off = stock_deviation.deviation(scenario, cut)
+        about = () if coarse else tuple(stock_findings.warnings(scenario, cut, off))
+        return Outcome(stock_measures.measures(scenario, cut, off), tuple(stock_findings.findings(cut)), about)
     done = milling.run(scenario, scenario.numerics.substeps)
     steady = milling.stability(scenario, done)
     found = milling_measures.measures(scenario, done)
@@ -378,7 +414,9 @@ PREPARATIONS: Mapping[str, Callable[..., object]] = {
     "deburr": lambda scenario: assemble.edge_cut(deburring_part.on_part(scenario)),
     "drill": lambda scenario: drilling.drill_cell(scenario),
     "machine": lambda scenario: machine.prepare(scenario),
-    "mill": lambda scenario: (arm_milling if scenario.robot is not None else milling).prepare(scenario),
+    "mill": lambda scenario: (
+        arm_milling if scenario.robot is not None else stock_milling if scenario.in_3d else milling
+    ).prepare(scenario),
 }
 RECIPES: Mapping[str, Callable[..., Result]] = {
     "chamfer": chamfer_path,

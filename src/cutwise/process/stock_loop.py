@@ -89,7 +89,15 @@ def _place(solid: Solid, run: Run, move: int, segment: int, share: float) -> Pla
 
 @stepping
 def _station(
-    solid: Solid, teeth: Teeth, run: Run, move: int, place: Place, refine: bool, fan: Fan, rows: FloatArray, out: FloatArray
+    solid: Solid,
+    teeth: Teeth,
+    run: Run,
+    move: int,
+    place: Place,
+    refine: bool,
+    fan: Fan,
+    rows: FloatArray,
+    out: FloatArray,
 ) -> None:
     """Contact and force at one place into a row of stations."""
     out[:] = 0.0
@@ -124,9 +132,7 @@ def _station(
 
 
 @stepping
-def _stations(
-    solid: Solid, teeth: Teeth, run: Run, move: int, refine: bool, fan: Fan, rows: FloatArray
-) -> None:
+def _stations(solid: Solid, teeth: Teeth, run: Run, move: int, refine: bool, fan: Fan, rows: FloatArray) -> None:
     """All stations of a move, evenly along it."""
     first, last = solid.path.first[move], solid.path.first[move + 1]
     begin, end = run.station[move], run.station[move + 1]
@@ -187,9 +193,7 @@ def run_moves(
 
 
 @compiled
-def run_into(
-    stock: HeightMap, solid: Solid, tools: Cutters, moves: tuple[int, int], hit: FloatArray
-) -> None:
+def run_into(stock: HeightMap, solid: Solid, tools: Cutters, moves: tuple[int, int], hit: FloatArray) -> None:
     """What a table of tools overlaps with a solid that stays as it is, a fixture, move by move."""
     work = room(stock.layout)
     for move in range(moves[0], moves[1]):

@@ -83,7 +83,9 @@ def automatic_grid(raw: Raw, radii: Sequence[float]) -> float:
 def room_for(raw: Raw, grid: float, moves: int, samples: int) -> float:
     """Memory that map, moves and samples take [bytes]."""
     cells = math.prod(math.ceil((high - low) / grid) + 20 for low, high in raw.box[:2])
-    return cells * (_FILE_CELL_BYTES if raw.kind == CELLS else _CELL_BYTES) + moves * _MOVE_BYTES + samples * _SAMPLE_BYTES
+    return (
+        cells * (_FILE_CELL_BYTES if raw.kind == CELLS else _CELL_BYTES) + moves * _MOVE_BYTES + samples * _SAMPLE_BYTES
+    )
 
 
 def grid_within(raw: Raw, limit: float, moves: int, samples: int) -> float:
@@ -114,14 +116,17 @@ def chosen_grid(
     fits = grid_within(raw, limit, moves, samples)
     key = ("numerics", "stock", "memory_limit")
     if math.isinf(fits):
-        raise ScenarioFault([Fault(key, f"{limit_mb} MB do not hold the {moves} moves and {samples} samples; raise it")])
+        raise ScenarioFault(
+            [Fault(key, f"{limit_mb} MB do not hold the {moves} moves and {samples} samples; raise it")]
+        )
     if isinstance(asked, str):
         wanted = automatic_grid(raw, radii)
         return max(wanted, fits), fits > wanted
     if room_for(raw, asked, moves, samples) > limit:
         needed = math.ceil(room_for(raw, asked, moves, samples) / 1e6)
         raise ScenarioFault([Fault(("numerics", "stock", "grid"), (
-            f"{units.show(asked, 'length')} takes {needed} MB, more than memory_limit ({limit_mb} MB); {units.show(1.01 * fits, 'length', 3)} "
+            f"{units.show(asked, 'length')} takes {needed} MB, more than memory_limit ({limit_mb} MB); "
+            f"{units.show(1.01 * fits, 'length', 3)} "
             f"fits, or write memory_limit: {needed}"
         ))])  # fmt: skip
     return asked, False

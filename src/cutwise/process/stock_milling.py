@@ -17,9 +17,10 @@ from cutwise.maths.profiles import Cutters
 from cutwise.physics.motion.lookahead import Plan, highest_feeds, plan
 from cutwise.process.assemble_mill import motion_limits, pace_of
 from cutwise.process.edges import linear_coefficients
+from cutwise.process.nominal_part import nominal_samples, tolerance_of
 from cutwise.process.program_path import ProgramPath, moves_path
 from cutwise.process.stock_loop import STATION, Run, run_into, run_moves
-from cutwise.process.stock_material import Material, Raw, chosen_grid, material_of, raw_of
+from cutwise.process.stock_material import Material, Raw, automatic_grid, chosen_grid, material_of, raw_of
 from cutwise.process.stock_path import Moves, moves_of
 from cutwise.process.stock_tools import ToolSet, tool_set
 from cutwise.programs.interpreter import Interpreted, interpret
@@ -32,7 +33,6 @@ from cutwise.spec.stock import StockRun
 IntArray = npt.NDArray[np.int64]
 Progress = Callable[[float], None]
 
-TOLERANCE = 10e-6  # [m] where the part has none
 _CHUNK = 4000  # moves between two words about progress
 _TOUCH = 1e-6  # [m] deep: a shallower overlap is rounding
 _ABOVE = 50e-3  # [m] over the stock, where an unknown start is taken
@@ -82,8 +82,8 @@ def stock_key(scenario: MillingScenario) -> Raw:
     """The stock as it is said."""
     assert scenario.stock is not None
     if isinstance(scenario.stock, StockRun):
-        raise ScenarioFault([Fault(("stock", "run"), "going on from an earlier run is not supported yet; write the stock as a block, "
-                                   "a cylinder or a file (cutwise export RUN surface -o left.stl writes one)")])  # fmt: skip
+        raise ScenarioFault([Fault(("stock", "run"), "going on from an earlier run is not supported yet; write the stock as a "
+                                   "block, a cylinder or a file (cutwise export RUN surface -o left.stl writes one)")])  # fmt: skip
     return raw_of(scenario.stock, ("stock",))
 
 
@@ -97,7 +97,7 @@ def planned(scenario: MillingScenario) -> Planned:
     """
     cutters = scenario.tools or ((scenario.mill,) if scenario.tool is not None else ())
     tools = tool_set(cutters, scenario.numerics.stock.elements)
-    all_faults(lambda: stock_key(scenario), lambda: _called(scenario, _first_reading(scenario), tools))
+    all_faults(lambda: stock_key(scenario), lambda: _called(_first_reading(scenario), tools))
     raw = stock_key(scenario)
     program, said = _read(scenario, raw)
     operation, machine = scenario.operation, scenario.machine
@@ -128,7 +128,7 @@ def _first_reading(scenario: MillingScenario) -> Interpreted:
     return interpret(scenario.program.text, scenario.program.file, setup_of(scenario.program))
 
 
-def _called(scenario: MillingScenario, program: Interpreted, tools: ToolSet) -> None:
+def _called(program: Interpreted, tools: ToolSet) -> None:
     """Tools that move and are not there."""
     if not tools.numbers:
         return
@@ -138,7 +138,9 @@ def _called(scenario: MillingScenario, program: Interpreted, tools: ToolSet) -> 
     if missing:
         names = ", ".join(f"T{n}" for n in missing)
         there = ", ".join(f"T{n}" for n in tools.numbers)
-        raise ScenarioFault([Fault(("tools",), f"the program calls {names}, which is not among them ({there}); add it with its shape")])
+        raise ScenarioFault(
+            [Fault(("tools",), f"the program calls {names}, which is not among them ({there}); add it with its shape")]
+        )
 
 
 def _tool_rows(called: IntArray, tools: ToolSet) -> tuple[IntArray, tuple[str, ...]]:
@@ -170,29 +172,54 @@ def _read(scenario: MillingScenario, raw: Raw) -> tuple[Interpreted, tuple[str, 
     return program, (said,)
 
 
+def prepare(scenario: MillingScenario) -> None:
+    """Build what a run stands on, without running it.
+
+    Raises
+    ------
+    ScenarioFault
+        All that is wrong with program, tools, stock, part and fixtures.
+    """
+    jobs: list[Callable[[], object]] = [lambda: _sized(scenario, planned(scenario))]
+    if scenario.nominal is not None:
+        jobs.append(lambda: check_part(scenario))
+    jobs += [
+        lambda place=place, given=given: raw_of(given, ("fixtures", place))
+        for place, given in enumerate(scenario.fixtures)
+    ]  # type: ignore[misc]
+    all_faults(*jobs)
+
+
+def _sized(scenario: MillingScenario, ready: Planned, finer: float = 1.0) -> tuple[float, bool]:
+    """The grid, and whether it is wider than it should be for memory."""
+    numerics = scenario.numerics.stock
+    samples = scenario.nominal.samples if scenario.nominal is not None else 0
+    radii = [float(r) for r in ready.tools.cutting.radius[np.unique(ready.tool)]]
+    asked: float | str = numerics.grid
+    if finer != 1.0:
+        asked = finer * automatic_grid(ready.raw, radii)
+    return chosen_grid(ready.raw, asked, radii, numerics.memory_limit, ready.path.curve.count, samples)
+
+
+def check_part(scenario: MillingScenario) -> None:
+    """Read the nominal part."""
+    nominal_samples(scenario, 100)
+
+
 def run(scenario: MillingScenario, progress: Progress | None = None) -> StockRunDone:
     """Cut the stock; an automatic grid whose surface is too far from the truth is halved once."""
     ready = planned(scenario)
     numerics = scenario.numerics.stock
-    samples = scenario.nominal.samples if scenario.nominal is not None else 0
-    radii = [float(r) for r in ready.tools.cutting.radius[np.unique(ready.tool)]]
-    count = ready.path.curve.count
-    grid, coarse = chosen_grid(ready.raw, numerics.grid, radii, numerics.memory_limit, count, samples)
+    grid, coarse = _sized(scenario, ready)
     done = _cut(scenario, ready, grid, coarse, progress)
     allowed = 0.1 * tolerance_of(scenario)
     if done.check is not None and done.check.largest > allowed and numerics.grid == "auto" and not coarse:
         try:
-            finer, _ = chosen_grid(ready.raw, 0.5 * grid, radii, numerics.memory_limit, count, samples)
+            finer, _ = _sized(scenario, ready, 0.5)
         except ScenarioFault:  # memory does not allow it, which the check then says
             return done
         return _cut(scenario, ready, finer, coarse, progress)._replace(grids=(grid, finer))
     return done
-
-
-def tolerance_of(scenario: MillingScenario) -> float:
-    """Tolerance of the part, or what stands for it [m]."""
-    nominal = scenario.nominal
-    return TOLERANCE if nominal is None or nominal.tolerance is None else nominal.tolerance
 
 
 def _cut(
@@ -296,7 +323,9 @@ def events(done: StockRunDone) -> list[Event]:
     for move in np.unique(np.searchsorted(done.run.station, over, side="right") - 1).tolist():
         end = done.moves.end[done.moves.path.first[move + 1] - 1]
         line = int(done.moves.line[move])
-        found.setdefault(("core", line), Event("core", line, 0.0, 0.0, tuple(map(float, end)), float(move_time(done, move))))  # type: ignore[arg-type]
+        found.setdefault(
+            ("core", line), Event("core", line, 0.0, 0.0, tuple(map(float, end)), float(move_time(done, move)))
+        )  # type: ignore[arg-type]
     return sorted(found.values(), key=lambda event: (event.line, event.kind))
 
 

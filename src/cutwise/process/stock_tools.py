@@ -81,7 +81,12 @@ def tool_set(tools: Sequence[Cutter | EndMill], elements: int) -> ToolSet:
         cores.append(core if flat > 0.0 else None)
         end = math.inf if tool.flute_length is None else tool.flute_length
         edges.append(
-            Edge(meridian(pieces, flat if core is None else core, elements), 0.5 * tool.diameter, cylinder_foot(pieces), end)
+            Edge(
+                meridian(pieces, flat if core is None else core, elements),
+                0.5 * tool.diameter,
+                cylinder_foot(pieces),
+                end,
+            )
         )
     return ToolSet(
         tuple(tool.number for tool in tools if isinstance(tool, Cutter)),

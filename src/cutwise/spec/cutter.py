@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
@@ -30,7 +30,7 @@ _REFUSED = "shapes that are wider above than below from inside (lollipop, T-slot
 class Cutter(Spec):
     """A tool of revolution: the profile of its cutting end, its shank and its holder."""
 
-    refused = {
+    refused: ClassVar[Mapping[str, str]] = {
         "undercut": f"{_REFUSED}: a height map cannot hold what they leave",
         "neck_diameter": "a neck is given as a point of the holder: holder: [[height above the tip, diameter], ...]",
     }
@@ -46,7 +46,10 @@ class Cutter(Spec):
     )
     flutes: Annotated[Count, Usual(1, 40)] = Field(description="number of teeth", examples=[3], ge=1, le=200)
     helix: Annotated[Angle, Usual("0 deg", "50 deg")] = Field(
-        description="helix angle β of a right-hand helix", examples=["30 deg"], gt=-math.radians(80), lt=math.radians(80)
+        description="helix angle β of a right-hand helix",
+        examples=["30 deg"],
+        gt=-math.radians(80),
+        lt=math.radians(80),
     )
     flute_length: Length | None = Field(
         default=None, description="length of the cutting edges from the tip; left out: no shank is looked at, and the edges "
@@ -65,7 +68,11 @@ class Cutter(Spec):
         default=None, description="radius of the ball at the tip of a ball taper", examples=["1 mm"], gt=0
     )
     point_angle: Angle | None = Field(
-        default=None, description="whole angle of the point of a drill or chamfer tool", examples=["118 deg"], gt=0, lt=math.pi
+        default=None,
+        description="whole angle of the point of a drill or chamfer tool",
+        examples=["118 deg"],
+        gt=0,
+        lt=math.pi,
     )
     shank_diameter: Length | None = Field(
         default=None, description="diameter above the cutting edges; left out: the shank is not looked at",

@@ -33,8 +33,8 @@ from cutwise.spec.milling_machine import MillingLoad, MillingMachine, machine_ki
 from cutwise.spec.needs import Needs
 from cutwise.spec.part_block import PartBlock
 from cutwise.spec.program import Blend, PathMode, Program, StockBlock
+from cutwise.spec.scenario import Limit, MeasureSpec, Scenario
 from cutwise.spec.stock import AnyFixture, AnyStock, NominalPart, StockNumerics
-from cutwise.spec.scenario import MeasureSpec, Scenario
 from cutwise.spec.stock_milling import stock_faults, stock_notices, stock_unused
 from cutwise.spec.tool import HelicalMill, ToolMode
 
@@ -52,7 +52,9 @@ def _corner_kind(value: Any) -> str:
 
 
 def _part_kind(value: Any) -> str:
-    nominal = isinstance(value, NominalPart) or (isinstance(value, dict) and bool({"file", "step", "tolerance"} & set(value)))
+    nominal = isinstance(value, NominalPart) or (
+        isinstance(value, dict) and bool({"file", "step", "tolerance"} & set(value))
+    )
     return "<nominal>" if nominal else "<yielding>"
 
 
@@ -257,7 +259,8 @@ class MillingScenario(Scenario):
         "its moves have left, the depths of the operation are not needed",
     )
     tools: tuple[Cutter, ...] = Field(
-        default=(), description="tools that the program calls, by their profiles (instead of tool): the stock is then cut in 3D"
+        default=(),
+        description="tools that the program calls, by their profiles (instead of tool): the stock is then cut in 3D",
     )
     fixtures: tuple[AnyFixture, ...] = Field(
         default=(), description="clamps and jaws that no tool may touch: blocks, STEP or STL files",
@@ -271,7 +274,8 @@ class MillingScenario(Scenario):
     operation: MillingOperation = Field(default_factory=MillingOperation, description="the cut")
     tool: EndMill | None = Field(default=None, description="the end mill (or give tools)")
     material: Material | None = Field(
-        default=None, description="cutting coefficients of the material with this tool; of a stock in 3D left out: no forces"
+        default=None,
+        description="cutting coefficients of the material with this tool; of a stock in 3D left out: no forces",
     )
     machine: (
         Annotated[
@@ -307,6 +311,18 @@ class MillingScenario(Scenario):
     def nominal(self) -> NominalPart | None:
         """The part that the program is to leave, if it is given."""
         return self.part if isinstance(self.part, NominalPart) else None
+
+    @property
+    def asked(self) -> Mapping[str, Limit]:
+        """A tolerance of the nominal part asks for the deviation to be within it, unless a requirement says otherwise."""
+        tolerance = self.nominal.tolerance if self.nominal is not None else None
+        if tolerance is None:
+            return self.requirements
+        implied = {"deviation_min": Limit(min=-tolerance), "deviation_max": Limit(max=tolerance)}
+        return {
+            **{name: limit for name, limit in implied.items() if name not in self.requirements},
+            **self.requirements,
+        }
 
     @property
     def mill(self) -> EndMill:
@@ -482,7 +498,10 @@ class MillingScenario(Scenario):
         if self.in_3d:
             yield from stock_unused(self)
             return
-        yield Notice(("numerics", "stock"), "the stock is no map in 3D: that takes tools, a nominal part or another form of stock")
+        yield Notice(
+            ("numerics", "stock"),
+            "the stock is no map in 3D: that takes tools, a nominal part or another form of stock",
+        )
         if self.stock is not None:
             yield Notice(("program", "top"), "the stock has its own top (stock.z)")
         if self.robot is not None or not self.mill.modes:

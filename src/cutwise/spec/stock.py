@@ -104,14 +104,19 @@ class NominalPart(Spec):
         gt=0,
     )  # fmt: skip
     origin: tuple[Length, Length, Length] = Field(
-        default=(0.0, 0.0, 0.0), description="where the origin of the CAD model lies in the program", examples=["[0 mm, 0 mm, 0 mm]"]
+        default=(0.0, 0.0, 0.0),
+        description="where the origin of the CAD model lies in the program",
+        examples=["[0 mm, 0 mm, 0 mm]"],
     )
     rotation: tuple[Angle, Angle, Angle] = Field(
-        default=(0.0, 0.0, 0.0), description="roll, pitch and yaw of the CAD model about the axes of the program, before it is shifted",
+        default=(0.0, 0.0, 0.0), description="roll, pitch and yaw of the CAD model about the program axes, before it is shifted",
         examples=["[0 deg, 0 deg, 0 deg]"],
     )  # fmt: skip
     samples: Annotated[Count, Usual(1_000, 10_000_000)] = Field(
-        default=1_000_000, description="points of its surface at which the deviation is taken", examples=[100_000], ge=100
+        default=1_000_000,
+        description="points of its surface at which the deviation is taken",
+        examples=[100_000],
+        ge=100,
     )
 
     @property
@@ -124,7 +129,9 @@ class NominalPart(Spec):
         if (self.file is None) == (self.step is None):
             yield Notice(("file",), "write one file of the nominal part, for example file: part.step")
         elif not self.model.lower().endswith((".step", ".stp")):
-            yield Notice(("file",), f"{self.model} is no STEP file (.step, .stp): the deviation is taken from exact surfaces")
+            yield Notice(
+                ("file",), f"{self.model} is no STEP file (.step, .stp): the deviation is taken from exact surfaces"
+            )
 
 
 class StockNumerics(Spec):
@@ -142,10 +149,16 @@ class StockNumerics(Spec):
         default=12, description="elements of the cutting edges below the cylinder", examples=[12], ge=1, le=1000
     )
     station: Annotated[Length, Usual("0.05 mm", "10 mm")] = Field(
-        default=0.5e-3, description="largest distance of the places of a move that are looked at", examples=["0.5 mm"], gt=0
+        default=0.5e-3,
+        description="largest distance of the places of a move that are looked at",
+        examples=["0.5 mm"],
+        gt=0,
     )
     check: Count = Field(
-        default=10_000, description="random points at which the surface is held against all moves", examples=[10_000], ge=0
+        default=10_000,
+        description="random points at which the surface is held against all moves",
+        examples=[10_000],
+        ge=0,
     )
     memory_limit: Annotated[Count, Usual(50, 100_000)] = Field(
         default=500, description="memory that map, moves and samples may take [MB]", examples=[500], ge=1

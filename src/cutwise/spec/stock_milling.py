@@ -27,14 +27,19 @@ def stock_faults(scenario: MillingScenario) -> Iterator[Notice]:
                      "limits of its motion alone: machine: {library: fadal2216}")  # fmt: skip
     if scenario.stock is None:
         why = "a part is machined out of a stock" if scenario.nominal is not None else "tools cut a stock"
-        yield Notice(("stock",), f"missing; {why}, for example stock: {{x: [0 mm, 60 mm], y: [0 mm, 40 mm], z: [-20 mm, 0 mm]}}")
+        yield Notice(
+            ("stock",), f"missing; {why}, for example stock: {{x: [0 mm, 60 mm], y: [0 mm, 40 mm], z: [-20 mm, 0 mm]}}"
+        )
     if scenario.nominal is None and scenario.part is not None:
-        yield Notice(("part",), "yields with the bodies of a machine; of a stock in 3D it is the nominal part: part: {file: part.step}")
+        yield Notice(
+            ("part",),
+            "yields with the bodies of a machine; of a stock in 3D it is the nominal part: part: {file: part.step}",
+        )
     yield from _tool_faults(scenario)
     material = scenario.material
     if material is not None and material.law != "linear":
-        yield Notice(("material",), "Kienzle's law is not covered in a stock in 3D yet; write K_tc, K_te, ... (or leave the material "
-                     "out: no forces)")  # fmt: skip
+        yield Notice(("material",), "Kienzle's law is not covered in a stock in 3D yet; write K_tc, K_te, ... (or leave the "
+                     "material out: no forces)")  # fmt: skip
     for key in ("axial_depth", "radial_depth"):
         if getattr(scenario.operation, key) is not None:
             yield Notice(("operation", key), "the stock says what the program meets; leave it out")
@@ -84,4 +89,7 @@ def stock_notices(scenario: MillingScenario) -> Iterator[Notice]:
     """What is unusual."""
     for place, tool in enumerate(scenario.tools):
         if tool.flat_radius > 0.0 and tool.end_core is None and scenario.material is not None:
-            yield Notice(("tools", place, "end_core"), f"is not given: the bottom of tool {tool.number} has no force in plunges and ramps")
+            yield Notice(
+                ("tools", place, "end_core"),
+                f"is not given: the bottom of tool {tool.number} has no force in plunges and ramps",
+            )

@@ -128,9 +128,7 @@ def _force_at(
 
 
 @compiled
-def peak_force(
-    rows: FloatArray, count: int, edge: Meridian, mill: Mill, chip: Chip, k: EdgeCoefficients
-) -> float:
+def peak_force(rows: FloatArray, count: int, edge: Meridian, mill: Mill, chip: Chip, k: EdgeCoefficients) -> float:
     """Largest force in the plane over a tooth period [N]; teeth are looked at in 60 places and closer round the largest."""
     if count == 0:
         return 0.0

@@ -69,8 +69,13 @@ class Fan(NamedTuple):
 def fan_room() -> Fan:
     """Room for one fan."""
     return Fan(
-        np.empty(FAN + 1), np.empty(FAN + 1), np.empty(FAN + 1, np.bool_), np.empty(FAN + 1), np.empty(FAN + 1),
-        np.empty(FAN + 1), np.empty(16, np.int64),
+        np.empty(FAN + 1),
+        np.empty(FAN + 1),
+        np.empty(FAN + 1, np.bool_),
+        np.empty(FAN + 1),
+        np.empty(FAN + 1),
+        np.empty(FAN + 1),
+        np.empty(16, np.int64),
     )
 
 
@@ -205,7 +210,15 @@ def _arcs(
             high = 0.5 * (fan.angle[i - 1] + fan.angle[i])
             if refine:
                 high = _change(
-                    solid, place, radius, level, fan.angle[i - 1], fan.angle[i], fan.above[i - 1], fan.above[i], fan.found
+                    solid,
+                    place,
+                    radius,
+                    level,
+                    fan.angle[i - 1],
+                    fan.angle[i],
+                    fan.above[i - 1],
+                    fan.above[i],
+                    fan.found,
                 )
             if high > low and count < rows.shape[0]:
                 rows[count, 1], rows[count, 2] = low, high
@@ -280,9 +293,7 @@ def _layers(fan: Fan, deepest: float) -> int:
 
 
 @stepping
-def _cylinder_rows(
-    solid: Solid, place: Place, edge: Edge, fan: Fan, rows: FloatArray, count: int, refine: bool
-) -> int:
+def _cylinder_rows(solid: Solid, place: Place, edge: Edge, fan: Fan, rows: FloatArray, count: int, refine: bool) -> int:
     """Arcs of the cylinder in layers of what stands along its rim."""
     if math.isinf(place.slope) or edge.end <= edge.foot:
         return count

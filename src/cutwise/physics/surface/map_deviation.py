@@ -107,7 +107,13 @@ def _deviation(
 
 @compiled
 def deviations(
-    solid: Solid, index: Index, point: FloatArray, normal: FloatArray, tolerance: float, out: FloatArray, owner: IntArray
+    solid: Solid,
+    index: Index,
+    point: FloatArray,
+    normal: FloatArray,
+    tolerance: float,
+    out: FloatArray,
+    owner: IntArray,
 ) -> None:
     """Deviation at points of the nominal surface.
 
