@@ -164,6 +164,18 @@ def surfaces(solid: Solid, x: float, y: float, height: FloatArray, owner: IntArr
         height[i], owner[i] = surface(solid, x[i], y[i], found)
 
 
+@compiled
+def corner_heights(solid: Solid, x: FloatArray, y: FloatArray, top: FloatArray, bottom: FloatArray) -> None:
+    """Upper and lower side of what is left at points on the outline or within it [m]: arrays of shape (n,)."""
+    found = np.empty(16, np.int64)
+    for i in range(x.shape[0]):
+        floor = bottom_at(solid, x[i], y[i])
+        height, _ = surface_within(solid, x[i], y[i], found)
+        lid = top_at(solid, x[i], y[i])
+        bottom[i] = floor if floor < math.inf else lid
+        top[i] = max(height, bottom[i])
+
+
 class Index(NamedTuple):
     """Which segments may reach into each square of a coarse grid."""
 

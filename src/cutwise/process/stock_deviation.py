@@ -19,6 +19,7 @@ IntArray = npt.NDArray[np.int64]
 BoolArray = npt.NDArray[np.bool_]
 
 _OWN = 1e-9  # [m] from the stock's own surface
+_UPRIGHT = 1e-6  # of a normal along the tool axis: a wall
 _SCALLOPS = ("ball", "bull_nose")
 _LOW = 0.05  # quantile from which a scallop is counted
 
@@ -77,7 +78,10 @@ def deviation(scenario: MillingScenario, done: StockRunDone) -> Deviation | None
         tolerance, value, segment,
     )  # fmt: skip
     judged = np.isfinite(value)
-    own = judged & (segment < 0) & (np.abs(value) <= _OWN)  # the stock's own surface
+    upright = np.abs(samples.normal[:, 2]) <= _UPRIGHT
+    own = (
+        judged & upright & (segment < 0) & (np.abs(value) <= _OWN)
+    )  # the outline of the stock, which no tool has to make
     counted = judged & ~own
     faces = tuple(
         _of_face(done, samples, value, segment, face, tolerance) for face in np.unique(samples.face[judged]).tolist()
@@ -113,8 +117,11 @@ def _scallop(done: StockRunDone, value: FloatArray, segment: IntArray, tolerance
     """Largest deviation less the 5 % quantile, where ball or bull-nose cut and no pass went too deep."""
     rows = [row for row, shape in enumerate(done.planned.tools.shapes) if shape in _SCALLOPS]
     tool = np.where(segment >= 0, done.moves.path.row[np.maximum(segment, 0), 1], -1.0)
-    there = np.isin(tool, rows) & (value >= -0.1 * tolerance)
-    if not there.any():
+    theirs = np.isin(tool, rows)
+    there = theirs & (value >= -0.1 * tolerance)
+    if (
+        2 * int(theirs.sum()) <= value.size or not there.any()
+    ):  # an edge that a ball touches in passing is no scalloped face
         return math.nan
     return float(value[there].max() - np.quantile(value[there], _LOW))
 

@@ -163,7 +163,7 @@ def notes(scenario: MillingScenario, done: StockRunDone, off: Deviation | None) 
             if scenario.tools
             else "a nominal part, another form of stock or fixtures ask for it"
         ),
-        "grid": f"{_mm(grid.dx)} x {_mm(grid.dy)}, {grid.across} x {grid.along} cells"
+        "grid": f"grid {_mm(grid.dx)} x {_mm(grid.dy)}, {grid.across} x {grid.along} cells"
         + (f" (halved once: the surface check at {_mm(done.grids[0])} was too large)" if len(done.grids) > 1 else ""),
         "sampling of the program": f"stations every {_mm(scenario.numerics.stock.station)}, {scenario.numerics.stock.elements} "
         f"elements below the cylinder, chords within {units.show(0.1 * tolerance_of(scenario), 'small_length', 3)}",
@@ -194,26 +194,28 @@ def _heaviest(done: StockRunDone) -> dict[str, str]:
         if values.size and values.max() > 0.0:
             at = int(np.argmax(values))
             line = block_named(done.planned.program.text, int(done.moves.line[move[at]]))
-            said[name] = f"{units.show(float(values[at]), dimension, 3)} at {_at(station_places(done)[at])}, {line}"
+            said[name] = (
+                f"{name} {units.show(float(values[at]), dimension, 3)} at {_at(station_places(done)[at])}, {line}"
+            )
     return said
 
 
 def _part_notes(done: StockRunDone, off: Deviation) -> dict[str, str]:
     said = {
-        "samples of the part": f"{len(off.value)}, about {_mm(off.samples.step)} apart; judged area "
-        f"{1e6 * off.judged:.6g} mm²; positive is material left",
+        "samples of the part": f"the part is looked at in {len(off.value)} points, about {_mm(off.samples.step)} apart; "
+        f"judged area {1e6 * off.judged:.6g} mm²; positive is material left",
     }
     for name, gouge in (("deepest gouge", True), ("most material left", False)):
         at = off.worst(gouge)
         value = float(off.value[at])
         if (value < 0.0) if gouge else (value > 0.0):
-            said[name] = f"{units.show(value, 'small_length', 4)} {made_by(done, off, at)}"
+            said[name] = f"{name}: {units.show(value, 'small_length', 4)} {made_by(done, off, at)}"
     if off.fit is not None:
         shift = ", ".join(f"{1e3 * v:.4g}" for v in off.fit.shift)
         turn = ", ".join(f"{math.degrees(v):.3g}" for v in off.fit.turn)
         said["best fit"] = (
-            f"shift ({shift}) mm, turn ({turn})° of the machined surface; rms {units.show(off.fit.before, 'small_length', 3)} "
-            f"before, {units.show(off.fit.after, 'small_length', 3)} after (nothing was aligned)"
+            f"best fit: shift ({shift}) mm, turn ({turn})° of the machined surface; rms "
+            f"{units.show(off.fit.before, 'small_length', 3)} before, {units.show(off.fit.after, 'small_length', 3)} after (nothing was aligned)"
         )
     return said
 

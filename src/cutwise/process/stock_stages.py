@@ -9,7 +9,8 @@ import numpy.typing as npt
 
 from cutwise.later import later
 from cutwise.maths.curves import FloatArray
-from cutwise.maths.height_map import cell_middles, in_rows
+from cutwise.maths.height_map import RINGS, cell_middles, in_rows
+from cutwise.maths.map_surface import corner_heights
 from cutwise.process.labels import labelled
 from cutwise.process.stock_deviation import Deviation
 from cutwise.process.stock_milling import StockRunDone, move_time, station_moves, station_places, station_times
@@ -27,6 +28,7 @@ def stages(done: StockRunDone, off: Deviation | None) -> xr.DataTree:
     groups = {"motion": _stations(done), "lines": _lines(done, off), "stock": _map(done)}
     if off is not None:
         groups |= {"surface": _samples(done, off), "faces": _faces(off)}
+        groups["surface"].attrs["tolerance"] = off.tolerance or 0.0
     return xr.DataTree.from_dict(groups)
 
 
@@ -111,39 +113,37 @@ def _made(done: StockRunDone, off: Deviation) -> tuple[FloatArray, FloatArray]:
 
 
 def _map(done: StockRunDone) -> xr.Dataset:
-    """The height map and what cut it last."""
+    """The height map, what cut it last, and the heights at the corners of its cells."""
     grid = done.solid.map.layout
-    x, y = (c[2 : 2 + n] for c, n in zip(cell_middles(grid), (grid.across, grid.along), strict=True))
+    x, y = (c[RINGS : RINGS + n] for c, n in zip(cell_middles(grid), (grid.across, grid.along), strict=True))
+    xc, yc = grid.x + grid.dx * np.arange(grid.across + 1), grid.y + grid.dy * np.arange(grid.along + 1)
     height = in_rows(grid, done.solid.map.height).astype(np.float32)
-    share = in_rows(grid, done.solid.map.share)
-    bottom = done.solid.map.bottom
+    share, bottom = in_rows(grid, done.solid.map.share), done.solid.map.bottom
     floor = in_rows(grid, bottom) if bottom.size > 1 else np.full(height.shape, bottom[0])
     gone = (share <= 0.0) | (height <= floor)
     cutter = in_rows(grid, done.solid.map.cutter)
     line = np.where(cutter >= 0, done.moves.line[np.maximum(cutter, 0)], 0)
+    at_x, at_y = np.meshgrid(xc, yc)
+    above, below = np.empty(at_x.size), np.empty(at_x.size)
+    corner_heights(done.solid, at_x.ravel(), at_y.ravel(), above, below)
+    cells, corners = ("y", "x"), ("y_corner", "x_corner")
     return xr.Dataset(
         {
-            "height": (
-                ("y", "x"),
-                np.where(gone, np.nan, height),
-                {"units": "m", "long_name": "height of what is left"},
-            ),
-            "bottom": (
-                ("y", "x"),
-                np.where(gone, np.nan, floor).astype(np.float32),
-                {"units": "m", "long_name": "underside"},
-            ),
-            "line": (
-                ("y", "x"),
-                line.astype(np.int32),
-                {"units": "1", "long_name": "line that cut it last, 0: the stock"},
-            ),
+            "height": (cells, np.where(gone, np.nan, height), _unit("m", "height of what is left")),
+            "bottom": (cells, np.where(gone, np.nan, floor).astype(np.float32), _unit("m", "underside")),
+            "line": (cells, line.astype(np.int32), _unit("1", "line that cut it last, 0: the stock")),
+            "height_corner": (corners, above.reshape(at_x.shape).astype(np.float32), _unit("m", "height at the corners of cells")),
+            "bottom_corner": (corners, below.reshape(at_x.shape).astype(np.float32), _unit("m", "underside there")),
         },
         {
-            "x": ("x", x, {"units": "m", "long_name": "x"}),
-            "y": ("y", y, {"units": "m", "long_name": "y"}),
+            "x": ("x", x, _unit("m", "x")), "y": ("y", y, _unit("m", "y")),
+            "x_corner": ("x_corner", xc, _unit("m", "x")), "y_corner": ("y_corner", yc, _unit("m", "y")),
         },
-    )
+    )  # fmt: skip
+
+
+def _unit(unit: str, name: str) -> dict[str, str]:
+    return {"units": unit, "long_name": name}
 
 
 def _samples(done: StockRunDone, off: Deviation) -> xr.Dataset:

@@ -230,6 +230,8 @@ class MillingScenario(Scenario):
 
     def turned(self) -> Mapping[str, tuple[str, str]]:
         """What this cut has: a program or a line no corner, a stock no depths; a corner no blend unless it is asked for."""
+        if self.in_3d:
+            return {key: self.levers[key] for key in ("operation.feed", "operation.spindle_speed")}
         idle = {"path.corner"} if not isinstance(self.path, CornerPath) else set()
         if self.stock is not None:
             idle |= {"operation.axial_depth", "operation.radial_depth"}
@@ -241,6 +243,8 @@ class MillingScenario(Scenario):
         """A program takes seconds, one that is followed through its stock or on a vibrating tip many."""
         if self.program is None:
             return 100
+        if self.in_3d:
+            return 0
         return 5 if self.stock is not None or (self.tool is not None and self.tool.modes) else 12
 
     process: Literal["mill"] = Field(description="which operation is simulated", examples=["mill"])
