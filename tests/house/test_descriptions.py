@@ -35,6 +35,8 @@ WITHOUT_PHYSICS = {
     "shape", "lobes", "speeds", "depths",
     # programs: how they are written
     "dialect",
+    # a stock in 3D: no fixtures, no holder, how finely the surface is looked at
+    "tools", "fixtures", "holder", "stock", "grid", "check", "memory_limit",
 }  # fmt: skip
 
 

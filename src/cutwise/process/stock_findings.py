@@ -213,9 +213,10 @@ def _part_notes(done: StockRunDone, off: Deviation) -> dict[str, str]:
     if off.fit is not None:
         shift = ", ".join(f"{1e3 * v:.4g}" for v in off.fit.shift)
         turn = ", ".join(f"{math.degrees(v):.3g}" for v in off.fit.turn)
+        before, after = (units.show(rms, "small_length", 3) for rms in (off.fit.before, off.fit.after))
         said["best fit"] = (
-            f"best fit: shift ({shift}) mm, turn ({turn})° of the machined surface; rms "
-            f"{units.show(off.fit.before, 'small_length', 3)} before, {units.show(off.fit.after, 'small_length', 3)} after (nothing was aligned)"
+            f"best fit: shift ({shift}) mm, turn ({turn})° of the machined surface; rms {before} before, {after} after "
+            "(nothing was aligned)"
         )
     return said
 

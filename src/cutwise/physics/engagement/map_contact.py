@@ -27,6 +27,7 @@ _ANGLE = 1e-7  # [rad] to which ends of arcs are found
 _LAYERS = 24  # of the cylinder at one place
 _MERGED = 0.01  # of the depth: heights that are one layer
 _STEPS = 60
+_OWN = 1e-8  # [m] of a tool's own way, short of where it is
 _FAR = 1.0  # [m] that stands for an infinite height
 
 
@@ -87,11 +88,23 @@ def _stands(solid: Solid, place: Place, x: float, y: float, found: IntArray) -> 
     """
     height = surface(solid, x, y, found)[0]
     if height > place.z:
-        for segment in range(place.first, place.segment):
+        for segment in range(place.first, place.segment - 1):
             height = min(height, segment_height(solid.path, solid.tools, segment, x, y))
+        if place.segment > place.first:
+            height = min(height, _behind(solid, place.segment - 1, 1.0, x, y))
         if solid.path.row[place.segment, 0] == ARC and place.share > 0.0:
-            height = min(height, begun_height(solid.path, solid.tools, place.segment, place.share, x, y))
+            height = min(height, _behind(solid, place.segment, place.share, x, y))
     return height
+
+
+@stepping
+def _behind(solid: Solid, segment: int, share: float, x: float, y: float) -> float:
+    """What has been run of a segment, but for the last of it: its end is the tool itself, whose rim is on its own border."""
+    row = solid.path.row[segment]
+    length = row[7] * abs(row[14]) if row[0] == ARC else row[7]
+    if length > 0.0:
+        share = max(share - _OWN / length, 0.0)
+    return begun_height(solid.path, solid.tools, segment, share, x, y)
 
 
 @inlined_stepping

@@ -99,7 +99,8 @@ def _deviation(
         for ray in range(_RAYS):
             turn = 2.0 * math.pi * ray / _RAYS
             level = _crossing(solid, index, q, (math.cos(turn), math.sin(turn), 0.0), inside, best, cell)
-            away = level.away + _OFF
+            lean = sense * (n[0] * math.cos(turn) + n[1] * math.sin(turn))
+            away = math.sqrt(level.away * level.away + _OFF * _OFF + 2.0 * level.away * _OFF * lean)
             if away < best:
                 best, owner = away, level.owner
     return sense * best, owner
