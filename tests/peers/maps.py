@@ -1,5 +1,7 @@
 """Blocks, paths and tools in mm for tests of the stock in 3D."""
 
+import itertools
+
 import numpy as np
 
 from cutwise.maths.envelopes import Segments, arc_row, line_row, segments
@@ -24,7 +26,7 @@ def tool(pieces) -> Cutters:
 
 def lines(*points, tool: int = 0) -> Segments:
     """A path through points in mm, a move from each to the next."""
-    rows = [line_row(tool, MM * np.array(a, float), MM * np.array(b, float)) for a, b in zip(points, points[1:], strict=False)]
+    rows = [line_row(tool, MM * np.array(a, float), MM * np.array(b, float)) for a, b in itertools.pairwise(points)]
     return segments(rows, [1] * len(rows))
 
 
@@ -42,7 +44,7 @@ def swept(stock: HeightMap, path: Segments, tools: Cutters, bands: int = 1) -> t
     """The block after all moves, and the volume of each in mm^3."""
     taken = np.zeros(path.first.size - 1, np.int64)
     ends = np.linspace(0, stock.layout.rows, bands + 1).astype(int)
-    for low, high in zip(ends, ends[1:], strict=False):
+    for low, high in itertools.pairwise(ends):
         swept_band(stock, path, tools, (int(low), int(high)), taken)
     return Solid(stock, OUTLINE, path, tools), 1e9 * volume_of(stock, taken)
 

@@ -12,7 +12,8 @@ from cutwise.io.cad_faces import Face, face_of
 from cutwise.io.occ import MM, CadFault, explored, occ
 from cutwise.io.solid_mesh import face_triangles, meshed, solid_of
 from cutwise.io.step import read_step
-from cutwise.maths.surfaces import CONE, CYLINDER, PLANE, SPHERE, TORUS
+from cutwise.maths.rays import lattice
+from cutwise.maths.surfaces import CONE, CYLINDER, FREE_FORM, PLANE, SPHERE, TORUS
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -99,6 +100,10 @@ def _face_points(
     """Points, outward normals and weights of a face; at least one point of every triangle that is not tiny."""
     if not len(index):
         return np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0)
+    if parameter is not None and face.kind != FREE_FORM:
+        even = _even_points(face, parameter[index], step)
+        if len(even[2]):
+            return even
     corner = node[index]
     cross = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
     share = 0.5 * np.linalg.norm(cross, axis=1) / step**2
@@ -127,6 +132,17 @@ def _face_points(
     sound = length > 0.0
     unit = normal[sound] / length[sound, None] * (-1.0 if face.reversed else 1.0)
     return point[sound], unit, weight[sound]
+
+
+def _even_points(face: Face, corner: FloatArray, step: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Points of an elementary face on a lattice of its parameters: a rim gets its share, however thin the triangles."""
+    _, along, across = _surface(face, corner.mean(axis=1))
+    du, dv = (step / max(MM * float(np.linalg.norm(d, axis=1).mean()), 1e-12) for d in (along, across))
+    point, along, across = _surface(face, lattice(corner, du, dv))
+    normal = np.cross(along, across)
+    length = np.linalg.norm(normal, axis=1)
+    sound = length > 0.0
+    return point[sound], normal[sound] / length[sound, None] * (-1.0 if face.reversed else 1.0), length[sound]
 
 
 def _surface(face: Face, at: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -128,18 +128,18 @@ def _gathered(solid: Solid, i: int, j: int, low: int, high: int, found: IntArray
 
 
 @stepping
-def surface(solid: Solid, x: float, y: float, found: IntArray) -> tuple[float, int]:
+def surface(solid: Solid, done: int, x: float, y: float, found: IntArray) -> tuple[float, int]:
     """Height of what is left at a point [m], and the move that made it (-1: the stock itself).
 
-    Outside of the stock the height is minus infinity. ``found`` is room for 16 ids.
+    Outside of the stock the height is minus infinity. ``done``: how many moves have been run; ``found``: room for 16 ids.
     """
     if not within(solid, x, y):
         return -math.inf, STOCK
-    return surface_within(solid, x, y, found)
+    return surface_within(solid, done, x, y, found)
 
 
 @stepping
-def surface_within(solid: Solid, x: float, y: float, found: IntArray) -> tuple[float, int]:
+def surface_within(solid: Solid, done: int, x: float, y: float, found: IntArray) -> tuple[float, int]:
     """As :func:`surface`, of the stock carried on beyond its outline."""
     grid = solid.map.layout
     i = math.floor((x - grid.x) / grid.dx - 0.5)
@@ -148,11 +148,17 @@ def surface_within(solid: Solid, x: float, y: float, found: IntArray) -> tuple[f
     if count > 1:
         count = _gathered(solid, i, j, -1, 3, found)
     height, owner = top_at(solid, x, y), STOCK
+    several = count > 1
     for k in range(count):
-        if found[k] != STOCK:
-            left = move_height(solid.path, solid.tools, found[k], x, y)
+        if found[k] == STOCK:
+            continue
+        low, high = found[k], found[k]
+        if several:  # a strip that is narrower than the grid is most often that of the move before or behind
+            low, high = max(low - 1, 0), min(high + 1, done - 1)
+        for name in range(low, high + 1):
+            left = move_height(solid.path, solid.tools, name, x, y)
             if left < height:
-                height, owner = left, found[k]
+                height, owner = left, name
     return height, owner
 
 
@@ -161,7 +167,7 @@ def surfaces(solid: Solid, x: float, y: float, height: FloatArray, owner: IntArr
     """:func:`surface` at many points [m]: arrays of shape (n,)."""
     found = np.empty(16, np.int64)
     for i in range(x.shape[0]):
-        height[i], owner[i] = surface(solid, x[i], y[i], found)
+        height[i], owner[i] = surface(solid, solid.path.first.size - 1, x[i], y[i], found)
 
 
 @compiled
@@ -170,7 +176,7 @@ def corner_heights(solid: Solid, x: FloatArray, y: FloatArray, top: FloatArray, 
     found = np.empty(16, np.int64)
     for i in range(x.shape[0]):
         floor = bottom_at(solid, x[i], y[i])
-        height, _ = surface_within(solid, x[i], y[i], found)
+        height, _ = surface_within(solid, solid.path.first.size - 1, x[i], y[i], found)
         lid = top_at(solid, x[i], y[i])
         bottom[i] = floor if floor < math.inf else lid
         top[i] = max(height, bottom[i])
@@ -326,7 +332,7 @@ def _differences(solid: Solid, index: Index, x: FloatArray, y: FloatArray, out: 
     found, cut = np.empty(16, np.int64), 0
     for i in range(x.shape[0]):
         out[i] = 0.0
-        height, owner = surface(solid, x[i], y[i], found)
+        height, owner = surface(solid, solid.path.first.size - 1, x[i], y[i], found)
         if owner == STOCK:
             continue
         cut += 1

@@ -1,4 +1,4 @@
-"""Where vertical rays through the middles of cells go into and out of a closed surface of triangles."""
+"""Triangles looked at along straight lines: where vertical rays go through a closed surface, and lattices of points on one."""
 
 from typing import NamedTuple
 
@@ -9,6 +9,7 @@ from cutwise.maths.compiled import compiled
 
 FloatArray = npt.NDArray[np.float64]
 
+_GOLDEN = 0.6180339887498949
 _ASIDE = 1.37e-7  # of a cell: rays do not run along the edges of triangles
 
 
@@ -74,3 +75,42 @@ def columns(corner: FloatArray, x: FloatArray, y: FloatArray) -> Columns:
     none = ~(top > bottom)
     top[none], bottom[none], thick[none] = 0.0, 0.0, 0.0
     return Columns(top, bottom, thick)
+
+
+@compiled
+def _lattice(corner: FloatArray, out: FloatArray) -> int:
+    """Points (i + 1/2, j + 1/2) inside of triangles into ``out``, as many as it holds; how many there are."""
+    count = 0
+    for t in range(corner.shape[0]):
+        au, av = corner[t, 0, 0], corner[t, 0, 1]
+        bu, bv = corner[t, 1, 0] - au, corner[t, 1, 1] - av
+        cu, cv = corner[t, 2, 0] - au, corner[t, 2, 1] - av
+        area = bu * cv - bv * cu
+        if area == 0.0:
+            continue
+        first_u, last_u = int(np.floor(au + min(0.0, bu, cu) - 0.5)), int(np.ceil(au + max(0.0, bu, cu) - 0.5))
+        first_v, last_v = int(np.floor(av + min(0.0, bv, cv) - 0.5)), int(np.ceil(av + max(0.0, bv, cv) - 0.5))
+        for i in range(first_u, last_u + 1):
+            for j in range(first_v, last_v + 1):
+                x, y = i + 0.5 - au, j + 0.5 - av
+                s, w = (x * cv - y * cu) / area, (bu * y - bv * x) / area
+                if s < 0.0 or w < 0.0 or s + w >= 1.0:
+                    continue
+                if count < out.shape[0]:
+                    out[count, 0], out[count, 1] = i + 0.5, j + 0.5
+                count += 1
+    return count
+
+
+def lattice(corner: FloatArray, du: float, dv: float) -> FloatArray:
+    """Points of a square lattice that lie in triangles of a plane, shape (n, 2): evenly over all of them, whatever their shape.
+
+    The lattice is turned by the arc tangent of the golden ratio, the angle that is hardest to meet by whole numbers: lines of
+    passes or holes on a face do not fall in step with it. ``corner`` has the shape (m, 3, 2); ``du`` and ``dv`` are its meshes.
+    """
+    turn = np.array([[1.0, -_GOLDEN], [_GOLDEN, 1.0]]) / np.hypot(1.0, _GOLDEN)
+    scale = np.array([du, dv])
+    triangles = np.ascontiguousarray((np.asarray(corner, float) / scale) @ turn)
+    out = np.empty((_lattice(triangles, np.empty((0, 2))), 2))
+    _lattice(triangles, out)
+    return np.asarray((out @ turn.T) * scale)

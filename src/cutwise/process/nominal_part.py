@@ -6,6 +6,7 @@ from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.spec.milling import MillingScenario
 
 TOLERANCE = 10e-6  # [m] where the part has none
+_CHORD = 0.02  # of the tolerance: the strip that triangles leave out beside the rim of a round face
 
 
 def tolerance_of(scenario: MillingScenario) -> float:
@@ -25,7 +26,7 @@ def nominal_samples(scenario: MillingScenario, count: int | None = None) -> Samp
     part = scenario.nominal
     assert part is not None
     try:
-        found = part_samples(part.model, part.solid, count or part.samples, 0.1 * tolerance_of(scenario))
+        found = part_samples(part.model, part.solid, count or part.samples, _CHORD * tolerance_of(scenario))
     except CadFault as fault:
         key = "file" if part.file is not None else "step"
         raise ScenarioFault([Fault(("part", key), str(fault))]) from None

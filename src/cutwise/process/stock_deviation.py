@@ -92,8 +92,8 @@ def deviation(scenario: MillingScenario, done: StockRunDone) -> Deviation | None
     within = float(weight[np.abs(value[counted]) <= tolerance].sum()) / total if total > 0.0 else 1.0
     rms = math.sqrt(float(weight @ value[counted] ** 2) / total) if total > 0.0 else 0.0
     fit = None
-    if total > 0.0 and counted.sum() > 6:
-        fit = fitted(samples.point[counted], samples.normal[counted], value[counted], weight)
+    if total > 0.0 and judged.sum() > 6:  # the outline too: where it stands says where the part lies in the stock
+        fit = fitted(samples.point[judged], samples.normal[judged], value[judged], samples.weight[judged])
     return Deviation(
         samples, value, segment, faces, part.tolerance, fit, area, within, rms, _standing_out(done.planned.raw, samples.point)
     )  # fmt: skip

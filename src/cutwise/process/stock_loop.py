@@ -24,6 +24,7 @@ STATION = (
 )  # fmt: skip
 _ROWS = 4096  # of contact at one place
 _UPRIGHT = 1e-12
+_AHEAD = 1e-8  # [m] of the start of a segment
 
 
 class Teeth(NamedTuple):
@@ -77,14 +78,14 @@ def _place(solid: Solid, run: Run, move: int, segment: int, share: float) -> Pla
         angle, side = row[13] + share * row[14], math.copysign(1.0, row[14])
         return Place(
             row[2] + row[7] * math.cos(angle), row[3] + row[7] * math.sin(angle), row[4],
-            -side * math.sin(angle), side * math.cos(angle), 0.0, segment, first, share,
+            -side * math.sin(angle), side * math.cos(angle), 0.0, segment, first, share, move,
         )  # fmt: skip
     x, y = start[0] + share * (end[0] - start[0]), start[1] + share * (end[1] - start[1])
     z = start[2] + share * (end[2] - start[2])
     slope = row[8]
     if row[7] <= _UPRIGHT:
         slope = -math.inf if end[2] < start[2] else math.inf
-    return Place(x, y, z, row[5], row[6], slope, segment, first, share)
+    return Place(x, y, z, row[5], row[6], slope, segment, first, share, move)
 
 
 @stepping
@@ -117,7 +118,7 @@ def _station(
         out[2] = angle_of_contact(rows, count, teeth.edge)
     out[3] = removal(rows, count, teeth.edge, place.slope) * (abs(climb) if level == 0.0 else level)
     if climb < 0.0 and teeth.core > 0.0:
-        height, _ = surface_within(solid, place.x, place.y, fan.found)
+        height, _ = surface_within(solid, move, place.x, place.y, fan.found)
         out[11] = 1.0 if height > place.z else 0.0
     if not teeth.forces or count == 0 or run.spindle[move] <= 0.0:
         return
@@ -147,7 +148,8 @@ def _stations(solid: Solid, teeth: Teeth, run: Run, move: int, refine: bool, fan
         while segment < last - 1 and at > before + run.way[segment] * (1.0 + 1e-12):
             before += run.way[segment]
             segment += 1
-        share = 1.0 if n == end - 1 else min(max((at - before) / run.way[segment], 0.0), 1.0)
+        share = 1.0 if n == end - 1 else min((at - before) / run.way[segment], 1.0)
+        share = max(share, min(_AHEAD / run.way[segment], 1.0))  # at its start a rim lies on what it has swept before
         run.segment[n] = segment
         _station(solid, teeth, run, move, _place(solid, run, move, segment, share), refine, fan, rows, run.found[n])
 

@@ -35,7 +35,7 @@ from cutwise.spec.part_block import PartBlock
 from cutwise.spec.program import Blend, PathMode, Program, StockBlock
 from cutwise.spec.scenario import Limit, MeasureSpec, Scenario
 from cutwise.spec.stock import AnyFixture, AnyStock, NominalPart, StockNumerics
-from cutwise.spec.stock_milling import stock_faults, stock_notices, stock_unused
+from cutwise.spec.stock_milling import STOCK_CHECKS, stock_notices, stock_unused
 from cutwise.spec.tool import HelicalMill, ToolMode
 
 
@@ -307,9 +307,16 @@ class MillingScenario(Scenario):
 
     @property
     def in_3d(self) -> bool:
-        """Whether the stock is a map in 3D, because tools, part, stock or fixtures ask for it; otherwise arcs are exact."""
-        odd = self.stock is not None and not isinstance(self.stock, StockBlock)
-        return bool(self.tools) or bool(self.fixtures) or isinstance(self.part, NominalPart) or odd
+        """Whether the stock is a map in 3D, because tools, part, stock or fixtures ask for it; otherwise arcs are exact.
+
+        Of a scenario that is only partly right, sections that are not there have faults of their own: they were written.
+        """
+        there = vars(self)
+        odd = not isinstance(there.get("stock"), StockBlock | None)
+        nominal = isinstance(there.get("part"), NominalPart) or (
+            "part" not in there and there.get("program") is not None
+        )
+        return bool(there.get("tools", True)) or bool(there.get("fixtures", True)) or nominal or odd
 
     @property
     def nominal(self) -> NominalPart | None:
@@ -366,7 +373,7 @@ class MillingScenario(Scenario):
     def checks(self) -> Iterator[Iterator[Notice]]:
         """A fault within the machine hides none of those of the cut."""
         if self.in_3d:
-            yield stock_faults(self)
+            yield from (check(self) for check in STOCK_CHECKS)
             return
         yield self._missing()
         yield self._carrier_faults()

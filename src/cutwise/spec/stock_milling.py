@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
 from cutwise.spec.base import Notice
@@ -12,39 +12,56 @@ if TYPE_CHECKING:
     from cutwise.spec.milling import MillingScenario
 
 
-def stock_faults(scenario: MillingScenario) -> Iterator[Notice]:
-    """What is missing, and what cannot be done together with a stock in 3D."""
+def _carrier_faults(scenario: MillingScenario) -> Iterator[Notice]:
+    """What cannot carry a tool through a stock in 3D."""
     if scenario.robot is not None:
         yield Notice(("robot",), "a stock in 3D is cut by a program on a machine; leave the robot out")
     if scenario.placement is not None:
         yield Notice(("placement",), "places a part before a robot; the nominal part has part.origin and part.rotation")
+    if scenario.machine is not None and not isinstance(scenario.machine, CncMachine):
+        yield Notice(("machine",), "bodies of a machine yield along a straight wall (path.line); in a stock in 3D a machine has "
+                     "limits of its motion alone: machine: {library: fadal2216}")  # fmt: skip
+
+
+def _program_faults(scenario: MillingScenario) -> Iterator[Notice]:
     if scenario.path is not None:
         yield Notice(("path",), "a stock in 3D is cut by a program: write program instead of path")
     if scenario.program is None:
         yield Notice(("program",), "missing; a stock in 3D is cut by a program, for example program: part.nc")
-    if scenario.machine is not None and not isinstance(scenario.machine, CncMachine):
-        yield Notice(("machine",), "bodies of a machine yield along a straight wall (path.line); in a stock in 3D a machine has "
-                     "limits of its motion alone: machine: {library: fadal2216}")  # fmt: skip
+
+
+def _stock_faults(scenario: MillingScenario) -> Iterator[Notice]:
     if scenario.stock is None:
-        why = "a part is machined out of a stock" if scenario.nominal is not None else "tools cut a stock"
+        why = "a part is machined out of a stock" if vars(scenario).get("part") is not None else "tools cut a stock"
         yield Notice(
             ("stock",), f"missing; {why}, for example stock: {{x: [0 mm, 60 mm], y: [0 mm, 40 mm], z: [-20 mm, 0 mm]}}"
         )
+
+
+def _part_faults(scenario: MillingScenario) -> Iterator[Notice]:
     if scenario.nominal is None and scenario.part is not None:
         yield Notice(
             ("part",),
             "yields with the bodies of a machine; of a stock in 3D it is the nominal part: part: {file: part.step}",
         )
-    yield from _tool_faults(scenario)
-    material = scenario.material
-    if material is not None and material.law != "linear":
-        yield Notice(("material",), "Kienzle's law is not covered in a stock in 3D yet; write K_tc, K_te, ... (or leave the "
-                     "material out: no forces)")  # fmt: skip
+
+
+def _cut_faults(scenario: MillingScenario) -> Iterator[Notice]:
     for key in ("axial_depth", "radial_depth"):
         if getattr(scenario.operation, key) is not None:
             yield Notice(("operation", key), "the stock says what the program meets; leave it out")
     if scenario.operation.milling == "up":
         yield Notice(("operation", "milling"), "is for a line; which side the work is on follows from the stock")
+
+
+def _material_faults(scenario: MillingScenario) -> Iterator[Notice]:
+    material = scenario.material
+    if material is not None and material.law != "linear":
+        yield Notice(("material",), "Kienzle's law is not covered in a stock in 3D yet; write K_tc, K_te, ... (or leave the "
+                     "material out: no forces)")  # fmt: skip
+
+
+def _numerics_faults(scenario: MillingScenario) -> Iterator[Notice]:
     if scenario.numerics.mode == "still":
         yield Notice(("numerics", "mode"), "still is for a robot; a stock in 3D is cut move by move")
 
@@ -60,6 +77,12 @@ def _tool_faults(scenario: MillingScenario) -> Iterator[Notice]:
     numbers = [tool.number for tool in scenario.tools]
     for number in sorted({n for n in numbers if numbers.count(n) > 1}):
         yield Notice(("tools",), f"tool {number} is there twice")
+
+
+STOCK_CHECKS: tuple[Callable[[MillingScenario], Iterator[Notice]], ...] = (
+    _carrier_faults, _program_faults, _stock_faults, _part_faults, _cut_faults, _material_faults, _numerics_faults, _tool_faults,
+)  # fmt: skip
+"""What is missing, and what cannot be done together with a stock in 3D; a fault in one section hides none of the others."""
 
 
 def stock_unused(scenario: MillingScenario) -> Iterator[Notice]:

@@ -32,10 +32,16 @@ def test_binary_and_text_stl_are_read_back(tmp_path):
     file = tmp_path / "cube.stl"
     file.write_bytes(stl.stl_bytes(cube()))
     assert volume(stl.read_stl(file)) == pytest.approx(1e-6)
-    text = "solid x\n" + "".join(
-        "facet normal 0 0 0\nouter loop\n" + "".join(f"vertex {x} {y} {z}\n" for x, y, z in 1e3 * t) + "endloop\nendfacet\n"
-        for t in cube()
-    ) + "endsolid x\n"
+    text = (
+        "solid x\n"
+        + "".join(
+            "facet normal 0 0 0\nouter loop\n"
+            + "".join(f"vertex {x} {y} {z}\n" for x, y, z in 1e3 * t)
+            + "endloop\nendfacet\n"
+            for t in cube()
+        )
+        + "endsolid x\n"
+    )
     file.write_text(text)
     assert volume(stl.read_stl(file)) == pytest.approx(1e-6)
 
@@ -59,7 +65,7 @@ def test_columns_through_a_cube_and_through_two():
     inside = (x > 0) & (x < 10 * MM)
     assert np.array_equal(found.thickness > 0, np.outer(inside, inside))
     assert found.top[5, 5] == pytest.approx(10 * MM)
-    both = columns(np.concatenate([cube(), cube() + [0, 0, 15 * MM]]), x, x)
+    both = columns(np.concatenate([cube(), cube() + np.array([0, 0, 15 * MM])]), x, x)
     assert both.top[5, 5] - both.bottom[5, 5] == pytest.approx(25 * MM)
     assert both.thickness[5, 5] == pytest.approx(20 * MM)
 

@@ -51,7 +51,9 @@ def test_a_level_arc_is_its_nearest_point():
     draw = np.random.default_rng(3)
     x, y = draw.uniform(-13, 13, 300), draw.uniform(-13, 13, 300)
     angles = np.linspace(0.3, 2.3, 20001)
-    away = np.array([np.hypot(a - 10 * np.cos(angles), b - 10 * np.sin(angles)).min() for a, b in zip(x, y, strict=True)])
+    away = np.array(
+        [np.hypot(a - 10 * np.cos(angles), b - 10 * np.sin(angles)).min() for a, b in zip(x, y, strict=True)]
+    )
     found = heights_left(path, table, x, y)
     there = away < 2.0
     assert (np.isfinite(found) == there).mean() > 0.99
@@ -83,7 +85,9 @@ def test_up_and_down_a_line_leave_the_same_surface():
     draw = np.random.default_rng(9)
     x, y = draw.uniform(-0.005, 0.025, 300), draw.uniform(-0.005, 0.005, 300)
     for pieces in TOOLS.values():
-        table = cutters([[(k, MM * a, MM * b, MM * c, MM * s if k == profiles.TUBE else s) for k, a, b, c, s in pieces]])
+        table = cutters(
+            [[(k, MM * a, MM * b, MM * c, MM * s if k == profiles.TUBE else s) for k, a, b, c, s in pieces]]
+        )
         down = heights_left(lines((0, 0, 0), (20, 0, -4)), table, x, y)
         up = heights_left(lines((20, 0, -4), (0, 0, 0)), table, x, y)
         assert np.array_equal(np.isfinite(down), np.isfinite(up))

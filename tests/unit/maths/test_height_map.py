@@ -74,7 +74,10 @@ def test_gentle_ramps_of_a_bull_nose_converge():
 
 def test_the_same_bits_for_any_bands_and_threads():
     path = segments(
-        [*lines((-9, -3, -0.5), (6, 4, -2.3), (6, 4, -4), (-3.1, 7.3, -0.05)).row.tolist(), arc((1, 2), -1.7, 5, 0.3, 5.0)],
+        [
+            *lines((-9, -3, -0.5), (6, 4, -2.3), (6, 4, -4), (-3.1, 7.3, -0.05)).row.tolist(),
+            arc((1, 2), -1.7, 5, 0.3, 5.0),
+        ],
         [1, 1, 1, 1],
     )
     table = tool(profiles.bull_nose(3 * MM, 0.8 * MM))
@@ -120,7 +123,9 @@ def test_the_order_of_crossing_moves_changes_no_height():
 
 
 def test_moves_through_the_bottom_take_no_more_than_there_is():
-    _, volume = swept(block((-5, 5), (-5, 5), (-2, 0), 0.25), lines((-20, 0, -9), (20, 0, -9)), tool(profiles.flat(20 * MM)))
+    _, volume = swept(
+        block((-5, 5), (-5, 5), (-2, 0), 0.25), lines((-20, 0, -9), (20, 0, -9)), tool(profiles.flat(20 * MM))
+    )
     assert volume[0] == pytest.approx(10 * 10 * 2, rel=1e-6)
 
 

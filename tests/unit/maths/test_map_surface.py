@@ -35,7 +35,9 @@ def test_scallop_of_a_ball():
 
 
 def test_a_wall_stands_where_the_tool_left_it():
-    solid, _ = swept(block((-5, 5), (-5, 5), (-4, 0), 0.5), lines((-20, 0, -1), (20, 0, -1)), tool(profiles.flat(2 * MM)))
+    solid, _ = swept(
+        block((-5, 5), (-5, 5), (-4, 0), 0.5), lines((-20, 0, -1), (20, 0, -1)), tool(profiles.flat(2 * MM))
+    )
     assert heights(solid, (0.1, 1.9999), (0.1, 2.0001)) == pytest.approx([-1.0, 0.0], abs=1e-12)
 
 

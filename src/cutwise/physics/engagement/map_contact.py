@@ -52,6 +52,7 @@ class Place(NamedTuple):
     segment: int  # of the path, on which it is
     first: int  # first segment of the same move
     share: float  # of the segment that it has run
+    move: int  # that it is on
 
 
 class Fan(NamedTuple):
@@ -86,7 +87,7 @@ def _stands(solid: Solid, place: Place, x: float, y: float, found: IntArray) -> 
 
     On a line a tool's own sweep never comes where it cuts.
     """
-    height = surface(solid, x, y, found)[0]
+    height = surface(solid, place.move, x, y, found)[0]
     if height > place.z:
         for segment in range(place.first, place.segment - 1):
             height = min(height, segment_height(solid.path, solid.tools, segment, x, y))

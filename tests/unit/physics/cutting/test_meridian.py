@@ -84,7 +84,9 @@ def test_an_element_of_a_ball_is_the_ball_kernel():
     kappa, radius, height = 0.8, 3 * MM, 0.05 * MM
     z = -radius * math.cos(kappa)
     ds = height / math.sin(kappa)
-    one = profiles.Meridian(*(np.array([v]) for v in (radius + z, radius * math.sin(kappa), math.sin(kappa), math.cos(kappa), ds)))
+    one = profiles.Meridian(
+        *(np.array([v]) for v in (radius + z, radius * math.sin(kappa), math.sin(kappa), math.cos(kappa), ds))
+    )
     plain = K._replace(K_ac=0.0, K_ae=0.0)
     f = meridian_force(np.array([[0, -0.9, 0.4, 0, 0]]), 1, one, radius, 2, Chip(0.08 * MM, -0.01 * MM), plain)
     kernel = disc_force(

@@ -19,7 +19,9 @@ def off(solid, points, normals, tolerance=10e-6):
 @pytest.fixture(scope="module")
 def slot():
     """A slot 4 mm wide and 1 mm deep along x."""
-    return swept(block((-10, 10), (-10, 10), (-5, 0), 0.3), lines((-20, 0, -1), (20, 0, -1)), tool(profiles.flat(2 * MM)))[0]
+    return swept(
+        block((-10, 10), (-10, 10), (-5, 0), 0.3), lines((-20, 0, -1), (20, 0, -1)), tool(profiles.flat(2 * MM))
+    )[0]
 
 
 UP, LEFT = (0, 0, 1), (0, -1, 0)  # LEFT: out of the wall at y = 2, into the slot
