@@ -149,16 +149,24 @@ def surface_within(solid: Solid, done: int, x: float, y: float, found: IntArray)
         count = _gathered(solid, i, j, -1, 3, found)
     height, owner = top_at(solid, x, y), STOCK
     several = count > 1
+    for k in range(1, count):  # in their order, so that none is looked at twice
+        name, n = found[k], k
+        while n > 0 and found[n - 1] > name:
+            found[n] = found[n - 1]
+            n -= 1
+        found[n] = name
+    looked = -1
     for k in range(count):
         if found[k] == STOCK:
             continue
         low, high = found[k], found[k]
         if several:  # a strip that is narrower than the grid is most often that of the move before or behind
-            low, high = max(low - 1, 0), min(high + 1, done - 1)
+            low, high = max(low - 1, looked + 1), min(high + 1, done - 1)
         for name in range(low, high + 1):
             left = move_height(solid.path, solid.tools, name, x, y)
             if left < height:
                 height, owner = left, name
+        looked = high
     return height, owner
 
 

@@ -153,6 +153,11 @@ class Cutter(Spec):
             return ball * (1.0 - math.sin(half)) + max(radius - ball * math.cos(half), 0.0) / math.tan(half)
         return (radius - tip) / math.tan(half)
 
+    def unused(self) -> Iterator[Notice]:
+        """A core of a bottom that is not there."""
+        if self.flat_radius <= 0.0:
+            yield Notice(("end_core",), f"a tool of shape {self.shape} has no flat tip here")
+
     def notices(self) -> Iterator[Notice]:
         """A shank or holder that cannot be looked at."""
         if self.shank_diameter is not None and self.flute_length is None:

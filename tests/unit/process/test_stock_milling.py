@@ -93,13 +93,12 @@ def test_worked_example_d_together():
 
 def test_a_tolerance_of_the_part_is_a_requirement():
     for tolerance, verdict in (("50 um", "pass"), ("40 um", "fail")):
-        result = simulate(load(PART, ("numerics.stock.engagement=none", "part.samples=20000", "requirements={}",
-                                      f"part.tolerance={tolerance}", "numerics.stock.grid=0.4 mm", "numerics.stock.check=0")))  # fmt: skip
+        coarse = ("numerics.stock={engagement: none, grid: 0.4 mm, check: 0}", "part.samples=20000", "requirements={}")
+        result = simulate(load(PART, (*coarse, f"part.tolerance={tolerance}")))
         assert result.verdict == verdict
         assert {check.measure for check in result.checks} == {"deviation_min", "deviation_max"}
-    own = simulate(load(PART, ("numerics.stock.engagement=none", "part.samples=20000", "part.tolerance=40 um",
-                               "requirements={deviation_min: {min: -60 um}}", "numerics.stock.grid=0.4 mm",
-                               "numerics.stock.check=0")))  # fmt: skip
+    written = "requirements={deviation_min: {min: -60 um}}"
+    own = simulate(load(PART, (*coarse[:2], "part.tolerance=40 um", written)))
     assert own.verdict == "pass"  # the written one wins
 
 

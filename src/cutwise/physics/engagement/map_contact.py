@@ -170,18 +170,22 @@ def _spread(fan: Fan, half: float) -> int:
 
 
 @stepping
-def _by_cells(solid: Solid, place: Place, radius: float, level: float, fan: Fan) -> None:
+def _by_cells(solid: Solid, place: Place, radius: float, level: float, fan: Fan, refine: bool) -> None:
     """The fan by the cells in which its points are; where one is near the level, exactly."""
     grid = solid.map.layout
     near = 0.5 * max(grid.dx, grid.dy)
+    step = fan.angle[1] - fan.angle[0]  # points are turned on from one to the next: no sine for each
+    turn_c, turn_s = math.cos(step), math.sin(step)
+    c, s = math.cos(fan.angle[0]), math.sin(fan.angle[0])
+    out_x, out_y = radius * (place.ux * c - place.uy * s), radius * (place.uy * c + place.ux * s)
+    own = place.first < place.segment
     for i in range(FAN + 1):
-        c, s = math.cos(fan.angle[i]), math.sin(fan.angle[i])
-        x = place.x + radius * (place.ux * c - place.uy * s)
-        y = place.y + radius * (place.uy * c + place.ux * s)
+        x, y = place.x + out_x, place.y + out_y
+        out_x, out_y = out_x * turn_c - out_y * turn_s, out_y * turn_c + out_x * turn_s
         at = nearest(solid, x, y)
         over = -_FAR if at < 0 else _bounded(float(solid.map.height[at]) - level)
         fan.exact[i] = False
-        if abs(over) < near or (over > 0.0 and place.first < place.segment):
+        if (refine and abs(over) < near) or (over > 0.0 and own):
             over = _bounded(_stands(solid, place, x, y, fan.found) - level)
             fan.exact[i] = True
         fan.above[i] = over
@@ -255,7 +259,7 @@ def _element_rows(
         return count
     level, radius = place.z + mer.height[element], mer.radius[element]
     _spread(fan, half)
-    _by_cells(solid, place, radius, level, fan)
+    _by_cells(solid, place, radius, level, fan, refine)
     curved = solid.path.row[place.segment, 0] == ARC
     if refine or curved:
         if curved and refine:
@@ -307,12 +311,29 @@ def _layers(fan: Fan, deepest: float) -> int:
 
 
 @stepping
+def _any_above(solid: Solid, place: Place, radius: float, level: float, fan: Fan) -> bool:
+    """Whether a cell that the rim crosses, or one beside it, may stand above a level."""
+    grid = solid.map.layout
+    for i in range(FAN + 1):
+        c, s = math.cos(fan.angle[i]), math.sin(fan.angle[i])
+        x = place.x + radius * (place.ux * c - place.uy * s)
+        y = place.y + radius * (place.uy * c + place.ux * s)
+        for k in range(5):
+            at = nearest(solid, x + grid.dx * ((k == 1) - (k == 2)), y + grid.dy * ((k == 3) - (k == 4)))
+            if at >= 0 and solid.map.height[at] > level:
+                return True
+    return False
+
+
+@stepping
 def _cylinder_rows(solid: Solid, place: Place, edge: Edge, fan: Fan, rows: FloatArray, count: int, refine: bool) -> int:
     """Arcs of the cylinder in layers of what stands along its rim."""
     if math.isinf(place.slope) or edge.end <= edge.foot:
         return count
     foot = place.z + edge.foot
     _spread(fan, 0.5 * math.pi)
+    if not _any_above(solid, place, edge.radius, foot, fan):
+        return count
     highest = 0.0
     for i in range(FAN + 1):
         fan.above[i] = _over(solid, place, edge.radius, foot, fan.angle[i], fan.found)
