@@ -20,10 +20,10 @@ from scipy.spatial import cKDTree
 import cutwise
 from cutwise.io import step
 from cutwise.maths.edges import EdgeFrames
-from cutwise.paths.chamfer import Chamfer, chamfer_path
+from cutwise.paths.chamfer import proof
+from cutwise.paths.chamfer.ball_path import Chamfer, chamfer_path
 from cutwise.paths.pipe import PipeHole, one_turn, pipe_edge
 from cutwise.process import chamfer
-from cutwise.process import chamfer_proof as proof
 from cutwise.spec.chamfer import ChamferScenario
 
 EXAMPLES = Path(__file__).parent.parent / "examples"

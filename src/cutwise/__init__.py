@@ -14,10 +14,11 @@ __version__ = "0.1.0"
 
 if TYPE_CHECKING:
     from cutwise.io.scenario import load as load
-    from cutwise.process.recipes import simulate as simulate
     from cutwise.results import Result as Result
     from cutwise.spec.faults import ScenarioFault as ScenarioFault
     from cutwise.study.advice import advise as advise
+    from cutwise.study.band import simulate as simulate
+    from cutwise.study.many.face import run_study as run_study
     from cutwise.study.sweep import sweep as sweep
 
 _HOMES = {
@@ -25,11 +26,12 @@ _HOMES = {
     "ScenarioFault": "cutwise.spec.faults",
     "load": "cutwise.io.scenario",
     "advise": "cutwise.study.advice",
-    "simulate": "cutwise.process.recipes",
+    "run_study": "cutwise.study.many.face",
+    "simulate": "cutwise.study.band",
     "sweep": "cutwise.study.sweep",
 }
 
-__all__ = ["Result", "ScenarioFault", "__version__", "advise", "load", "simulate", "sweep"]
+__all__ = ["Result", "ScenarioFault", "__version__", "advise", "load", "run_study", "simulate", "sweep"]
 
 
 def __getattr__(name: str) -> Any:

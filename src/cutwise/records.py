@@ -7,6 +7,8 @@ so that no statistic is lost.
 
 from typing import NamedTuple
 
+import numpy as np
+
 from cutwise.maths.curves import FloatArray
 
 UNSOLVED = 2000
@@ -101,6 +103,7 @@ class EdgeHistory(NamedTuple):
     work_force: Wrench
     tangential: FloatArray  # [N] mean tangential force, shape (n,)
     response: Response
+    fed: FloatArray | None = None  # deviation by feed drives in process axes [m], shape (n, 3)
 
 
 class Surface(NamedTuple):
@@ -125,8 +128,8 @@ FIXED = 3  # first columns of a history: time, place along the path, programmed 
 TILT = 4  # columns of a tilting motor: tilt and its rate
 
 
-def edge_history(history: History, pistons: int) -> EdgeHistory:
-    """A pass along an edge by name."""
+def edge_history(history: History, pistons: int | None) -> EdgeHistory:
+    """A pass along an edge by name; of a rigid spindle (None) there is no tilt."""
     table = history.table
     state = FIXED + history.seen
     forces = state + history.state
@@ -135,13 +138,14 @@ def edge_history(history: History, pistons: int) -> EdgeHistory:
     def wrench(column: int) -> Wrench:
         return Wrench(*(table[:, c : c + 3] for c in (column, column + layers, column + 2 * layers)))
 
-    tilt = table[:, state : state + TILT]
-    travel = state + TILT + pistons
+    tilt = np.zeros((len(table), TILT)) if pistons is None else table[:, state : state + TILT]
+    first = state if pistons is None else state + TILT
+    travel = first + (pistons or 0)
     return EdgeHistory(
         Motion(*table[:, :FIXED].T),
         Engagement(*table[:, FIXED:state].T),
         wrench(forces),
         wrench(forces + 3),
         table[:, -2],
-        Response(tilt[:, :2], tilt[:, 2:], table[:, state + TILT : travel], table[:, -1], table[:, travel:forces]),
+        Response(tilt[:, :2], tilt[:, 2:], table[:, first:travel], table[:, -1], table[:, travel:forces]),
     )

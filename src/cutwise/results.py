@@ -12,10 +12,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from cutwise import units
+from cutwise.bands import BandNote, Spread, note_from_json, number, numbers, spread_from_json, texts
 from cutwise.disk import write_bytes
 from cutwise.later import later
 from cutwise.run_file import DamagedRun, sealed, tree_of
-from cutwise.spec.scenario import Scenario
+from cutwise.spec.scenario import PROBABILITY_ALL, Scenario
+from cutwise.spec.uncertain import stem
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -135,6 +137,9 @@ class Measures(dict[str, "Measure"]):
     """The measures of a run by name; a name that is not there is answered with the nearest one."""
 
     def __missing__(self, name: str) -> Measure:
+        found = of_band(self, name)
+        if found is not None:
+            return found
         raise NoSuchName("measure", name, self, "result.measures")
 
 
@@ -145,6 +150,7 @@ class Measure:
     value: float
     dimension: str
     description: str = ""
+    band: Spread | None = None
 
     @property
     def unit(self) -> str:
@@ -153,6 +159,15 @@ class Measure:
 
     def __str__(self) -> str:
         return units.show(self.value, self.dimension)
+
+
+def of_band(measures: Mapping[str, Measure], name: str) -> Measure | None:
+    """An end of the band of a measure by its own name, ``NAME_band_high``; None if there is no such band."""
+    found = stem(name)
+    if found is None or found[0] not in measures:
+        return None
+    of = measures[found[0]]
+    return None if of.band is None else Measure(getattr(of.band, found[1]), of.dimension)
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,6 +183,9 @@ class Check:
     implied: bool = False  # nobody wrote it: it comes with the process
     whole_band: bool = False  # every history has to keep the limits
     histories: Histories | None = None
+    band: Spread | None = None
+    probability: float | None = None  # that is demanded
+    probability_reached: float | None = None
     off: tuple[str, float] | None = None  # an assumed value that, off by a tenth, moves the measure to this one
 
     def keeps(self, value: float | None) -> bool:
@@ -213,7 +231,9 @@ class Check:
         told |= {"whole_band": True} if self.whole_band else {}
         told |= {"histories": self.histories._asdict()} if self.histories else {}
         told |= {"off": {"key": self.off[0], "value": self.off[1]}} if self.off else {}
-        return told
+        told |= {"band": self.band.as_json()} if self.band else {}
+        both = {"probability": self.probability, "probability_reached": self.probability_reached}
+        return told | {name: value for name, value in both.items() if value is not None}
 
 
 @dataclass(frozen=True)
@@ -237,6 +257,7 @@ class Result:
     notes: Mapping[str, str] = field(default_factory=dict)  # named notices for the report
     advice: tuple[str, ...] = ()  # what to change, or how much room is left, found by running again
     sensitivity: Mapping[str, float] = field(default_factory=dict)  # assumed input: change of the focus measure, SI
+    band: BandNote | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "measures", Measures(self.measures))
@@ -291,7 +312,10 @@ class Result:
             "certainty": self.certainty,
             "reasons": list(reasons),
             "findings": [finding.as_json() for finding in self.findings],
-            "measures": {name: {"value": m.value, "unit": m.unit} for name, m in self.measures.items()},
+            "measures": {
+                name: {"value": m.value, "unit": m.unit} | ({"band": m.band.as_json()} if m.band else {})
+                for name, m in self.measures.items()
+            },
             "requirements": [check.as_json() for check in self.checks],
             "assumed": list(self.assumed),
             "warnings": list(self.warnings),
@@ -301,7 +325,12 @@ class Result:
             "advice": list(self.advice),
             "sensitivity": {"measure": self.scenario.focus, "unit": self._focus_unit, "change": dict(self.sensitivity)},
             "files": dict(files or {}),
-        }
+        } | ({"band": self.band.as_json(), **self._together} if self.band else {})
+
+    @property
+    def _together(self) -> dict[str, float]:
+        found = self.band.probability_all if self.band else None
+        return {} if found is None else {PROBABILITY_ALL: found}
 
     def to_bytes(self) -> bytes:
         """A netCDF-4 file with the whole result and the scenario, made in memory: HDF5 does not survive a full disk."""
@@ -311,7 +340,12 @@ class Result:
             "source": "cutwise",
             "scenario": json.dumps(self.scenario.document()),
             "summary": json.dumps(self.summary()),
-            "measures": json.dumps({n: [m.value, m.dimension, m.description] for n, m in self.measures.items()}),
+            "measures": json.dumps(
+                {
+                    n: [m.value, m.dimension, m.description, *([[*m.band[:3], dict(m.band.carried)]] if m.band else [])]
+                    for n, m in self.measures.items()
+                }
+            ),
             "limits": json.dumps(list(self.limits)),
             "references": json.dumps(list(self.references)),
             "notes": json.dumps(dict(self.notes)),
@@ -356,51 +390,35 @@ class Result:
             measures=measures,
             checks=tuple(_check_from_json(c, measures) for c in summary["requirements"]),
             findings=tuple(Finding.from_json(told) for told in summary.get("findings", ())),
-            warnings=_texts(summary["warnings"]),
-            infeasible=_texts(summary["infeasible"]),
-            limits=_texts(json.loads(tree.attrs["limits"])),
-            convergence=_numbers(summary["convergence"]),
-            advice=_texts(summary["advice"]),
-            sensitivity=_numbers(summary["sensitivity"]["change"]),
-            references=_texts(json.loads(tree.attrs["references"])),
+            warnings=texts(summary["warnings"]),
+            infeasible=texts(summary["infeasible"]),
+            limits=texts(json.loads(tree.attrs["limits"])),
+            convergence=numbers(summary["convergence"]),
+            advice=texts(summary["advice"]),
+            sensitivity=numbers(summary["sensitivity"]["change"]),
+            references=texts(json.loads(tree.attrs["references"])),
             notes=json.loads(tree.attrs["notes"]),
+            band=note_from_json(summary.get("band")),
         )
 
 
-def _measure_from_json(value: Any, dimension: str, description: str) -> Measure:
+def _measure_from_json(value: Any, dimension: str, description: str, band: Any = None) -> Measure:
     if dimension not in units.DIMENSIONS:
         raise ValueError(f"{dimension} is no dimension")
-    return Measure(_number(value), dimension, str(description))
-
-
-def _number(value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise TypeError(f"{value!r:.40} is no number")
-    if not math.isfinite(value):
-        raise ValueError(f"{value} is not finite")
-    return value
-
-
-def _numbers(entries: Mapping[str, Any]) -> dict[str, float]:
-    return {str(name): _number(value) for name, value in entries.items()}
-
-
-def _texts(entries: Any) -> tuple[str, ...]:
-    if not isinstance(entries, list) or not all(isinstance(entry, str) for entry in entries):
-        raise TypeError("a list of texts is something else")
-    return tuple(entries)
+    return Measure(number(value), dimension, str(description), None if band is None else spread_from_json(*band))
 
 
 def _check_from_json(entry: Mapping[str, Any], measures: Mapping[str, Measure]) -> Check:
     name = entry["measure"]
     dimension = measures[name].dimension if name in measures else "dimensionless"
-    value, low, high = (None if entry[key] is None else _number(entry[key]) for key in ("value", "min", "max"))
+    value, low, high = (None if entry[key] is None else number(entry[key]) for key in ("value", "min", "max"))
     if not isinstance(entry["pass"], bool):
         raise TypeError(f"pass is {entry['pass']!r:.40}")
     histories, off = entry.get("histories"), entry.get("off")
     return Check(
         str(name), value, dimension, low, high, entry["pass"], entry.get("implied", False),  # type: ignore[arg-type]
         entry.get("whole_band", False), Histories(**histories) if histories else None,
+        measures[name].band if name in measures else None, entry.get("probability"), entry.get("probability_reached"),
         (off["key"], off["value"]) if off else None,
     )  # fmt: skip
 
@@ -415,14 +433,16 @@ def judge(
     """
     bands = bands or {}
     for name, limit in scenario.asked.items():
-        found = measures.get(name)
+        found = measures.get(name) or of_band(measures, name)
         check = Check(
             name, found.value if found else None, scenario.measures[name].dimension, limit.min, limit.max, False,  # type: ignore[arg-type]
             whole_band=bool(limit.whole_band), histories=bands.get(name) if found else None,
+            band=found.band if found else None, probability=limit.probability,
         )  # fmt: skip
         histories = check.histories
         whole = histories is not None and check.keeps(histories.low) and check.keeps(histories.high)
-        yield replace(check, passed=check.keeps(check.value) and (whole or not check.whole_band))
+        kept = check.keeps(check.value) and (whole or not check.whole_band)
+        yield replace(check, passed=kept and check.probability is None)  # until a band tells the probability
     for name, least in scenario.implied.items():
         if name in measures and not _written_as_strictly(scenario, name, least) and not scenario.set_aside:
             value = measures[name].value
@@ -435,10 +455,11 @@ def _written_as_strictly(scenario: Scenario, name: str, most: float) -> bool:
 
 
 def unreached(checks: Iterable[Check]) -> Iterator[Finding]:
-    """The requirements whose measure does not exist in the run, or whose band is not known where all of it is asked for."""
+    """The requirements whose measure does not exist in the run, or whose band or probability is asked for and not known."""
     for check in checks:
         bounds = check.histories[:2] if check.histories else (None, None)
-        if check.value is None or (check.whole_band and None in bounds):
+        unsaid = check.probability is not None and check.probability_reached is None
+        if check.value is None or (check.whole_band and None in bounds) or unsaid:
             yield Finding("unreached", measure=check.measure, dimension=check.dimension)
 
 

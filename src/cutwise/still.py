@@ -29,11 +29,12 @@ class Rest(NamedTuple):
 
 @stepping
 def at_poses(cell, flexed, poses, contact, load, guess, seen, state, layer, total, looks):  # type: ignore[no-untyped-def]
-    """Fill one row for each pose (n, 8), all of a Pose but its spin; a rigid structure is taken as it stands."""
+    """Fill one row for each pose (n, 8), or (n, 9) with its spin; a rigid structure is taken as it stands."""
     structure = cell.structure
     for k in range(poses.shape[0]):
         row = poses[k]
-        pose = Pose(row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7], 0.0)
+        spin = row[8] if row.size > 8 else 0.0
+        pose = Pose(row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7], spin)
         if yielding(structure):
             count, looks[k] = balance(cell, flexed, pose, contact, load, guess)
         else:
@@ -56,8 +57,8 @@ def rest(
 
     Parameters
     ----------
-    poses : array (n, 8)
-        Rows of :class:`cutwise.records.Pose`, process axes that do not turn.
+    poses : array (n, 8) or (n, 9)
+        Rows of :class:`cutwise.records.Pose`; without the last column process axes do not turn.
     seen, state, layers, contacts : int
         As in :func:`cutwise.loop.march`.
     """

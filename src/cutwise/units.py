@@ -34,6 +34,7 @@ _ALL = (
     Dimension("acceleration", "m/s**2", "mm/s**2", "2000 mm/s^2"),
     Dimension("jerk", "m/s**3", "mm/s**3", "50000 mm/s^3"),
     Dimension("feed_per_revolution", "m", "mm", "0.1 mm/rev", "a plain length is taken per turn"),
+    Dimension("angular_acceleration", "rad/s**2", "deg/s**2", "260 deg/s^2"),
     Dimension("angular_speed", "rad/s", "rpm", "40000 rpm", "write rpm, 1/min or rad/s; Hz is for frequencies"),
     Dimension("angle", "rad", "deg", "20 deg"),
     Dimension("small_angle", "rad", "µrad", "15 urad"),
@@ -44,6 +45,7 @@ _ALL = (
     Dimension("density", "kg/m**3", "kg/m**3", "7850 kg/m^3"),
     Dimension("inertia", "kg*m**2", "kg*m**2", "4.1e-3 kg m^2"),
     Dimension("force", "N", "N", "7.7 N"),
+    Dimension("force_rate", "N/s", "N/s", "20 N/s"),
     Dimension("moment", "N*m", "N*m", "1.2 N m"),
     Dimension("power", "W", "W", "340 W"),
     Dimension("pressure", "Pa", "bar", "5 bar", "gauge pressure"),
@@ -182,6 +184,32 @@ def parse(text: object, dimension: str) -> float:
     if not unit:
         raise UnitFault(f'{text} has no unit; write it as text with a unit, for example "{_with_unit(number, wanted)}"')
     return _in_scale(converted(float(number.replace("_", "")), unit, dimension), text)
+
+
+def scatter_factor(unit: str, dimension: str, kind: str) -> float:
+    """How many SI units one ``unit`` of a standard error is: of a value, of its reciprocal, or of its logarithm.
+
+    Without a unit it is SI.
+
+    Raises
+    ------
+    UnitFault
+        The text is no unit of that.
+    """
+    if not unit or kind == "log":
+        return 1.0
+    if kind == "value":
+        return factor(unit, dimension)
+    wanted, pint_registry = DIMENSIONS[dimension], registry()
+    try:
+        parsed = pint_registry.parse_units(_spelled(unit))
+        si = 1.0 / pint_registry.Quantity(1.0, pint_registry.parse_units(_spelled(wanted.si) or "dimensionless"))
+        return float(pint_registry.Quantity(1.0, parsed).to(si.units).magnitude)
+    except Exception:
+        expected = f"1/({wanted.si})" if wanted.si else "none"
+        raise UnitFault(
+            f'"{unit}" is not a unit of 1/{wanted.name.replace("_", " ")}, expected for example {expected}'
+        ) from None
 
 
 def _in_scale(value: float, text: object) -> float:

@@ -20,6 +20,7 @@ from cutwise.spec.scenario import Origin
 from house import perturbation
 
 _SAME = 1e-9  # of a measure, within rounding
+_OF_THE_LOADER = ("name", "process", "requirements", "covariances", "measured")  # the last two come with the entries
 _UNUSUAL = " is unusual; usual is "  # says nothing about whether the value is used
 
 _SHORT = """G21 G17 G90 G94 G40 G61
@@ -39,6 +40,7 @@ _STOCK = "stock={x: [35 mm, 56 mm], y: [15 mm, 45 mm], z: [-20 mm, 0 mm]}"
 CASES = {  # the examples, short and coarse
     "chamfer_compliant_spindle": ("path.points=24", "operation.contact_feed=150 mm/s", "part.pipe.hole_radius=2 mm"),
     "chamfer_on_robot": ("path.points=24",),
+    "chamfer_on_machine": ("path.points=24",),
     "chamfer_pipe_hole": ("path.points=48", "setup.samples=50"),
     "chamfer_step_part": (
         "part.block.holes=[{x: 20 mm, y: 20 mm, radius: 3 mm}]", "part.edges='hole:1'", "path.chord_tolerance=20 um",
@@ -54,6 +56,7 @@ CASES = {  # the examples, short and coarse
     "drill_robot": (),
     "machine_error_budget": ("uncertainty.samples=200",),
     "machine_five_axis": ("volume.points=3", "volume.diagonal_points=5", "path.samples=7", "uncertainty.samples=200"),
+    "machine_on_robot": ("path.samples=3",),
     "machine_pocket": ("program.file={program}", _STOCK, "program.samples=20"),
     "machine_volumetric_map": ("volume.points=3", "volume.diagonal_points=5"),
     "mill_on_machine": ("path.line.length=4 mm", "path.cut_from=1 mm", "numerics.settling_time=0.02 s", "numerics.substeps=4"),
@@ -70,9 +73,17 @@ CASES = {  # the examples, short and coarse
         "program={program}", _STOCK, "numerics.settling_time=0.02 s", "numerics.substeps=4", "lobes.speeds=2",
         "lobes.depths=2",
     ),
+    "turn_shaft": ("numerics.station=40 mm",),
 }  # fmt: skip
 ONLY = {  # keys that are turned where an example costs much; the others are turned in examples beside it
     "chamfer_on_robot": ("robot.*", "placement*", "spindle"),
+    "chamfer_on_machine": (
+        "machine.drives.[xyz]*",
+        "machine.chain[[][1-3]]*",
+        "placement*",
+        "tool.[sm]*",
+        "part.stiffness",
+    ),
     "chamfer_step_part": ("part.*", "path.*", "chamfer.*", "tool.[abp]*"),
     "deburr_on_robot": ("path*", "placement", "robot.*", "numerics.[es]*"),
     "machine_five_axis": (
@@ -128,12 +139,12 @@ STILL = {  # keys that may move nothing: example, key, and why that is right
     ("deburr_on_robot", "robot.damping"): "has to be there; robot.dynamics: static leaves the damping out",
     ("drill_*", "tool.helix"): "has to be there; simple lips have one rake (tool.lip_model)",
     ("drill_*", "tool.web"): "has to be there; simple lips go through the axis (tool.lip_model)",
-    ("d*_on_machine", "machine.gravity"): "has to be there; weights do not count where bodies carry a foreign tool, as is said",
-    ("d*_on_machine", "machine.chain[[]*].weight*"): "weights do not count, which is said of machine.chain",
-    ("d*_on_machine", "machine.chain[[]*].joint.errors_act"): "of geometric errors, which this machine has none of",
-    ("d*_on_machine", "machine.chain[[]*].joint.travel"): "an axis that does not come near its ends",
-    ("d*_on_machine", "machine.chain[[]3].joint.positive"): "an axis that stands at zero",
-    ("d*_on_machine", "machine.chain[[]4].joint.side"): "the ground may be on either side of the bed",
+    ("[cd]*_on_machine", "machine.gravity"): "has to be there; weights do not count where bodies carry a foreign tool, as is said",
+    ("[cd]*_on_machine", "machine.chain[[]*].weight*"): "weights do not count, which is said of machine.chain",
+    ("[cd]*_on_machine", "machine.chain[[]*].joint.errors_act"): "of geometric errors, which this machine has none of",
+    ("[cd]*_on_machine", "machine.chain[[]*].joint.travel"): "an axis that does not come near its ends",
+    ("[cd]*_on_machine", "machine.chain[[]3].joint.positive"): "an axis that stands at zero",
+    ("[cd]*_on_machine", "machine.chain[[]4].joint.side"): "the ground may be on either side of the bed",
     ("deburr_rigid_on_machine", "operation.clearance"): "has to be there; at rest nothing is led in",
     ("deburr_rigid_on_machine", "part.slices"): "strips count by the tilt of the tool, which is 1e-8 here",
     ("deburr_rigid_on_machine", "tool.helix"): "the mean force over a revolution is the same for every helix",
@@ -144,6 +155,12 @@ STILL = {  # keys that may move nothing: example, key, and why that is right
     ("mill_part", "numerics.stock.memory_limit"): "a limit of memory that the example does not come near",
     ("mill_on_machine", "path.orientation"): "on an arc only, and for a robot",
     ("mill_on_robot", "tool.helix"): "the mean force over a revolution is the same for every helix",
+    ("machine_on_robot", "robot.modal_mass"): "has to be there; a pass at rest knows no mass",
+    ("machine_on_robot", "robot.damping"): "has to be there; a pass at rest knows no damping",
+    ("machine_on_robot", "robot.singularity_margin"): "the wrist of the example is far from singular",
+    ("machine_on_robot", "part.weight"): "has to be there; the part rests on the ground before a robot",
+    ("*_on_robot", "operation.limit_feed"): "the joints follow the feed of the example everywhere",
+    ("deburr_rigid_on_machine", "machine.drives"): "need time stepping, and are refused at rest",
     ("mill_pocket_stock", "stability"): "the tool of the example does not chatter",
     ("mill_pocket_corner", "machine.y.friction.*"): "y does not turn back in this corner",
     ("machine_*", "tool.diameter"): "has to be there; counts for the force of a cut and for a tool that bends",
@@ -272,7 +289,7 @@ def test_every_key_acts_is_refused_or_told(name, examples, tmp_path):
     dead = []
     for key in perturbation.keys(example.scenario):
         said = dotted(key.path)
-        if key.path[0] in ("name", "process", "requirements") or perturbation.holds_sections(key):
+        if key.path[0] in _OF_THE_LOADER or perturbation.holds_sections(key):
             continue
         if _turned_here(name, said) and not _reason(name, said) and not example.alive(key):
             dead.append(said)

@@ -29,6 +29,8 @@ WITHOUT_PHYSICS = {
     "lead", "turn", "compare", "path_mode", "reading", "readings", "modes", "substeps", "settling_time", "text", "act_on",
     # a carrier: where the part stands, how postures are chosen, which model of the arm
     "origin", "objective", "dynamics", "sag", "station", "mode", "operation", "step_limit",
+    # how a tool is led: as fed, rigid, upright, at once
+    "limit_feed", "lead_in_time", "spindle", "tool_axis",
     # machine: conventions of signs and frames
     "errors_act", "zero", "words", "top",
     # milling: how corners are rounded, and how the map of stability is drawn
@@ -37,6 +39,11 @@ WITHOUT_PHYSICS = {
     "dialect",
     # a stock in 3D: no fixtures, no holder, how finely the surface is looked at
     "tools", "fixtures", "holder", "stock", "grid", "check", "memory_limit",
+    # how sure values are, and how that is carried on; errors of an arm that has none
+    "band", "method", "covariances", "measured", "bodies", "joints", "gravity_compliance", "ranges", "compensated",
+    "link_weights",
+    # turning: no pass without depth, towards the headstock
+    "spring_passes", "towards",
 }  # fmt: skip
 
 

@@ -41,6 +41,9 @@ def test_every_key_is_known_and_every_value_can_be_read(kind, name):
             solid = SpindleSolid.model_validate(values["solid"])
             values |= text_of(parametric_body(solid, units.parse(values["tool_reach"], "length")).found)
         lacking = {key for key, info in section.model_fields.items() if info.is_required()} - set(values)
+        lacking |= {key for key in section.model_fields if f"give {key}" in library.entry(kind, name).describes} - set(
+            values
+        )
         for key in lacking:  # an entry may leave a value to the engineer, and says so
             assert f"give {key}" in library.entry(kind, name).describes
             values[key] = compose(section.model_fields[key].examples[0], "example")[0].plain()

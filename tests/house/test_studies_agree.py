@@ -10,6 +10,7 @@ from cutwise.study.sweep import sweep
 EXAMPLES = (
     "chamfer_compliant_spindle", "chamfer_pipe_hole", "deburr_compliant_spindle", "drill_robot", "machine_error_budget",
     "machine_five_axis", "machine_pocket", "machine_volumetric_map", "mill_pocket", "mill_pocket_corner",
+    "turn_shaft",
     pytest.param("drill_plate_pattern", marks=pytest.mark.slow),
     pytest.param("mill_pocket_stock", marks=pytest.mark.slow),
     pytest.param("chamfer_step_part", marks=pytest.mark.slow),

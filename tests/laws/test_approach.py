@@ -8,7 +8,7 @@ from scipy.spatial import KDTree
 
 from cutwise.maths.lines import line, thinned_line
 from cutwise.maths.surface_mesh import boxes
-from cutwise.paths.chamfer import Chamfer, chamfer_path
+from cutwise.paths.chamfer.ball_path import Chamfer, chamfer_path
 from cutwise.paths.pipe import PipeHole, one_turn, pipe_edge
 from cutwise.paths.pipe_mesh import own_faces, pipe_mesh
 from cutwise.paths.reach import BallCutter, rod_wall_clearance

@@ -138,7 +138,7 @@ def test_a_cell_turned_about_the_base_measures_the_same():
 def test_sag_is_taught_in_the_axes_of_the_base():
     """Relative to the first place in directions that do not turn with the pass."""
     weight = ("robot.tool_mass=30 kg", "robot.tool_centre=[100 mm, 0 mm, -150 mm]")
-    taught, whole = (planned(*weight, f"robot.sag={sag}")[1].arms[0].sag for sag in ("relative", "absolute"))
+    taught, whole = (planned(*weight, f"robot.sag={sag}")[1].carriers[0].sag for sag in ("relative", "absolute"))
     np.testing.assert_allclose(taught, whole - whole[0], atol=1e-15)
     assert 1e-4 < np.abs(whole).max() < 1e-3
 
@@ -147,7 +147,7 @@ def test_order_of_a_swinging_arm_in_the_step():
     scenario, done = planned("robot.dynamics=modal", *WIDE)
     path, ball = done.paths[0], ball_end(scenario)
     offsets = [
-        deflected(scenario, path, ball, mounted(path, done.paths), done.arms[0], time_step=step).moves.offset
+        deflected(scenario, path, ball, mounted(path, done.paths), done.carriers[0], time_step=step).moves.offset
         for step in (80e-6, 40e-6, 20e-6)
     ]
     first, second = (np.abs(a - b).max() for a, b in pairwise(offsets))

@@ -62,7 +62,7 @@ def test_a_tool_bends_in_one_way(on_machine, change):
     [
         ("spindle={library: default}", "pistons remember how they were loaded"),
         ("machine.drives={library: fadal2216}", "drives need time stepping"),
-        ("robot={library: kr270_r2700}", "a robot follows a path of process: deburr or mill"),
+        ("robot={library: kr270_r2700}", "the tool has one carrier: write robot or machine"),
     ],
 )
 def test_what_has_no_place_at_rest_is_refused_in_words(on_machine, change, why):

@@ -178,7 +178,10 @@ def test_a_run_can_be_read_back(scenario):
     ("changes", "words"),
     [
         (["path.work=left"], "path.work: left contradicts operation.milling"),
-        (["machine={library: demec_mill}"], "machine.drives: missing"),
+        (
+            ["machine={library: demec_mill}", "numerics={}"],
+            "numerics.mode: a machine without drives is computed at rest, or stepped",
+        ),
         (["numerics.force=tooth_resolved"], "numerics.force: tooth_resolved steps the modes"),
         (["path.line.length=400 mm"], "path.line: leads axis X to 376.41 mm"),
         (["path.cut_from=100 mm"], "path.cut_from: is not before the end"),

@@ -120,7 +120,6 @@ def test_bodies_behind_pistons_leave_the_band_alone(examples):
 
 
 REFUSED = {
-    "numerics.mode=step": "a rigid spindle is computed at rest",
     "spindle={library: berselli2016}": "pistons remember how they were loaded",
     "robot={library: kr270_r2700}": "the tool has one carrier",
     "part.stiffness=1 N/um": "both say how the part yields",
@@ -130,7 +129,7 @@ REFUSED = {
     "tool.runout=5 um": "surface with memory",
     "placement={origin: [0 mm, 0 mm, 0 mm]}": "places a part before a robot",
     "numerics.force=tooth_resolved": "the mean force of the teeth counts",
-    "machine.drives={library: fadal2216}": "drives are stepped in milling only",
+    "machine.drives={library: fadal2216}": "drives need time stepping",
 }
 
 

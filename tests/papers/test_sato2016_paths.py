@@ -8,7 +8,7 @@ import pytest
 import sympy as sp
 
 from cutwise.maths.edges import lengths
-from cutwise.paths.chamfer import Chamfer, chamfer_path, stand_off, width_slope
+from cutwise.paths.chamfer.ball_path import Chamfer, chamfer_path, stand_off, width_slope
 from cutwise.paths.feed import chord_error, contact_feeds, points_for
 from cutwise.paths.pipe import NoEdgeError, PipeHole, edge_curvature, one_turn, pipe_edge
 from cutwise.paths.reach import (

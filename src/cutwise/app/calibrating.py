@@ -50,7 +50,7 @@ def calibrate(
     outputs.checked([output, report], [data])
     found = calibrated(kind, data, overrides or (), named=SET)
     files = {}
-    if output is not None:
+    if output is not None and found.finding.entry:
         files["entry"] = str(write_text(output, found.entry(output.stem)))
     if report is not None:
         from cutwise.app.calibration_page import page
@@ -64,7 +64,9 @@ def calibrate(
         print(shown(found))
         for path in files.values():
             print(path)
-        if output is None:
+        if not found.finding.entry:
+            print("no entry is written: the fit does not explain the data", file=sys.stderr)
+        elif output is None:
             print("nothing written; -o FILE writes the library entry", file=sys.stderr)
     raise typer.Exit(REQUIREMENT_FAILED if found.reasons else OK)
 

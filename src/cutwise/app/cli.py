@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn, TypeVar
 import typer
 
 import cutwise
-from cutwise.app import calibrating, exits, inspection, interrupt, outputs
+from cutwise.app import calibrating, exits, inspection, interrupt, outputs, studying, validating
 from cutwise.app.exits import INTERRUPTED, NOBODY_READS, OK, REQUIREMENT_FAILED, TERMINATED, explain, refuse
 from cutwise.app.options import SET, Overrides, ScenarioFile
 from cutwise.app.writing import REPORT, RUN, programs, written
@@ -92,6 +92,8 @@ def check(file: ScenarioFile, overrides: Overrides = None) -> None:
     from cutwise.process.recipes import prepare
     from cutwise.spec.notices import notices
 
+    if file.suffix in (".yaml", ".yml") and studying.checked(file, overrides or ()):
+        return
     scenario = load(file, overrides or (), named=SET)
     prepare(scenario)
     Console().checked(str(file), scenario, notices(scenario))
@@ -282,7 +284,15 @@ def sweep(
         print(save(table, output))
 
 
-for _look in (calibrating.calibrate, inspection.part, inspection.program, inspection.spindle):
+for _look in (
+    studying.study,
+    studying.worker,
+    calibrating.calibrate,
+    validating.validate,
+    inspection.part,
+    inspection.program,
+    inspection.spindle,
+):
     app.command()(_look)
 
 
@@ -357,7 +367,7 @@ def selftest() -> None:
 
 
 def _simulated(scenario: "Scenario", progress: Any, advice: bool) -> "Result":
-    from cutwise.process.recipes import simulate
+    from cutwise.study.band import simulate
     from cutwise.study.review import reviewed
 
     result = simulate(scenario, progress)

@@ -22,6 +22,7 @@ from cutwise.app.findings import notices, reasons
 from cutwise.app.inputs import inputs
 from cutwise.app.measured import listed
 from cutwise.app.numbers import form
+from cutwise.app.surety import surety
 from cutwise.app.verdict_text import against, compared, sensitivity_line, verdict_line
 from cutwise.spec.texts import visible
 
@@ -96,13 +97,14 @@ class Console:
         """Measures, verdict, warnings, and where the files are."""
         rows: list[tuple[str, ...]] = []
         for group, lines in listed(result).items():
-            rows += [(group, "", "", "", "")] if group else []
+            rows += [(group, *[""] * 5)] if group else []
             for line in lines:
                 judged = _mark(line.check.passed) + against(line.check) if line.check is not None else ""
-                rows.append((f"  {line.name}" if group else line.name, line.number, line.unit, line.asked, judged))
+                name = f"  {line.name}" if group else line.name
+                rows.append((name, line.number, line.band, line.unit, line.asked, judged))
         self.table(
             f"{result.scenario.name} ({result.scenario.process})",
-            ("measure", "value", "unit", "requirement", "result"), rows, right=("value",),
+            ("measure", "value", "90 % band", "unit", "requirement", "result"), rows, right=("value", "90 % band"),
         )  # fmt: skip
         self.line()
         variants = compared(result)
@@ -120,6 +122,8 @@ class Console:
         for name, note in result.notes.items():
             if name not in _SAID_ALREADY:
                 self.line(f"note: {note}")
+        for sentence in surety(result):
+            self.line(f"band: {sentence}")
         self.line(_assumed(result.scenario))
         self.advice(result.scenario, result.advice, result.sensitivity)
         for kind, place in files.items():

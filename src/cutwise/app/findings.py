@@ -6,6 +6,7 @@ from cutwise import units
 from cutwise.results import SOUNDNESS, Finding, Result
 
 _CONTACTS = {"straight": "on the straight", "corner": "in the heaviest contact"}
+_OVER_LIMIT = {"arm": "the arm chatters: the axial depth", "shaft": "shaft or tool chatters: the depth of cut"}
 
 
 def _shown(finding: Finding, value: float | None, digits: int = 3) -> str:
@@ -24,8 +25,8 @@ def _where(finding: Finding) -> str:
 
 def _unstable(finding: Finding, result: Result) -> str:
     del result
-    if finding.where.name == "arm":
-        return f"the arm chatters: the axial depth is {finding.value:.3g} times its limit"
+    if finding.where.name in _OVER_LIMIT:
+        return f"{_OVER_LIMIT[finding.where.name]} is {finding.value:.3g} times its limit"
     where = _CONTACTS.get(finding.where.name, finding.where.name)
     return f"the tool chatters {where}: growth {finding.value:.3g} per tooth"
 
@@ -134,6 +135,11 @@ def _rubs(finding: Finding, result: Result) -> str:
 
 def _unreached(finding: Finding, result: Result) -> str:
     check = next((check for check in result.checks if check.measure == finding.measure), None)
+    if check is not None and check.value is not None and check.probability is not None and not check.whole_band:
+        asked = f"{finding.measure} is required with a probability of {check.probability:.4g}"
+        if result.band is None:
+            return f"{asked}, but the run has no band: no value that it uses has a standard error"
+        return f"{asked}, but it has no {result.band.method} band; --set band.method=sampled makes one by draws"
     if check is not None and check.value is not None:
         return f"{finding.measure} is required over its whole band, but the run knows no end of it"
     return f"{finding.measure} is required, but this run has no such measure"
@@ -174,7 +180,7 @@ _WORDS: Mapping[str, Callable[[Finding, Result], str]] = {
 def said(finding: Finding, result: Result) -> str:
     """One sentence about a finding, with its remedy where one was tried."""
     words = _WORDS[finding.code](finding, result)
-    if finding.code == "unstable" and finding.where.name != "arm":
+    if finding.code == "unstable" and finding.where.name not in _OVER_LIMIT:
         if finding.remedy is None:
             return f"{words}; no speed of the lobe diagram and no smaller depth that was run is stable"
         return f"{words}; {finding.remedy.key} {finding.remedy.value} was run and is stable"

@@ -13,6 +13,7 @@ from cutwise.spec.base import Spec
 from cutwise.spec.faults import Path, dotted
 from cutwise.spec.scenario import Scenario
 
+_NO_INPUTS = ("name", "process", "requirements", "band", "covariances", "measured")
 _STATUS = {
     "measured": "measured", "catalogue": "catalogue", "paper": "paper", "assumed": "assumed", "derived": "derived",
     "user": "scenario", "default": "default",
@@ -34,7 +35,7 @@ def inputs(scenario: Scenario) -> Iterator[Input]:
     """Every input value of a scenario, those that were left to their default included."""
     origins = scenario.origins
     for path, info, value in _values(scenario):
-        if path[0] in ("name", "process", "requirements") or path[-1] == "library":
+        if path[0] in _NO_INPUTS or path[-1] == "library":
             continue
         key = dotted(path)
         origin = origins.get(key)
@@ -93,7 +94,7 @@ def _laid_out(value: Any) -> Any:
         block = CommentedMap({key: _laid_out(item) for key, item in value.items()})
         if block and not any(isinstance(item, CommentedMap) for item in block.values()):
             sourced = "value" in block and "status" in block
-            if sourced or set(block) <= {"min", "max", "whole_band"}:
+            if sourced or set(block) <= {"min", "max", "whole_band", "probability"}:
                 block.fa.set_flow_style()
         return block
     if isinstance(value, list | tuple):

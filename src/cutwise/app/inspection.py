@@ -18,12 +18,14 @@ def part(
     picture: Annotated[Path | None, typer.Option("--svg", metavar="FILE", help="draw the sharp edges")] = None,
 ) -> None:
     """List solids, holes and sharp edges of a STEP file, with the numbers that a chamfer scenario selects them by."""
+    from cutwise.app.console import Console
     from cutwise.app.parts import draw, listing, shown
     from cutwise.io.occ import CadFault
 
     outputs.checked([picture], [file])
     try:
-        found = listing(file)
+        with Console().progress(f"edges of {file.name}") as done:
+            found = listing(file, done)
     except CadFault as fault:
         refuse(str(fault))
     if as_json:

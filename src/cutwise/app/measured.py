@@ -3,7 +3,7 @@
 import re
 from typing import TYPE_CHECKING, NamedTuple
 
-from cutwise.app.numbers import forms, grouped, held
+from cutwise.app.numbers import Form, beside, forms, grouped, held
 from cutwise.spec.scenario import Limit
 
 if TYPE_CHECKING:
@@ -21,6 +21,7 @@ class Line(NamedTuple):
     asked: str  # its limit, if it has one
     check: "Check | None"
     meaning: str
+    band: str = ""  # its ends in the unit
 
     @property
     def text(self) -> str:
@@ -45,13 +46,22 @@ def listed(result: "Result") -> dict[str, list[Line]]:
         for name in names:
             meaning = result.measures[name].description if name in values else scenario.measures[name].description
             check = checks.get(name)
+            band = _band(result, name, None if check is not None else shapes[name])
             if check is not None:
                 shown = limited[name]
-                found[group].append(Line(name, shown.number, shown.unit, shown.asked, check, meaning))
+                found[group].append(Line(name, shown.number, shown.unit, shown.asked, check, meaning, band))
             else:
                 shape = shapes[name]
-                found[group].append(Line(name, shape.number(values[name]), shape.unit, "", None, meaning))
+                found[group].append(Line(name, shape.number(values[name]), shape.unit, "", None, meaning, band))
     return found
+
+
+def _band(result: "Result", name: str, shape: Form | None) -> str:
+    """The 90 % band of a measure; nothing where the scatter of the inputs does not reach it."""
+    spread = result.measures[name].band if dict.__contains__(result.measures, name) else None
+    if spread is None or spread.sd == 0.0:
+        return ""
+    return beside(result.scenario, name, (spread.low, spread.high), shape)
 
 
 def rows(result: "Result") -> list[tuple[str, list[Line]]]:
@@ -72,4 +82,5 @@ def _together(lines: list[Line]) -> "Iterator[Line]":
             done.add(stem)
             meaning = re.sub(r",? [xyz] direction$", "", line.meaning)
             number = " | ".join(part.number for part in parts)
-            yield line._replace(name=f"{stem}_{'|'.join(axes)}", number=number, meaning=meaning)
+            band = " | ".join(part.band or part.number for part in parts) if any(part.band for part in parts) else ""
+            yield line._replace(name=f"{stem}_{'|'.join(axes)}", number=number, meaning=meaning, band=band)

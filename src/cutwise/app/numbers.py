@@ -23,8 +23,8 @@ _STEPS = {  # unit from which size [SI] on, largest first
 
 GROUPS = ("surface", "force and power", "motion and time", "structure", "checks")
 _GROUP_OF = (  # the first pattern that a name matches
-    ("checks", r"margin|clearance|_bound|reach$|memory_index|growth|stable_depth|residual|balance|convexity|skating"
-               r"|interpolation|linear_|saturation|voltage|refused"),
+    ("checks", r"^probability_all$|margin|clearance|_bound|reach$|memory_index|growth|stable_depth|residual|balance|convexity"
+               r"|skating|interpolation|linear_|saturation|voltage|refused"),
     ("structure", r"deflection|tilt$|drill_tilt|compliance|natural_frequency|redundancy|breakaway|loading_force|stiffening"),
     ("force and power", r"force|power|thrust|torque|chip_area|removal|removed|engagement_angle"),
     ("motion and time", r"time|feed_min|tracking|overshoot|bandwidth|path_length|edge_length|points|stops|position_start"
@@ -92,6 +92,13 @@ def held(scenario: Scenario, name: str, value: float | None, limit: Limit) -> He
     if value is None:
         return Held("not available", "", asked)
     return Held(_against(value / scale, ends, _meets(value, limit)), unit, asked)
+
+
+def beside(scenario: Scenario, name: str, ends: Sequence[float], shown: Form | None) -> str:
+    """Ends of a band in the unit of the measure, which has the form of its group or, with a limit, that of the limit."""
+    dimension = scenario.measures[name].dimension
+    shape = form(dimension, ends, _typed(scenario, name, dimension) if shown is None else (shown.unit, shown.scale))
+    return " … ".join(shape.number(end) for end in ends)
 
 
 def _against(number: float, ends: Mapping[str, float], met: bool) -> str:

@@ -1,5 +1,6 @@
 """What ``cutwise part`` says about a CAD part."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -44,8 +45,8 @@ class Listing(NamedTuple):
         }  # fmt: skip
 
 
-def listing(file: Path) -> Listing:
-    """Read a STEP file and find its sharp edges.
+def listing(file: Path, done: Callable[[float], object] | None = None) -> Listing:
+    """Read a STEP file and find its sharp edges; ``done`` is told the share of the edges.
 
     Raises
     ------
@@ -53,7 +54,7 @@ def listing(file: Path) -> Listing:
         The file cannot be used; the message says why.
     """
     model = topology(read_step(file))
-    return Listing(model, sharp_chains(model, spacing=2e-4))
+    return Listing(model, sharp_chains(model, spacing=2e-4, done=done))
 
 
 def shown(found: Listing) -> str:

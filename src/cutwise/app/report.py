@@ -11,13 +11,13 @@ import jinja2
 
 import cutwise
 from cutwise import references, units
-from cutwise.app import inputs
+from cutwise.app import inputs, surety
 from cutwise.app.findings import notices, reasons
 from cutwise.app.measured import Line, listed, rows
 from cutwise.app.numbers import titled
 from cutwise.app.plots import PLOTS
 from cutwise.app.plots.figures import COLOURS, Plot, svg
-from cutwise.app.verdict_text import against, compared, doubted, margin, verdict_line
+from cutwise.app.verdict_text import against, compared, doubted, improbable, margin, verdict_line
 from cutwise.spec.fields import placed
 
 if TYPE_CHECKING:
@@ -63,6 +63,8 @@ def render(result: "Result", *, written: datetime | None = None) -> str:
         compared=compared(result),
         measures=rows(result),
         titled=titled,
+        bands=surety.rows(result),
+        surety=list(surety.surety(result, 1000)),
         sensitivity=list(_weighed(result)),
         moved=list(_converged(result)),
         unmoved=[name for name, change in result.convergence.items() if change == 0.0],
@@ -116,7 +118,7 @@ def _checked(line: Line, result: "Result") -> dict[str, Any]:
         "margin": "" if room is None else units.show(room, check.dimension, 3),
         "passed": check.passed,
         "implied": check.implied,
-        "doubts": list(doubted(check, result.scenario)),
+        "doubts": [*doubted(check, result.scenario), *improbable(check)],
         "missed": against(check).strip(),
         "gauge": _gauge(check),
     }

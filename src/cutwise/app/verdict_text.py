@@ -30,7 +30,7 @@ def against(check: "Check") -> str:
     if check.value is None:
         return " (the run has no such measure)"
     if check.keeps(check.value):
-        return f" ({_band(check)}, and the whole band is asked for)"
+        return f" ({'; '.join(_not_enough(check))})"
     return f" by {units.show(-margin(check), check.dimension, 3)}"  # type: ignore[operator]
 
 
@@ -66,14 +66,49 @@ def verdict_line(result: "Result") -> str:
     doubts = [text for check in written for text in doubted(check, result.scenario)]
     if doubts:
         return f"PASS, but not by every history: {'; '.join(doubts)}"
+    chances = [text for check in written for text in improbable(check)]
+    if chances:
+        return f"PASS, but not for sure: {'; '.join(chances)}"
     count = len(written)
     return f"PASS: {'the requirement is' if count == 1 else f'all {count} requirements are'} met"
 
 
 def _missed(check: "Check") -> str:
-    if check.whole_band and check.keeps(check.value):
-        return f"{check.measure} ({_band(check)}, whole_band)"
+    if check.keeps(check.value):
+        return f"{check.measure} ({'; '.join(_not_enough(check))})"
     return check.measure
+
+
+def _not_enough(check: "Check") -> Iterator[str]:
+    """What is missed although the value keeps its limits."""
+    histories = check.histories
+    whole = histories is not None and check.keeps(histories.low) and check.keeps(histories.high)
+    if check.whole_band and not whole:
+        yield f"{_band(check)}, and the whole band is asked for"
+    if check.probability is not None:
+        asked = f"{check.probability:.4g} is asked for"
+        if check.probability_reached is None:
+            yield f"its probability is not known, {asked}"
+        elif check.probability_reached < check.probability:
+            yield f"kept with probability {chance(check.probability_reached)}, {asked}"
+
+
+def chance(probability: float) -> str:
+    """A probability with as many digits as tell it from 0 and 1."""
+    return f"{probability:.3g}" if probability < 0.99 else f"{probability:.6f}".rstrip("0").rstrip(".")
+
+
+def improbable(check: "Check") -> Iterator[str]:
+    """A limit that is kept, but not by all of the band that the scatter of the inputs makes."""
+    if check.band is None or check.probability_reached is None or not check.passed:
+        return
+    if check.keeps(check.band.low) and check.keeps(check.band.high):
+        return
+    low, high = (units.show(end, check.dimension, 4) for end in (check.band.low, check.band.high))
+    yield (
+        f"{check.measure} keeps its limit with probability {chance(check.probability_reached)} (90 % band {low} … {high}, limit "
+        f"{requirement(check)})"
+    )
 
 
 def doubted(check: "Check", scenario: "Scenario") -> Iterator[str]:

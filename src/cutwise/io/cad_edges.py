@@ -1,7 +1,7 @@
 """Sharp convex edges of a CAD part as chains with frames: what a chamfer path starts from."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -60,7 +60,9 @@ class _Piece(NamedTuple):
     normal: FloatArray  # shape (n, 2, 3)
 
 
-def sharp_chains(model: Topology, *, reach: float = 1.5e-3, spacing: float = 1e-4) -> tuple[EdgeChain, ...]:
+def sharp_chains(
+    model: Topology, *, reach: float = 1.5e-3, spacing: float = 1e-4, done: Callable[[float], object] | None = None
+) -> tuple[EdgeChain, ...]:
     """All convex sharp edges of a part, chained by position and tangent across seams and splits.
 
     Parameters
@@ -71,19 +73,34 @@ def sharp_chains(model: Topology, *, reach: float = 1.5e-3, spacing: float = 1e-
         How far from the edge the sections of free-form surfaces must hold [m].
     spacing : float
         Distance of samples on curved edges [m]; straight and free-form ones are sampled more thinly.
+    done : callable, optional
+        Is told the share that is done, after every edge.
     """
     convex = [edge for edge in model.edges if edge.kind == CONVEX]
-    pieces = [_piece(model, edge, _intervals(model, edge, spacing)) for edge in convex]
-    chains = []
-    for number, links in enumerate(_linked(pieces), start=1):
-        chains.append(_chain(model, number, pieces, links, reach))
+    owner, pieces, chains = _owners(model), [], []
+    for edge in convex:
+        pieces.append(_piece(model, edge, _intervals(model, edge, spacing)))
+        if done is not None:
+            done(0.5 * len(pieces) / len(convex))
+    linked = _linked(pieces)
+    for number, links in enumerate(linked, start=1):
+        chains.append(_chain(model, owner, number, pieces, links, reach))
+        if done is not None:
+            done(0.5 + 0.5 * number / len(linked))
     return tuple(chains)
 
 
 def finer_chain(model: Topology, chain: EdgeChain, share: float, *, reach: float) -> EdgeChain:
     """The same chain with more samples, by a share; see :func:`sharp_chains`."""
     pieces = [_piece(model, model.edges[i], math.ceil(share * count)) for i, _, count in chain.links]
-    return _chain(model, chain.number, pieces, [(k, forward) for k, (_, forward, _) in enumerate(chain.links)], reach)
+    return _chain(
+        model,
+        _owners(model),
+        chain.number,
+        pieces,
+        [(k, forward) for k, (_, forward, _) in enumerate(chain.links)],
+        reach,
+    )
 
 
 def _intervals(model: Topology, edge: Edge, spacing: float) -> int:
@@ -154,9 +171,15 @@ def _linked(pieces: Sequence[_Piece]) -> list[list[tuple[int, bool]]]:
     return chains
 
 
+def _owners(model: Topology) -> dict[int, int]:
+    """The hole that a wall face belongs to, counted from 1."""
+    return {face: n for n, hole in enumerate(model.holes, start=1) for face in hole.faces}
+
+
 def _chain(
-    model: Topology, number: int, pieces: Sequence[_Piece], links: Sequence[tuple[int, bool]], reach: float
-) -> EdgeChain:
+    model: Topology, owner: Mapping[int, int], number: int, pieces: Sequence[_Piece],
+    links: Sequence[tuple[int, bool]], reach: float,
+) -> EdgeChain:  # fmt: skip
     first, last = links[0], links[-1]
     start = pieces[first[0]].point[0 if first[1] else -1]
     end = pieces[last[0]].point[-1 if last[1] else 0]
@@ -186,7 +209,7 @@ def _chain(
         period=at[-1] if closed else 0.0,
         section=np.ascontiguousarray(parts["section"]),
     )  # fmt: skip
-    frames, holes, where = _at_holes(model, frames)
+    frames, holes, where = _at_holes(model, owner, frames)
     edges = tuple(pieces[i].edge.index for i, _ in links)
     runs = tuple((pieces[i].edge.index, forward, len(pieces[i].at) - 1) for i, forward in links)
     return EdgeChain(number, edges, closed, frames, holes, where, frames.wedge < math.pi - SMOOTH_ANGLE, runs)
@@ -196,13 +219,12 @@ def _returns(piece: _Piece) -> bool:
     return bool(piece.tangent[0] @ piece.tangent[-1] > _STRAIGHT_ON)
 
 
-def _at_holes(model: Topology, frames: EdgeFrames) -> tuple[EdgeFrames, tuple[int, ...], str]:
+def _at_holes(model: Topology, owner: Mapping[int, int], frames: EdgeFrames) -> tuple[EdgeFrames, tuple[int, ...], str]:
     """Put the wall of a hole second, and say which holes the chain belongs to and on which side of the part it is."""
-    owner = {face: n for n, hole in enumerate(model.holes, start=1) for face in hole.faces}
     sides = [{owner[int(f)] for f in np.unique(frames.face[:, m]) if int(f) in owner} for m in range(2)]
     bore = [
         any(
-            model.faces[int(f)].kind == CYLINDER and model.faces[int(f)].sign < 0.0
+            int(f) in owner or (model.faces[int(f)].kind == CYLINDER and model.faces[int(f)].sign < 0.0)
             for f in np.unique(frames.face[:, m])
         )
         for m in range(2)

@@ -47,23 +47,23 @@ def face_of(index: int, shape: Any) -> tuple[Face, Row]:
     kind = evaluator.GetType()
     row: Row = (FREE_FORM, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.0, 0.0)
     if kind == types.GeomAbs_Plane:
-        row = (PLANE, *_axis(evaluator.Plane()), 0.0, 0.0)
+        row = (PLANE, *axis_of(evaluator.Plane()), 0.0, 0.0)
     elif kind == types.GeomAbs_Cylinder:
-        row = (CYLINDER, *_axis(evaluator.Cylinder()), evaluator.Cylinder().Radius() * MM, 0.0)
+        row = (CYLINDER, *axis_of(evaluator.Cylinder()), evaluator.Cylinder().Radius() * MM, 0.0)
     elif kind == types.GeomAbs_Cone:
         cone = evaluator.Cone()
-        row = (CONE, *_axis(cone), cone.RefRadius() * MM, cone.SemiAngle())
+        row = (CONE, *axis_of(cone), cone.RefRadius() * MM, cone.SemiAngle())
     elif kind == types.GeomAbs_Sphere:
-        row = (SPHERE, *_axis(evaluator.Sphere()), evaluator.Sphere().Radius() * MM, 0.0)
+        row = (SPHERE, *axis_of(evaluator.Sphere()), evaluator.Sphere().Radius() * MM, 0.0)
     elif kind == types.GeomAbs_Torus:
         torus = evaluator.Torus()
-        row = (TORUS, *_axis(torus), torus.MajorRadius() * MM, torus.MinorRadius() * MM)
+        row = (TORUS, *axis_of(torus), torus.MajorRadius() * MM, torus.MinorRadius() * MM)
     turned = shape.Orientation() == occ("TopAbs").TopAbs_Orientation.TopAbs_REVERSED
     turn = (evaluator.FirstUParameter(), evaluator.LastUParameter())
     return Face(index, shape, evaluator, turned, row[0], 0.0, -1, turn), row
 
 
-def _axis(surface: Any) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+def axis_of(surface: Any) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
     """Origin [m] and axis of the frame of an elementary surface."""
     frame = surface.Position()
     origin, axis = frame.Location(), frame.Direction()

@@ -37,7 +37,7 @@ def covariance_faults(node: Node, values: Node) -> Iterator[Fault]:
         for kind in kinds if isinstance(kinds, list) else [kinds]:
             if kind not in _AS:
                 yield block.value["as"].fault((*path, "as"), f'"{kind}" is not one of {", ".join(_AS)}')
-        fault = _matrix_fault(block.value["matrix"].plain(), len(names))
+        fault = matrix_fault(block.value["matrix"].plain(), len(names))
         if fault:
             yield block.value["matrix"].fault((*path, "matrix"), fault)
 
@@ -52,7 +52,7 @@ def _there(values: Node, name: str) -> bool:
     return node is not None
 
 
-def _matrix_fault(given: object, count: int) -> str:
+def matrix_fault(given: object, count: int) -> str:
     """Why a matrix is no covariance of so many values; empty if it is one."""
     try:
         matrix = np.array(given, dtype=float)

@@ -14,7 +14,7 @@ from cutwise.spec.scenario import Origin
 
 FOLDER = Path(__file__).parent.parent / "library"
 SHELVES = (
-    "tools", "materials", "spindles", "path_errors", "machines", "robots", "drills", "drilled_materials",
+    "tools", "materials", "spindles", "path_errors", "machines", "lathes", "robots", "drills", "drilled_materials",
 )  # fmt: skip
 
 _KEYS = ("name", "describes", "values", "covariances", "measured")  # the last two: of a calibration
@@ -29,6 +29,8 @@ class Entry:
     describes: str
     file: Path
     values: Node
+    covariances: Node | None = None
+    measured: Node | None = None  # what the calibration says about itself
 
     def origins(self) -> Iterator[tuple[str, str, Origin]]:
         """Dotted key, text and origin of each value."""
@@ -107,7 +109,7 @@ def read_entry(path: Path, shown: str, kind: str) -> Entry:
     entry_values = unwrapped(values, (), faults)
     if faults:
         raise ScenarioFault(faults)
-    return Entry(kind, name, describes, path, entry_values)
+    return Entry(kind, name, describes, path, entry_values, tree.value.get("covariances"), tree.value.get("measured"))
 
 
 def marked(node: Node, label: str, inherited: Origin | None = None) -> Node:

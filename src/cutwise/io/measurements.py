@@ -4,7 +4,7 @@ import hashlib
 import math
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
@@ -21,13 +21,14 @@ from cutwise.spec.tables import titled
 FloatArray = npt.NDArray[np.float64]
 _DATE = re.compile(r"#\s*date\s*:\s*(\S+)\s*", re.IGNORECASE)
 _MOST_FAULTS = 20
+WORDS = "words"
 
 
 class Channel(NamedTuple):
     """A column of a measurement."""
 
     name: str
-    dimension: str  # "" for a column of labels, which has no unit
+    dimension: str  # "" for a column of numbers without a unit, WORDS for one of words
     needed: bool = True
     largest: float = math.inf  # SI; beyond it the unit is probably wrong
     hint: str = ""  # what to say then
@@ -45,6 +46,7 @@ class Measurement:
     units: dict[str, str]  # as written
     lines: tuple[int, ...]  # line of each row
     unused: tuple[str, ...]  # titles that were passed over
+    labels: dict[str, tuple[str, ...]] = field(default_factory=dict)  # columns of words
 
     @property
     def rows(self) -> int:
@@ -104,13 +106,21 @@ def read_measurement(
         raise ScenarioFault(_first(sheet.faults, shown))
     columns = {name: np.array(values, dtype=float) for name, values in sheet.values.items()}
     return Measurement(
-        shown, hashlib.sha256(content).hexdigest(), date, columns, sheet.units, tuple(sheet.lines), tuple(sheet.unused)
-    )
+        shown, hashlib.sha256(content).hexdigest(), date, columns, sheet.units, tuple(sheet.lines), tuple(sheet.unused),
+        {name: tuple(words) for name, words in sheet.words.items()},
+    )  # fmt: skip
+
+
+def titles_of(path: Path) -> list[tuple[str, str | None]]:
+    """Names and units of the columns of a file; none if it is empty."""
+    text = as_text(read_bytes(path, str(path)), str(path))
+    first = next((line for line in text.splitlines() if line.strip() and line.lstrip()[0] != "#"), "")
+    return [titled(cell) for cell, _ in cells_of(first) if cell]
 
 
 def example_title(channel: Channel) -> str:
     """How a title may be written: ``force_x [N]``."""
-    if not channel.dimension:
+    if channel.dimension in ("", WORDS):
         return channel.name
     return f"{channel.name} [{_unit(channel)}]"
 
@@ -162,14 +172,16 @@ class _Sheet:
         for channel in channels:
             if channel.needed and channel.name not in there:
                 self.fault(channel.name, f"missing; write a column {example_title(channel)}", self.line, 1)
-        self.values: dict[str, list[float]] = {name: [] for name in there}
+        words = {channel.name for channel, _ in self.places.values() if channel.dimension == WORDS}
+        self.values: dict[str, list[float]] = {name: [] for name in there if name not in words}
+        self.words: dict[str, list[str]] = {name: [] for name in there if name in words}
 
     def fault(self, name: str, message: str, line: int, column: int) -> None:
         self.faults.append(Fault((name,) if name else (), message, line, column, self.shown))
 
     def scale(self, channel: Channel, unit: str | None, column: int) -> float:
         """How many SI units one of the column is."""
-        if not channel.dimension or (channel.dimension == "dimensionless" and unit is None):
+        if channel.dimension in ("", WORDS) or (channel.dimension == "dimensionless" and unit is None):
             return 1.0
         if not unit:
             self.fault(channel.name, f"no unit; write {example_title(channel)}", self.line, column)
@@ -193,6 +205,11 @@ class _Sheet:
         self.lines.append(number)
         for place, (channel, scale) in self.places.items():
             cell = cells[place] if place < len(cells) else ("", len(line.rstrip()) + 1)
+            if channel.dimension == WORDS:
+                self.words[channel.name].append(cell[0])
+                if not cell[0]:
+                    self.fault(channel.name, "an empty cell; every row needs a word", number, cell[1])
+                continue
             self.values[channel.name].append(self.value(channel, scale, cell, number))
 
     def value(self, channel: Channel, scale: float, cell: Cell, number: int) -> float:

@@ -106,6 +106,10 @@ def _is_amount(value: Any) -> bool:
 
 def _sets_others_aside(owner: Spec, key: str) -> bool:
     """Writing the key takes away another that says the same in different words."""
+    for own, others in type(owner).instead.items():
+        rivals = others if key == own else (own,) if key in others else ()
+        if any(name in owner.model_fields_set and getattr(owner, name) is not None for name in rivals):
+            return True
     groups = type(owner).either
     mine = [group for group in groups if key in group]
     return bool(mine) and any(name in owner.model_fields_set for group in groups if group not in mine for name in group)

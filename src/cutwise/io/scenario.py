@@ -16,6 +16,7 @@ from cutwise.io.documents import document_of_report, document_of_run
 from cutwise.io.fault_text import faults_among_sound_sections, faults_of, unknown_key
 from cutwise.io.files import as_text, read_bytes
 from cutwise.io.processes import model_of, process_named
+from cutwise.io.scatter import Source, scatter_faults, with_covariances
 from cutwise.io.tables import read_table
 from cutwise.io.tree import Node, compose, from_data, hidden_letters, merged, origins, placed, too_short, unwrapped
 from cutwise.later import later
@@ -41,7 +42,7 @@ else:  # readers of what few scenarios hold
 Read = TypeVar("Read", bound=Spec)
 
 _OVERRIDE = 2  # layer of values that are given beside the file; null takes away what the others say
-_UNNAMED = ("name", "process")  # not values with an origin
+_UNNAMED = ("name", "process", "covariances", "measured")  # not values with an origin
 
 OVERRIDES = 'overrides["{}"]'
 """How a message names an override in Python; the command line says ``--set``."""
@@ -165,6 +166,8 @@ def _checked(tree: Node, model: type[Read], folder: Path, faults: list[Fault]) -
     assembly = _Assembly(model, folder, faults)
     tree = assembly.complete(tree, model, ())
     tree = _without_displaced(tree, model)
+    faults += scatter_faults(tree, model)
+    tree = with_covariances(tree, model, assembly.sources, faults)
     plain = tree.plain()
     try:
         read = model.model_validate(plain)
@@ -241,6 +244,12 @@ def _without_displaced(node: Node, model: type[Spec]) -> Node:
         for key in group:
             if key in value and value[key].layer < stronger:
                 del value[key]
+    for key, others in model.instead.items():
+        there = [other for other in others if other in value]
+        if key in value and there:
+            own, strongest = value[key].layer, max(value[other].layer for other in there)
+            for other in there if own > strongest else [key] if own < strongest else []:
+                del value[other]
     for name, info in model.model_fields.items():
         for section in fields.inner(info):
             if name not in value:
@@ -299,6 +308,7 @@ class _Assembly:
         self.model, self.folder, self.faults = model, folder, faults
         self.incomplete: set[spec_faults.Path] = set()  # sections that lack their library entry
         self.files: list[str] = []  # what was read
+        self.sources: list[Source] = []  # library entries that have given values
         self.meant: set[spec_faults.Path] = set()  # keys that are missing because they are misspelled in an entry
 
     def explains(self, path: spec_faults.Path) -> bool:
@@ -381,6 +391,7 @@ class _Assembly:
             return node
         values = library.marked(entry.values, label)
         known = self._known_to_section(values, section, path)
+        self.sources.append(Source(path, label, entry))
         return merged(known, node)
 
     def _with_urdf(self, node: Node, path: spec_faults.Path) -> Node:

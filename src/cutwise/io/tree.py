@@ -19,6 +19,7 @@ STATUSES = get_args(Status)
 _TAG = "tag:yaml.org,2002:"
 _WRAPPER = ("value", "status", "source", "library")
 _SCATTER = ("standard_error", "covariance")  # beside a measured value
+_SECTION_WITH_VALUE = "motion"  # key of a section that has a key of its own called value
 _MOST_NODES = 500_000
 _LONGEST_TEXT, _MOST_MARKS = 5_000_000, 200_000  # letters, and signs between values: about 8 CPU s of reading
 LONGEST = 18  # digits of an integer; longer ones are read as floating point numbers
@@ -37,6 +38,7 @@ class Node:
     key_column: int | None = None
     layer: int = 1  # 0 library entry, 1 scenario, 2 --set: the higher one wins
     origin: Origin | None = None
+    scatter: "Node | None" = None  # standard errors, in the form of the value
 
     def fault(self, path: Path, message: str, *, at_key: bool = False) -> Fault:
         """A fault at this node, or at the key that names it."""
@@ -249,7 +251,7 @@ def unwrapped(node: Node, path: Path, faults: list[Fault]) -> Node:
         return replace(node, value=[unwrapped(item, (*path, i), faults) for i, item in enumerate(node.value)])
     if not isinstance(node.value, dict):
         return node
-    if "value" not in node.value:
+    if "value" not in node.value or _SECTION_WITH_VALUE in node.value:
         return replace(node, value={key: unwrapped(item, (*path, key), faults) for key, item in node.value.items()})
     for key in node.value:
         if key not in (*_WRAPPER, *_SCATTER):
@@ -263,7 +265,8 @@ def unwrapped(node: Node, path: Path, faults: list[Fault]) -> Node:
         faults.append(node.value["status"].fault((*path, "status"), f'"{status}" is not one of {", ".join(STATUSES)}'))
         status = "user"
     origin = Origin(status, said.get("source", ""), library=said.get("library", ""))
-    return replace(inner, key_line=node.key_line, key_column=node.key_column, origin=origin)
+    scatter = node.value.get("standard_error")
+    return replace(inner, key_line=node.key_line, key_column=node.key_column, origin=origin, scatter=scatter)
 
 
 def merged(weak: Node, strong: Node) -> Node:

@@ -36,7 +36,12 @@ def constant(value: float) -> Polyline:
 
 
 def smooth(at: FloatArray, value: FloatArray) -> Cubic:
-    """Cubic through all points without overshoot (PCHIP): no new extremes between measured values."""
+    """Cubic through all points without overshoot (PCHIP): no new extremes between measured values.
+
+    References
+    ----------
+    Fritsch and Butland 1984, SIAM J. Sci. Stat. Comput. 5, as SciPy has it.
+    """
     curve = interpolate.PchipInterpolator(np.asarray(at, float), np.asarray(value, float))
     return Cubic(np.ascontiguousarray(curve.x), np.ascontiguousarray(curve.c))
 
@@ -48,7 +53,29 @@ def no_cubic() -> Cubic:
 
 @compiled
 def segment(at: FloatArray, x: float) -> int:
-    """Index of the last breakpoint not beyond x, by bisection; 0 before the first."""
+    """Index of the last breakpoint not beyond x, by bisection; 0 before the first.
+
+    Parameters
+    ----------
+    at : array (n,)
+        Breakpoints, rising.
+    x : float
+        In their unit.
+
+    Returns
+    -------
+    int
+        Of the piece from this breakpoint to the next: n - 2 at the most, also at the last breakpoint and beyond it.
+
+    Notes
+    -----
+    Valid for any finite x.
+
+    Examples
+    --------
+    >>> [segment(np.array([0.0, 1.0, 3.0]), x) for x in (-1.0, 1.0, 9.0)]
+    [0, 1, 1]
+    """
     low = 0
     high = at.size - 1
     while high - low > 1:
@@ -61,8 +88,66 @@ def segment(at: FloatArray, x: float) -> int:
 
 
 @compiled
+def station(at: FloatArray, along: float) -> tuple[int, float]:
+    r"""Interval of a table and the share of it that lies behind; the end values hold beyond the ends.
+
+    .. math:: x = x_k + \sigma\,(x_{k+1} - x_k), \qquad 0 \le \sigma \le 1
+
+    Parameters
+    ----------
+    at : array (n,)
+        Stations :math:`x_k`, rising, in a unit of the caller's: of the path [m].
+    along : float
+        x in that unit.
+
+    Returns
+    -------
+    tuple
+        k and :math:`\sigma`; 0 and 0 where there is one station only.
+
+    Notes
+    -----
+    Valid for stations so close that what is read between them is as good as straight.
+
+    Examples
+    --------
+    >>> stations = np.array([0.0, 1.0, 3.0])
+    >>> station(stations, 1.5), station(stations, 7.0)
+    ((1, 0.25), (1, 1.0))
+    """
+    last = at.size - 1
+    if last == 0 or along <= at[0]:
+        return 0, 0.0
+    if along >= at[last]:
+        return last - 1, 1.0
+    low = segment(at, along)
+    return low, (along - at[low]) / (at[low + 1] - at[low])
+
+
+@compiled
 def polyline_value(curve: Polyline, x: float) -> float:
-    """Value of a polyline at x; the end values hold beyond the ends."""
+    r"""Value of a polyline at x; the end values hold beyond the ends.
+
+    .. math:: y = y_i + \frac{x - x_i}{x_{i+1} - x_i} (y_{i+1} - y_i)
+
+    Parameters
+    ----------
+    curve : Polyline
+        Breakpoints :math:`x_i, y_i`, shape (n,), in units of the caller's.
+    x : float
+        In the unit of the breakpoints.
+
+    Returns
+    -------
+    float
+        y. Valid for any x: whoever may not go beyond the ends asks before.
+
+    Examples
+    --------
+    >>> curve = Polyline(np.array([0.0, 1.0, 3.0]), np.array([0.0, 2.0, 4.0]))
+    >>> polyline_value(curve, 2.0), polyline_value(curve, 9.0)
+    (3.0, 4.0)
+    """
     at = curve.at
     last = at.size - 1
     if last == 0 or x <= at[0]:
@@ -76,7 +161,34 @@ def polyline_value(curve: Polyline, x: float) -> float:
 
 @compiled
 def cubic_value_slope(curve: Cubic, x: float) -> tuple[float, float]:
-    """Value and slope of a cubic at x; constant beyond the ends."""
+    r"""Value and slope of a cubic at x; constant beyond the ends.
+
+    .. math:: y = ((c_0 d + c_1) d + c_2) d + c_3, \qquad y' = (3 c_0 d + 2 c_1) d + c_2, \qquad d = x - x_i
+
+    Parameters
+    ----------
+    curve : Cubic
+        Breakpoints :math:`x_i`, shape (n,), and coefficients, shape (4, n - 1), in units of the caller's.
+    x : float
+        In the unit of the breakpoints.
+
+    Returns
+    -------
+    tuple
+        y and :math:`y'`; the slope is 0 at the ends themselves and beyond. Valid for any x.
+
+    Examples
+    --------
+    :math:`x^3` from 0 to 2:
+
+    >>> cube = Cubic(np.array([0.0, 2.0]), np.array([[1.0], [0.0], [0.0], [0.0]]))
+    >>> cubic_value_slope(cube, 1.0), cubic_value_slope(cube, 3.0)
+    ((1.0, 3.0), (8.0, 0.0))
+
+    References
+    ----------
+    Horner's scheme.
+    """
     at = curve.at
     last = at.size - 1
     inside = at[0] < x < at[last]

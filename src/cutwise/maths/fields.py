@@ -39,6 +39,14 @@ def random_field(
     -------
     position, value : array
         Grid [m] and field, shape (n,).
+
+    Notes
+    -----
+    Valid for lengths from a few l on: a shorter sample has a mean and deviation of its own.
+
+    References
+    ----------
+    Derived here: a Gaussian folded with itself is one of :math:`\sqrt2` its width.
     """
     pitch = min(correlation_length, length) / _POINTS_PER_CORRELATION
     position = np.arange(-correlation_length, length + correlation_length + pitch, pitch)

@@ -52,7 +52,34 @@ def _balls(point: FloatArray, size: int) -> FloatArray:
 
 @inlined
 def far_from(ball: FloatArray, b: int, x: float, y: float, z: float, within: float) -> bool:
-    """Whether a ball of a table is farther than a distance from a point."""
+    """Whether a ball of a table is farther than a distance from a point.
+
+    .. math:: |q - c| > w + r
+
+    Parameters
+    ----------
+    ball : array (m, 4)
+        Centres c and radii r [m].
+    b : int
+        Row of the ball.
+    x, y, z : float
+        The point q [m].
+    within : float
+        w [m]; a negative one is the depth at which a ball has to be reached into.
+
+    Returns
+    -------
+    bool
+        True: nothing in the ball is within the distance. Valid for what the ball holds; False says nothing.
+
+    Examples
+    --------
+    3 m off a ball of 1 m:
+
+    >>> ball = np.array([[0.0, 0.0, 0.0, 1.0]])
+    >>> far_from(ball, 0, 3.0, 0.0, 0.0, 1.5), far_from(ball, 0, 3.0, 0.0, 0.0, 2.5)
+    (True, False)
+    """
     cx, cy, cz = x - ball[b, 0], y - ball[b, 1], z - ball[b, 2]
     bound = within + ball[b, 3]
     return bound < 0.0 or cx * cx + cy * cy + cz * cz > bound * bound
@@ -78,7 +105,29 @@ def thinned_line(point: FloatArray, sag: float) -> IntArray:
 
 @inlined
 def foot_on(p: FloatArray, j: int, x: float, y: float, z: float) -> tuple[float, float]:
-    """Squared distance of a point from segment j of points of shape (n, 3), and where its foot is on it, 0 to 1."""
+    r"""Squared distance of a point from segment j of points of shape (n, 3), and where its foot is on it, 0 to 1.
+
+    .. math:: s = \min(1, \max(0, (q - a) \cdot (b - a) / |b - a|^2)), \qquad d^2 = |q - a - s (b - a)|^2
+
+    Parameters
+    ----------
+    p : array (n, 3) or wider
+        Points [m]; the segment runs from a, row j, to b, row j + 1.
+    j : int
+        Row.
+    x, y, z : float
+        The point q [m].
+
+    Returns
+    -------
+    tuple
+        :math:`d^2` [m^2] and s. Valid for a segment of no length too: its foot is its start.
+
+    Examples
+    --------
+    >>> foot_on(np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0]]), 0, 0.5, 3.0, 0.0)
+    (9.0, 0.25)
+    """
     ax, ay, az = p[j, 0], p[j, 1], p[j, 2]
     dx, dy, dz = p[j + 1, 0] - ax, p[j + 1, 1] - ay, p[j + 1, 2] - az
     px, py, pz = x - ax, y - ay, z - az
@@ -92,7 +141,32 @@ def foot_on(p: FloatArray, j: int, x: float, y: float, z: float) -> tuple[float,
 
 @internal
 def distance_within(line: Line, x: float, y: float, z: float, cutoff: float) -> float:
-    """Distance of a point from a line [m]; the cutoff if it is farther."""
+    r"""Distance of a point from a line [m]; the cutoff if it is farther.
+
+    Parameters
+    ----------
+    line : Line
+        Polylines with their balls, from :func:`line`.
+    x, y, z : float
+        The point [m].
+    cutoff : float
+        [m], not negative; the smaller it is, the more is left out.
+
+    Returns
+    -------
+    float
+        :math:`\min_j |q - f_j|` over the feet of :func:`foot_on` [m], or the cutoff.
+
+    Notes
+    -----
+    Valid for chords, not for the curve that they stand for. Only other kernels call it; ``py_func`` is the same in Python.
+
+    Examples
+    --------
+    >>> straight = line([np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0]])])
+    >>> [float(distance_within.py_func(straight, 0.5, 3.0, 0.0, cutoff)) for cutoff in (10.0, 1.0)]
+    [3.0, 1.0]
+    """
     best = cutoff * cutoff
     within = cutoff
     node, ball, blocks = line.node, line.ball, line.blocks

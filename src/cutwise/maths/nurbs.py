@@ -98,7 +98,10 @@ def _basis(knots: FloatArray, first: int, count: int, degree: int, t: float, out
 
 @compiled
 def spline_point(table: Splines, index: int, u: float, v: float, work: FloatArray) -> Nine:
-    """Point [m] and both derivatives [m per parameter] of a surface; beyond its range the last piece goes on.
+    r"""Point [m] and both derivatives [m per parameter] of a surface; beyond its range the last piece goes on.
+
+    .. math:: S = A / w, \quad S_u = (A_u - w_u S) / w, \qquad
+              (A, w) = \sum_{ij} N_i(u) N_j(v)\,(w_{ij} P_{ij},\; w_{ij})
 
     Parameters
     ----------
@@ -108,6 +111,31 @@ def spline_point(table: Splines, index: int, u: float, v: float, work: FloatArra
         Parameters.
     work : array
         Room for the basis functions, shape (4, degree + 1) or more.
+
+    Returns
+    -------
+    tuple
+        S, :math:`S_u`, :math:`S_v`, nine numbers.
+
+    Notes
+    -----
+    Valid for positive weights and knots that are repeated no more than the degree inside.
+
+    Examples
+    --------
+    A quarter of a cylinder of 1 m, in its middle: :math:`\sqrt{1/2}` twice, and half its height.
+
+    >>> ring, root = np.array([[1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]), math.sqrt(0.5)
+    >>> poles = np.stack([np.column_stack([ring, np.full(3, z)]) for z in (0.0, 2.0)], axis=1)
+    >>> weights = np.array([[1.0, 1.0], [root, root], [1.0, 1.0]])
+    >>> knots = np.array([0.0, 0, 0, 1, 1, 1]), np.array([0.0, 0, 1, 1])
+    >>> table = splines([SplineSurface(*knots, poles, weights, 2, 1)])
+    >>> [round(part, 9) for part in spline_point(table, 0, 0.5, 0.5, workspace(table))[:3]]
+    [0.707106781, 0.707106781, 1.0]
+
+    References
+    ----------
+    Piegl and Tiller 1997, The NURBS Book, secs. 4.4 (the surface) and 4.5 (its derivatives).
     """
     lay = table.layout[index]
     nu, du, nv, dv = lay[1], lay[2], lay[4], lay[5]
@@ -152,7 +180,24 @@ def spline_point(table: Splines, index: int, u: float, v: float, work: FloatArra
 
 @compiled
 def workspace(table: Splines) -> FloatArray:
-    """Room that :func:`spline_point` needs for any surface of a table."""
+    """Room that :func:`spline_point` needs for any surface of a table.
+
+    Parameters
+    ----------
+    table : Splines
+        The surfaces.
+
+    Returns
+    -------
+    array (4, largest degree + 2)
+        Zeros; valid for one thread.
+
+    Examples
+    --------
+    >>> straight, square = np.array([0.0, 0, 1, 1]), np.array([[[0.0, 0, 0], [0, 4, 0]], [[2, 0, 0], [2, 4, 0]]])
+    >>> workspace(splines([SplineSurface(straight, straight, square, np.ones((2, 2)), 1, 1)])).shape
+    (4, 3)
+    """
     most = 1
     for k in range(table.layout.shape[0]):
         most = max(most, table.layout[k, 2], table.layout[k, 5])
@@ -188,7 +233,44 @@ def _foot_from(
 def nearest_parameters(
     table: Splines, index: int, x: float, y: float, z: float, u: float, v: float, work: FloatArray
 ) -> tuple[float, float]:
-    """Parameters of the foot of a point near a surface from a guess, or from a grid where the guess leads astray."""
+    r"""Parameters of the foot of a point near a surface from a guess, or from a grid where the guess leads astray.
+
+    .. math:: (q - S) \cdot S_u = 0, \qquad (q - S) \cdot S_v = 0
+
+    by Gauss and Newton, kept within the range of the surface.
+
+    Parameters
+    ----------
+    table, index : Splines, int
+        The surface.
+    x, y, z : float
+        The point q [m].
+    u, v : float
+        Guess.
+    work : array
+        From :func:`workspace`.
+
+    Returns
+    -------
+    tuple
+        u and v.
+
+    Notes
+    -----
+    Valid for points much nearer to the surface than its radii of curvature: the second derivatives are left out, which
+    slows the search down farther away. A foot more than 0.03 mm off is looked for again from 25 places.
+
+    Examples
+    --------
+    >>> straight, square = np.array([0.0, 0, 1, 1]), np.array([[[0.0, 0, 0], [0, 4, 0]], [[2, 0, 0], [2, 4, 0]]])
+    >>> flat = splines([SplineSurface(straight, straight, square, np.ones((2, 2)), 1, 1)])
+    >>> [round(part, 9) for part in nearest_parameters(flat, 0, 0.5, 3.0, 1e-6, 0.5, 0.5, workspace(flat))]
+    [0.25, 0.75]
+
+    References
+    ----------
+    Piegl and Tiller 1997, The NURBS Book, sec. 6.1 (point inversion), without the second derivatives.
+    """
     best_u, best_v, least = _foot_from(table, index, x, y, z, u, v, work)
     if least < _ASTRAY * _ASTRAY:
         return best_u, best_v
@@ -210,20 +292,39 @@ def nearest_parameters(
 def spline_normals(
     table: Splines, index: int, side: float, point: FloatArray, uv: FloatArray, gap: FloatArray, normal: FloatArray
 ) -> None:
-    """Distance of points from a surface along its normal, and that normal; ``uv`` comes in as a guess.
+    r"""Distance of points from a surface along its normal, and that normal; ``uv`` comes in as a guess.
+
+    .. math:: n = \sigma\,S_u \times S_v / |S_u \times S_v|, \qquad g = (q - S) \cdot n
 
     Parameters
     ----------
     table, index : Splines, int
         The surface.
     side : float
-        1 if the outward normal is :math:`S_u \\times S_v`, -1 if it is opposite.
+        :math:`\sigma`: 1 if the outward normal is :math:`S_u \times S_v`, -1 if it is opposite.
     point : array
-        Points close to the surface [m], shape (n, 3).
+        Points q close to the surface [m], shape (n, 3).
     uv : array
         Parameters of their feet: guess in, result out, shape (n, 2).
     gap, normal : array
-        Results: signed distance [m], shape (n,), and unit normals, shape (n, 3).
+        Results: signed distance g [m], shape (n,), and unit normals, shape (n, 3).
+
+    Notes
+    -----
+    Valid where :func:`nearest_parameters` is; where the surface has a pole the normal is zero, and with it the gap.
+
+    Examples
+    --------
+    >>> straight, square = np.array([0.0, 0, 1, 1]), np.array([[[0.0, 0, 0], [0, 4, 0]], [[2, 0, 0], [2, 4, 0]]])
+    >>> flat = splines([SplineSurface(straight, straight, square, np.ones((2, 2)), 1, 1)])
+    >>> gap, normal = np.empty(1), np.empty((1, 3))
+    >>> spline_normals(flat, 0, 1.0, np.array([[0.5, 3.0, 0.25]]), np.array([[0.5, 0.5]]), gap, normal)
+    >>> gap.round(9).tolist(), normal.round(9).tolist()
+    ([0.25], [[0.0, 0.0, 1.0]])
+
+    References
+    ----------
+    Derived here from :func:`spline_point`.
     """
     work = workspace(table)
     for i in range(point.shape[0]):
@@ -266,6 +367,26 @@ def section_heights(
     -------
     array
         Heights g [m], shape (n, k).
+
+    Notes
+    -----
+    Valid where the section goes on as far as the reach; eight steps of Newton from the node before it, and the last of them
+    is taken as it is.
+
+    Examples
+    --------
+    :math:`z = x^2` cut along x: 0.25 and 1 at 0.5 and 1 m.
+
+    >>> poles = np.array([[[0.0, 0, 0], [0, 1, 0]], [[0.5, 0, 0], [0.5, 1, 0]], [[1, 0, 1], [1, 1, 1]]])
+    >>> knots = np.array([0.0, 0, 0, 1, 1, 1]), np.array([0.0, 0, 1, 1])
+    >>> bowl = splines([SplineSurface(*knots, poles, np.ones((3, 2)), 2, 1)])
+    >>> at, x, z = np.array([[0.0, 0.5, 0.0]]), np.array([[1.0, 0.0, 0.0]]), np.array([[0.0, 0.0, 1.0]])
+    >>> section_heights(bowl, 0, np.array([[0.0, 0.5]]), at, x, z, 1.0, np.array([0.5, 1.0])).round(9).tolist()
+    [[0.25, 1.0]]
+
+    References
+    ----------
+    Derived here: Newton's method on the two parameters.
     """
     work = workspace(table)
     height = np.zeros((point.shape[0], node.size))

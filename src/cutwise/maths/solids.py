@@ -36,6 +36,10 @@ def coaxial(members: Iterable[Cylinder]) -> BodyMass:
               I_a = \sum_i m_i \frac{r_i^2 + b_i^2}{2}
 
     with radius r, bore b, length l and distance d of the middle from the origin.
+
+    References
+    ----------
+    Cylinder and theorem of Steiner.
     """
     mass = moment = inertia = axial = 0.0
     for one in members:

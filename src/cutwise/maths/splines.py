@@ -39,6 +39,10 @@ def point(points: Sequence[Point], weights: Sequence[float], order: int, knots: 
         Rising, n + order of them.
     t : float
         Parameter, between the knots number ``order - 1`` and ``n`` (from 0).
+
+    References
+    ----------
+    de Boor 1972, J. Approx. Theory 6.
     """
     n = len(points)
     span = next((i for i in range(order - 1, n) if t < knots[i + 1]), n - 1)

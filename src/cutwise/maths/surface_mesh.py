@@ -82,7 +82,44 @@ class Middle(NamedTuple):
 
 @inlined
 def put_on(faces: Faces, face: int, x: float, y: float, z: float, u: float, v: float, work: FloatArray) -> Middle:
-    """The point of a face at a point close to it (elementary faces) or at its parameters (free-form ones)."""
+    r"""The point of a face at a point close to it (elementary faces) or at its parameters (free-form ones).
+
+    .. math:: p = q - f(q)\,\nabla f(q)
+
+    Parameters
+    ----------
+    faces, face : Faces, int
+        Where it lies.
+    x, y, z : float
+        The point q [m].
+    u, v : float
+        Parameters; count on free-form faces only.
+    work : array
+        Room for spline evaluation.
+
+    Returns
+    -------
+    Middle
+        The point, and by how much it was moved, twice [m]; a point of a plane is left where it is.
+
+    Notes
+    -----
+    Valid for corners of a mesh and middles between them, off the axes of their surfaces.
+
+    Examples
+    --------
+    3 m from the axis, put on a cylinder of 2 m:
+
+    >>> from cutwise.maths.nurbs import splines
+    >>> from cutwise.maths.surfaces import CYLINDER, surfaces
+    >>> faces = Faces(surfaces([(CYLINDER, (0, 0, 0), (0, 0, 1), 2.0, 0.0)]), splines([]), no_limits())
+    >>> tuple(put_on(faces, 0, 3.0, 0.0, 5.0, 0.0, 0.0, np.zeros((4, 2))))
+    (2.0, 0.0, 5.0, 1.0, 1.0)
+
+    References
+    ----------
+    Derived here from :func:`~cutwise.maths.surfaces.signed_distance`.
+    """
     kind = faces.surfaces.row[face, 0]
     if kind == PLANE:
         return Middle(x, y, z, 0.0, 0.0)
@@ -98,7 +135,45 @@ def put_on(faces: Faces, face: int, x: float, y: float, z: float, u: float, v: f
 
 @internal
 def middle_of(faces: Faces, face: int, piece: FloatArray, work: FloatArray) -> Middle:
-    """Middle of a piece and how far the piece reaches from it, its bulge included."""
+    r"""Middle of a piece and how far the piece reaches from it, its bulge included.
+
+    .. math:: \max_k |c_k - m| + 1.5\,b
+
+    Parameters
+    ----------
+    faces, face : Faces, int
+        Where it lies.
+    piece : array (15,)
+        Corners :math:`c_k` [m] and their parameters.
+    work : array
+        Room for spline evaluation.
+
+    Returns
+    -------
+    Middle
+        m on the surface, the reach, and the bulge b, by which the centroid was moved [m].
+
+    Notes
+    -----
+    Valid for pieces whose bulge is largest in the middle, to the factor of 1.5. Only other kernels call it; ``py_func`` is
+    the same in Python.
+
+    Examples
+    --------
+    A right triangle of 3 and 6 m in a plane; its far corner is at :math:`\sqrt{1 + 16}`.
+
+    >>> from cutwise.maths.nurbs import splines
+    >>> from cutwise.maths.surfaces import surfaces
+    >>> faces = Faces(surfaces([(PLANE, (0, 0, 0), (0, 0, 1), 0.0, 0.0)]), splines([]), no_limits())
+    >>> piece = np.array([0.0, 0, 0, 3, 0, 0, 0, 6, 0, 0, 0, 0, 0, 0, 0])
+    >>> middle = middle_of.py_func(faces, 0, piece, np.zeros((4, 2)))
+    >>> round(middle.x, 9), round(middle.y, 9), round(middle.reach**2, 9)
+    (1.0, 2.0, 17.0)
+
+    References
+    ----------
+    Derived here.
+    """
     third = 1.0 / 3.0
     x, y, z = (
         third * (piece[0] + piece[3] + piece[6]), third * (piece[1] + piece[4] + piece[7]),
@@ -131,6 +206,27 @@ def halve(
         The table and its rows for the halves; they may be those of the piece.
     work : array
         Room for spline evaluation.
+
+    Notes
+    -----
+    Valid for sides much shorter than the radii of the surface: the new corner is the middle of the side, put on
+    the surface. Only other kernels call it; ``py_func`` is the same in Python.
+
+    Examples
+    --------
+    A side of 6 m is longer than the other two, and cut at 3 m.
+
+    >>> from cutwise.maths.nurbs import splines
+    >>> from cutwise.maths.surfaces import surfaces
+    >>> faces = Faces(surfaces([(PLANE, (0, 0, 0), (0, 0, 1), 0.0, 0.0)]), splines([]), no_limits())
+    >>> piece, two = np.array([[0.0, 0, 0, 6, 0, 0, 3, 3, 0, 0, 0, 0, 0, 0, 0]]), np.empty((2, 15))
+    >>> halve.py_func(faces, 0, piece, 0, np.array([0.0, 0.0, 1.0]), 0.0, two, 0, 1, np.zeros((4, 2)))
+    >>> two[:, :9].tolist()
+    [[0.0, 0.0, 0.0, 3.0, 0.0, 0.0, 3.0, 3.0, 0.0], [3.0, 0.0, 0.0, 6.0, 0.0, 0.0, 3.0, 3.0, 0.0]]
+
+    References
+    ----------
+    Rivara 1984, Int. J. Numer. Meth. Eng. 20 (bisection of the longest side).
     """
     longest = -1.0
     a = 0
@@ -161,7 +257,41 @@ def halve(
 
 @inlined
 def outside_limits(faces: Faces, face: int, x: float, y: float, z: float) -> float:
-    """How far a point of a face lies outside of what its limits leave of it [m]; not positive: inside."""
+    r"""How far a point of a face lies outside of what its limits leave of it [m]; not positive: inside.
+
+    .. math:: \max_k (-\sigma_k d_k), \qquad -\sigma_k d_k \le r_k
+
+    Parameters
+    ----------
+    faces, face : Faces, int
+        The face; rows of ``limit`` are face, other surface, :math:`\sigma` and reach r [m].
+    x, y, z : float
+        A point of it [m].
+
+    Returns
+    -------
+    float
+        [m], over the limits that reach as far; minus infinity where there is none.
+
+    Notes
+    -----
+    Valid for limits sorted by their faces, and points off the axes of the other surfaces.
+
+    Examples
+    --------
+    A plane with a round hole of 2 m: 1 m and 3 m from its centre.
+
+    >>> from cutwise.maths.nurbs import splines
+    >>> from cutwise.maths.surfaces import CYLINDER, surfaces
+    >>> both = surfaces([(PLANE, (0, 0, 0), (0, 0, 1), 0.0, 0.0), (CYLINDER, (0, 0, 0), (0, 0, 1), 2.0, 0.0)])
+    >>> faces = Faces(both, splines([]), np.array([[0.0, 1.0, 1.0, 5.0]]))
+    >>> outside_limits(faces, 0, 1.0, 0.0, 0.0), outside_limits(faces, 0, 3.0, 0.0, 0.0)
+    (1.0, -1.0)
+
+    References
+    ----------
+    Derived here.
+    """
     worst = -math.inf
     low, high = 0, faces.limit.shape[0]
     while low < high:  # the rows are sorted by their faces

@@ -83,6 +83,27 @@ def signed_distance(table: Surfaces, index: int, x: float, y: float, z: float) -
         The surface.
     x, y, z : float
         The point [m]; not on the axis.
+
+    Returns
+    -------
+    tuple
+        Distance [m] and x, y, z of the gradient [1].
+
+    Notes
+    -----
+    Valid off the axis, the centre of a sphere and the centre line of a torus, where there is no gradient; of a cone, on
+    that side of its tip where it is.
+
+    Examples
+    --------
+    3 m from the axis of a cylinder of 2 m:
+
+    >>> signed_distance(surfaces([(CYLINDER, (0, 0, 0), (0, 0, 1), 2.0, 0.0)]), 0, 3.0, 0.0, 5.0)
+    (1.0, 1.0, 0.0, 0.0)
+
+    References
+    ----------
+    Derived here: elementary geometry.
     """
     row = table.row
     kind = row[index, 0]
@@ -146,6 +167,23 @@ def section_height(
     -------
     tuple of float
         g [m] and slope; NaN where the section does not reach.
+
+    Notes
+    -----
+    Valid up to 0.06 degrees short of where the surface runs along n and the section turns back; g to 1e-12 m.
+
+    Examples
+    --------
+    A cylinder of 5 m, 3 m from the top of its arc: 1 m lower, at a slope of -3/4.
+
+    >>> rod, c = surfaces([(CYLINDER, (0, 0, 0), (0, 0, 1), 5.0, 0.0)]), np.array([5.0, 0.0, 0.0])
+    >>> x, y = np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])
+    >>> [round(part, 9) for part in section_height(rod, 0, np.zeros(8), c, y, x, 3.0, 0.0)]
+    [-1.0, -0.75]
+
+    References
+    ----------
+    Derived here: Newton's method and the implicit function theorem.
     """
     if table.row[index, 0] == FREE_FORM:
         g = 0.0

@@ -29,7 +29,13 @@ class CarriedPath(NamedTuple):
 
 
 def stations(length: float, pitch: float) -> FloatArray:
-    """Places along a path, both ends among them, no farther apart than a pitch [m]."""
+    """Places along a path, both ends among them, no farther apart than a pitch [m].
+
+    Examples
+    --------
+    >>> stations(1.0, 0.3).tolist()
+    [0.0, 0.25, 0.5, 0.75, 1.0]
+    """
     count = max(1, math.ceil(length / pitch - 1e-9))
     return np.linspace(0.0, length, count + 1)
 
@@ -41,6 +47,13 @@ def process_axes(feed: FloatArray, tool_axis: FloatArray, *, work_on_left: bool 
     ------
     ValueError
         The tool axis is not at a right angle to the feed, to 1e-6.
+
+    Examples
+    --------
+    Feed along x, tool pointing down: the axes of the base.
+
+    >>> bool((process_axes(np.array([[2.0, 0.0, 0.0]]), np.array([0.0, 0.0, -1.0])) == np.eye(3)).all())
+    True
     """
     x = feed / np.linalg.norm(feed, axis=-1, keepdims=True)
     z = -tool_axis / np.linalg.norm(tool_axis, axis=-1, keepdims=True)
@@ -55,7 +68,15 @@ def process_axes(feed: FloatArray, tool_axis: FloatArray, *, work_on_left: bool 
 def line(
     start: FloatArray, end: FloatArray, tool_axis: FloatArray, pitch: float, *, work_on_left: bool = False
 ) -> CarriedPath:
-    """A straight path between two points [m]."""
+    """A straight path between two points [m].
+
+    ``tool_axis``: from the motor to the tip, shape (3,); ``pitch``: between stations at most [m].
+
+    Examples
+    --------
+    >>> line(np.zeros(3), np.array([0.0, 0.3, 0.4]), np.array([1.0, 0.0, 0.0]), 0.3).at.round(9).tolist()
+    [0.0, 0.25, 0.5]
+    """
     start, end = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
     way = end - start
     at = stations(float(np.linalg.norm(way)), pitch)
@@ -66,7 +87,13 @@ def line(
 
 def across(up: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Axes at right angles to a unit vector from which angles of arcs count: x of the part (y where that is the vector
-    itself), and a quarter turn to the left of it."""
+    itself), and a quarter turn to the left of it.
+
+    Examples
+    --------
+    >>> [axis.tolist() for axis in across(np.array([0.0, 0.0, 1.0]))]
+    [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
+    """
     world = np.array([1.0, 0.0, 0.0]) if abs(up[0]) < 0.999 else np.array([0.0, 1.0, 0.0])
     right = world - (world @ up) * up
     right /= np.linalg.norm(right)
@@ -92,6 +119,14 @@ def arc(
         round [rad].
     follow : bool
         Process axes turn with the edge; else they keep those of the start.
+
+    Examples
+    --------
+    A quarter clockwise round the work from x, seen from the motor:
+
+    >>> path = arc(np.zeros(3), 0.1, 0.0, 0.5 * math.pi, np.array([0.0, 0.0, -1.0]), 0.1)
+    >>> (path.point[-1] + 0.0).round(9).tolist()
+    [0.0, -0.1, 0.0]
     """
     up = -np.asarray(tool_axis, dtype=float) / np.linalg.norm(tool_axis)
     right, ahead = across(up)
@@ -107,5 +142,12 @@ def arc(
 
 
 def placed(path: CarriedPath, rotation: FloatArray, origin: FloatArray) -> CarriedPath:
-    """The path of a part that stands at an origin [m] with a rotation in the base frame."""
+    """The path of a part that stands at an origin [m] with a rotation in the base frame.
+
+    Examples
+    --------
+    >>> path = line(np.zeros(3), np.array([0.1, 0.0, 0.0]), np.array([0.0, 0.0, -1.0]), 1.0)
+    >>> placed(path, np.eye(3), np.array([1.0, 2.0, 3.0])).point.round(9).tolist()
+    [[1.0, 2.0, 3.0], [1.1, 2.0, 3.0]]
+    """
     return path._replace(point=path.point @ rotation.T + origin, axes=rotation @ path.axes)

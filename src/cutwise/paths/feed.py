@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from cutwise.later import later
 from cutwise.maths.curves import FloatArray
 from cutwise.maths.edges import lengths
-from cutwise.paths.chamfer import ChamferPath
+from cutwise.paths.chamfer.ball_path import ChamferPath
 
 if TYPE_CHECKING:
     from scipy import interpolate
@@ -45,6 +45,22 @@ def contact_feeds(path: ChamferPath, feed: float, *, at_contact: bool) -> Feeds:
         Speed f [m/s] of the contact, or of the centre.
     at_contact : bool
         Whether f is the speed of the contact.
+
+    Examples
+    --------
+    A hole of 20 mm in a wall that is almost flat: the centre runs round at 20 - 1/sqrt(2) mm, the contact at
+    20 + 3/sqrt(2) mm.
+
+    >>> from cutwise.paths.chamfer.ball_path import TANGENT, Chamfer, chamfer_path
+    >>> from cutwise.paths.pipe import PipeHole, one_turn, pipe_edge
+    >>> edge = pipe_edge(PipeHole(1e3, 0.2, 20e-3), one_turn(400), inner=False)
+    >>> path = chamfer_path(edge, Chamfer(6e-3, tier=TANGENT), 5e-3)
+    >>> round(float(contact_feeds(path, 1.0, at_contact=True).centre[0]), 3)
+    0.872
+
+    References
+    ----------
+    Derived here.
     """
     closed = path.frames.closed
     centre = lengths(path.centre, closed=closed)
@@ -55,7 +71,20 @@ def contact_feeds(path: ChamferPath, feed: float, *, at_contact: bool) -> Feeds:
 
 
 def chord_error(path: ChamferPath) -> float:
-    r"""Largest distance between the centre curve and its polyline, :math:`\kappa_S \Delta s^2 / 8` [m]."""
+    r"""Largest distance between the centre curve and its polyline, :math:`\kappa_S \Delta s^2 / 8` [m].
+
+    Valid for segments short against the radius of curvature. Derived here.
+
+    Examples
+    --------
+    A circle of :math:`20 - 1/\sqrt{2}` mm in 100 chords: :math:`r \sin^2(\pi/n) / 2`.
+
+    >>> from cutwise.paths.chamfer.ball_path import TANGENT, Chamfer, chamfer_path
+    >>> from cutwise.paths.pipe import PipeHole, one_turn, pipe_edge
+    >>> edge = pipe_edge(PipeHole(1e3, 0.2, 20e-3), one_turn(100), inner=False)
+    >>> round(1e6 * chord_error(chamfer_path(edge, Chamfer(6e-3, tier=TANGENT), 5e-3)), 2)
+    9.52
+    """
     curve, at = _centre_curve(path)
     middle = 0.5 * (at[1:] + at[:-1])
     kappa = _curvature(curve, middle)
@@ -81,7 +110,7 @@ def _between(tolerance: FloatArray) -> FloatArray:
 
 
 def points_for(path: ChamferPath, tolerance: float) -> int:
-    r"""Number of evenly spaced parameters at which the chord error stays below a tolerance.
+    """Number of evenly spaced parameters at which the chord error stays below a tolerance.
 
     The chord error falls with the square of the number; ``path`` must be fine enough to show the curve.
 
@@ -91,6 +120,16 @@ def points_for(path: ChamferPath, tolerance: float) -> int:
         A fine path.
     tolerance : float
         Chord error [m].
+
+    Examples
+    --------
+    The circle of :func:`chord_error` to a quarter of its error: twice the points.
+
+    >>> from cutwise.paths.chamfer.ball_path import TANGENT, Chamfer, chamfer_path
+    >>> from cutwise.paths.pipe import PipeHole, one_turn, pipe_edge
+    >>> edge = pipe_edge(PipeHole(1e3, 0.2, 20e-3), one_turn(100), inner=False)
+    >>> points_for(chamfer_path(edge, Chamfer(6e-3, tier=TANGENT), 5e-3), 0.25 * 9.53e-6)
+    200
     """
     return max(8, math.ceil(len(path.centre) * math.sqrt(chord_error(path) / tolerance)))
 
@@ -120,7 +159,13 @@ def samples_for(path: ChamferPath, tolerance: Tolerance) -> NDArray[np.int64]:
 
 
 def thinned(total: int, wanted: FloatArray, *, closed: bool) -> NDArray[np.int64]:
-    """Sample numbers nearest to wanted places, no two of them neighbours; an open path keeps its ends."""
+    """Sample numbers nearest to wanted places, no two of them neighbours; an open path keeps its ends.
+
+    Examples
+    --------
+    >>> thinned(10, np.array([0.0, 1.2, 4.4, 9.0]), closed=False).tolist()
+    [0, 4, 9]
+    """
     last = total if closed else total - 1
     kept = [0]
     for place in np.rint(wanted[1:]).astype(int):

@@ -45,7 +45,17 @@ class NoEdgeError(ValueError):
 
 
 def edge_margin(part: PipeHole, *, inner: bool) -> float:
-    r"""How far the hole stays inside the cylinder, :math:`\rho - |e| - r` [m]; a closed edge needs more than zero."""
+    r"""How far the hole stays inside the cylinder, :math:`\rho - |e| - r` [m]; a closed edge needs more than zero.
+
+    Examples
+    --------
+    >>> round(1e3 * edge_margin(PipeHole(20e-3, 2e-3, 5e-3, 1e-3), inner=True), 9)
+    12.0
+
+    References
+    ----------
+    Derived here; Sato et al. 2016 have e = 0.
+    """
     return part.surface_radius(inner=inner) - abs(part.eccentricity) - part.hole_radius
 
 
@@ -53,6 +63,15 @@ def height_along_hole(part: PipeHole, theta: FloatArray, *, inner: bool) -> Floa
     r"""Height :math:`\tau` of the edge along the drill axis, :math:`\tau \cos\alpha = h + r \sin\theta \sin\alpha` [m].
 
     With :math:`h = \sqrt{\rho^2 - x^2}`, :math:`x = e + r \cos\theta`; h is 0 where the hole is beside the cylinder.
+
+    Examples
+    --------
+    >>> (1e3 * height_along_hole(PipeHole(13e-3, 1e-3, 5e-3), np.array([0.0]), inner=False)).round(9).tolist()
+    [12.0]
+
+    References
+    ----------
+    Sato et al. 2016, Eqs. (4) and (5), with an eccentric and oblique hole.
     """
     x = part.eccentricity + part.hole_radius * np.cos(theta)
     h = np.sqrt(np.maximum(0.0, part.surface_radius(inner=inner) ** 2 - x**2))
@@ -82,6 +101,12 @@ def pipe_edge(part: PipeHole, theta: FloatArray, *, inner: bool) -> EdgeFrames:
     ------
     NoEdgeError
         The hole is not inside the cylinder, :math:`|e| + r \ge \rho`.
+
+    Examples
+    --------
+    >>> edge = pipe_edge(PipeHole(13e-3, 1e-3, 5e-3), one_turn(8), inner=False)
+    >>> (1e3 * edge.point[0]).round(9).tolist(), round(float(np.degrees(edge.wedge[2])), 6)
+    ([5.0, 0.0, 12.0], 90.0)
 
     References
     ----------
@@ -119,7 +144,13 @@ def pipe_edge(part: PipeHole, theta: FloatArray, *, inner: bool) -> EdgeFrames:
 
 
 def one_turn(count: int) -> FloatArray:
-    """Angles :math:`2 \\pi i / n`, the start not repeated [rad]."""
+    r"""Angles :math:`2 \pi i / n`, the start not repeated [rad].
+
+    Examples
+    --------
+    >>> np.degrees(one_turn(4)).tolist()
+    [0.0, 90.0, 180.0, 270.0]
+    """
     return 2.0 * np.pi * np.arange(count) / count
 
 
@@ -134,6 +165,13 @@ def edge_curvature(part: PipeHole, theta: FloatArray, *, inner: bool) -> FloatAr
     ------
     ValueError
         The hole is eccentric or inclined.
+
+    Examples
+    --------
+    At the side of a hole of 5 mm in a pipe of 13 mm: :math:`\sqrt{1/5^2 + 1/12^2}` = 13/60 a millimetre.
+
+    >>> edge_curvature(PipeHole(13e-3, 1e-3, 5e-3), np.array([0.0]), inner=False).round(6).tolist()
+    [216.666667]
 
     References
     ----------

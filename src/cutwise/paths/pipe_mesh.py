@@ -18,7 +18,13 @@ _ROUND = 24  # pieces round a cylinder
 
 
 def own_faces(*, inner: bool) -> tuple[int, int]:
-    """The two faces that meet in an edge, in the order of its frames."""
+    """The two faces that meet in an edge, in the order of its frames.
+
+    Examples
+    --------
+    >>> own_faces(inner=True) == (BORE, HOLE_WALL)
+    True
+    """
     return (BORE if inner else OUTSIDE), HOLE_WALL
 
 

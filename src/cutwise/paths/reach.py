@@ -12,7 +12,7 @@ import numpy as np
 
 from cutwise.later import later
 from cutwise.maths.curves import FloatArray
-from cutwise.paths.chamfer import Chamfer, ChamferPath, NoPathError
+from cutwise.paths.chamfer.ball_path import Chamfer, ChamferPath, NoPathError
 from cutwise.paths.pipe import HOLE_SURFACE, PipeHole, height_along_hole
 
 if TYPE_CHECKING:
@@ -68,6 +68,21 @@ def contact_angles(path: ChamferPath, axis: FloatArray) -> FloatArray:
 
     Where surfaces are planes in the normal plane and the rod lies in the second: :math:`\chi_{2,1} = \varphi / 2 +
     \delta \mp \arcsin(w / 2R_B)`. ``axis``: unit vector from the ball along the rod. Shape (n, 2).
+
+    Examples
+    --------
+    A chamfer of 6 mm by a ball of 5 mm on a right angle, the rod along the hole: 45 degrees, arcsin 3/5 more and less.
+
+    >>> from cutwise.paths.chamfer.ball_path import TANGENT, chamfer_path
+    >>> from cutwise.paths.pipe import one_turn, pipe_edge
+    >>> edge = pipe_edge(PipeHole(50e-3, 20e-3, 20e-3), one_turn(8), inner=True)
+    >>> path = chamfer_path(edge, Chamfer(6e-3, tier=TANGENT), 5e-3)
+    >>> np.degrees(contact_angles(path, np.array([0.0, 0.0, 1.0]))[2]).round(4).tolist()
+    [81.8699, 8.1301]
+
+    References
+    ----------
+    Derived here for the cutter of Sato et al. 2016, sec. 3.2.
     """
     arm = path.contact - path.centre[:, None, :]
     along = arm @ axis
@@ -94,7 +109,19 @@ def rod_wall_clearance(path: ChamferPath, part: PipeHole, tool: BallCutter) -> f
 
 
 def tool_margins(tool: BallCutter) -> list[Margin]:
-    """What the cutter must be in itself."""
+    """What the cutter must be in itself.
+
+    Examples
+    --------
+    A rod of half the ball: the neck ends at 30 degrees.
+
+    >>> [round(m.value, 6) for m in tool_margins(BallCutter(2e-3, 1e-3, math.radians(45.0)))]  # 1 mm, 15 degrees
+    [0.001, 0.261799]
+
+    References
+    ----------
+    Derived here for the cutter of Sato et al. 2016, sec. 3.2.
+    """
     neck = math.asin(min(1.0, tool.rod_radius / tool.ball_radius))
     return [
         Margin(ROD_IN_BALL, tool.ball_radius - tool.rod_radius, False, "the rod must be thinner than the ball"),
@@ -103,13 +130,25 @@ def tool_margins(tool: BallCutter) -> list[Margin]:
 
 
 def entry_margin(part: PipeHole, tool: BallCutter, clearance: float) -> Margin:
-    """The ball must pass the hole to get at the inner edge from outside."""
+    """The ball must pass the hole to get at the inner edge from outside.
+
+    Examples
+    --------
+    >>> str(entry_margin(PipeHole(20e-3, 2e-3, 5e-3), BallCutter(2e-3, 1e-3, 0.0), 1e-3)).split(" (")[1]
+    'margin +2 mm)'
+    """
     room = part.hole_radius - clearance - tool.ball_radius
     return Margin(BALL_ENTERS, room, False, "the ball must pass through the hole, R_B + clearance < r")
 
 
 def bore_margin(part: PipeHole, tool: BallCutter, clearance: float) -> Margin:
-    """A tool that comes along the bore must fit into it."""
+    """A tool that comes along the bore must fit into it.
+
+    Examples
+    --------
+    >>> round(1e3 * bore_margin(PipeHole(20e-3, 2e-3, 5e-3), BallCutter(2e-3, 1e-3, 0.0), 1e-3).value, 9)
+    15.0
+    """
     room = part.radius - part.wall - clearance - tool.ball_radius
     return Margin(BALL_ENTERS, room, False, "the ball must fit into the bore of the pipe")
 
@@ -154,6 +193,17 @@ def planar_tilt(width: float, tool: BallCutter, clearance: float, wedge: float =
     ------
     NoPathError
         Rod and clearance are wider than the ball.
+
+    Examples
+    --------
+    A ball of 2 mm on a rod of 1 mm, a chamfer of 2 mm on a right angle: 30 + 30 - 45 degrees.
+
+    >>> round(math.degrees(planar_tilt(2e-3, BallCutter(2e-3, 1e-3, 0.0), 0.0)), 6)
+    15.0
+
+    References
+    ----------
+    Derived here; the section of Sato et al. 2016 on interference is lost.
     """
     if tool.rod_radius + clearance > tool.ball_radius:
         raise NoPathError("rod radius plus clearance exceeds the ball radius: no tilt helps")
@@ -165,6 +215,17 @@ def widest_chamfer(tool: BallCutter, clearance: float, wedge: float = 0.5 * math
     r"""Widest symmetric chamfer of an inner edge, planar wedge [m]; 0 if none is possible.
 
     .. math:: w = 2 R_B \sin\left(\frac{\varphi}{2} - \max\left(\arcsin\frac{R_{od} + c_l}{R_B}, \beta\right)\right)
+
+    Examples
+    --------
+    The cutter of :func:`planar_tilt`: 4 mm times the sine of 15 degrees.
+
+    >>> round(1e3 * widest_chamfer(BallCutter(2e-3, 1e-3, 0.0), 0.0), 6)
+    1.035276
+
+    References
+    ----------
+    Derived here.
     """
     if tool.rod_radius + clearance >= tool.ball_radius:
         return 0.0
@@ -190,6 +251,22 @@ def least_tilt(
         Step in which the sign change is bracketed [rad].
     exact : float
         Accuracy to which Brent's method refines it [rad].
+
+    Returns
+    -------
+    float or None
+        [rad]
+
+    Examples
+    --------
+    A margin that grows by 1 mm for each radian, 0.1 mm short without a tilt:
+
+    >>> round(least_tilt(Chamfer(1e-3), lambda cut: 1e-3 * (cut.tilt - 0.1), 0.5 * math.pi), 9)
+    0.1
+
+    References
+    ----------
+    Derived here.
     """
 
     def at(tilt: float) -> float:

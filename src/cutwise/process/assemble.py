@@ -1,17 +1,21 @@
 """From what the engineer says to what the kernels read: specifications become records."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from cutwise.later import later
+from cutwise.maths.constants import GRAVITY
 from cutwise.maths.curves import Cubic, FloatArray, Polyline, constant, cubic_value_slope, no_cubic, smooth
 from cutwise.maths.fields import random_field, sum_of_sines
 from cutwise.paths.carried import CarriedPath
 from cutwise.physics.cutting.flute import Mill
 from cutwise.physics.motion.edge import EdgePass
+from cutwise.physics.motion.paced import Paced
 from cutwise.physics.structure.pistons import (
     NO_FRICTION,
     PRESLIDING,
@@ -23,7 +27,7 @@ from cutwise.physics.structure.pistons import (
     piston_directions,
 )
 from cutwise.physics.structure.terms import Compliance, Rigid
-from cutwise.process.carried import GRAVITY, ArmAlong, arm_along, path_in_base, terms_of
+from cutwise.process import carriage
 from cutwise.process.edges import edges
 from cutwise.process.loops import (
     AVERAGED,
@@ -36,29 +40,51 @@ from cutwise.process.loops import (
     Strips,
     still_edge,
 )
-from cutwise.process.yielding import modes_at_rest, spring
 from cutwise.spec.carrier import CarryingRobot, Standing
 from cutwise.spec.deburring import DeburringScenario
+from cutwise.spec.milling_machine import bodies_of, drives_key, drives_of
 from cutwise.spec.operation import DeburringOperation, PathErrorSpectrum, SinePathError
 from cutwise.spec.part import RandomField
 from cutwise.spec.spindle import CompliantSpindle
 from cutwise.spec.tables import Table
 
 if TYPE_CHECKING:
-    from cutwise.process import chain_compliance
+    from cutwise.process import carried, chain_compliance, following
+    from cutwise.process.following import Feeding
 else:
+    following = later("cutwise.process.following")
+    carried = later("cutwise.process.carried")
     chain_compliance = later("cutwise.process.chain_compliance")
 
 _FRICTION = {"none": NO_FRICTION, "set_valued": SET_VALUED, "presliding": PRESLIDING, "regularised": REGULARISED}
 _FORCE = {"averaged": AVERAGED, "tooth_resolved": TOOTH_RESOLVED}
+_NORMALS = 0.02  # [rad] between two normals of an arc at which the part is looked at
 _SOLVER_TOLERANCE = 1e-6  # [N] of the piston forces: tighter costs hundreds of sweeps and changes nothing
 
 
 def deburring_cell(scenario: DeburringScenario) -> EdgeCell:
-    """Everything that takes part in a deburring pass with a compliant spindle, as bare SI records."""
+    """Everything that takes part in a deburring pass that is stepped, as bare SI records."""
     cut, spindle = edge_cut(scenario), scenario.spindle
-    assert isinstance(spindle, CompliantSpindle)
-    return EdgeCell(cut.path, cut.layers, cut.cutter, piston_ring(spindle), spindle.tool_reach, cut.arc, cut.behind)
+    ring, reach = None, 0.0
+    if isinstance(spindle, CompliantSpindle):
+        ring, reach = piston_ring(spindle), spindle.tool_reach
+    return EdgeCell(cut.path, cut.layers, cut.cutter, ring, reach, cut.arc, cut.behind, cut.paced, feeding_of(scenario))
+
+
+def feeding_of(scenario: DeburringScenario) -> Feeding | None:
+    """The drives of the machine that follows the edge, from rest to rest; of an arc at the pace of a line as long."""
+    drives = drives_of(scenario.machine)
+    if drives is None:
+        return None
+    path = path_of(scenario)
+    start, end = path.point[0], path.point[-1]
+    if scenario.path is not None and scenario.path.arc is not None:
+        end = start + path.at[-1] * path.axes[0, :, 0]
+    share = min(1.0, scenario.operation.run_length / float(path.at[-1]))
+    return following.along_a_line(
+        drives, drives_key(scenario.machine), start, start + share * (end - start), scenario.operation.feed, path.axes[0],
+        scenario.numerics.substeps,
+    )  # fmt: skip
 
 
 def edge_cut(scenario: DeburringScenario) -> EdgeCut:
@@ -79,16 +105,22 @@ def edge_cut(scenario: DeburringScenario) -> EdgeCut:
     )
     alone = EdgeCut(edge_pass(operation, float(layers.burr_height.value.max())), layers, cutter)
     if scenario.path is not None and scenario.path.arc is not None:
-        follow = scenario.path.orientation == "follow" or (
-            scenario.robot is not None and scenario.path.orientation is None
-        )
-        alone = alone._replace(arc=Arc(scenario.path.arc.radius, follow))
+        alone = alone._replace(arc=Arc(scenario.path.arc.radius, scenario.follows))
     if scenario.robot is None:
-        return alone._replace(behind=_terms(scenario, _carriage(scenario)))
+        return alone._replace(behind=carriage.in_series(scenario.tool, _carriage(scenario), _part(scenario, alone)))
     along, height = robot_along(scenario, alone), surface_height(alone)
-    sag = along.sag[:, 1] - along.sag[:, 3] * height
+    turn = turned_from_start(alone, along.path.at)
+    sag = np.sin(turn) * (along.sag[:, 0] + along.sag[:, 4] * height)
+    sag += np.cos(turn) * (along.sag[:, 1] - along.sag[:, 3] * height)
     path = alone.path._replace(error_curve=added(alone.path.error_curve, along.path.at, sag))
-    return alone._replace(path=path, behind=_terms(scenario, terms_of(answering(scenario), along, height)))
+    arm = carriage.by_robot(answering(scenario), along, height)
+    paced = None
+    if scenario.operation.limit_feed:
+        feed = scenario.operation.feed
+        at, pace = carried.pace_of(along.path.at, carried.feeds_along(along, answering(scenario), feed), feed)
+        paced = Paced((), at, pace)
+    behind = carriage.in_series(scenario.tool, arm, _part(scenario, alone))
+    return alone._replace(path=path, behind=behind, paced=paced)
 
 
 def answering(scenario: DeburringScenario) -> CarryingRobot:
@@ -98,32 +130,44 @@ def answering(scenario: DeburringScenario) -> CarryingRobot:
     return scenario.robot.model_copy(update={"dynamics": "static"}) if still else scenario.robot
 
 
-def _carriage(scenario: DeburringScenario) -> tuple[tuple[str, NamedTuple], ...]:
-    """The bodies of a machine that carries the spindle; none without one."""
-    if scenario.machine is None:
-        return ()
-    path = path_of(scenario)
-    along = chain_compliance.bodies_along(scenario.machine, scenario.part.block, np.array(scenario.machine.tip), path)
-    return (("bodies", Compliance(path.at, along.total)),)
+def turned_from_start(cut: EdgeCut | EdgeCell, along: FloatArray) -> FloatArray:
+    """How far the normal of the edge has turned away from y of the process axes, clockwise, at places of it [rad]."""
+    if cut.arc is None or cut.arc.follow:
+        return np.zeros(len(along))
+    return np.asarray(along / cut.arc.radius)
+
+
+def turned_by(turn: FloatArray, moved: FloatArray) -> FloatArray:
+    """Displacements (n, 3) of process axes, seen from the normal of an edge that has turned away from y [rad], (n,)."""
+    if not turn.any():
+        return moved
+    c, s = np.cos(turn), np.sin(turn)
+    x, y, z = moved.T
+    return np.column_stack([c * x - s * y, s * x + c * y, z])
+
+
+def _part(scenario: DeburringScenario, cut: EdgeCut) -> Compliance | None:
+    """The part as it yields off its edge, wherever its normal points."""
+    if cut.arc is None or cut.arc.follow:
+        return carriage.off_surface(scenario.part.stiffness)
+    sweep = scenario.operation.run_length / cut.arc.radius
+    turn = np.linspace(0.0, sweep, math.ceil(sweep / _NORMALS) + 1)
+    normal = np.column_stack([np.sin(turn), np.cos(turn), np.zeros(len(turn))])
+    return carriage.off_surface(scenario.part.stiffness, turn * cut.arc.radius, normal)
+
+
+def _carriage(scenario: DeburringScenario) -> carriage.Carriage:
+    """The bodies of a machine that carries the spindle; nothing without one."""
+    bodies = bodies_of(scenario.machine)
+    if bodies is None:
+        return carriage.Carriage()
+    return carriage.by_machine(bodies, scenario.part.block, path_of(scenario))
 
 
 def beside_part(scenario: DeburringScenario) -> Iterator[str]:
     """What to say of a path that is not on the block under it."""
     if scenario.part.block is not None and scenario.path is not None:
         yield from chain_compliance.off_part(scenario.part.block, path_of(scenario).point, 0.5 * scenario.tool.diameter)
-
-
-def _terms(
-    scenario: DeburringScenario, carrier: tuple[tuple[str, NamedTuple], ...]
-) -> tuple[tuple[str, NamedTuple], ...]:
-    """What yields behind the spindle, from the tool to the part."""
-    tip, part, modes = scenario.tool.stiffness, scenario.part.stiffness, scenario.tool.modes
-    return (
-        *((("tip", spring({0: tip, 1: tip})),) if tip is not None else ()),
-        *((("tip", modes_at_rest(modes)),) if modes else ()),
-        *carrier,
-        *((("part_stiffness", spring({1: part})),) if part is not None else ()),
-    )
 
 
 def added(curve: Cubic, at: FloatArray, value: FloatArray) -> Cubic:
@@ -152,17 +196,23 @@ def rigid_wrench(cut: EdgeCut) -> FloatArray:
 def path_of(scenario: DeburringScenario) -> CarriedPath:
     """The stations of the path in the frame of the carrier."""
     assert scenario.path is not None
-    return path_in_base(
-        scenario.path, scenario.placement or Standing(), scenario.numerics.station,
+    told = scenario.path
+    if told.arc is not None and not scenario.follows:
+        told = told.model_copy(update={"orientation": "fixed"})
+    return carried.path_in_base(
+        told, scenario.placement or Standing(), scenario.numerics.station,
         work_on_left=scenario.operation.milling == "up",
     )  # fmt: skip
 
 
-def robot_along(scenario: DeburringScenario, cell: EdgeCut | EdgeCell) -> ArmAlong:
+def robot_along(scenario: DeburringScenario, cell: EdgeCut | EdgeCell) -> carried.ArmAlong:
     """The robot of a pass, along the path of the scenario."""
     assert scenario.robot is not None
     cut = EdgeCut(cell.path, cell.layers, cell.cutter, cell.arc)
-    return arm_along(scenario.robot, path_of(scenario), rigid_wrench(cut), surface_height(cut), scenario.operation.feed)
+    return carried.arm_along(
+        scenario.robot, path_of(scenario), rigid_wrench(cut), surface_height(cut), scenario.operation.feed,
+        limited=scenario.operation.limit_feed,
+    )  # fmt: skip
 
 
 def edge_profile(size: float | Table | RandomField, length: float) -> Polyline:

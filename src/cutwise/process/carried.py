@@ -2,31 +2,39 @@
 
 import math
 from collections.abc import Mapping
+from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from cutwise import units
 from cutwise.later import later
+from cutwise.maths.constants import GRAVITY
 from cutwise.maths.frames import FloatArray, rotation_from_rpy
 from cutwise.paths.carried import CarriedPath, arc, line, placed
 from cutwise.physics.motion.along import Blocked, Postures, cheapest_way, followed, joint_rates
 from cutwise.physics.structure.joint_compliance import cartesian_compliance
 from cutwise.physics.structure.series_compliance import carried_to, in_axes, translation_at
-from cutwise.physics.structure.terms import Compliance, swinging
-from cutwise.process.postures import Arm, candidates, posture_frames, posture_jacobian, tool_axes
+from cutwise.physics.structure.terms import Compliance, Linked, Swinging, linked, swinging
+from cutwise.process import arm_geometry
+from cutwise.process.arm_geometry import Misplaced, misplaced
+from cutwise.process.postures import Arm, candidates, posture_frames, posture_jacobian, spring_twists, tool_axes
 from cutwise.process.robot_arms import base_element, robot_arm
 from cutwise.results import Infeasible
 from cutwise.spec.carrier import CarriedPath as PathSpec
 from cutwise.spec.carrier import CarryingRobot, Standing
+from cutwise.spec.faults import Fault, ScenarioFault
+from cutwise.spec.uncertain import Fitted
 
 if TYPE_CHECKING:
     from scipy import interpolate
 else:
     interpolate = later("scipy.interpolate")
 
-GRAVITY = 9.80665  # [m/s^2] standard acceleration of free fall
 GRID = math.radians(5.0)  # between two angles of the tool that are tried
+ROUNDING = 1e-9  # of a speed
+_FINE = 10  # parts of an interval between stations, in each of which the feed is constant
+_SLOW = 1e-9  # [m/s] a feed that every joint follows
 STATIONS = 201  # of a path at which angles are tried; between them the angle is a smooth curve
 
 
@@ -38,10 +46,11 @@ class ArmAlong(NamedTuple):
     postures: Postures
     joints: FloatArray  # compliance of the joints at the tip, process axes, shape (n, 6, 6)
     base: FloatArray  # the same of the base
-    sag: FloatArray  # twist of the tip under the weights, process axes, shape (n, 6); zero where it is ignored
+    sag: FloatArray  # twist of the tip without cut, by weights and geometric errors, process axes, shape (n, 6)
     wrist_sine: FloatArray  # |sin| of the wrist angle, shape (n,)
     constant: float  # what the surface yields by with the best single angle [m], or NaN where it was not asked for
     turned: float  # the same with an angle that turns along the path
+    wrong: Misplaced  # by geometric errors of the arm
 
 
 def path_in_base(spec: PathSpec, standing: Standing, pitch: float, *, work_on_left: bool) -> CarriedPath:
@@ -57,7 +66,9 @@ def path_in_base(spec: PathSpec, standing: Standing, pitch: float, *, work_on_le
     return placed(nominal, rotation_from_rpy(*standing.rotation), np.array(standing.origin))
 
 
-def arm_along(robot: CarryingRobot, path: CarriedPath, wrench: FloatArray, height: float, feed: float) -> ArmAlong:
+def arm_along(
+    robot: CarryingRobot, path: CarriedPath, wrench: FloatArray, height: float, feed: float, *, limited: bool = False
+) -> ArmAlong:
     """The postures of a robot along a path, as the scenario chooses them, and its compliance there.
 
     Parameters
@@ -69,6 +80,8 @@ def arm_along(robot: CarryingRobot, path: CarriedPath, wrench: FloatArray, heigh
         Over the tip, where the surface is read [m].
     feed : float
         [m/s]
+    limited : bool
+        The feed is lowered where the joints cannot follow it: it rules out no posture.
 
     Raises
     ------
@@ -78,7 +91,7 @@ def arm_along(robot: CarryingRobot, path: CarriedPath, wrench: FloatArray, heigh
     arm, _ = robot_arm(robot)
     speed = np.array(robot.joint_speed) if robot.joint_speed is not None else np.full(6, math.inf)
     try:
-        postures, constant, turned = _chosen(robot, arm, path, wrench, height, speed, feed)
+        postures, constant, turned = _chosen(robot, arm, path, wrench, height, speed, _SLOW if limited else feed)
     except Blocked as why:
         place = path.at[why.station]
         raise Infeasible(
@@ -93,39 +106,105 @@ def arm_along(robot: CarryingRobot, path: CarriedPath, wrench: FloatArray, heigh
     branch = np.array(
         [int(np.nanargmin(np.abs(rows - own).max(axis=1))) for rows, own in zip(q, postures.q, strict=True)]
     )
-    sag = _sag(robot, arm, path, postures.q, jacobians)
-    return ArmAlong(path, arm, postures, joints, base, sag, sine[np.arange(len(sine)), branch], constant, turned)
+    wrong = misplaced(robot, arm, postures.q)
+    sag = _sag(robot, arm, path, postures.q, jacobians, wrong.twist)
+    wrist = sine[np.arange(len(sine)), branch]
+    return ArmAlong(path, arm, postures, joints, base, sag, wrist, constant, turned, wrong)
 
 
 def terms_of(robot: CarryingRobot, along: ArmAlong, height: float) -> tuple[tuple[str, NamedTuple], ...]:
     """Terms of the structure that a robot adds, by name; a swinging arm takes its base along."""
     if robot.dynamics == "modal":
-        matrix = translation_at(along.joints + along.base, height)
-        return (("arm", swinging(along.path.at, matrix, robot.modal_mass, robot.damping)),)
-    terms = (("arm", Compliance(along.path.at, along.joints)),)
+        return (("arm", swings_of(robot, along, height)),)
+    term = linked_arm(robot, along) if robot.dynamics == "links" else Compliance(along.path.at, along.joints)
+    terms = (("arm", term),)
     if robot.base_compliance is None:
         return terms
     return (*terms, ("base", Compliance(along.path.at, along.base)))
 
 
-def _sag(robot: CarryingRobot, arm: Arm, path: CarriedPath, q: FloatArray, jacobians: FloatArray) -> FloatArray:
-    r"""Twist of the tip under the weights of links and tool, in process axes, shape (n, 6).
+def linked_arm(robot: CarryingRobot, along: ArmAlong) -> Linked:
+    """The joints of a robot with the masses of its links and tool, along its path in process axes."""
+    arm, path = along.arm, along.path
+    seen = np.swapaxes(jacobians_of(arm, along.postures.q), -1, -2)  # rows: one joint each
+    side = np.linalg.det(path.axes)[:, None, None]
+    jacobian = np.concatenate([seen[..., :3] @ path.axes, side * (seen[..., 3:] @ path.axes)], axis=-1)
+    mass = mass_matrices(robot, arm, along.postures.q)
+    try:
+        return linked(path.at, mass, arm.stiffness, robot.damping, np.swapaxes(jacobian, -1, -2))
+    except (ValueError, np.linalg.LinAlgError):
+        raise ScenarioFault([Fault(("robot", "tool_mass"), "with robot.dynamics: links every joint needs something to move: "
+                             "the masses given lie on the axis of one; write tool_mass and tool_centre, or "
+                             "robot.links[5].inertia")]) from None  # fmt: skip
+
+
+def swings_of(robot: CarryingRobot, along: ArmAlong, height: float) -> Swinging | Linked:
+    """The arm with its mass: its links, or one swinging mass at a height over the tip [m]."""
+    if robot.dynamics == "links":
+        return linked_arm(robot, along)
+    return swinging(
+        along.path.at, translation_at(along.joints + along.base, height), robot.modal_mass, robot.damping
+    )  # fmt: skip
+
+
+def mass_matrices(robot: CarryingRobot, arm: Arm, q: FloatArray) -> FloatArray:
+    r"""Inertia of links and tool seen by everything that yields, :math:`M = \sum m J_v^T J_v + J_\omega^T I J_\omega`.
+
+    Parameters
+    ----------
+    q : array (n, 6)
+        Postures.
+
+    Returns
+    -------
+    array (n, k, k)
+        [kg m^2]
+    """
+    at = posture_frames(arm, q)
+    axis = np.einsum("mkij,kj->mki", at.rotations[:, 1:], arm.chain.axes)
+    total = np.zeros((len(q), axis.shape[1], axis.shape[1]))
+    for body in masses(robot):
+        turn = at.rotations[:, body.joint + 1]
+        point = at.origins[:, body.joint + 1] + turn @ body.centre
+        moves = np.arange(axis.shape[1]) <= body.joint
+        speed = np.cross(axis, point[:, None] - at.origins[:, 1:]) * moves[:, None]
+        spin = axis * moves[:, None]
+        inertia = turn @ body.inertia @ np.swapaxes(turn, -1, -2)
+        total += body.mass * np.einsum("mki,mli->mkl", speed, speed) + np.einsum(
+            "mki,mij,mlj->mkl", spin, inertia, spin
+        )
+    return np.asarray(arm.drives.elastic.T @ total @ arm.drives.elastic)
+
+
+def _sag(
+    robot: CarryingRobot, arm: Arm, path: CarriedPath, q: FloatArray, jacobians: FloatArray, wrong: FloatArray
+) -> FloatArray:
+    r"""Twist of the tip without cut: under the weights of links and tool, and by geometric errors; process axes, (n, 6).
 
     .. math:: u_g = J K_\theta^{-1} \tau_g, \qquad \tau_g = \sum_m J_m^T m g
 
-    ``relative`` takes off that of the first station, at which the path was taught.
+    Unless it is ``absolute``, that of the first station, at which the path was taught, is taken off.
+
+    Parameters
+    ----------
+    wrong : array (n, 6)
+        Twist by the geometric errors of the arm, base axes [m, rad].
     """
     torque = np.zeros((len(q), len(arm.chain.kinds)))
-    for joint, mass, centre in weights(robot):
-        at = posture_frames(arm, q)
+    pushed = np.zeros((len(q), len(arm.springs.frame)))  # what the weights do to the springs of bodies
+    at = posture_frames(arm, q)
+    for first, body in _hanging(robot):
+        joint = body.joint
         axis = np.einsum("mkij,kj->mki", at.rotations[:, 1:], arm.chain.axes)
-        point = at.origins[:, joint + 1] + at.rotations[:, joint + 1] @ centre
+        point = at.origins[:, joint + 1] + at.rotations[:, joint + 1] @ body.centre
         lifted = np.cross(axis, point[:, None] - at.origins[:, 1:])[:, : joint + 1, 2]
-        torque[:, : joint + 1] -= GRAVITY * mass * lifted
-    twist = np.einsum("nij,nj->ni", jacobians, torque @ arm.drives.elastic / arm.stiffness)
-    if robot.sag == "ignored":
-        return np.zeros_like(twist)
-    if robot.sag == "relative":  # before it is turned: the path was taught in the axes of the base
+        torque[:, : joint + 1] -= GRAVITY * body.mass * lifted
+        raised = spring_twists(arm.springs, at.rotations, at.origins, point)[:, 2]
+        pushed -= GRAVITY * body.mass * np.where(arm.springs.carries <= first, raised, 0.0)
+    loads = np.concatenate([torque @ arm.drives.elastic, pushed], axis=1)
+    twist = np.einsum("nij,nj->ni", jacobians, loads / arm.stiffness)
+    twist = wrong if robot.sag == "ignored" else twist + wrong
+    if robot.sag != "absolute":  # before it is turned: the path was taught in the axes of the base
         twist = twist - twist[0]
     side = np.linalg.det(path.axes)[:, None]
     return np.concatenate([
@@ -133,14 +212,44 @@ def _sag(robot: CarryingRobot, arm: Arm, path: CarriedPath, q: FloatArray, jacob
     ], axis=1)  # fmt: skip
 
 
-def weights(robot: CarryingRobot) -> list[tuple[int, float, FloatArray]]:
-    """Number of the joint that carries it, mass [kg] and centre in the frame of that joint [m], of all that weighs."""
-    found = [(k, link.mass, np.array(link.centre)) for k, link in enumerate(robot.links or ())]
+class Massive(NamedTuple):
+    """Something with mass that an arm carries."""
+
+    joint: int  # number of the joint behind which it moves
+    mass: float  # [kg]
+    centre: FloatArray  # [m] in the frame of that joint, shape (3,)
+    inertia: FloatArray  # about the centre, axes of that frame [kg m^2], shape (3, 3)
+
+
+def masses(robot: CarryingRobot) -> list[Massive]:
+    """Links and tool, as far as they are given."""
+    found = [
+        Massive(k, link.mass, np.array(link.centre), _tensor(link.inertia))
+        for k, link in enumerate(robot.links or ())
+    ]  # fmt: skip
     if robot.tool_mass is not None:
         flange = rotation_from_rpy(*robot.flange_rotation)
         centre = np.array(robot.flange_origin) + flange @ np.array(robot.tool_centre)
-        found.append((len(robot.joints) - 1, robot.tool_mass, centre))
+        found.append(Massive(len(robot.joints) - 1, robot.tool_mass, centre, np.zeros((3, 3))))
     return found
+
+
+def _hanging(robot: CarryingRobot) -> list[tuple[int, Massive]]:
+    """What weighs on the springs, each with the number of its link; the tool has one more than the last link.
+
+    Not the links where what the joints yield by under them is a geometric error that was measured.
+    """
+    found = [(body.joint, body) for body in masses(robot)]
+    if robot.tool_mass is not None:
+        found[-1] = (len(robot.joints), found[-1][1])
+    of_links = robot.errors is None or not robot.errors.of_gravity
+    return found if of_links else [one for one in found if one[0] == len(robot.joints)]
+
+
+def _tensor(given: tuple[float, ...] | None) -> FloatArray:
+    """Inertia tensor from xx, yy, zz, and xy, xz, yz where they are written."""
+    xx, yy, zz, xy, xz, yz = (*(given or (0.0, 0.0, 0.0)), 0.0, 0.0, 0.0)[:6]
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
 def base_compliance(robot: CarryingRobot, point: FloatArray) -> FloatArray:
@@ -248,7 +357,8 @@ def jacobians_of(arm: Arm, q: FloatArray) -> FloatArray:
     axis = np.einsum("mkij,kj->mki", at.rotations[:, 1:], arm.chain.axes)
     tip = at.origins[:, -1] + at.rotations[:, -1] @ arm.tool_tip
     each = np.concatenate([np.cross(axis, tip[:, None] - at.origins[:, 1:]), axis], axis=2).swapaxes(1, 2)
-    return np.asarray(each @ arm.drives.elastic)
+    springs = spring_twists(arm.springs, at.rotations, at.origins, tip)
+    return np.concatenate([each @ arm.drives.elastic, springs], axis=2)
 
 
 def _best_constant(q: FloatArray, cost: FloatArray, reach: FloatArray) -> tuple[int, int, float] | None:
@@ -261,19 +371,66 @@ def _best_constant(q: FloatArray, cost: FloatArray, reach: FloatArray) -> tuple[
     return int(angle), int(branch), float(mean[angle, branch])
 
 
-def too_fast(found: Mapping[str, float], feed: float) -> tuple[str, ...]:
+class Slowdown(NamedTuple):
+    """How a programmed motion is slowed down: instants, and its own time there."""
+
+    at: FloatArray  # [s], shape (m,)
+    pace: FloatArray  # [s], shape (m,)
+
+
+def feeds_along(along: ArmAlong, robot: CarryingRobot, feed: float) -> FloatArray:
+    r"""Feed that the joints can follow at the stations, no more than the one asked for [m/s], shape (n,).
+
+    .. math:: v \le \dot q_{max} / |q'|, \quad v \le \sqrt{\ddot q_{max} / |q''|}, \quad
+              |v v'| \le \ddot q_{max} / |q'|
+
+    for every joint; the last two where accelerations are given, changes of speed by looking ahead and back.
+    """
+    at = along.path.at
+    speed = np.array(robot.joint_speed)
+    rates = np.abs(joint_rates(along.postures.q, at))
+    with np.errstate(divide="ignore"):
+        possible = (speed / rates).min(axis=1)
+        found = np.minimum(np.append(possible, possible[-1]), np.insert(possible, 0, possible[0]))
+        found = np.minimum(found, feed)
+        if robot.joint_acceleration is None:
+            return np.asarray(found)
+        most = np.array(robot.joint_acceleration)
+        bend = np.abs(np.diff(rates, axis=0)) / (0.5 * (at[2:] - at[:-2]))[:, None]
+        found[1:-1] = np.minimum(found[1:-1], np.sqrt((most / bend).min(axis=1)))
+        gain = 2.0 * np.diff(at) * (most / rates).min(axis=1)  # of the speed squared
+    for k in range(1, len(found)):
+        found[k] = min(found[k], math.sqrt(found[k - 1] ** 2 + gain[k - 1]))
+    for k in range(len(found) - 2, -1, -1):
+        found[k] = min(found[k], math.sqrt(found[k + 1] ** 2 + gain[k]))
+    return np.asarray(found)
+
+
+def pace_of(at: FloatArray, feeds: FloatArray, feed: float) -> Slowdown:
+    """The pace at which a motion programmed at a constant feed [m/s] is run with other feeds at some places [m]."""
+    fine = np.unique(np.concatenate([np.linspace(a, b, _FINE + 1) for a, b in pairwise(at)]))
+    middle = np.interp(0.5 * (fine[1:] + fine[:-1]), at, feeds)
+    time = np.concatenate([[0.0], np.cumsum(np.diff(fine) / middle)])
+    return Slowdown(time, fine / feed)
+
+
+def too_fast(found: Mapping[str, float], feed: float, said: str = "operation.feed") -> tuple[str, ...]:
     """That the joints cannot follow the feed [m/s], if they cannot."""
-    if found.get("joint_speed_margin", 1.0) >= 0.0:
+    if found.get("joint_speed_margin", 1.0) >= -ROUNDING:
         return ()
     return (
-        f"the joints follow {units.show(found['feed_possible_min'], 'speed')} at most, operation.feed is "
+        f"the joints follow {units.show(found['feed_possible_min'], 'speed')} at most, {said} is "
         f"{units.show(feed, 'speed')}",
     )
 
 
-def measures(along: ArmAlong, robot: CarryingRobot, feed: float) -> dict[str, float]:
-    """What the postures mean: room of the joints and the wrist, speeds, stiffness normal to the surface."""
-    rates = np.abs(joint_rates(along.postures.q, along.path.at)).max(axis=0)
+def measures(along: ArmAlong, robot: CarryingRobot, feed: float, *, limited: bool = False) -> dict[str, float]:
+    """What the postures mean: room of the joints and the wrist, speeds, stiffness normal to the surface.
+
+    ``limited``: the feed [m/s] is lowered where the joints cannot follow it.
+    """
+    each = np.abs(joint_rates(along.postures.q, along.path.at))
+    rates = each.max(axis=0)
     room = np.minimum(along.postures.q - along.arm.limits[:, 0], along.arm.limits[:, 1] - along.postures.q)
     normal = (along.joints + along.base)[:, 1, 1]
     found = {
@@ -284,22 +441,26 @@ def measures(along: ArmAlong, robot: CarryingRobot, feed: float) -> dict[str, fl
         "stiffness_normal_min": float(1.0 / normal.max()),
         "stiffness_normal_max": float(1.0 / normal.min()),
     }
-    if robot.sag != "ignored" and weights(robot):
+    if robot.sag != "ignored" and masses(robot):
         found["sag_change_max"] = float(np.linalg.norm(along.sag[:, :3] - along.sag[0, :3], axis=1).max())
     if robot.joint_speed is not None:
         with np.errstate(divide="ignore"):
             possible = np.min(np.array(robot.joint_speed) / rates)
         found["feed_possible_min"] = float(possible) if math.isfinite(possible) else feed
         found["joint_speed_margin"] = float(1.0 - feed / possible)
+        if limited:
+            feeds = feeds_along(along, robot, feed)
+            used = (0.5 * (feeds[1:] + feeds[:-1]))[:, None] * each / np.array(robot.joint_speed)
+            found["joint_speed_margin"] = float(1.0 - used.max())
     return found
 
 
-def warnings(robot: CarryingRobot) -> tuple[str, ...]:
+def warnings(robot: CarryingRobot, along: ArmAlong | None = None, measured: Fitted | None = None) -> tuple[str, ...]:
     """What a user has to know about a robot along a path."""
-    said = []
+    said = list(arm_geometry.warnings(robot, along.wrong, measured)) if along is not None else []
     if not robot.joint_speed:
         said.append("robot.joint_speed is not given: whether the joints can follow the feed was not looked at")
-    if robot.sag != "ignored" and not weights(robot):
+    if robot.sag != "ignored" and not masses(robot):
         said.append(
             "robot.sag: no weight of tool or links is given (robot.tool_mass, robot.links): the sag is left out"
         )

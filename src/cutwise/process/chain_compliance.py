@@ -11,7 +11,7 @@ from cutwise.maths.frames import FloatArray
 from cutwise.paths.carried import CarriedPath
 from cutwise.physics.motion.setpoints import DependentAxesError, beyond, setpoints
 from cutwise.physics.motion.volumetric import Axes
-from cutwise.physics.structure.series_compliance import carried_to, chain_compliance, in_axes
+from cutwise.physics.structure.series_compliance import carried_to, chain_compliance, in_axes, translation_at
 from cutwise.process.machine_assemble import axes_of, elements_of, part_block
 from cutwise.process.machine_pass import block_under, placed_elements
 from cutwise.process.machine_path import joints_of
@@ -20,7 +20,6 @@ from cutwise.spec.machine import Machine
 from cutwise.spec.part_block import PartBlock
 
 _ASIDE = 1e-6  # sine of the angle between the axis of the tool and that of the spindle
-_AXIS = {"path": "tool_axis", "hole": "axis"}  # keys that say how the tool stands
 
 
 class BodiesAlong(NamedTuple):
@@ -43,8 +42,9 @@ def tool_point_at_zero(machine: Machine, tip: FloatArray) -> FloatArray:
 
 
 def bodies_along(
-    machine: Machine, part: PartBlock | None, tip: FloatArray, path: CarriedPath, key: Path = ("path", "line")
-) -> BodiesAlong:
+    machine: Machine, part: PartBlock | None, tip: FloatArray, path: CarriedPath, key: Path = ("path", "line"),
+    axis: Path = ("path", "tool_axis"),
+) -> BodiesAlong:  # fmt: skip
     r"""Compliance of the elements of a machine at its tool point along a path in the part.
 
     .. math:: \sum_e X_e^T C_e X_e, \qquad X_e = [I, 0; S(p - c_e), I]
@@ -58,8 +58,8 @@ def bodies_along(
         Tool point in the frame of the last body [m].
     path : CarriedPath
         Stations in the frame of the part.
-    key : path
-        Of the scenario, which says where the tool goes; for messages.
+    key, axis : path
+        Of the scenario, which say where the tool goes and how it stands; for messages.
 
     Raises
     ------
@@ -79,9 +79,7 @@ def bodies_along(
     aside = np.linalg.norm(np.cross(at.rotations[:, -1, :, 2], path.tool_axis), axis=1)
     if aside.max() > _ASIDE:
         shown = ", ".join(f"{x:.3g}" for x in -at.rotations[0, -1, :, 2] + 0.0)
-        raise ScenarioFault(
-            [Fault((*key[:-1], _AXIS[key[0]]), f"the spindle of this machine points along [{shown}]; write that")]
-        )
+        raise ScenarioFault([Fault(axis, f"the spindle of this machine points along [{shown}]; write that")])
     given = elements_of(machine)
     placed = placed_elements(given, machine.ground, at)
     each = carried_to(placed.compliance, path.point[:, None] - placed.point)
@@ -93,6 +91,25 @@ def bodies_along(
         names.append("part")
     turned = in_axes(each, path.axes[:, None])
     return BodiesAlong(tuple(names), np.moveaxis(turned, 1, 0))
+
+
+def parts_along(
+    bodies: BodiesAlong, at: FloatArray, along: float, height: float, moved: FloatArray
+) -> dict[str, float]:
+    """What each body gives off the work at a place [m], by name, where all together move the tool by ``moved`` (3,) [m].
+
+    At a height over the tip [m]; the force is the one that gives this displacement. ``at``: stations [m].
+    """
+    matrices = translation_at(_between(at, bodies.each, along), height)
+    force = np.linalg.lstsq(matrices.sum(axis=0), moved, rcond=None)[0]
+    return {name: float((one @ force)[1]) for name, one in zip(bodies.names, matrices, strict=True)}
+
+
+def _between(at: FloatArray, matrices: FloatArray, along: float) -> FloatArray:
+    """Matrices of stations (e, n, 6, 6), straight between them."""
+    after = min(max(int(np.searchsorted(at, along)), 1), len(at) - 1)
+    share = (along - at[after - 1]) / (at[after] - at[after - 1])
+    return np.asarray((1.0 - share) * matrices[:, after - 1] + share * matrices[:, after])
 
 
 def _travel_faults(machine: Machine, axes: Axes, commands: FloatArray, key: Path) -> Iterator[Fault]:

@@ -4,19 +4,21 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from cutwise.paths import reach
-from cutwise.paths.chamfer import NoPathError
+from cutwise.paths.chamfer import proof
+from cutwise.paths.chamfer.ball_path import NoPathError
+from cutwise.paths.chamfer.chains import EdgePlan, edge_lengths, plan_chains
+from cutwise.paths.chamfer.corners import Link, links
+from cutwise.paths.chamfer.plan import EdgePath, plan_pipe
 from cutwise.paths.pipe import NoEdgeError, PipeHole, edge_margin
-from cutwise.process import chamfer_proof as proof
+from cutwise.process.chamfer_carrier import Carrier, carrier_on, slowed
 from cutwise.process.chamfer_cell import PassForces
-from cutwise.process.chamfer_chains import EdgePlan, plan_chains
-from cutwise.process.chamfer_corners import Link, links
 from cutwise.process.chamfer_cut import Deflected, ball_end, deflected, mounted, rigid
 from cutwise.process.chamfer_led import as_run, programmed
-from cutwise.process.chamfer_plan import EdgePath, plan_pipe
 from cutwise.process.chamfer_remedies import remedies
-from cutwise.process.chamfer_robot import ArmOnPath, arm_on
 from cutwise.process.chamfer_setup import SetupBand, setup_band
-from cutwise.process.chamfer_work import Outline, cad_work, pipe_hole, pipe_outline, pipe_work, read_part
+from cutwise.process.chamfer_task import pipe_hole, task_of
+from cutwise.process.chamfer_work import Outline, cad_work, pipe_outline, pipe_work, read_part, surroundings
+from cutwise.process.pace import Pace
 from cutwise.spec.chamfer import ChamferScenario
 
 LIMITS = (
@@ -40,7 +42,7 @@ class ChamferRun(NamedTuple):
     members: tuple[proof.EdgeZone, ...]  # where the tool is meant to cut
     links: tuple[Link, ...]  # ways round corners, between the paths counted over all edges
     forces: tuple[PassForces, ...]  # one for each path, or none
-    arms: tuple[ArmOnPath, ...]  # one for each path, or none
+    carriers: tuple[Carrier, ...]  # one for each path, or none
     deflected: tuple[Deflected, ...]  # one for each path, or none
     band: SetupBand | None
     outline: Outline | None
@@ -91,30 +93,45 @@ def run(
         if part is not None
         else _cad(scenario, outline="outline" in wanted, progress=progress)
     )
+    found = _slowed(scenario, found)
     paths = [path for plan in found.plans for path in plan.paths]
     written = tuple(programmed(scenario, path) for path in paths)
     led = tuple(as_run(scenario, path, found.members) for path in paths)
     forces: list[PassForces] = []
-    arms: list[ArmOnPath] = []
+    carriers: list[Carrier] = []
     aside: list[Deflected] = []
     if scenario.has_forces:
         ball = ball_end(scenario)
         forces = [rigid(scenario, path, ball) for path in led]
-        if scenario.robot is not None:
-            arms = [arm_on(scenario, path, force) for path, force in zip(paths, forces, strict=True)]
+        if scenario.carried:
+            carriers = [carrier_on(scenario, path, force) for path, force in zip(paths, forces, strict=True)]
         if scenario.yields:
             aside = [
-                deflected(scenario, path, ball, mounted(path, paths), arms[k] if arms else None)
+                deflected(scenario, path, ball, mounted(path, paths), carriers[k] if carriers else None)
                 for k, path in enumerate(paths)
             ]
     band = None
     if "band" in wanted and scenario.setup is not None and paths and not found.infeasible:
         band = setup_band(scenario, part, led)
     return ChamferRun(
-        found.plans, written, led, found.members, links(scenario, written, found.members), tuple(forces),
-        tuple(arms), tuple(aside), band,
+        found.plans, written, led, found.members, links(task_of(scenario), written, found.members), tuple(forces),
+        tuple(carriers), tuple(aside), band,
         found.outline, found.infeasible, found.remedies, found.notices,
     )  # fmt: skip
+
+
+def _slowed(scenario: ChamferScenario, found: _Planned) -> _Planned:
+    """The same paths at feeds that the joints of a robot can follow, where that is asked for."""
+    if not scenario.operation.limit_feed or not scenario.has_forces:
+        return found
+    ball = ball_end(scenario)
+
+    def at_pace(path: EdgePath) -> EdgePath:
+        force = rigid(scenario, as_run(scenario, path, found.members), ball)
+        return slowed(scenario, path, carrier_on(scenario, path, force))
+
+    plans = tuple(plan._replace(paths=tuple(at_pace(path) for path in plan.paths)) for plan in found.plans)
+    return found._replace(plans=plans)
 
 
 def _pipe(scenario: ChamferScenario, part: PipeHole, *, helped: bool) -> _Planned:
@@ -158,7 +175,7 @@ def _feasible(scenario: ChamferScenario) -> Sequence[EdgePath] | None:
 def _pipe_edge(scenario: ChamferScenario, part: PipeHole, *, inner: bool) -> _Planned:
     try:
         work = pipe_work(part, scenario, inner=inner)
-        path = plan_pipe(scenario, work, part)
+        path = plan_pipe(task_of(scenario), work, part)
     except NoEdgeError as fault:
         return _Planned(infeasible=(str(reach.Margin(reach.EDGE, fault.margin, False, str(fault))),))
     except NoPathError as fault:
@@ -173,7 +190,11 @@ def _cad(
     """The selected edges of a CAD part; edges that cannot be done are refused with the reason, and the rest is done."""
     part = read_part(scenario)
     work = cad_work(scenario, part, outline=outline)
-    plans, members = plan_chains(scenario, work, progress)
+    pace = Pace(
+        sum(float(edge_lengths(one.nodes).sum()) for one in work.chosen),
+        "Fewer edges (part.edges) or a larger path.chord_tolerance make it shorter.", progress,
+    )  # fmt: skip
+    plans, members = plan_chains(task_of(scenario), work.chosen, surroundings(work), pace.advance)
     infeasible = tuple(_refused(plan) for plan in plans if not plan.paths)
     remedies: tuple[str, ...] = ()
     if infeasible:

@@ -1,6 +1,7 @@
 """A chamfer as a cell of the loop: the material along its path, and what a structure that yields makes of it."""
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -9,7 +10,7 @@ from cutwise.loop import Cell, march
 from cutwise.maths.compiled import compiled
 from cutwise.maths.curves import FloatArray
 from cutwise.maths.edges import lengths
-from cutwise.paths.chamfer import ChamferPath
+from cutwise.paths.chamfer.ball_path import ChamferPath
 from cutwise.physics.cutting.ball import BallFlutes
 from cutwise.physics.cutting.flute import FluteForce
 from cutwise.physics.cutting.uneven import Edges
@@ -17,7 +18,8 @@ from cutwise.physics.engagement.ball import SIDE, PassFrames, arc_room, burr_sid
 from cutwise.physics.engagement.burred_edge import Round
 from cutwise.physics.engagement.wedge import LEVEL, SEEN, Wedge, discs, most_discs, passing
 from cutwise.physics.motion.led import Led
-from cutwise.physics.structure.terms import Pistons, displacement, in_series, relaxed, width
+from cutwise.physics.structure.terms import Pistons, Rigid, displacement, in_series, relaxed, width
+from cutwise.process.following import Feeding, off_path
 from cutwise.records import CONTACT, FIXED, UNSOLVED, Contact, Load
 from cutwise.stages import cut
 from cutwise.still import rest
@@ -183,6 +185,7 @@ class Pass(NamedTuple):
     approach: float  # [m] how much the ball is led into the work beyond the nominal path: preset and part error
     time_step: float  # [s]
     sag: FloatArray  # [m] of the ball under weights, in process axes, shape (n, 3)
+    feeding: Callable[[float, float], Feeding] | None = None  # feed drives, from duration and start of the motion [s]
 
 
 def across_rod(axis: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -277,20 +280,26 @@ def yielding_pass(
     run_in = int(_RUN_IN * n)
     wedge = wedge_of(section, path, local, axis, ball, run, slices)
     led = led_along(path, local, axis, run, _clear(section, ball) + run.approach, run_in)
-    structure = in_series([term for _, term in terms])
-    steps = np.ceil(led.at[run_in:] / run.time_step - 1e-9).astype(np.int64)  # made when each sample is passed
+    structure = in_series([term for _, term in terms] or [Rigid(0.0)])
+    cell, passed, step, fed = cell_of(wedge, led, ball, structure), led.at[run_in:], run.time_step, None
+    if run.feeding is not None:
+        feeding = run.feeding(float(led.at[-1]), 0.0 if path.frames.closed else float(led.at[run_in]))
+        fed, step = feeding.stepped(led, step)
+        cell, passed = cell._replace(motion=fed), np.interp(passed, fed.pace, feeding.time)
+    steps = np.ceil(passed / step - 1e-9).astype(np.int64)  # made when each sample is passed
     last = np.maximum(steps - 1, 0)  # a row of its own: the force at the place
     starts = np.unique(np.concatenate([[0], last, steps, [steps[-1] + 1]]))
     layers, state = 2 if section.burr.shape[1] else 1, width(structure)
     history = march(
-        cell_of(wedge, led, ball, structure), relaxed(structure), duration=float(led.at[-1]), time_step=run.time_step,
-        seen=SEEN, state=state, layers=layers, contacts=most_discs(wedge), starts=starts,
+        cell, relaxed(structure), duration=float(passed[-1]), time_step=step, seen=SEEN, state=state, layers=layers,
+        contacts=most_discs(wedge), starts=starts,
     )  # fmt: skip
     columns = history.table[np.searchsorted(starts, steps), FIXED + SEEN : FIXED + SEEN + state]
     at = history.table.shape[1] - 9 * layers - 2
     force = history.table[np.searchsorted(starts, last), at : at + 3 * layers].reshape(n, layers, 3).sum(axis=1)
     unsolved = int((history.table[:, -1] >= UNSOLVED).sum())
-    return _moved(local, axis, ball, terms, run, columns, force, unsolved)
+    off = () if fed is None else (("drives", off_path(fed, passed) @ process_axes(axis).T),)
+    return _moved(local, axis, ball, terms, run, columns, force, unsolved, off)
 
 
 def yielding_at_rest(
@@ -300,7 +309,7 @@ def yielding_at_rest(
     """As :func:`yielding_pass`, for a structure without mass or memory: place by place, with no time to step."""
     wedge = wedge_of(section, path, local, axis, ball, run, slices)
     led = led_along(path, local, axis, run, 0.0, 0)
-    structure = in_series([term for _, term in terms])
+    structure = in_series([term for _, term in terms] or [Rigid(0.0)])
     place = led.place + led.lead
     poses = np.column_stack([led.at, led.along, place, led.velocity, led.climb])
     layers = 2 if section.burr.shape[1] else 1
@@ -313,9 +322,9 @@ def yielding_at_rest(
 
 def _moved(
     local: PassFrames, axis: FloatArray, ball: BallEnd, terms: tuple[tuple[str, NamedTuple], ...],
-    run: Pass, columns: FloatArray, force: FloatArray, unsolved: int,
+    run: Pass, columns: FloatArray, force: FloatArray, unsolved: int, off: tuple[tuple[str, FloatArray], ...] = (),
 ) -> Yielding:  # fmt: skip
-    """Ball and tip from the columns that the terms of a structure noted."""
+    """Ball and tip from the columns that the terms of a structure noted, and what else takes the ball off its path."""
     axes, n = process_axes(axis), len(columns)
     tip, tilt, each, at = np.zeros((n, 3)), np.zeros((n, 2)), [], 0
     for name, term in terms:
@@ -325,6 +334,7 @@ def _moved(
         if isinstance(term, Pistons):
             tilt = here[:, :2]
         at += width(term)
+    each += off
     offset = sum((one for _, one in each), np.zeros((n, 3))) - run.approach * local.off + run.sag @ axes.T
     seen = np.column_stack([np.einsum("ij,ij->i", tip, local.feed), np.einsum("ij,ij->i", tip, local.off)])
     return Yielding(seen, offset, tilt, force, unsolved, tuple(each))

@@ -1,6 +1,6 @@
 """Cutting along a chamfer path: the burr on the edge, forces with a rigid tool, and a spindle that yields to them."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -8,12 +8,14 @@ import numpy as np
 from cutwise.maths.curves import FloatArray
 from cutwise.maths.edges import arc_lengths, lengths
 from cutwise.maths.frames import rotation_from_rpy
+from cutwise.paths.chamfer import proof
+from cutwise.paths.chamfer.plan import EdgePath
 from cutwise.physics.engagement.ball import PassFrames
 from cutwise.physics.structure.pistons import PistonRing
-from cutwise.physics.structure.terms import Pistons, Swinging
+from cutwise.physics.structure.terms import Linked, Pistons, Swinging
 from cutwise.physics.surface.sweep import swept_chamfer
-from cutwise.process import chamfer_proof as proof
 from cutwise.process.assemble import edge_profile, piston_ring, weight
+from cutwise.process.chamfer_carrier import Carrier
 from cutwise.process.chamfer_cell import (
     SLICES,
     BallEnd,
@@ -24,21 +26,24 @@ from cutwise.process.chamfer_cell import (
     Yielding,
     across_rod,
     pass_forces,
+    process_axes,
     sections,
     yielding_at_rest,
     yielding_pass,
 )
-from cutwise.process.chamfer_plan import EdgePath
-from cutwise.process.chamfer_robot import ArmOnPath
 from cutwise.process.edges import edges_alike
+from cutwise.process.following import Feeding, ramped
 from cutwise.spec.carrier import Standing
 from cutwise.spec.chamfer import ChamferScenario
 from cutwise.spec.faults import Fault, ScenarioFault
+from cutwise.spec.milling_machine import drives_key, drives_of
 from cutwise.spec.tables import Table
 
 TIME_STEP = 20e-6  # [s] of the compliant pass
 FAR_ROUND = 1.0  # [rad] dragged so far round the bends of a path, planes say nothing about the material
 _STOP = 1e-9  # share of the stroke
+_COARSER = 5.0  # times longer steps, where no term of the structure has mass or memory
+_SUBSTEPS = 10  # of drives in a sample of their controllers, at least
 
 
 class Deflected(NamedTuple):
@@ -135,7 +140,7 @@ def rigid(scenario: ChamferScenario, path: EdgePath, ball: BallEnd, slices: int 
 
 
 def deflected(
-    scenario: ChamferScenario, path: EdgePath, ball: BallEnd, frame: FloatArray, arm: ArmOnPath | None = None, *,
+    scenario: ChamferScenario, path: EdgePath, ball: BallEnd, frame: FloatArray, carrier: Carrier | None = None, *,
     time_step: float = TIME_STEP, every: int = 1,
 ) -> Deflected:  # fmt: skip
     """A path with spindle and robot yielding, the spindle mounted in a process frame, and the chamfer that it leaves.
@@ -145,20 +150,24 @@ def deflected(
     """
     closed, centre = path.path.frames.closed, path.path.centre[::every]
     approach = scenario.operation.preset + scenario.operation.part_error
-    sag = np.zeros((len(centre), 3)) if arm is None else arm.sag[::every]
-    run = Pass(path.feeds.centre[::every], approach, time_step, sag)
+    sag = np.zeros((len(centre), 3)) if carrier is None else carrier.sag[::every]
+    terms = () if carrier is None else carrier.terms
+    if scenario.compliant is not None:
+        ring = ring_on(scenario, frame)
+        terms = (("pistons", Pistons(ring, scenario.compliant.tool_reach)), *terms)
+    remembers = any(isinstance(term, Pistons | Swinging | Linked) for _, term in terms)
+    feeding = feeding_of(scenario, path)
+    if not remembers:
+        time_step *= _COARSER  # nothing but the drives has a time of its own
+    run = Pass(path.feeds.centre[::every], approach, time_step, sag, feeding)
     run = run._replace(centre_speed=run.centre_speed[: len(centre) - (not closed)])
     section = _every(material_along(scenario, path), every)
     local = path.local._replace(
         feed=path.local.feed[::every], off=path.local.off[::every], plunge=path.local.plunge[::every]
     )
     led = path.path._replace(centre=centre)
-    terms = () if arm is None else arm.terms
-    if scenario.compliant is not None:
-        ring = ring_on(scenario, frame)
-        terms = (("pistons", Pistons(ring, scenario.compliant.tool_reach)), *terms)
-    remembers = any(isinstance(term, Pistons | Swinging) for _, term in terms)
-    moves = (yielding_pass if remembers else yielding_at_rest)(section, led, local, path.axis, ball, terms, run, SLICES)
+    stepped = remembers or feeding is not None
+    moves = (yielding_pass if stepped else yielding_at_rest)(section, led, local, path.axis, ball, terms, run, SLICES)
     aside = led._replace(centre=centre + moves.offset)
     span = 2.0 * float(path.path.leg.max()) + 2.0 * float(np.linalg.norm(moves.offset, axis=1).max())
     width = swept_chamfer(path.at, aside.centre, ball.ball_radius, span, closed=closed).width
@@ -169,6 +178,20 @@ def deflected(
         stopped = travel >= ring.piston.stroke * (1.0 - _STOP)
     bend = _round_bend(local, centre, moves, closed=closed)
     return Deflected(moves, width, None if rod is None else rod.value, travel, stopped, bend)
+
+
+def feeding_of(scenario: ChamferScenario, path: EdgePath) -> Callable[[float, float], Feeding] | None:
+    """The feed drives that lead the ball, as soon as duration and start of its motion are known [s]; None without any."""
+    drives = drives_of(scenario.machine)
+    if drives is None:
+        return None
+    turn = rotation_from_rpy(*(scenario.placement or Standing()).rotation) @ process_axes(path.axis)
+    key, speed = drives_key(scenario.machine), float(path.feeds.centre.max())
+
+    def feeding(duration: float, begins: float) -> Feeding:
+        return ramped(drives, key, speed, duration, begins, turn, _SUBSTEPS)
+
+    return feeding
 
 
 def _every(section: Section, every: int) -> Section:

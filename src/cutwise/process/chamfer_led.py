@@ -2,8 +2,9 @@
 
 from collections.abc import Sequence
 
-from cutwise.process import chamfer_proof as proof
-from cutwise.process.chamfer_plan import EdgePath, swept
+from cutwise.paths.chamfer import proof
+from cutwise.paths.chamfer.plan import EdgePath, swept
+from cutwise.process.chamfer_task import task_of
 from cutwise.spec.chamfer import ChamferScenario
 
 
@@ -32,7 +33,7 @@ def as_run(scenario: ChamferScenario, path: EdgePath, members: Sequence[proof.Ed
     if approach == 0.0:
         return path
     moved = _nearer(path, approach)
-    left = swept(scenario, moved.path, path.at, further=abs(approach))
+    left = swept(task_of(scenario), moved.path, path.at, further=abs(approach))
     if scenario.yields:
         return path._replace(found=left)
     moved = moved._replace(found=left)

@@ -8,17 +8,19 @@ from cutwise import units
 from cutwise.maths.curves import FloatArray
 from cutwise.maths.edges import arc_lengths, lengths
 from cutwise.paths import reach
-from cutwise.paths.chamfer import ENVELOPE, NoPathError, chamfer_path
+from cutwise.paths.chamfer.ball_path import ENVELOPE, NoPathError, chamfer_path
+from cutwise.paths.chamfer.chains import EdgePlan
+from cutwise.paths.chamfer.plan import EdgePath, swept
+from cutwise.paths.chamfer.proof import GOUGE_LIMIT
 from cutwise.paths.pipe import one_turn
 from cutwise.physics.structure.statics import characteristic
 from cutwise.physics.surface.approach import Approach
-from cutwise.process import chamfer_robot, motor
+from cutwise.process import chamfer_carrier, motor
 from cutwise.process.assemble import piston_ring
 from cutwise.process.chamfer import ChamferRun
 from cutwise.process.chamfer_cell import SLICES
 from cutwise.process.chamfer_cut import TIME_STEP, Deflected, ball_end, deflected, mounted, rigid
-from cutwise.process.chamfer_plan import EdgePath, chamfer_of, swept
-from cutwise.process.chamfer_proof import GOUGE_LIMIT
+from cutwise.process.chamfer_task import task_of
 from cutwise.process.convergence import change_on_halved_step
 from cutwise.results import Histories
 from cutwise.spec.chamfer import ChamferScenario
@@ -123,8 +125,8 @@ def force_measures(scenario: ChamferScenario, done: ChamferRun) -> dict[str, flo
         found["stroke_margin"] = scenario.compliant.stroke - max(one.travel for one in done.deflected)
         ring = piston_ring(scenario.compliant)
         found["breakaway_force"] = characteristic(ring, scenario.compliant.tool_reach).loading.breakaway
-    if done.arms:
-        found |= chamfer_robot.measures(scenario, done.paths, [one.moves for one in done.deflected], done.arms)
+    if done.carriers:
+        found |= chamfer_carrier.measures(scenario, done.paths, [one.moves for one in done.deflected], done.carriers)
     return found
 
 
@@ -140,17 +142,17 @@ def convergence(scenario: ChamferScenario, done: ChamferRun) -> dict[str, float]
 
     def passes(**how: float) -> tuple[Deflected, ...]:
         paths = done.paths if done.deflected else ()
-        arms = done.arms or (None,) * len(paths)
+        carriers = done.carriers or (None,) * len(paths)
         return tuple(
-            deflected(scenario, path, ball, mounted(path, done.paths), arm, **how)  # type: ignore[arg-type]
-            for path, arm in zip(paths, arms, strict=True)
+            deflected(scenario, path, ball, mounted(path, done.paths), carrier, **how)  # type: ignore[arg-type]
+            for path, carrier in zip(paths, carriers, strict=True)
         )
 
     now = force_measures(scenario, done)
     forces = tuple(rigid(scenario, path, ball, 2 * SLICES) for path in done.led)
     finer = done._replace(forces=forces, deflected=passes(time_step=0.5 * TIME_STEP))
     change |= change_on_halved_step(now, force_measures(scenario, finer))
-    coarser = force_measures(scenario, done._replace(deflected=passes(every=2), arms=())) if done.deflected else {}
+    coarser = force_measures(scenario, done._replace(deflected=passes(every=2), carriers=())) if done.deflected else {}
     for name in _LED.intersection(now, coarser):  # the error that is left, which falls with the square of the distance
         change[name] = max(change.get(name, 0.0), (now[name] - coarser[name]) / 3.0, key=abs)
     return change
@@ -160,13 +162,13 @@ def _finer_path(scenario: ChamferScenario, done: ChamferRun) -> dict[str, float]
     """Change of the widths with twice the points; the samples of a CAD edge are what they are."""
     if len(done.paths) != 1 or done.paths[0].work.frames_at is None:
         return {}
-    one = done.paths[0]
+    one, task = done.paths[0], task_of(scenario)
     twice = one.work.frames_at(one_turn(2 * len(one.path.centre)))
     try:
-        path = chamfer_path(twice, chamfer_of(scenario, one.tilt), one.ball_radius, nodes=one.work.nodes)
+        path = chamfer_path(twice, task.cut._replace(tilt=one.tilt), one.ball_radius, nodes=one.work.nodes)
     except NoPathError:
         return {}
-    finer = swept(scenario, path, one.at)
+    finer = swept(task, path, one.at)
     return change_on_halved_step(_widths([one.found.width], ""), _widths([finer.width], ""))
 
 
@@ -230,14 +232,20 @@ def warnings(
         )
     if scenario.compliant is not None and "cutting_power_mean" in found:
         said += motor.overload(scenario.compliant, found["cutting_power_mean"])
-    return (*said, *_yielding(found), *chamfer_robot.warnings(scenario))
+    return (*said, *_yielding(found), *chamfer_carrier.warnings(scenario, done.carriers))
 
 
 def _trimmed(done: ChamferRun) -> Iterator[str]:
     trimmed = [plan for plan in done.plans if plan.paths and plan.trims]
-    yield from (str(plan) for plan in trimmed[:_SHOWN])
+    yield from (_left_out(plan) for plan in trimmed[:_SHOWN])
     if len(trimmed) > _SHOWN:
         yield f"{len(trimmed) - _SHOWN} more edges have parts left out; the report lists them"
+
+
+def _left_out(plan: EdgePlan) -> str:
+    """The parts of an edge without a path, with their reasons."""
+    parts = [f"{units.show(trim.length, 'length', 3)} ({trim.reason})" for trim in plan.trims]
+    return f"{plan.work.name}: left out {'; '.join(parts)}"
 
 
 def _yielding(found: Mapping[str, float]) -> Iterator[str]:
@@ -261,7 +269,7 @@ def notes(done: ChamferRun) -> Mapping[str, str]:
                 nearest[margin.code] = (margin, path.work.name)
     if nearest:
         said["margins"] = "\n".join(f"{margin}, at {name}" for margin, name in nearest.values())
-    left_out = [str(plan) for plan in done.plans if plan.trims]
+    left_out = [_left_out(plan) for plan in done.plans if plan.trims]
     if left_out:
         said["left_out"] = "\n".join(left_out)
     if done.links:
@@ -269,7 +277,7 @@ def notes(done: ChamferRun) -> Mapping[str, str]:
         said["corners"] = "\n".join(
             f"{paths[link.first].work.name} goes on into {paths[link.second].work.name}" for link in done.links
         )
-    said |= chamfer_robot.notes(done.arms)
+    said |= chamfer_carrier.notes(done.carriers)
     if done.band is not None:
         said["set-up"] = str(done.band)
     return said

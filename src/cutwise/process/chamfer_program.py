@@ -9,14 +9,14 @@ import numpy as np
 
 from cutwise.later import later
 from cutwise.maths.curves import FloatArray
-from cutwise.process.chamfer_corners import Link, tours
-from cutwise.process.chamfer_leads import way_to, ways_in_hole
-from cutwise.process.chamfer_plan import EdgePath
-from cutwise.process.chamfer_proof import EdgeZone
+from cutwise.paths.chamfer.corners import Link, tours
+from cutwise.paths.chamfer.leads import way_to, ways_in_hole
+from cutwise.paths.chamfer.plan import EdgePath
+from cutwise.paths.chamfer.proof import EdgeZone
+from cutwise.paths.chamfer.task import ChamferTask
 from cutwise.process.labels import labelled
 from cutwise.programs.post import Program
 from cutwise.results import Result
-from cutwise.spec.chamfer import ChamferScenario
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -40,9 +40,7 @@ class Moves(NamedTuple):
     unproven: tuple[str, ...]
 
 
-def moves(
-    scenario: ChamferScenario, paths: Sequence[EdgePath], joined: Sequence[Link], members: Sequence[EdgeZone]
-) -> Moves:
+def moves(task: ChamferTask, paths: Sequence[EdgePath], joined: Sequence[Link], members: Sequence[EdgeZone]) -> Moves:
     """All moves of all paths; a feed of zero is a rapid.
 
     Between tours the tool goes up along its axis, clear of the whole part; tours on the same axis follow one another.
@@ -53,9 +51,9 @@ def moves(
     for tour in _by_axis(paths, tours(len(paths), joined)):
         first = paths[tour[0]]
         if first.path.frames.closed:
-            found += _closed(scenario, first, tour[0], members, unproven)
+            found += _closed(task, first, tour[0], members, unproven)
             continue
-        found.append(_lead(scenario, first, tour[0], 0, members, unproven, inward=True))
+        found.append(_lead(task, first, tour[0], 0, members, unproven, inward=True))
         for number in tour:
             path, cut = paths[number], paths[number].feeds.centre
             found.append(_Moves(path.path.centre, np.append(cut[0], cut), np.arange(len(path.path.centre)), number))
@@ -66,10 +64,10 @@ def moves(
         final = paths[tour[-1]]
         if tour[-1] in onward:  # round the last corner, to where the tour began
             found.append(_Moves(first.path.centre[:1], final.feeds.centre[-1:], np.zeros(1), tour[0]))
-            found.append(_lead(scenario, first, tour[0], 0, members, unproven, inward=False))
+            found.append(_lead(task, first, tour[0], 0, members, unproven, inward=False))
         else:
             end = len(final.path.centre) - 1
-            found.append(_lead(scenario, final, tour[-1], end, members, unproven, inward=False))
+            found.append(_lead(task, final, tour[-1], end, members, unproven, inward=False))
     return Moves(_table(paths, found), tuple(dict.fromkeys(unproven)))
 
 
@@ -88,10 +86,10 @@ def _by_axis(paths: Sequence[EdgePath], found: Sequence[list[int]]) -> list[list
 
 
 def _lead(
-    scenario: ChamferScenario, path: EdgePath, number: int, at: int, members: Sequence[EdgeZone], unproven: list[str],
+    task: ChamferTask, path: EdgePath, number: int, at: int, members: Sequence[EdgeZone], unproven: list[str],
     *, inward: bool,
 ) -> _Moves:  # fmt: skip
-    way = way_to(scenario, path, at, members)
+    way = way_to(task, path, at, members)
     if not way.proven:
         unproven.append(path.work.name)
     points = way.point if inward else way.point[::-1]
@@ -102,7 +100,7 @@ def _lead(
 
 
 def _closed(
-    scenario: ChamferScenario, path: EdgePath, number: int, members: Sequence[EdgeZone], unproven: list[str]
+    task: ChamferTask, path: EdgePath, number: int, members: Sequence[EdgeZone], unproven: list[str]
 ) -> list[_Moves]:
     """A closed path with its leads.
 
@@ -111,14 +109,14 @@ def _closed(
     """
     centre, cut = path.path.centre, path.feeds.centre
     n = len(centre)
-    holed = ways_in_hole(scenario, path, members)
+    holed = ways_in_hole(task, path, members)
     if holed is None:
         round_it = _Moves(
             np.vstack([centre, centre[:1]]), np.append(cut[0], cut), np.append(np.arange(n), 0), number
         )  # fmt: skip
         return [
-            _lead(scenario, path, number, 0, members, unproven, inward=True), round_it,
-            _lead(scenario, path, number, 0, members, unproven, inward=False),
+            _lead(task, path, number, 0, members, unproven, inward=True), round_it,
+            _lead(task, path, number, 0, members, unproven, inward=False),
         ]  # fmt: skip
     ways, fine = holed
     if not fine:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from cutwise.paths import reach
-from cutwise.process.chamfer_plan import EdgePath
+from cutwise.paths.chamfer.plan import EdgePath
 from cutwise.spec.chamfer import ChamferScenario, Pipe
 
 Planned = Callable[[ChamferScenario], Sequence[EdgePath] | None]  # the paths of a case, or None if it is infeasible

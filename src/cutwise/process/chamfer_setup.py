@@ -8,9 +8,9 @@ import numpy as np
 from cutwise import units
 from cutwise.maths.curves import FloatArray
 from cutwise.maths.edges import EdgeFrames
+from cutwise.paths.chamfer.plan import EdgePath
 from cutwise.paths.pipe import PipeHole, pipe_edge
 from cutwise.physics.surface.sweep import swept_chamfer
-from cutwise.process.chamfer_plan import EdgePath
 from cutwise.spec.chamfer import ChamferScenario
 
 _STEP = 1e-6  # [m] and [rad] of the difference quotients

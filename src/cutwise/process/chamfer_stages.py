@@ -11,9 +11,9 @@ from cutwise.later import later
 from cutwise.maths.curves import FloatArray
 from cutwise.maths.edges import arc_lengths
 from cutwise.paths import reach
-from cutwise.process import chamfer_robot
+from cutwise.paths.chamfer.plan import EdgePath
+from cutwise.process import chamfer_carrier
 from cutwise.process.chamfer import ChamferRun
-from cutwise.process.chamfer_plan import EdgePath
 from cutwise.process.labels import labelled
 from cutwise.spec.chamfer import ChamferScenario
 
@@ -42,8 +42,8 @@ def stages(scenario: ChamferScenario, done: ChamferRun, program: xr.Dataset | No
         }, axis=["x", "y", "z"])  # fmt: skip
     if done.deflected:
         groups["structure"] = _structure(scenario, done)
-    if done.arms:
-        groups["carrier"] = chamfer_robot.postures(scenario, done.arms)
+    if done.carriers:
+        groups["carrier"] = chamfer_carrier.stations(scenario, done.carriers)
     if done.outline is not None:
         groups["part"] = _part(scenario, done)
     return xr.DataTree.from_dict(groups)
@@ -143,7 +143,7 @@ def _structure(scenario: ChamferScenario, done: ChamferRun) -> xr.Dataset:
     each = {
         f"deflection_{name}": (
             np.concatenate([
-                chamfer_robot.in_pass(path, one.terms[k][1]) for path, one in zip(done.paths, moved, strict=True)
+                chamfer_carrier.in_pass(path, one.terms[k][1]) for path, one in zip(done.paths, moved, strict=True)
             ]), "m", f"displacement of the ball by the term {name}, frame of the pass",
         )
         for k, (name, _) in enumerate(moved[0].terms)

@@ -2,7 +2,7 @@
 
 import math
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
@@ -12,67 +12,20 @@ import numpy as np
 from cutwise.io import cad, cad_edges, cad_mesh, cad_parts, cad_select, step
 from cutwise.io.occ import CadFault
 from cutwise.maths.curves import FloatArray
-from cutwise.maths.edges import EdgeFrames
-from cutwise.maths.surface_mesh import Boxes, SurfaceMesh, boxes
+from cutwise.paths.chamfer.chains import Surroundings
+from cutwise.paths.chamfer.task import ROD_LENGTH, SECTION_REACH, EdgeWork, Shape, shape_of
 from cutwise.paths.pipe import NoEdgeError, PipeHole, one_turn, pipe_edge
 from cutwise.paths.pipe_mesh import own_faces, pipe_mesh
-from cutwise.paths.reach import BallCutter
-from cutwise.process.pace import TOLD
+from cutwise.process.pace import TOLD, Pace
 from cutwise.spec.chamfer import Block, ChamferScenario
 from cutwise.spec.faults import Fault, ScenarioFault
 
 _NODES = 512  # of the analytic edge, from which the envelope interpolates
-ROD_LENGTH = 0.06  # [m] of the rod above the ball that is looked at
-SECTION_REACH = 4.0  # how far sections of free-form faces hold, in chamfer widths
 _LONG = 10.0  # [m] of edges from which on it is said how many there are, before anything else is done
 _AXES = {
     "+z": (0.0, 0.0, 1.0), "-z": (0.0, 0.0, -1.0), "+x": (1.0, 0.0, 0.0),
     "-x": (-1.0, 0.0, 0.0), "+y": (0.0, 1.0, 0.0), "-y": (0.0, -1.0, 0.0),
 }  # fmt: skip
-
-
-class Shape(NamedTuple):
-    """What the tool must not cut or touch."""
-
-    mesh: SurfaceMesh
-    boxes: Boxes
-    names: tuple[str, ...]  # of the faces, for messages
-    top: float  # [m] a tool higher than this along any axis is clear of the part, from the origin
-
-
-class EdgeWork(NamedTuple):
-    """One edge, and what a path along it is planned with."""
-
-    name: str
-    number: int
-    nodes: EdgeFrames  # dense samples
-    frames_at: Callable[[FloatArray], EdgeFrames] | None  # the exact edge at any parameter; None: only the samples
-    axes: tuple[FloatArray, ...]  # directions of the rod to choose from, the preferred one first
-    owners: FloatArray  # faces of the mesh on both sides of each sample, shape (n, 2)
-    shape: Shape
-    foot: FloatArray | None  # [m] a point of the hole axis, if the edge is at a hole
-    inner: bool = False  # of a pipe: whether it is the edge at the bore
-    finer: "Callable[[float], EdgeWork] | None" = None  # the same edge with more samples, by a share
-
-
-def cutter(scenario: ChamferScenario) -> BallCutter:
-    """The tool as a record."""
-    tool = scenario.tool
-    return BallCutter(tool.ball_radius, tool.rod_radius, tool.knife_limit_angle, tool.pole_limit_angle)
-
-
-def pipe_hole(scenario: ChamferScenario) -> PipeHole | None:
-    """The drilled pipe as a record."""
-    pipe = scenario.part.pipe
-    if pipe is None:
-        return None
-    return PipeHole(pipe.radius, pipe.wall, pipe.hole_radius, pipe.eccentricity, pipe.inclination)
-
-
-def shape_of(mesh: SurfaceMesh, names: tuple[str, ...]) -> Shape:
-    """A mesh with what is looked up in it again and again."""
-    top = float(np.linalg.norm(mesh.corner.reshape(-1, 3), axis=1).max()) if len(mesh.face) else 0.0
-    return Shape(mesh, boxes(mesh), names, top)
 
 
 def pipe_work(part: PipeHole, scenario: ChamferScenario, *, inner: bool) -> EdgeWork:
@@ -202,11 +155,21 @@ def cad_work(scenario: ChamferScenario, part: step.StepPart, *, outline: bool = 
             "%s of %.1f m in all are to be planned on a part of %d faces; how long that takes is said when the first of "
             "them are done", cad_select.counted(len(chosen), "edge"), length, part.faces,
         )  # fmt: skip
-    shape = shape_of(cad_mesh.cad_mesh(model), tuple(face.name for face in model.faces))
+    pace = Pace(1.0, "A part with fewer holes and edges takes less: the surfaces of all of it are looked at.")
+    shape = shape_of(cad_mesh.cad_mesh(model, meshed=pace.advance), tuple(face.name for face in model.faces))
     works = tuple(_chain_work(scenario, model, chain, shape) for chain in chosen)
     said = cad_select.left_out(chains, scenario.part.edges, chosen)
     lines = outline_of(cad.edge_lines(model)) if outline else None
     return CadWork(model, chains, works, lines, (said,) if said else ())
+
+
+def surroundings(found: CadWork) -> Surroundings:
+    """What lies round the edges of a CAD part."""
+    return Surroundings(
+        tuple(face.name for face in found.model.faces),
+        (frozenset(edge.faces) for edge in found.model.edges if edge.kind == cad.CONCAVE),
+        {chain.number: chain.frames.point for chain in found.chains},
+    )
 
 
 def _section_reach(scenario: ChamferScenario) -> float:

@@ -14,11 +14,10 @@ from cutwise.maths.curves import FloatArray, largest_curvature
 from cutwise.physics.cutting.uneven import largest_radius
 from cutwise.physics.motion.edge import path_memory_index
 from cutwise.physics.structure.statics import Characteristic, characteristic
-from cutwise.physics.structure.terms import Compliance, Swinging, displacement, natural_frequencies
+from cutwise.physics.structure.terms import Compliance, Linked, Swinging, displacement, natural_frequencies
 from cutwise.physics.structure.terms import width as width_of
 from cutwise.physics.surface.edge import machined_profile
-from cutwise.process.assemble import robot_along, surface_height
-from cutwise.process.carried import measures as robot_measures
+from cutwise.process.assemble import robot_along, surface_height, turned_by, turned_from_start
 from cutwise.process.labels import labelled
 from cutwise.process.loops import (
     TOOTH_RESOLVED,
@@ -26,6 +25,7 @@ from cutwise.process.loops import (
     axis_over_edge,
     columns_carry,
     programmed_heights,
+    programmed_time,
     run_compliant_edge,
     run_swept_edge,
     tooth_resolved_forces,
@@ -38,7 +38,10 @@ from cutwise.spec.deburring import DeburringScenario
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from cutwise.process import carried
 else:
+    carried = later("cutwise.process.carried")
     xr = later("xarray")
 
 _SETTLED = 5e-6  # [m] band of the settling time
@@ -56,10 +59,11 @@ class EdgeRun(NamedTuple):
     history: EdgeHistory
     surface: Surface
     band: Band
-    statics: Characteristic
+    statics: Characteristic | None  # of a compliant spindle
     centre: FloatArray  # [m] axis of the mill at the burr, along the edge and above it, shape (n, 2)
     error_at_tool: FloatArray  # [m] e at point C over time, shape (n,)
     steady: slice  # rows of the last quarter before any lead-out
+    pace: FloatArray  # [s] of the programmed motion over time, shape (n,)
 
 
 def memory_needed(cell: EdgeCell) -> bool:
@@ -104,14 +108,14 @@ def evaluate(cell: EdgeCell, history: EdgeHistory) -> EdgeRun:
         )
     strips, radius = cell.layers.strips, cell.cutter.mill.radius
     width = np.interp(history.motion.position, cell.layers.burr_width.at, cell.layers.burr_width.value)
-    arm = cell.reach - strips.burr_start - 0.5 * width
+    arm = cell.reach - strips.burr_start - 0.5 * width  # without pistons there is no tilt
     moved = arm[:, None] * history.response.tilt + sum(
         (of_term[:, :2] for of_term in displacements(cell, history).values()), np.zeros(2)
     )
-    along, lowest = axis_over_edge(cell, history.motion.time, moved[:, 0], moved[:, 1])
+    time = programmed_time(cell, history)
+    along, lowest = axis_over_edge(cell, time, moved[:, 0], moved[:, 1])
     centre = np.column_stack([along, lowest + radius])
     burr = cell.layers.burr_height
-    time = history.motion.time
     end = cell.path.duration - cell.path.lead_out
     steady = slice(int(np.searchsorted(time, 0.75 * end)), max(1, int(np.searchsorted(time, end))))
     runout = cell.cutter.edges.runout
@@ -121,43 +125,60 @@ def evaluate(cell: EdgeCell, history: EdgeHistory) -> EdgeRun:
     typical = float(np.interp(at_steady, burr.at, burr.value).mean())
     return EdgeRun(
         cell, history, surface,
-        band(cell, typical, float(width[steady].mean())),
-        characteristic(cell.ring, cell.reach),
+        Band(None, None, None) if cell.ring is None else band(cell, typical, float(width[steady].mean())),
+        None if cell.ring is None else characteristic(cell.ring, cell.reach),
         centre,
         np.minimum(lowest, np.interp(centre[:, 0], burr.at, burr.value)),
         steady,
+        time,
     )  # fmt: skip
 
 
 def displacements(cell: EdgeCell, history: EdgeHistory) -> dict[str, FloatArray]:
-    """Displacement by each term behind the spindle, where the edge is read, over time [m]; shape (n, 3)."""
+    """Displacement by each term behind the spindle and by drives, where the edge is read, over time [m]; shape (n, 3)."""
     found, at = {}, 0
     for name, term in cell.behind:
         columns = history.response.behind[:, at : at + width_of(term)]
         found[name] = displacement(term, columns, surface_height(cell))
         at += width_of(term)
-    return found
+    return found if history.fed is None else {**found, "drives": history.fed}
 
 
 def carried_measures(scenario: DeburringScenario, run: EdgeRun) -> dict[str, float]:
     """What each term of the structure yields by, and what the postures of the robot mean."""
-    if not run.cell.behind:
-        return {}
     history, last = run.history, run.steady.stop
-    first = min(int(np.searchsorted(history.motion.time, run.cell.path.lead_in)), last - 1)
+    behind = displacements(run.cell, history)
+    if not behind:
+        return {}
+    first = min(int(np.searchsorted(run.pace, run.cell.path.lead_in)), last - 1)
     arm = run.cell.reach - surface_height(run.cell)
     tilt = np.column_stack([arm * history.response.tilt, np.zeros(len(history.motion.time))])
-    terms = {"pistons": tilt, **displacements(run.cell, history)}
+    terms = behind if run.cell.ring is None else {"pistons": tilt, **behind}
+    terms = {name: seen_from_edge(run, of_term) for name, of_term in terms.items()}
     total = sum(of_term[:, 1] for of_term in terms.values())
     worst = first + int(np.argmax(np.abs(total[first:last] - run.cell.path.preset)))
     found = term_measures(terms, slice(first, last), worst)
-    del found["deflection_pistons_mean_z"], found["deflection_pistons_max_z"]
-    swings = [natural_frequencies(term) for _, term in run.cell.behind if isinstance(term, Swinging)]
+    if "drives" in terms:
+        found = {name: value for name, value in found.items() if not name.startswith("deflection_drives")}
+        off = terms["drives"][first:last, 1]
+        found["deviation_drives_max"] = float(off[int(np.argmax(np.abs(off)))])
+    swings = [natural_frequencies(term) for _, term in run.cell.behind if isinstance(term, Swinging | Linked)]
     if swings:
         found["natural_frequency_min"] = float(swings[0].min())
     if scenario.robot is None:
         return {**found, **normal_stiffness([term for _, term in run.cell.behind])}
-    return {**found, **robot_measures(robot_along(scenario, run.cell), scenario.robot, scenario.operation.feed)}
+    return {**found, **_postures(scenario, run)}
+
+
+def _postures(scenario: DeburringScenario, run: EdgeRun) -> dict[str, float]:
+    assert scenario.robot is not None
+    operation, along = scenario.operation, robot_along(scenario, run.cell)
+    return carried.measures(along, scenario.robot, operation.feed, limited=operation.limit_feed)
+
+
+def seen_from_edge(run: EdgeRun, moved: FloatArray) -> FloatArray:
+    """Displacements (n, 3) along and off the edge where the tool is, of process axes that may stay while it turns."""
+    return turned_by(turned_from_start(run.cell, run.history.motion.position), moved)
 
 
 def _profile_points(centre: FloatArray) -> int:
@@ -175,7 +196,7 @@ def between(run: EdgeRun, first: int, last: int) -> FloatArray:
 def places_after_lead_in(run: EdgeRun) -> NDArray[np.bool_]:
     """Which points of the profile lie after the lead-in and before any lead-out."""
     w, last = run.surface.position, run.steady.stop - 1
-    first = min(int(np.searchsorted(run.history.motion.time, run.cell.path.lead_in)), last)
+    first = min(int(np.searchsorted(run.pace, run.cell.path.lead_in)), last)
     return (w >= run.centre[first, 0]) & (w <= run.centre[last, 0])
 
 
@@ -203,22 +224,34 @@ def measures(scenario: DeburringScenario, run: EdgeRun, *, tooth: bool = True) -
         found[f"burr_force_rms_{axis}"] = math.sqrt(float(history.burr_force.square[steady, i].mean()))
         found[f"burr_force_peak_{axis}"] = float(history.burr_force.peak[:, i].max())
         found[f"work_force_mean_{axis}"] = float(history.work_force.mean[steady, i].mean())
-    if tooth:
+    if tooth and run.cell.ring is not None:
         peaks = _tooth_peaks(run)
         found |= {f"tooth_force_peak_{axis}": peaks[i] for i, axis in enumerate(_AXES if axial else _AXES[:2])}
     found["settling_time"] = settling_time(history.motion.time[: last + 1], run.error_at_tool[: last + 1])
-    tilt = history.response.tilt[steady].mean(axis=0)
-    found["tip_deflection_x"], found["tip_deflection_y"] = (run.cell.reach * tilt).tolist()
     cutter = run.cell.cutter
     found["cutting_power_mean"] = float(history.tangential[steady].mean()) * cutter.mill.radius * cutter.spindle_speed
-    found["stroke_margin"] = run.cell.ring.piston.stroke - float(history.response.travel.max())
     found["path_memory_index"] = memory_index(run.cell)
-    found["edge_taper"] = float(tilt[1]) * run.cell.layers.strips.work_width
-    found["breakaway_force"] = run.statics.loading.breakaway
-    found["loading_force"] = run.statics.loading.plateau
-    found["unloading_force"] = run.statics.unloading.plateau
+    found |= _spindle_measures(run)
     found |= carried_measures(scenario, run)
     return {name: value for name, value in found.items() if value is not None and math.isfinite(value)}
+
+
+def _spindle_measures(run: EdgeRun) -> dict[str, float | None]:
+    """What the compliant spindle does."""
+    cell, history = run.cell, run.history
+    if cell.ring is None or run.statics is None:
+        return {}
+    tilt = history.response.tilt[run.steady].mean(axis=0)
+    x, y = (cell.reach * tilt).tolist()
+    return {
+        "tip_deflection_x": x,
+        "tip_deflection_y": y,
+        "stroke_margin": cell.ring.piston.stroke - float(history.response.travel.max()),
+        "edge_taper": float(tilt[1]) * cell.layers.strips.work_width,
+        "breakaway_force": run.statics.loading.breakaway,
+        "loading_force": run.statics.loading.plateau,
+        "unloading_force": run.statics.unloading.plateau,
+    }
 
 
 def _fractions(scenario: DeburringScenario, run: EdgeRun) -> dict[str, float]:
@@ -240,7 +273,7 @@ def histories(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, flo
 
     An end without an equilibrium is not known. Without friction there is no band.
     """
-    if run.cell.ring.piston.law == 0:
+    if run.cell.ring is None or run.cell.ring.piston.law == 0:
         return {}
     mean = found["surface_error_mean"]
     shifts = [None if end is None else end.error - mean for end in (run.band.loaded, run.band.unloaded)]
@@ -282,11 +315,12 @@ def tooth_history(run: EdgeRun, rows: FloatArray, samples: int, periods: int) ->
     cutter = run.cell.cutter
     period = 2.0 * math.pi / (cutter.mill.flutes * cutter.spindle_speed)
     offset = np.arange(samples * periods) * period / samples
-    time = run.history.motion.time[rows][:, None] + offset
+    known = run.pace if run.cell.feeding is not None else run.history.motion.time  # what its motion is asked for
+    time = known[rows][:, None] + offset
     state = np.hstack([run.history.response.tilt, run.history.response.tilt_rate])[rows]
     tilt = np.repeat(state, offset.size, axis=0)
     forces = tooth_resolved_forces(run.cell, time.ravel(), np.ascontiguousarray(tilt))
-    return time, forces.reshape(*time.shape, 6)
+    return run.history.motion.time[rows][:, None] + offset, forces.reshape(*time.shape, 6)
 
 
 def _last_rows(run: EdgeRun) -> int:
@@ -307,14 +341,12 @@ def stages(run: EdgeRun) -> xr.DataTree:
     """The histories of all stages as labelled arrays, with units."""
     h = run.history
     time = ("time", h.motion.time, "s", "time")
-    pistons = np.arange(h.response.travel.shape[1])
-    tooth_time, tooth = tooth_history(run, np.array([_last_rows(run)]), _TOOTH_CURVE, _TOOTH_PERIODS)
     cutter = run.cell.cutter
     groups = {
         "motion": labelled(time, {
             "feed_position": (h.motion.position, "m", "programmed position along the edge"),
             "programmed_height": (
-                programmed_heights(run.cell, h.motion.time), "m", "lowest point of the undeflected mill above the edge",
+                programmed_heights(run.cell, run.pace), "m", "lowest point of the undeflected mill above the edge",
             ),
         }),
         "engagement": labelled(time, {
@@ -330,27 +362,43 @@ def stages(run: EdgeRun) -> xr.DataTree:
             "work_force": (h.work_force.mean, "N", "work force on the tool"),
             "power": (h.tangential * cutter.mill.radius * cutter.spindle_speed, "W", "cutting power"),
         }, axis=list(_AXES)),
-        "structure": labelled(time, {
-            "tilt": (h.response.tilt, "rad", "tilt of the motor"),
-            "tip_deflection": (h.response.tilt * run.cell.reach, "m", "deflection of the tool tip"),
-            "piston_travel": (h.response.travel, "m", "piston travel"),
-            "solver_sweeps": (h.response.sweeps, "1", "Gauss-Seidel sweeps"),
-        }, axis2=["x", "y"], piston=pistons.tolist()).merge(_static_curves(run)).assign_attrs(_static_forces(run)),
+        "structure": _structure(run, time),
         "surface": labelled(("w", run.surface.position, "m", "position along the edge"), {
             "error": (run.surface.error, "m", "edge error"),
             "burr_height": (run.surface.burr_height, "m", "burr height before the pass"),
         }).merge(labelled(time, {"error_at_tool": (run.error_at_tool, "m", "edge error at point C")})),
-        "tooth": labelled(("tooth_time", tooth_time[0], "s", "time"), {
+    }  # fmt: skip
+    if run.cell.ring is not None:
+        tooth_time, tooth = tooth_history(run, np.array([_last_rows(run)]), _TOOTH_CURVE, _TOOTH_PERIODS)
+        groups["tooth"] = labelled(("tooth_time", tooth_time[0], "s", "time"), {
             "burr_force": (tooth[0, :, :3], "N", "burr force on the tool, tooth by tooth"),
             "work_force": (tooth[0, :, 3:], "N", "work force on the tool, tooth by tooth"),
-        }, axis=list(_AXES)),
-    }  # fmt: skip
+        }, axis=list(_AXES))  # fmt: skip
     return xr.DataTree.from_dict(groups)
+
+
+def _structure(run: EdgeRun, time: tuple[str, FloatArray, str, str]) -> xr.Dataset:
+    """What the spindle does; without one, the displacement by each term."""
+    h = run.history
+    if run.cell.ring is None:
+        return labelled(time, {
+            f"deflection_{name}": (seen_from_edge(run, value), "m", f"displacement by the term {name} where the edge is read")
+            for name, value in displacements(run.cell, h).items()
+        }, axis=list(_AXES))  # fmt: skip
+    return labelled(time, {
+        "tilt": (h.response.tilt, "rad", "tilt of the motor"),
+        "tip_deflection": (h.response.tilt * run.cell.reach, "m", "deflection of the tool tip"),
+        "piston_travel": (h.response.travel, "m", "piston travel"),
+        "solver_sweeps": (h.response.sweeps, "1", "Gauss-Seidel sweeps"),
+    }, axis2=["x", "y"], piston=list(range(h.response.travel.shape[1]))).merge(
+        _static_curves(run)
+    ).assign_attrs(_static_forces(run))  # fmt: skip
 
 
 def _static_curves(run: EdgeRun) -> xr.Dataset:
     """Static tip force over tip displacement: flat branches from breakaway to the stop."""
     s = run.statics
+    assert s is not None
 
     def branch(force: float) -> FloatArray:
         return np.array([0.0, force, force])
@@ -364,6 +412,7 @@ def _static_curves(run: EdgeRun) -> xr.Dataset:
 
 def _static_forces(run: EdgeRun) -> dict[str, float]:
     s = run.statics
+    assert s is not None
     return {
         "breakaway_force": s.loading.breakaway,
         "loading_force": s.loading.plateau,

@@ -1,11 +1,14 @@
 """Drilling with a robot or on a machine: from the scenario to postures, forces and holes."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Iterator, Mapping
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from cutwise.later import later
 from cutwise.maths.frames import FloatArray
 from cutwise.physics.cutting.drill import (
     DrillPoint,
@@ -19,8 +22,8 @@ from cutwise.physics.cutting.drill import (
 from cutwise.physics.cutting.drill_elements import LipElements, oblique_elements
 from cutwise.physics.structure.joint_compliance import axis_tilt, worst_skating
 from cutwise.physics.surface.hole import perpendicularity, whirl_amplitudes
+from cutwise.process.arm_geometry import misplaced
 from cutwise.process.drill_profile import DepthProfile, depth_profile, no_elements
-from cutwise.process.drilling_machine import on_machine
 from cutwise.process.hole_balance import DrillCycle
 from cutwise.process.loops_drilling import (
     ArmDynamics,
@@ -51,12 +54,18 @@ from cutwise.process.postures import (
     candidates,
     least_missing,
     posture_at,
+    posture_frames,
     reach,
     tool_axes,
     turned_towards,
 )
 from cutwise.process.robot_arms import robot_arm
 from cutwise.spec.drilling import Drill, DrillingScenario, Hole, Placement
+
+if TYPE_CHECKING:
+    from cutwise.process import drilling_machine
+else:
+    drilling_machine = later("cutwise.process.drilling_machine")
 
 _ROWS = 2000  # of the history that is kept
 _CHECKED = 8  # redundancy angles at which a hole is looked at once more before it is called out of reach
@@ -218,7 +227,7 @@ def skating_of(cell: DrillCell, posture: Posture) -> float:
 def choose(scenario: DrillingScenario, cell: DrillCell, target: PoseTarget) -> tuple[Posture | None, Reach, bool]:
     """Posture for a hole, how well it is reached, and whether only a singularity stands in the way."""
     if scenario.machine is not None:
-        return on_machine(scenario.machine, scenario.part.block, target), Reach(True, -1, 0.0), False
+        return drilling_machine.on_machine(scenario.machine, scenario.part.block, target), Reach(True, -1, 0.0), False
     assert scenario.robot is not None
     assert cell.arm is not None
     robot, choice = scenario.robot, scenario.robot.redundancy_angle
@@ -325,7 +334,7 @@ def hole_measures(scenario: DrillingScenario, cell: DrillCell, hole: DrilledHole
         "axial_deflection_mean": outcome.axial_mean,
         "lateral_deflection_max": outcome.lateral_max,
         "lateral_deflection_mean": outcome.lateral_mean,
-        **_position(scenario, cell, outcome),
+        **_position(scenario, cell, outcome, _misplacement(scenario, cell, posture)),
         "drill_tilt": axis_tilt(posture.compliance, outcome.thrust_mean),
         "circularity_estimate": abs(whirl[0] - whirl[1]),
         "oversize_estimate": whirl[0] + whirl[1],
@@ -369,19 +378,38 @@ def _shares(cell: DrillCell, hole: DrilledHole, thrust: float) -> dict[str, floa
     return {f"share_{name}": -compliance * thrust for name, compliance in terms.items()}
 
 
-def _position(scenario: DrillingScenario, cell: DrillCell, outcome: HoleOutcome) -> dict[str, float]:
-    """Where the hole is, as far as there is one: what was not reached is left out."""
-    found, own = {}, scenario.robot.accuracy if scenario.robot is not None else None
+def _misplacement(scenario: DrillingScenario, cell: DrillCell, posture: Posture) -> FloatArray:
+    """Twist of the tip by geometric errors of the arm in tool axes [m, rad], shape (6,)."""
+    robot = scenario.robot
+    if robot is None or robot.errors is None or cell.arm is None:
+        return np.zeros(6)
+    axes = posture_frames(cell.arm, posture.q).rotations[-1] @ cell.arm.tool_rotation
+    twist = misplaced(robot, cell.arm, posture.q[None]).twist[0]
+    return np.concatenate([axes.T @ twist[:3], axes.T @ twist[3:]])
+
+
+def _position(scenario: DrillingScenario, cell: DrillCell, outcome: HoleOutcome, wrong: FloatArray) -> dict[str, float]:
+    """Where the hole is, as far as there is one: what was not reached is left out.
+
+    ``wrong``: twist of the tip by geometric errors, tool axes. It shifts the hole and tilts it.
+    """
+    found, robot = {}, scenario.robot
     if outcome.entered:
         found["hole_position_error_entry"] = float(np.hypot(*outcome.entry))
     if outcome.through:
         found["hole_position_error_exit"] = float(np.hypot(*outcome.exit))
-    if own is not None:
-        found["hole_position_error_arm"] = own
-    if own is not None and outcome.through:
-        found["hole_position_error_total"] = own + hole_error(outcome)
+    if robot is not None and (robot.accuracy is not None or robot.errors is not None):
+        found["hole_position_error_arm"] = (robot.accuracy or 0.0) + float(np.hypot(*wrong[:2]))
+    thickness = cell.cycle.thickness
+    lean = np.array([wrong[4], -wrong[3]]) * thickness  # of the drill over the depth of the hole
+    if "hole_position_error_arm" in found and outcome.through:
+        ends = (outcome.entry + wrong[:2], outcome.exit + wrong[:2] + lean)
+        known = hole_error(outcome) + found["hole_position_error_arm"]
+        if robot is not None and robot.errors is not None:
+            known = max(float(np.hypot(*end)) for end in ends) + (robot.accuracy or 0.0)
+        found["hole_position_error_total"] = known
     if outcome.through:
-        found["perpendicularity_error"] = perpendicularity(outcome.entry, outcome.exit, cell.cycle.thickness)
+        found["perpendicularity_error"] = perpendicularity(outcome.entry, outcome.exit + lean, thickness)
     return found
 
 

@@ -7,17 +7,19 @@ import numpy as np
 
 from cutwise import units
 from cutwise.maths.chains import jacobian
+from cutwise.maths.constants import GRAVITY
 from cutwise.maths.frames import FloatArray
 from cutwise.physics.cutting.drill_formulas import half_specific_force, shaw_oxford, tungaloy
 from cutwise.physics.structure.joint_compliance import geometric_stiffness, holding_force
+from cutwise.process import arm_geometry
 from cutwise.process.chain_compliance import off_part
 from cutwise.process.drilling import DrilledHole, DrillRun, dynamics, nominal_shares, skating_of, slope_angle
-from cutwise.process.loops_drilling import HoleOutcome, quasi_static_hole
+from cutwise.process.loops_drilling import HoleOutcome, quasi_static_hole, step_limit
 from cutwise.process.postures import Posture, arm_compliance, posture_frames, posture_jacobian
+from cutwise.results import Finding, Place
 from cutwise.spec.drilling import DrillingScenario
 from cutwise.spec.notices import notices
 
-_GRAVITY = 9.80665  # [m/s^2] standard acceleration of free fall
 _ABSURD_SAG = 5e-3  # [m] under the rated payload; arms that drill have one to three
 _NEAR_LIMIT = math.radians(0.1)
 _RESONANCE = (0.7, 1.4)  # spindle frequency over arm frequency
@@ -104,6 +106,10 @@ def warnings(scenario: DrillingScenario, run: DrillRun) -> tuple[str, ...]:
 def _robot(scenario: DrillingScenario, run: DrillRun) -> Iterator[str]:
     arm = run.cell.arm
     yield from _own_error(scenario)
+    there = [hole.posture.q for hole in run.holes if hole.posture is not None]
+    if there:
+        wrong = arm_geometry.misplaced(scenario.robot, arm, np.array(there))
+        yield from arm_geometry.warnings(scenario.robot, wrong, scenario.measured.get("robot"))
     if arm.general is not None and not arm.general.proven:
         yield (
             f"the arm has no spherical wrist ({run.cell.not_spherical}), and its axes are such that some of its postures "
@@ -127,6 +133,8 @@ def _robot(scenario: DrillingScenario, run: DrillRun) -> Iterator[str]:
 def _own_error(scenario: DrillingScenario) -> Iterator[str]:
     """What the position of a hole does not hold."""
     own = scenario.robot.accuracy
+    if own is None and scenario.robot.errors is not None:
+        return
     if own is None:
         yield (
             "hole_position_error_entry and _exit are what the arm yields by under the cut, alone: where the arm stands "
@@ -150,7 +158,7 @@ def _own_error(scenario: DrillingScenario) -> Iterator[str]:
 def sag(run: DrillRun, hole: DrilledHole, payload: float) -> float:
     """How far the tool sinks under the rated payload, in the posture of a hole [m]."""
     assert hole.posture is not None
-    return float(arm_compliance(run.cell.arm, hole.posture.q)[2, 2]) * payload * _GRAVITY
+    return float(arm_compliance(run.cell.arm, hole.posture.q)[2, 2]) * payload * GRAVITY
 
 
 def _process(scenario: DrillingScenario, run: DrillRun) -> Iterator[str]:
@@ -310,8 +318,11 @@ def _stiffening(run: DrillRun, posture: Posture) -> float:
     thrust, torque = _heaviest(run)
     load = -np.concatenate([feed * thrust, feed * torque])
     plain = arm_compliance(arm, posture.q)
-    turning = arm.drives.elastic.T @ geometric_stiffness(each, load) @ arm.drives.elastic
-    changed = jac @ (np.linalg.inv(np.diag(arm.stiffness) - turning) - np.diag(1.0 / arm.stiffness)) @ jac.T
+    own = len(arm.drives.elastic.T)
+    turning = np.zeros((len(arm.stiffness), len(arm.stiffness)))
+    turning[:own, :own] = arm.drives.elastic.T @ geometric_stiffness(each, load) @ arm.drives.elastic
+    yielding = np.diag(1.0 / arm.stiffness)  # (K - K_C)^-1 without K, which may be infinite
+    changed = jac @ (np.linalg.solve(np.eye(len(yielding)) - yielding @ turning, yielding) - yielding) @ jac.T
     return float(np.linalg.norm(changed) / np.linalg.norm(plain))
 
 
@@ -326,3 +337,15 @@ def _line(index: int, hole: DrilledHole) -> str:
 
 def _um(position: FloatArray) -> str:
     return units.show(float(np.hypot(*position)), "small_length", 4)
+
+
+def unsound(run: DrillRun, time_step: float) -> Iterator[Finding]:
+    """A tip that is pushed out of the cut, a step too long for the arm."""
+    for number, hole in enumerate(run.holes, 1):
+        if hole.posture is None or hole.outcome is None:
+            continue
+        if hole.outcome.feed_min <= 0.0:
+            yield Finding("contact_lost", Place(f"hole {number}"), hole.outcome.feed_min, 0.0, "feed_per_revolution")
+        largest = step_limit(run.cell.cycle, dynamics(run.cell, hole.posture), float(run.cell.profile.thrust.max()))
+        if time_step > largest:
+            yield Finding("unsolved", Place(f"hole {number}"), time_step, largest, "time")

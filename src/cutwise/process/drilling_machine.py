@@ -26,6 +26,6 @@ def on_machine(machine: CarryingMachine, block: PartBlock | None, target: PoseTa
     """
     axes = tool_axes(target.axis, 0.0)
     path = CarriedPath(np.zeros(1), target.position[None], (axes @ _UPRIGHT)[None])
-    whole = bodies_along(machine, block, np.array(machine.tip), path, ("hole", "position")).total[0]
+    whole = bodies_along(machine, block, np.array(machine.tip), path, ("hole", "position"), ("hole", "axis")).total[0]
     compliance = in_axes(whole, _UPRIGHT)
     return Posture(0.0, np.zeros(0), compliance, holding_ratio(compliance), math.nan)

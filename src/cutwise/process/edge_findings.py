@@ -5,8 +5,9 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from cutwise import units
-from cutwise.process import motor
-from cutwise.process.assemble import beside_part
+from cutwise.physics.structure.pistons import SWEEPS
+from cutwise.process import arm_geometry, motor
+from cutwise.process.assemble import beside_part, robot_along
 from cutwise.process.deburring import (
     EdgeRun,
     after_lead_in,
@@ -16,10 +17,16 @@ from cutwise.process.deburring import (
     places_after_lead_in,
     run_for,
 )
-from cutwise.process.loops import EdgeCell, run_swept_edge
+from cutwise.process.loops import EdgeCell, programmed_heights, run_swept_edge
+from cutwise.process.weights import weight_on
+from cutwise.results import Finding, Place
 from cutwise.spec.deburring import DeburringScenario
 from cutwise.spec.notices import notices
 
+_STOP = 1e-9  # share of a stroke
+_DRIFT = 5e-6  # [m] by which the edge may still move over the part of the pass that is judged
+_GONE = 0.01  # share of the edge along which contact may be lost
+_FULL = 0.999  # of the programmed feed
 _LATCHED = 0.05  # share of the band above the loading plateau
 
 LIMITS = (
@@ -33,11 +40,18 @@ LIMITS = (
 
 def warnings(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, float]) -> tuple[str, ...]:
     """Everything that the engineer should know before he trusts the numbers."""
-    return (*notices(scenario), *beside_part(scenario), *_process(scenario, run, found))
+    misled: Iterator[str] = iter(())
+    measured = scenario.measured.get("robot")
+    if scenario.robot is not None and (scenario.robot.errors is not None or measured is not None):
+        misled = arm_geometry.warnings(scenario.robot, robot_along(scenario, run.cell).wrong, measured)
+    return (*notices(scenario), *beside_part(scenario), *misled, *_process(scenario, run, found))
 
 
 def _process(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, float]) -> Iterator[str]:
     steady = run.steady
+    if run.cell.ring is None:
+        yield from _beyond_the_steady_part(scenario, run)
+        return
     yield from motor.overload(scenario.spindle, found["cutting_power_mean"])
     depth = run.history.engagement.burr_depth[steady] + run.history.engagement.work_depth[steady]
     if depth.max() > 0.0 and np.abs(run.history.response.tilt[steady]).max() * run.cell.reach < 1e-6:
@@ -135,3 +149,65 @@ def notes(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, float])
 
 def _error(value: float) -> str:
     return units.show(value, "small_length", 4)
+
+
+def unsound(scenario: DeburringScenario, run: EdgeRun) -> Iterator[Finding]:
+    """At the stop, never touching, contact lost, still moving, pistons not solved."""
+    time = run.history.motion.time
+    if run.cell.ring is not None:
+        travel, stroke = run.history.response.travel, run.cell.ring.piston.stroke
+        stopped = np.flatnonzero(travel.max(axis=1) >= stroke * (1.0 - _STOP))
+        if stopped.size:
+            yield Finding("at_stop", Place(time=float(time[stopped[0]])), float(travel.max()), stroke, "length")
+    depth = run.history.engagement.burr_depth + run.history.engagement.work_depth
+    if depth[run.steady].max() <= 0.0:
+        yield Finding("untouched")
+    else:
+        yield from _left_standing(scenario, run, depth)
+    yield from _drifting(run)
+    unsolved = np.flatnonzero(run.history.response.sweeps >= SWEEPS)
+    if unsolved.size:
+        yield Finding("unsolved", Place(time=float(time[unsolved[0]])), float(unsolved.size), 0.0)
+
+
+def _left_standing(scenario: DeburringScenario, run: EdgeRun, depth: np.ndarray) -> Iterator[Finding]:
+    """A mill that is off the work although it is led into it, and leaves more than the tolerance there."""
+    motion, cell = run.history.motion, run.cell
+    led = motion.height < np.interp(motion.position, cell.layers.burr_height.at, cell.layers.burr_height.value)
+    judged = (run.pace >= cell.path.lead_in) & (np.arange(motion.time.size) < run.steady.stop)
+    gone = led & judged & (depth <= 0.0)
+    left = gone & (run.error_at_tool > scenario.operation.tolerance)
+    share = float(left.sum() / max(1, judged.sum()))
+    if share > _GONE:
+        first = int(np.flatnonzero(left)[0])
+        where = Place(time=float(motion.time[first]), position=float(motion.position[first]))
+        yield Finding("contact_lost", where, share, _GONE)
+
+
+def _drifting(run: EdgeRun) -> Iterator[Finding]:
+    """A steady part that begins before the lead-in has ended, or in which the edge still moves though nothing else does."""
+    motion, steady, layers = run.history.motion, run.steady, run.cell.layers
+    began = float(run.pace[steady.start])
+    if run.cell.path.lead_in > began:
+        yield Finding("unsettled", Place(time=began), run.cell.path.lead_in, began, "time")
+        return
+    at = motion.position[steady]
+    fed = run.history.fed is not None
+    height = programmed_heights(run.cell, run.pace[steady]) if fed else motion.height[steady]
+    led = (height, *(np.interp(at, p.at, p.value) for p in (layers.burr_height, layers.burr_width)))
+    if any(np.ptp(one) > 1e-9 for one in led):
+        return  # waves of path and burr: the edge follows them for good
+    error = run.error_at_tool[steady]
+    if fed:  # the machine brakes at the end of the edge, which is no drift
+        rate = np.gradient(run.pace, motion.time)[steady]
+        error = error[rate > _FULL] if (rate > _FULL).any() else error
+    third = max(1, error.size // 3)
+    drift = float(error[-third:].mean() - error[:third].mean())
+    if abs(drift) > _DRIFT:
+        yield Finding("unsettled", Place(time=began), drift, _DRIFT, "small_length")
+
+
+def weight(run: EdgeRun) -> Iterator[Finding]:
+    """The weight of the motor at the tip, against what the pistons hold."""
+    if run.cell.ring is not None:
+        yield from weight_on(run.cell.ring, run.cell.reach, Place())

@@ -1,11 +1,14 @@
 """A pass along an edge as a cell of the loop: its records, its run, its history."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from cutwise import loop
+from cutwise.later import later
 from cutwise.maths.compiled import compiled
 from cutwise.maths.curves import FloatArray
 from cutwise.physics.cutting.flute import Mill
@@ -16,12 +19,18 @@ from cutwise.physics.engagement.burred_edge import PIECES, SEEN, BurredEdge, Lay
 from cutwise.physics.engagement.swept import ColumnEdge, most_columns, stand
 from cutwise.physics.motion.arc_edge import ArcFixed, ArcFollowed
 from cutwise.physics.motion.edge import EdgePass, programmed_motion
+from cutwise.physics.motion.paced import Paced
 from cutwise.physics.structure.pistons import PistonRing, at_rest
-from cutwise.physics.structure.terms import Pistons, PistonsState, in_series, relaxed, width
+from cutwise.physics.structure.terms import Pistons, PistonsState, Rigid, in_series, relaxed, width
 from cutwise.records import Contact, EdgeHistory, Load, edge_history
 from cutwise.results import SolverFailure
 from cutwise.stages import cut, met, moved
 from cutwise.still import Rest, rest
+
+if TYPE_CHECKING:
+    from cutwise.process import following
+else:
+    following = later("cutwise.process.following")
 
 __all__ = ["Layers", "Strips"]
 
@@ -56,18 +65,21 @@ class EdgeCut(NamedTuple):
     cutter: Cutter
     arc: Arc | None = None  # the edge is an arc
     behind: tuple[tuple[str, NamedTuple], ...] = ()  # terms of the structure behind the spindle, by name
+    paced: Paced | None = None  # instants and pace, where the feed is lowered; its motion is not looked at
 
 
 class EdgeCell(NamedTuple):
-    """Everything that takes part in a pass along an edge with a compliant spindle."""
+    """Everything that takes part in a pass along an edge that is stepped."""
 
     path: EdgePass
     layers: Layers
     cutter: Cutter
-    ring: PistonRing
-    reach: float  # [m] from the joint to the tool tip
+    ring: PistonRing | None  # of a compliant spindle
+    reach: float  # [m] from the joint to the tool tip; 0 for a rigid spindle
     arc: Arc | None = None  # the edge is an arc
     behind: tuple[tuple[str, NamedTuple], ...] = ()  # terms of the structure behind the spindle, by name
+    paced: Paced | None = None  # instants and pace, where the feed is lowered; its motion is not looked at
+    feeding: following.Feeding | None = None  # feed drives that follow the path
 
 
 def round_tool(cutter: Cutter) -> Round:
@@ -83,7 +95,9 @@ def cell_with(cell: EdgeCut | EdgeCell, structure: NamedTuple) -> loop.Cell:
     if cell.arc is not None:
         carried = ArcFollowed if cell.arc.follow else ArcFixed
         motion = carried(cell.path, cell.arc.radius, cutter.mill.radius)
-        engagement = BurredArc(cell.layers, round_tool(cutter), cell.arc.radius)
+        engagement = BurredArc(cell.layers, round_tool(cutter), cell.arc.radius, not cell.arc.follow)
+    if cell.paced is not None:
+        motion = cell.paced._replace(motion=motion)
     return loop.Cell(
         motion,
         engagement,
@@ -94,15 +108,16 @@ def cell_with(cell: EdgeCut | EdgeCell, structure: NamedTuple) -> loop.Cell:
 
 
 def cell_of(cell: EdgeCell) -> loop.Cell:
-    """The records of the loop with the compliant spindle, and what is behind it."""
-    return cell_with(cell, in_series([Pistons(cell.ring, cell.reach), *(term for _, term in cell.behind)]))
+    """The records of the loop with the spindle, and what is behind it."""
+    spindle = [] if cell.ring is None else [Pistons(cell.ring, cell.reach)]
+    return cell_with(cell, in_series([*spindle, *(term for _, term in cell.behind)] or [Rigid(0.0)]))
 
 
 def still_edge(cut: EdgeCut, structure: NamedTuple, at: FloatArray) -> Rest:
     """The mill at rest at places of the edge [m], where the lead-in has ended, with a structure that yields at once."""
     path = cut.path._replace(lead_in=0.0, lead_out=0.0)
-    poses = np.array([moved(path, float(s) / path.feed)[:8] for s in at])
-    cell = cell_with(cut._replace(cutter=cut.cutter._replace(force_law=AVERAGED)), structure)
+    cell = cell_with(cut._replace(path=path, cutter=cut.cutter._replace(force_law=AVERAGED)), structure)
+    poses = np.array([moved(cell.motion, time) for time in run_time(cut, at / path.feed).tolist()])
     return rest(
         cell, relaxed(structure), poses, seen=SEEN, state=width(structure), layers=2,
         contacts=PIECES * cut.layers.strips.slices,
@@ -110,10 +125,14 @@ def still_edge(cut: EdgeCut, structure: NamedTuple, at: FloatArray) -> Rest:
 
 
 def run_cell(
-    cell: loop.Cell, duration: float, time_step: float, contacts: int,
+    cell: loop.Cell, of: EdgeCell, time_step: float, contacts: int,
     progress: Callable[[float], None] | None = None,
 ) -> EdgeHistory:  # fmt: skip
     """Time stepping of a pass along an edge, from rest."""
+    duration, fed = float(run_time(of, np.array(of.path.duration))), None
+    if of.feeding is not None:
+        fed, time_step = of.feeding.stepped(cell.motion, time_step)
+        cell, duration = cell._replace(motion=fed), of.feeding.duration
     history = loop.march(
         cell, relaxed(cell.structure), duration=duration, time_step=time_step,
         seen=SEEN, state=width(cell.structure), layers=2, contacts=contacts, progress=progress,
@@ -124,21 +143,31 @@ def run_cell(
             f"no finite state from {history.table[first - 1, 0]:.4g} s on: a structure is too soft for this cut; reduce "
             "operation.feed or part.burr.height, or take a smaller numerics.time_step"
         )
-    structure = cell.structure
-    ring = structure.ring if isinstance(structure, Pistons) else structure.near.ring
-    return edge_history(history, len(ring.direction))
+    found = edge_history(history, None if of.ring is None else len(of.ring.direction))
+    return found if fed is None else found._replace(fed=following.off_path(fed, found.motion.time))
 
 
 def run_compliant_edge(
     cell: EdgeCell, time_step: float, progress: Callable[[float], None] | None = None
 ) -> EdgeHistory:
     """Time stepping of a whole pass (Berselli et al. 2016, Fig. 8)."""
-    return run_cell(cell_of(cell), cell.path.duration, time_step, PIECES * cell.layers.strips.slices, progress)
+    return run_cell(cell_of(cell), cell, time_step, PIECES * cell.layers.strips.slices, progress)
+
+
+def programmed_time(cell: EdgeCell, history: EdgeHistory) -> FloatArray:
+    """Time of the programmed motion [s]: another than that of the run where drives start from rest, or joints are slow."""
+    stretched = cell.feeding is not None or cell.paced is not None
+    return history.motion.position / cell.path.feed if stretched else history.motion.time
+
+
+def run_time(cell: EdgeCut | EdgeCell, pace: FloatArray) -> FloatArray:
+    """When a programmed motion is at times of its own [s]: later, where the feed is lowered."""
+    return pace if cell.paced is None else np.interp(pace, cell.paced.pace, cell.paced.at)
 
 
 def _yield(cell: EdgeCell) -> float:
     """Farthest that the tool tip can be pushed [m]."""
-    return cell.ring.piston.stroke * cell.reach / cell.ring.arm
+    return 0.0 if cell.ring is None else cell.ring.piston.stroke * cell.reach / cell.ring.arm
 
 
 def columns_carry(cell: EdgeCell) -> bool:
@@ -171,7 +200,7 @@ def run_swept_edge(
     )
     flutes = ChipFlutes(cutter.mill, edges, cutter.up_milling)
     kept = cell_of(cell)._replace(engagement=engagement, stock=columns, cutting=flutes)
-    return run_cell(kept, cell.path.duration, time_step, most_columns(cutter.mill.radius, columns), progress)
+    return run_cell(kept, cell, time_step, most_columns(cutter.mill.radius, columns), progress)
 
 
 @compiled
@@ -218,13 +247,13 @@ def heights_over(path: EdgePass, time: FloatArray) -> FloatArray:
     return height
 
 
-def programmed_heights(cell: EdgeCell, time: FloatArray) -> FloatArray:
+def programmed_heights(cell: EdgeCut | EdgeCell, time: FloatArray) -> FloatArray:
     """Height of the undeflected mill above the nominal edge over time [m]."""
     return heights_over(cell.path, np.ascontiguousarray(time))
 
 
 def axis_over_edge(
-    cell: EdgeCell, time: FloatArray, moved_x: FloatArray, moved_y: FloatArray
+    cell: EdgeCut | EdgeCell, time: FloatArray, moved_x: FloatArray, moved_y: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Where the deflected mill stands: place along the edge and height of its lowest point above it [m].
 

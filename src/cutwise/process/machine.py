@@ -125,7 +125,7 @@ def evaluate_volume(scenario: MachineScenario) -> VolumeMap | None:
     if scenario.volume is None:
         return None
     axes, tip = machine_assemble.machine_axes(scenario), np.array(scenario.tool.tip)
-    joints = joints_of(scenario.machine)
+    joints = joints_of(scenario.carrying)
     places = [joints[letter] for letter in LINEAR_AXES]
     low, high = axes.low[places], axes.high[places]
     others = scenario.volume.at.given()

@@ -1,30 +1,40 @@
 """From a machine scenario to the bare records of a pass and of the working space."""
 
+from __future__ import annotations
+
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from cutwise.later import later
 from cutwise.maths import chains
 from cutwise.maths.chains import FIXED, PRISMATIC, REVOLUTE
 from cutwise.maths.frames import FloatArray, rotation_from_rpy
+from cutwise.paths.carried import across
 from cutwise.physics.motion import geometry
 from cutwise.physics.motion.geometry import AxisErrors, ErrorFunction
 from cutwise.physics.motion.volumetric import Axes
 from cutwise.physics.structure.beams import Section, block_section, box_section, cantilever, round_section
 from cutwise.physics.structure.pads import ContactPads, pad_compliance
 from cutwise.physics.surface import probability
+from cutwise.process import machine_robot
 from cutwise.process.machine_force import cut_force
 from cutwise.process.machine_pass import ElasticElement, FlexiblePart, MachineCell, Weight
 from cutwise.process.machine_path import ToolPath, points_tool_path
-from cutwise.process.machine_program import program_tool_path
 from cutwise.process.yielding import modes_at_rest, spring
+from cutwise.spec.carrier import CarryingRobot, Standing
 from cutwise.spec.geometry_errors import COMPONENTS, LINEAR_AXES, SQUARENESS
 from cutwise.spec.machine import Beam, ContactGroup, Drive, Joint, Machine
 from cutwise.spec.machine import ElasticElement as ElementSpec
 from cutwise.spec.machine_scenario import MachineScenario, MachineTool
 from cutwise.spec.part_block import PartBlock
 from cutwise.spec.tables import Table
+
+if TYPE_CHECKING:
+    from cutwise.process import machine_program
+else:
+    machine_program = later("cutwise.process.machine_program")
 
 _PLUNGE = 1e-6  # sine of the angle between feed and tool axis
 _KINDS = {"fixed": FIXED, "prismatic": PRISMATIC, "revolute": REVOLUTE}
@@ -39,7 +49,9 @@ def machine_cell(scenario: MachineScenario, *, samples: int | None = None) -> Ma
     ScenarioFault
         The program cannot be run on this machine, or its cut is not covered.
     """
-    bodies = scenario.machine.ordered
+    if scenario.robot is not None:
+        return _robot_cell(scenario, scenario.robot, samples)
+    bodies = scenario.carrying.ordered
     axes = machine_axes(scenario)
     way = _way(scenario, axes, samples)
     at = chains.frames(axes.chain, way.commands * axes.sense)
@@ -52,7 +64,7 @@ def machine_cell(scenario: MachineScenario, *, samples: int | None = None) -> Ma
     return MachineCell(
         tuple(body.name for body in bodies),
         axes,
-        scenario.machine.ground,
+        scenario.carrying.ground,
         np.array(scenario.tool.tip),
         _elements(scenario),
         _weights(scenario),
@@ -64,16 +76,44 @@ def machine_cell(scenario: MachineScenario, *, samples: int | None = None) -> Ma
     )
 
 
+def _robot_cell(scenario: MachineScenario, robot: CarryingRobot, samples: int | None) -> MachineCell:
+    """The same with a robot: the way of its tool point first, by three axes along those of the part, then its joints."""
+    standing = scenario.placement or Standing()
+    tool = scenario.tool.model_copy(update={"tip": (0.0, 0.0, 0.0)})
+    led = scenario.model_copy(update={"tool": tool})
+    axes = axes_of(scenario.carrying, {})
+    way = _way(led, axes, samples)
+    axis = np.array(scenario.path.tool_axis if scenario.path is not None else (0.0, 0.0, -1.0))
+    up = -axis / np.linalg.norm(axis)
+    steady = np.tile(np.column_stack([*across(up), up]), (len(way.travel), len(axes.errors) + 1, 1, 1))
+    if scenario.program is not None:
+        far = np.linalg.norm(np.cross(way.direction, up), axis=1)
+        way = way._replace(cuts=way.cuts & (far > _PLUNGE))
+    cut = cut_force(led, way, chains.Frames(steady, np.zeros((*steady.shape[:2], 3))))
+    if cut.immersion is not None:
+        way = way._replace(cuts=way.cuts & (cut.immersion > 0.0))
+    along = machine_robot.joints_along(robot, standing, way, cut, up)
+    elements = machine_robot.elements_of(robot, along.arm, scenario.bodies[2:-1])
+    last = len(scenario.bodies) - 1
+    elements += _tool_elements(scenario.tool, last, np.zeros(3))
+    weights = machine_robot.weights_of(robot, standing) if scenario.load.weights else ()
+    return MachineCell(
+        scenario.bodies, machine_robot.axes_of(along.arm, standing), 0, np.zeros(3), tuple(elements), weights,
+        part_block(scenario.part), way._replace(commands=machine_robot.commands_of(along, way)), cut, False,
+        scenario.load.feed_moment, along,
+    )  # fmt: skip
+
+
 def _way(scenario: MachineScenario, axes: Axes, samples: int | None) -> ToolPath:
     if scenario.program is not None:
-        return program_tool_path(scenario, scenario.program, axes, samples=samples)
+        return machine_program.program_tool_path(scenario, scenario.program, axes, samples=samples)
     assert scenario.path is not None
     return points_tool_path(scenario, scenario.path, axes, samples=samples)
 
 
 def machine_axes(scenario: MachineScenario) -> Axes:
     """The chain, the sense of its commands, and the geometric errors of its axes."""
-    return axes_of(scenario.machine, scenario.errors())
+    return axes_of(scenario.carrying, scenario.errors())
 
 
 def axes_of(machine: Machine, given: dict[str, Any]) -> Axes:
@@ -124,16 +164,19 @@ def _error_function(spec: Any, name: str) -> ErrorFunction:
 
 
 def _elements(scenario: MachineScenario) -> tuple[ElasticElement, ...]:
-    found = elements_of(scenario.machine)
-    last = len(scenario.machine.ordered) - 1
-    if scenario.tool.flexible:
-        found.append(ElasticElement("tool", last, last, np.array(scenario.tool.tip), _tool_beam(scenario.tool), None))
-    tip, stiffness = np.array(scenario.tool.tip), scenario.tool.stiffness
-    if scenario.tool.modes:
-        found.append(ElasticElement("tip", last, last, tip, modes_at_rest(scenario.tool.modes).matrix[0], None))
-    elif stiffness is not None:
-        found.append(ElasticElement("tip", last, last, tip, spring({0: stiffness, 1: stiffness}).matrix[0], None))
-    return tuple(found)
+    last = len(scenario.carrying.ordered) - 1
+    return tuple(elements_of(scenario.carrying) + _tool_elements(scenario.tool, last, np.array(scenario.tool.tip)))
+
+
+def _tool_elements(tool: MachineTool, last: int, tip: FloatArray) -> list[ElasticElement]:
+    """What the tool bends by, at its tip in the frame of the last body."""
+    if tool.flexible:
+        return [ElasticElement("tool", last, last, tip, _tool_beam(tool), None)]
+    if tool.modes:
+        return [ElasticElement("tip", last, last, tip, modes_at_rest(tool.modes).matrix[0], None)]
+    if tool.stiffness is not None:
+        return [ElasticElement("tip", last, last, tip, spring({0: tool.stiffness, 1: tool.stiffness}).matrix[0], None)]
+    return []
 
 
 def elements_of(machine: Machine) -> list[ElasticElement]:
@@ -198,7 +241,7 @@ def _tool_beam(tool: MachineTool) -> FloatArray:
 def _weights(scenario: MachineScenario) -> tuple[Weight, ...]:
     if not scenario.load.weights:
         return ()
-    machine = scenario.machine
+    machine = scenario.carrying
     down = np.array(machine.gravity) / math.hypot(*machine.gravity)
     found = []
     if scenario.part is not None:
@@ -220,7 +263,7 @@ def part_block(part: PartBlock | None) -> FlexiblePart | None:
 
 def scatter(scenario: MachineScenario) -> tuple[FloatArray, FloatArray]:
     """Standard deviations (n + 1, 6) [m, rad] and laws (n + 1,) of the random errors of the bodies."""
-    names = [body.name for body in scenario.machine.ordered]
+    names = list(scenario.bodies)
     deviation, laws = np.zeros((len(names), 6)), np.zeros(len(names), dtype=np.int64)
     for given in scenario.uncertainty.bodies if scenario.uncertainty else ():
         for name in given.bodies:

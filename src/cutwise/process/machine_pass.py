@@ -16,6 +16,7 @@ from cutwise.physics.structure import bodies
 from cutwise.physics.structure.beams import Section, cantilever
 from cutwise.physics.structure.bodies import Elements, Loads, PartBlock
 from cutwise.physics.structure.pads import ContactPads, NoEquilibriumError, PadLostError, contact_equilibrium
+from cutwise.process.carried import ArmAlong
 from cutwise.process.machine_force import CutForce
 from cutwise.process.machine_path import ToolPath
 from cutwise.results import Infeasible, SolverFailure
@@ -62,6 +63,7 @@ class MachineCell(NamedTuple):
     cut: CutForce
     literal: bool  # errors of table-side bodies added as Eq. (2) reads; not physical
     feed_moment: bool  # False drops the moment of x forces on the part side; not physical
+    arm: ArmAlong | None = None  # of a robot: its postures at the places of the pass, each once
 
 
 class MachineRun(NamedTuple):

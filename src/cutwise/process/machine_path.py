@@ -101,7 +101,7 @@ def points_tool_path(
     samples : int, optional
         Replaces the number of places.
     """
-    joints, corners = joints_of(scenario.machine), path.corners()
+    joints, corners = joints_of(scenario.carrying), path.corners()
     tip = np.array(scenario.tool.tip)
     turns = np.zeros((len(corners), len(axes.errors)))
     for letter, joint in joints.items():

@@ -33,7 +33,7 @@ class _Follower:
     def __init__(self, scenario: MachineScenario, program: ProgramPass, axes: Axes, path: ProgramPath) -> None:
         self.axes, self.path = axes, path
         self.tip, self.zero = np.array(scenario.tool.tip), np.array(program.zero)
-        joints = joints_of(scenario.machine)
+        joints = joints_of(scenario.carrying)
         self.linear = [joints[letter] for letter in LINEAR_AXES]
         self.rotary = {joints[letter]: k for k, letter in enumerate(ROTARY_AXES) if letter in joints}
         self.by_point = program.words == "part"
@@ -201,7 +201,7 @@ def _least_parts(path: ProgramPath) -> IntArray:
 
 def _missing_axes(scenario: MachineScenario, program: ProgramPass, moves: Interpreted) -> Iterator[Fault]:
     """Rotary words for axes that the machine does not have, each axis once."""
-    there = scenario.machine.axes()
+    there = scenario.carrying.axes()
     for k, letter in enumerate(ROTARY_AXES):
         line = next((move.line for move in moves.moves.turning() if move.rotary_start[k] != move.rotary_end[k]), None)
         if letter not in there and line is not None:

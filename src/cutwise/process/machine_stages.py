@@ -11,7 +11,9 @@ from cutwise.process import stock_moves
 from cutwise.process.chain_compliance import off_part
 from cutwise.process.machine import MachinePass, VolumeMap
 from cutwise.process.machine_pass import MachineRun
+from cutwise.process.stock_moves import collisions
 from cutwise.programs.block_text import block_named, blocks_named
+from cutwise.results import Finding, Place
 from cutwise.spec.machine_scenario import MachineScenario
 from cutwise.spec.notices import notices
 
@@ -198,7 +200,6 @@ def _cut_warnings(scenario: MachineScenario, run: MachineRun) -> Iterator[str]:
 
 def notes(scenario: MachineScenario, found: MachinePass | None, volume: VolumeMap | None) -> dict[str, str]:
     """The worst place and body, what to stiffen, what holds of the energy balance; the worst diagonal."""
-    bodies = scenario.machine.ordered
     told: dict[str, str] = {}
     if found is not None:
         told |= _worst(found, _text(scenario))
@@ -224,7 +225,7 @@ def notes(scenario: MachineScenario, found: MachinePass | None, volume: VolumeMa
                 "its size over the travel squared), as constant compliances ask for."
             )
     told["chain"] = (
-        f"At rest: {bodies[scenario.machine.ground].name}; what comes before it in the chain moves with the part, what comes "
+        f"At rest: {scenario.bodies[scenario.carrying.ground]}; what comes before it in the chain moves with the part, what comes "
         "after it with the tool."
     )
     if volume is not None:
@@ -290,3 +291,15 @@ def _probability(found: MachinePass, scenario: MachineScenario) -> str:
         allowed = units.show(scenario.uncertainty.tolerance, "small_length", 4)
         text += f" The length of the error stays within {allowed} in {100 * chances.within:.3g} of 100 cases."
     return text
+
+
+def unsound(run: MachinePass | None) -> Iterator[Finding]:
+    """A program that cuts nothing, rapid moves through the stock, a spindle at rest in the cut."""
+    if run is None:
+        return
+    cut, way = run.run.cell.cut, run.run.cell.way
+    if cut.immersion is not None and not cut.immersion.any():
+        yield Finding("untouched")
+    yield from collisions(way.into.collisions)
+    if way.still:
+        yield Finding("at_rest", Place(line=way.still[0]), float(len(way.still)), 0.0)

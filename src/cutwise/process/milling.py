@@ -18,7 +18,6 @@ from cutwise.physics.motion.drives import Drive, axes_of
 from cutwise.physics.motion.lookahead import Plan, highest_feeds, plan
 from cutwise.physics.motion.loop import LoopFigures, open_loop, sampled_response
 from cutwise.physics.motion.reference import Reference, central_difference, sampled
-from cutwise.process import milling_wall
 from cutwise.process.assemble_mill import (
     ProgramPath,
     cut,
@@ -34,14 +33,16 @@ from cutwise.process.labels import labelled
 from cutwise.process.loops_drives import Commands, Cut, DriveHistory, run_drives
 from cutwise.process.milling_contact import Contact, SteadyCuts, contact, steady_cuts
 from cutwise.process.milling_stability import TipStability, tip_stability
-from cutwise.process.milling_wall import WallRun
 from cutwise.programs.interpreter import Interpreted
 from cutwise.spec.faults import Fault, ScenarioFault, all_faults
 from cutwise.spec.milling import MillingScenario
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from cutwise.process import milling_wall
 else:
+    milling_wall = later("cutwise.process.milling_wall")
     xr = later("xarray")
 
 Progress = Callable[[float], None]
@@ -74,7 +75,7 @@ class MillRun(NamedTuple):
     steady: SteadyCuts
     tip_swings: bool  # whether the tool tip moves on modes in the loop
     stop_cost: StopCost
-    wall: WallRun | None  # of a straight wall that is milled in the loop
+    wall: milling_wall.WallRun | None  # of a straight wall that is milled in the loop
 
     @property
     def lost(self) -> float | None:
@@ -89,6 +90,7 @@ def run(scenario: MillingScenario, substeps: int, progress: Progress | None = No
     path, motion = _planned(scenario, program)
     spindle = spindle_speed(scenario, program)
     sample_time = scenario.drives.control.sample_time
+    substeps *= max(1, math.ceil(sample_time / scenario.numerics.substeps / scenario.time_step - 1e-9))
     reference = sampled(path.curve, [motion.profile], sample_time, scenario.numerics.settling_time)
     met = contact(scenario, path, reference)
     cutting = cut(scenario, spindle, met.depth)
@@ -187,7 +189,7 @@ def prepare(scenario: MillingScenario) -> None:
 def _wall(scenario: MillingScenario) -> None:
     """The bodies along the wall, if there is one."""
     if scenario.line is not None:
-        milling_wall.bodies_of(scenario, milling_wall.stations_of(scenario))
+        milling_wall.carriage_of(scenario, milling_wall.stations_of(scenario))
 
 
 def set_points(reference: Reference, sample_time: float, axes: int) -> SetPoints:

@@ -7,13 +7,20 @@ import numpy as np
 
 from cutwise import units
 from cutwise.process import milling_wall, stock_moves
-from cutwise.process.milling import MillRun
+from cutwise.process.loops_drives import NO_FORCE
+from cutwise.process.milling import MillRun, tip_limit
 from cutwise.process.milling_measures import SETTLED
+from cutwise.process.milling_stability import TipStability, stable_settings
+from cutwise.process.stock_moves import collisions
 from cutwise.programs.block_text import block_named
+from cutwise.results import Finding, Place
 from cutwise.spec.drives import READINGS
 from cutwise.spec.milling import MillingScenario
 from cutwise.spec.notices import notices
 
+_LAST = 0.25  # of the time at the end point, in which a tool that has settled moves no more
+_CREEP = 0.5e-6  # [m]
+_WATCHED = 0.2  # [s] at least, before a tool that stands off its end point counts as held there by friction
 _LISTED = 8  # joints named in the report
 _THIN_MARGIN = math.radians(30.0)
 _STOPS = 0.1  # share of the cycle time that full stops may cost without a warning
@@ -174,3 +181,43 @@ def _text(scenario: MillingScenario) -> str:
 def _decibels(factor: float) -> str:
     """A factor on the gain; none if no factor that was looked at changes the stability."""
     return f"{20 * math.log10(factor):.1f} dB" if 0.0 < factor < math.inf else "without bound"
+
+
+def unsound(
+    scenario: MillingScenario, run: MillRun, steady: TipStability | None, *, helped: bool = True
+) -> Iterator[Finding]:
+    """Chatter, a tip that has swung away, a mill that cuts nothing, rapid moves through the stock, a tool still moving.
+
+    ``helped``: what would be stable is looked for and run.
+    """
+    if steady is not None:
+        yield from _chatter(scenario, steady, helped=helped)
+    if run.lost is not None:
+        yield Finding("tip_lost", Place(time=run.lost), limit=tip_limit(scenario), dimension="length")
+    asked = run.cut.law != NO_FORCE or scenario.stock is not None
+    if asked and not run.contact.immersion.any():
+        yield Finding("untouched")
+    yield from collisions(run.contact.into.collisions)
+    if run.wall is not None:
+        yield from milling_wall.findings(scenario, run.wall)
+    yield from _moving(run)
+
+
+def _chatter(scenario: MillingScenario, steady: TipStability, *, helped: bool) -> Iterator[Finding]:
+    growing = {name: case.chatter.growth for name, case in steady.cases.items() if not case.chatter.stable}
+    remedy = stable_settings(scenario, steady) if growing and helped else None
+    for name, growth in growing.items():
+        yield Finding("unstable", Place(name), growth, 1.0, measure=f"chatter_growth_{name}", remedy=remedy)
+
+
+def _moving(run: MillRun) -> Iterator[Finding]:
+    """A tool that is not at the end point when the run ends, and moves or was not watched long enough to be stuck."""
+    after = run.reference.time >= run.reference.end
+    if run.lost is not None or not after.any():
+        return
+    place = run.history.position[after, :2]
+    last = place[int((1.0 - _LAST) * len(place)) :]
+    away = float(np.hypot(*(last - run.reference.point[-1, :2]).T).max())
+    watched = float(run.reference.time[-1]) - run.reference.end
+    if away > SETTLED and (watched < _WATCHED or float(np.ptp(last, axis=0).max()) > _CREEP):
+        yield Finding("unsettled", Place("the end point"), away, SETTLED, "small_length")

@@ -18,14 +18,17 @@ from cutwise.physics.engagement.shoulder import SEEN, Shoulder, Slot
 from cutwise.physics.motion.driven import DriveLog, SetPoints, driven_tool
 from cutwise.physics.motion.drives import Axis
 from cutwise.physics.motion.reference import Reference
-from cutwise.physics.structure.series_compliance import in_axes, translation_at
-from cutwise.physics.structure.terms import Compliance, Rigid, displacement, in_series, relaxed, width
-from cutwise.process.chain_compliance import BodiesAlong, bodies_along, off_part, tool_point_at_zero
+from cutwise.physics.structure.series_compliance import translation_at
+from cutwise.physics.structure.terms import Rigid, in_series, relaxed, width
+from cutwise.process import milling_spindle, yielding
+from cutwise.process.carriage import Carriage, Terms, by_machine, off_surface
+from cutwise.process.carriage import in_series as series
+from cutwise.process.chain_compliance import BodiesAlong, off_part, parts_along, tool_point_at_zero
 from cutwise.process.edges import edges
 from cutwise.process.labels import labelled
 from cutwise.process.loops_drives import STANDSTILL, DriveHistory
-from cutwise.records import FIXED
-from cutwise.results import SolverFailure
+from cutwise.records import FIXED, UNSOLVED
+from cutwise.results import Finding, SolverFailure
 from cutwise.spec.milling import MillingScenario
 from cutwise.spec.milling_machine import MillingMachine
 
@@ -43,7 +46,9 @@ class WallRun(NamedTuple):
 
     path: CarriedPath  # stations, in the part
     bodies: BodiesAlong | None
-    terms: tuple[tuple[str, Compliance], ...]
+    terms: Terms
+    time: FloatArray  # [s], shape (n,)
+    state: FloatArray  # columns of the terms, shape (n, k)
     moved: dict[str, FloatArray]  # displacement of the tool by each term where the wall is read [m], shape (n, 3)
     drives: FloatArray  # deviation by the drives [m], shape (n, 3)
     turned: FloatArray  # tilt of the tool about the feed [rad], shape (n,)
@@ -85,28 +90,10 @@ def stations_of(scenario: MillingScenario) -> CarriedPath:
     return line(start, end, np.array([0.0, 0.0, -1.0]), scenario.numerics.station, work_on_left=up)
 
 
-def bodies_of(scenario: MillingScenario, path: CarriedPath) -> BodiesAlong | None:
-    """How the machine yields along the wall; None for drives alone."""
+def carriage_of(scenario: MillingScenario, path: CarriedPath) -> Carriage:
+    """How the machine yields along the wall; drives alone do not."""
     machine = scenario.machine
-    if not isinstance(machine, MillingMachine):
-        return None
-    return bodies_along(machine, scenario.part, np.array(machine.tip), path)
-
-
-def _terms(
-    scenario: MillingScenario, path: CarriedPath, bodies: BodiesAlong | None
-) -> tuple[tuple[str, Compliance], ...]:
-    """Terms without inertia in series, the first at the tool; tip modes are along x and y of the machine."""
-    if bodies is None:
-        return ()
-    terms = [("bodies", Compliance(path.at, np.ascontiguousarray(bodies.total)))]
-    if scenario.tool.modes:
-        matrix = np.zeros((6, 6))
-        for mode in scenario.tool.modes:
-            axis = "xy".index(mode.direction)
-            matrix[axis, axis] += 1.0 / mode.stiffness
-        terms.insert(0, ("tip", Compliance(np.zeros(1), in_axes(matrix, path.axes[:1]))))
-    return tuple(terms)
+    return by_machine(machine, scenario.block, path) if isinstance(machine, MillingMachine) else Carriage()
 
 
 def wall_run(
@@ -125,8 +112,10 @@ def wall_run(
     assert operation.radial_depth is not None
     assert scenario.line is not None
     path = stations_of(scenario)
-    bodies = bodies_of(scenario, path)
-    terms = _terms(scenario, path, bodies)
+    carriage = carriage_of(scenario, path)
+    tool = scenario.tool if scenario.modes_at_rest or scenario.tool.stiffness is not None else None
+    terms = (*milling_spindle.pistons_of(scenario), *series(tool, carriage, off_surface(scenario.part_stiffness)))
+    bodies = carriage.bodies
     structure = in_series([term for _, term in terms]) if terms else Rigid(0.0)
     tool, up = scenario.tool, operation.milling == "up"
     mill = Mill(0.5 * tool.diameter, tool.flutes, tool.helix)
@@ -149,21 +138,28 @@ def wall_run(
         state=width(structure), layers=1, contacts=1, stride=substeps, progress=progress,
     )  # fmt: skip
     table = history.table
-    unsolved = np.flatnonzero(table[:, -1] >= TRIALS)
-    if unsolved.size:
+    unsolved = np.flatnonzero(table[:, -1] >= (UNSOLVED if scenario.compliant is not None else TRIALS))
+    if unsolved.size or not np.isfinite(table).all():
         raise SolverFailure(
-            f"no equilibrium of force and displacement was found at {reference.travelled[unsolved[0]] * 1e3:.4g} mm of "
+            f"no equilibrium of force and displacement was found at {reference.travelled[_first(unsolved)] * 1e3:.4g} mm of "
             "the path: the machine is too soft for this cut; reduce operation.axial_depth"
         )
     height = 0.5 * operation.axial_depth
-    moved, turned, at = {}, np.zeros(len(table)), FIXED + SEEN
-    for name, term in terms:
-        columns = table[:, at : at + width(term)]
-        moved[name], turned = displacement(term, columns, height), turned + columns[:, 3]
-        at += width(term)
+    state = table[:, FIXED + SEEN : FIXED + SEEN + history.state]
+    moved, turned = yielding.by_term(terms, state, height), yielding.turned(terms, state)
     counted = (reference.travelled >= begins) & (reference.travelled < ends)
     drives = _deviation(reference, order, motion.log, motion.side)
-    return motion.log, WallRun(path, bodies, terms, moved, drives, turned, counted, slot, height)
+    return motion.log, WallRun(path, bodies, terms, table[:, 0], state, moved, drives, turned, counted, slot, height)
+
+
+def _first(rows: npt.NDArray[np.int64]) -> int:
+    return int(rows[0]) if rows.size else -1
+
+
+def findings(scenario: MillingScenario, done: WallRun) -> Iterator[Finding]:
+    """What leaves nothing to be judged of a spindle that yields."""
+    if scenario.compliant is not None:
+        yield from milling_spindle.findings(scenario, done.time, done.state, done.moved["pistons"][:, 1], done.counted)
 
 
 def _deviation(reference: Reference, order: SetPoints, log: DriveLog, side: float) -> FloatArray:
@@ -193,12 +189,7 @@ def measures(done: WallRun) -> dict[str, float]:
         found["wall_error_min"], found["wall_error_max"] = 0.0 - most, most
     if done.terms or done.drives[:, 2].any():
         found |= {"floor_error_min": float(floor.min()), "floor_error_max": float(floor.max())}
-    for name, of_term in done.moved.items():
-        for axis, letter in enumerate("xyz"):
-            part = of_term[done.counted, axis]
-            found[f"deflection_{name}_mean_{letter}"] = float(part.mean())
-            found[f"deflection_{name}_max_{letter}"] = _largest(part)
-        found[f"share_{name}"] = float(of_term[done.worst, 1])
+    found |= yielding.term_measures(done.moved, done.counted, done.worst)
     if done.bodies is not None:
         normal = translation_at(done.bodies.total, done.height)[:, 1, 1]
         found["wall_tilt_max"] = float(np.abs(done.turned[done.counted]).max())
@@ -217,17 +208,7 @@ def elements_at(done: WallRun, row: int, along: float) -> dict[str, float]:
     """What each body gives off the wall at an instant [m], by name: the force there is the one that all of it gives."""
     if done.bodies is None:
         return {}
-    matrices = translation_at(_between(done.path.at, done.bodies.each, along), done.height)
-    total = matrices.sum(axis=0)
-    force = np.linalg.lstsq(total, done.moved["bodies"][row], rcond=None)[0]
-    return {name: float((one @ force)[1]) for name, one in zip(done.bodies.names, matrices, strict=True)}
-
-
-def _between(at: FloatArray, matrices: FloatArray, along: float) -> FloatArray:
-    """Matrices of stations (e, n, 6, 6), straight between them."""
-    after = min(max(int(np.searchsorted(at, along)), 1), len(at) - 1)
-    share = (along - at[after - 1]) / (at[after] - at[after - 1])
-    return np.asarray((1.0 - share) * matrices[:, after - 1] + share * matrices[:, after])
+    return parts_along(done.bodies, done.path.at, along, done.height, done.moved["bodies"][row])
 
 
 def stages(done: WallRun, reference: Reference) -> dict[str, xr.Dataset]:
@@ -306,5 +287,5 @@ def _standing(
 
 def warnings(scenario: MillingScenario, done: WallRun) -> Iterator[str]:
     """A tool that is not beside the part."""
-    if scenario.part is not None and done.bodies is not None:
-        yield from off_part(scenario.part, done.path.point, 0.5 * scenario.tool.diameter)
+    if scenario.block is not None and done.bodies is not None:
+        yield from off_part(scenario.block, done.path.point, 0.5 * scenario.tool.diameter)

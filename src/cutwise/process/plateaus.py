@@ -81,7 +81,8 @@ def _moments(cell: EdgeCell, profile: Polyline, burr_width: float, arm: float) -
     """Moment of cutting and weight on the motor when the tool stands at a height and moves along at the feed."""
     still = cell.path._replace(lead_in=0.0, lead_out=0.0, error_amplitude=0.0, error_curve=no_cubic())
     layers = cell.layers._replace(burr_height=profile, burr_width=constant(burr_width))
-    alone = cell._replace(path=still, layers=layers, cutter=cell.cutter._replace(force_law=AVERAGED), behind=())
+    alone = cell._replace(path=still, layers=layers, cutter=cell.cutter._replace(force_law=AVERAGED), behind=(),
+                         paced=None)  # fmt: skip
     record, start = cell_of(alone), np.zeros(1)
     weight = np.array([cell.ring.moment_x, cell.ring.moment_y])
 

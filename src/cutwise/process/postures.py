@@ -37,6 +37,23 @@ from cutwise.physics.structure.series_compliance import (
 _CHECKS = 64  # starts by numbers before a pose is called out of reach
 
 
+class Springs(NamedTuple):
+    """Springs of the bodies of an arm besides its joints: rotations and translations of their frames, k of them."""
+
+    frame: np.ndarray  # 0: the base; n: after the turn of joint n
+    turns: np.ndarray  # rotation, else translation
+    axis: FloatArray  # in that frame (k, 3)
+    point: FloatArray  # [m] of a rotation, in that frame (k, 3)
+    carries: (
+        np.ndarray
+    )  # number of the first link that moves with it, from 0; as many as there are joints: the tool alone
+
+
+NO_SPRINGS = Springs(
+    np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.bool_), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0, dtype=np.int64)
+)  # fmt: skip
+
+
 class Arm(NamedTuple):
     """A robot with its drill; :func:`arm_with` finds its inverse kinematics."""
 
@@ -47,10 +64,11 @@ class Arm(NamedTuple):
     general: Elimination | None  # of these, if there is no closed form
     not_spherical: str  # why there is no closed form; empty if there is one
     limits: FloatArray  # [rad] of the motors, shape (6, 2)
-    stiffness: FloatArray  # [N m/rad] at the output of everything that yields, shape (k,)
+    stiffness: FloatArray  # of everything that yields: joints at their output [N m/rad], then springs [N m/rad, N/m]
     tool_rotation: FloatArray  # tool axes in the last frame, as columns, shape (3, 3)
     tool_tip: FloatArray  # [m] drill tip in the last frame, shape (3,)
     base: FloatArray  # compliance of what the arm stands on, at the origin and in the axes of its base, shape (6, 6)
+    springs: Springs
 
 
 def arm_with(
@@ -62,6 +80,7 @@ def arm_with(
     *,
     drives: Drives | None = None,
     base: FloatArray | None = None,
+    springs: Springs = NO_SPRINGS,
 ) -> Arm:
     """An arm with its inverse kinematics: closed form for a spherical wrist, elimination for every other.
 
@@ -78,7 +97,7 @@ def arm_with(
     except NotSphericalError as fault:
         reason, general = str(fault), elimination(axes.chain)
     base = np.zeros((6, 6)) if base is None else base
-    return Arm(chain, drives, axes, wrist, general, reason, limits, stiffness, tool_rotation, tool_tip, base)
+    return Arm(chain, drives, axes, wrist, general, reason, limits, stiffness, tool_rotation, tool_tip, base, springs)
 
 
 class Candidates(NamedTuple):
@@ -135,7 +154,7 @@ def _translation_measures(
     ``base``: what the base adds to xx, xy, yy, xz, yz, zz of that block [m/N].
     """
     xx, xy, yy, xz, yz, zz = base[0], base[1], base[2], base[3], base[4], base[5]
-    for i in range(len(stiffness)):
+    for i in range(elastic.shape[1]):
         x, y, z = 0.0, 0.0, 0.0
         for k in range(3):
             along = 0.0
@@ -153,6 +172,46 @@ def _translation_measures(
         zz += z * z * yielding
     result[0] = zz
     result[1], result[2] = axial_and_holding(xx, xy, yy, xz, yz)
+
+
+@compiled
+def _add_springs(
+    springs: Springs,
+    stiffness: FloatArray,
+    rotations: FloatArray,
+    origins: FloatArray,
+    tip: FloatArray,
+    axes: FloatArray,
+    result: FloatArray,
+) -> None:
+    """What springs of bodies add to xx, xy, yy, xz, yz, zz of the compliance at the tip, in tool axes [m/N]."""
+    last = len(origins) - 1
+    a, p, moved = np.empty(3), np.empty(3), np.empty(3)
+    for s in range(len(springs.frame)):
+        f = springs.frame[s]
+        for i in range(3):
+            a[i], p[i] = 0.0, origins[last, i] - origins[f, i]
+            for k in range(3):
+                a[i] += rotations[f, i, k] * springs.axis[s, k]
+                p[i] += rotations[last, i, k] * tip[k] - rotations[f, i, k] * springs.point[s, k]
+        if springs.turns[s]:
+            moved[0] = a[1] * p[2] - a[2] * p[1]
+            moved[1] = a[2] * p[0] - a[0] * p[2]
+            moved[2] = a[0] * p[1] - a[1] * p[0]
+        else:
+            moved[:] = a
+        x, y, z = 0.0, 0.0, 0.0
+        for k in range(3):
+            x += axes[k, 0] * moved[k]
+            y += axes[k, 1] * moved[k]
+            z += axes[k, 2] * moved[k]
+        c = 1.0 / stiffness[s]
+        result[0] += c * x * x
+        result[1] += c * x * y
+        result[2] += c * y * y
+        result[3] += c * x * z
+        result[4] += c * y * z
+        result[5] += c * z * z
 
 
 @compiled
@@ -192,6 +251,7 @@ def _rate(
     tip: FloatArray,
     poses: FloatArray,
     base: FloatArray,
+    springs: Springs,
     in_pairs: bool,
     q: FloatArray,
     within: np.ndarray,
@@ -204,6 +264,7 @@ def _rate(
     count = len(chain.kinds)
     frame_rotations, frame_origins = np.empty((1, count + 1, 3, 3)), np.empty((1, count + 1, 3))
     jac, found, motors, joints = np.empty((6, count)), np.empty(3), np.empty(6), np.empty((1, count))
+    turning, others = drives.elastic.shape[1], np.empty(6)
     for m in range(q.shape[0]):
         for branch in range(q.shape[1]):
             if math.isnan(q[m, branch, 0]):
@@ -234,7 +295,9 @@ def _rate(
                     chain.kinds, chain.axes, chain.rotations, chain.origins, joints, frame_rotations, frame_origins
                 )
                 fill_jacobian(chain.kinds, chain.axes, frame_rotations[0], frame_origins[0], tip, jac)
-                _translation_measures(jac, drives.elastic, poses[m], stiffness, base[m], found)
+                others[:] = base[m]
+                _add_springs(springs, stiffness[turning:], frame_rotations[0], frame_origins[0], tip, poses[m], others)
+                _translation_measures(jac, drives.elastic, poses[m], stiffness, others, found)
             measures[m, branch] = found
 
 
@@ -263,7 +326,7 @@ def candidates(arm: Arm, positions: FloatArray, poses: FloatArray, *, thorough: 
     within, measures = np.zeros(q.shape[:2], dtype=np.bool_), np.full((*q.shape[:2], 3), math.nan)
     _rate(
         arm.chain, arm.drives, arm.axes.to_motors, arm.limits, arm.stiffness, arm.tool_tip, poses,
-        base_at(arm, positions, poses), arm.wrist is not None and is_direct(arm.drives), q, within, measures,
+        base_at(arm, positions, poses), arm.springs, arm.wrist is not None and is_direct(arm.drives), q, within, measures,
     )  # fmt: skip
     return Candidates(q, within, measures[..., 0], measures[..., 1:], np.where(within, bent, math.nan))
 
@@ -359,7 +422,33 @@ class Posture(NamedTuple):
 
 def posture_jacobian(arm: Arm, q: FloatArray) -> FloatArray:
     """Jacobian at the drill tip over everything that yields, in base axes, shape (6, k)."""
-    return np.asarray(jacobian(arm.chain, arm.drives.joints(q), arm.tool_tip) @ arm.drives.elastic)
+    joints = jacobian(arm.chain, arm.drives.joints(q), arm.tool_tip) @ arm.drives.elastic
+    at = posture_frames(arm, q)
+    tip = at.origins[-1] + at.rotations[-1] @ arm.tool_tip
+    return np.concatenate([joints, spring_twists(arm.springs, at.rotations, at.origins, tip)], axis=-1)
+
+
+def spring_twists(springs: Springs, rotations: FloatArray, origins: FloatArray, at: FloatArray) -> FloatArray:
+    """Twist of a body at a point for a unit of each spring that carries it, in base axes.
+
+    Parameters
+    ----------
+    rotations, origins : arrays (..., n + 1, 3, 3) and (..., n + 1, 3)
+        Frames of base and joints [m].
+    at : array (..., 3)
+        The point [m].
+
+    Returns
+    -------
+    array (..., 6, k)
+        Displacement over rotation [m and 1 per rad; 1 and 0 per m].
+    """
+    own = rotations[..., springs.frame, :, :]
+    axis = np.einsum("...kij,kj->...ki", own, springs.axis)
+    place = origins[..., springs.frame, :] + np.einsum("...kij,kj->...ki", own, springs.point)
+    turned = np.cross(axis, np.asarray(at)[..., None, :] - place)
+    moved = np.where(springs.turns[:, None], turned, axis)
+    return np.concatenate([moved, np.where(springs.turns[:, None], axis, 0.0)], axis=-1).swapaxes(-1, -2)
 
 
 def posture_frames(arm: Arm, q: FloatArray) -> Frames:

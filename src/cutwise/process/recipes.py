@@ -10,6 +10,7 @@ from cutwise.later import later
 from cutwise.process import convergence as converged
 from cutwise.process.convergence import change_on_halved_step
 from cutwise.results import SOUNDNESS, Finding, Histories, Infeasible, Measure, Result, SolverFailure, judge, unreached
+from cutwise.spec.kinds import Registered
 from cutwise.spec.notices import notices
 from cutwise.spec.scenario import Scenario
 
@@ -17,20 +18,22 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from cutwise.process import (
-        arm_milling,
         assemble,
         assemble_mill,
         carried,
         chamfer,
+        chamfer_carrier,
+        chamfer_findings,
         chamfer_measures,
         chamfer_program,
-        chamfer_robot,
         chamfer_stages,
+        chamfer_task,
         deburring,
         deburring_part,
         drilling,
         drilling_findings,
         drilling_stages,
+        edge_findings,
         machine,
         machine_stages,
         milling,
@@ -38,15 +41,13 @@ if TYPE_CHECKING:
         milling_findings,
         milling_measures,
         milling_stability,
-        notices,
-        soundness,
+        programmed_milling,
         still_deburring,
         stock_deviation,
         stock_findings,
         stock_measures,
         stock_milling,
         stock_stages,
-        weights,
     )
     from cutwise.spec.chamfer import ChamferScenario
     from cutwise.spec.deburring import DeburringScenario
@@ -55,15 +56,17 @@ if TYPE_CHECKING:
     from cutwise.spec.milling import MillingScenario
 else:  # a run imports its own process, not those of the others
     xr = later("xarray")
-    arm_milling = later("cutwise.process.arm_milling")
+    programmed_milling = later("cutwise.process.programmed_milling")
     assemble = later("cutwise.process.assemble")
     assemble_mill = later("cutwise.process.assemble_mill")
     carried = later("cutwise.process.carried")
     chamfer = later("cutwise.process.chamfer")
+    chamfer_findings = later("cutwise.process.chamfer_findings")
     chamfer_measures = later("cutwise.process.chamfer_measures")
     chamfer_program = later("cutwise.process.chamfer_program")
-    chamfer_robot = later("cutwise.process.chamfer_robot")
+    chamfer_carrier = later("cutwise.process.chamfer_carrier")
     chamfer_stages = later("cutwise.process.chamfer_stages")
+    chamfer_task = later("cutwise.process.chamfer_task")
     deburring = later("cutwise.process.deburring")
     deburring_part = later("cutwise.process.deburring_part")
     drilling = later("cutwise.process.drilling")
@@ -75,16 +78,14 @@ else:  # a run imports its own process, not those of the others
     milling_compare = later("cutwise.process.milling_compare")
     milling_measures = later("cutwise.process.milling_measures")
     milling_stability = later("cutwise.process.milling_stability")
-    notices = later("cutwise.process.edge_findings")
+    edge_findings = later("cutwise.process.edge_findings")
     milling_findings = later("cutwise.process.milling_findings")
-    soundness = later("cutwise.process.soundness")
     still_deburring = later("cutwise.process.still_deburring")
     stock_deviation = later("cutwise.process.stock_deviation")
     stock_findings = later("cutwise.process.stock_findings")
     stock_measures = later("cutwise.process.stock_measures")
     stock_milling = later("cutwise.process.stock_milling")
     stock_stages = later("cutwise.process.stock_stages")
-    weights = later("cutwise.process.weights")
 
 Progress = Callable[[float], None]
 
@@ -111,13 +112,13 @@ def deburr(scenario: DeburringScenario, progress: Progress | None = None) -> Res
         scenario,
         found,
         stages=deburring.stages(edge),
-        findings=(*soundness.deburr(scenario, edge), *weights.deburr(edge)),
+        findings=(*edge_findings.unsound(scenario, edge), *edge_findings.weight(edge)),
         bands=deburring.histories(scenario, edge, found),
-        warnings=notices.warnings(scenario, edge, found),
+        warnings=edge_findings.warnings(scenario, edge, found),
         infeasible=carried.too_fast(found, scenario.operation.feed),
-        limits=notices.LIMITS,
+        limits=edge_findings.LIMITS,
         convergence=change,
-        notes=notices.notes(scenario, edge, found),
+        notes=edge_findings.notes(scenario, edge, found),
         references=("berselli2016", "altintas2012"),
     )
 
@@ -136,7 +137,7 @@ def deburr_at_rest(scenario: DeburringScenario, progress: Progress | None = None
         found,
         stages=still_deburring.stages(done),
         findings=still_deburring.findings(done),
-        warnings=still_deburring.warnings(scenario),
+        warnings=still_deburring.warnings(scenario, done),
         infeasible=carried.too_fast(found, scenario.operation.feed),
         limits=still_deburring.LIMITS,
         convergence=change_on_halved_step({name: found[name] for name in again}, again),
@@ -161,7 +162,7 @@ def deburring_quick(scenario: DeburringScenario, wanted: Collection[str] = (), *
         done = still_deburring.run(scenario)
         at_rest = still_deburring.measures(scenario, done)
         return Outcome(
-            at_rest, still_deburring.findings(done), still_deburring.warnings(scenario),
+            at_rest, still_deburring.findings(done), still_deburring.warnings(scenario, done),
             carried.too_fast(at_rest, scenario.operation.feed),
         )  # fmt: skip
     step = scenario.numerics.time_step
@@ -169,9 +170,9 @@ def deburring_quick(scenario: DeburringScenario, wanted: Collection[str] = (), *
     edge, found = _deburring_pass(
         scenario, max(step, _STUDY_STEP) if coarse and coarser(scenario) else step, tooth=tooth
     )
-    said = () if coarse else tuple(notices.warnings(scenario, edge, found))
+    said = () if coarse else tuple(edge_findings.warnings(scenario, edge, found))
     too_fast = carried.too_fast(found, scenario.operation.feed)
-    return Outcome(found, tuple(soundness.deburr(scenario, edge)), said, too_fast)
+    return Outcome(found, tuple(edge_findings.unsound(scenario, edge)), said, too_fast)
 
 
 def machine_errors(scenario: MachineScenario, progress: Progress | None = None) -> Result:
@@ -182,7 +183,8 @@ def machine_errors(scenario: MachineScenario, progress: Progress | None = None) 
     except Infeasible as why:
         infeasible = (str(why),)
     volume = machine.evaluate_volume(scenario)
-    found = _machine_found(one_pass, volume)
+    found = _machine_found(scenario, one_pass, volume)
+    infeasible = (*infeasible, *_machine_too_fast(one_pass, found))
     finer = machine.refined(scenario, one_pass, volume)
     if progress is not None:
         progress(1.0)
@@ -190,7 +192,7 @@ def machine_errors(scenario: MachineScenario, progress: Progress | None = None) 
         scenario,
         found,
         stages=machine_stages.stages(one_pass, volume),
-        findings=soundness.machine(one_pass),
+        findings=machine_stages.unsound(one_pass),
         warnings=machine_stages.warnings(scenario, one_pass),
         infeasible=infeasible,
         limits=machine_stages.LIMITS,
@@ -202,10 +204,10 @@ def machine_errors(scenario: MachineScenario, progress: Progress | None = None) 
 
 def mill(scenario: MillingScenario, progress: Progress | None = None) -> Result:
     """Milling with CNC drives: look-ahead, drives and forces in one loop (Ozcan et al. 2017, sec. 2-3)."""
-    if scenario.robot is not None:
-        return mill_by_robot(scenario, progress)
     if scenario.in_3d:
         return mill_in_3d(scenario, progress)
+    if scenario.programmed:
+        return mill_programmed(scenario, progress)
     program = assemble_mill.read_program(scenario)
     substeps = scenario.numerics.substeps
     done = milling.run(scenario, substeps, _part(progress, 0.0, 0.3))
@@ -225,7 +227,7 @@ def mill(scenario: MillingScenario, progress: Progress | None = None) -> Result:
             lobes=milling_stability.lobe_diagram(scenario, steady) if steady is not None else None,
             vibration=milling_stability.vibration(steady) if steady is not None else None,
         ),
-        findings=soundness.mill(scenario, done, steady),
+        findings=milling_findings.unsound(scenario, done, steady),
         warnings=tuple(milling_findings.warnings(scenario, done, found)),
         limits=milling_findings.limits(done),
         convergence=change,
@@ -253,26 +255,24 @@ def mill_in_3d(scenario: MillingScenario, progress: Progress | None = None) -> R
     )
 
 
-def mill_by_robot(scenario: MillingScenario, progress: Progress | None = None) -> Result:
-    """A robot mills: each place of its path at rest, and the depth at which the arm chatters."""
-    done = arm_milling.run(scenario)
-    found = arm_milling.measures(scenario, done)
-    finer = scenario.numerics.model_copy(update={"station": 0.5 * scenario.numerics.station})
-    again = arm_milling.measures(
-        scenario, arm_milling.run(scenario.model_copy(update={"numerics": finer}), limits=False)
+def mill_programmed(scenario: MillingScenario, progress: Progress | None = None) -> Result:
+    """A mill that goes as programmed: each place of its path at rest, or stepped, and the depth at which it chatters."""
+    done = programmed_milling.run(scenario, progress=_part(progress, 0.0, 1.0 / 3.0))
+    found = programmed_milling.measures(scenario, done)
+    again = programmed_milling.measures(
+        scenario, programmed_milling.run(scenario, limits=False, finer=2, progress=_part(progress, 1.0 / 3.0, 1.0))
     )
-    if progress is not None:
-        progress(1.0)
+    again = {name: value for name, value in again.items() if not name.startswith("share_")}  # jump with the worst place
     return collect(
         scenario,
         found,
-        stages=arm_milling.stages(scenario, done),
-        findings=soundness.arm_mill(found),
-        warnings=arm_milling.warnings(scenario),
+        stages=programmed_milling.stages(scenario, done),
+        findings=(*programmed_milling.findings(scenario, done), *programmed_milling.unsound(found)),
+        warnings=programmed_milling.warnings(scenario, done),
         infeasible=carried.too_fast(found, scenario.operation.feed),
-        limits=arm_milling.LIMITS,
+        limits=programmed_milling.limits_of(scenario),
         convergence=change_on_halved_step({name: found[name] for name in again}, again),
-        notes=arm_milling.notes(done),
+        notes=programmed_milling.notes(scenario, done),
         references=("altintas2012", "altintas1995"),
     )
 
@@ -280,23 +280,23 @@ def mill_by_robot(scenario: MillingScenario, progress: Progress | None = None) -
 def mill_quick(scenario: MillingScenario, wanted: Collection[str] = (), *, coarse: bool = False) -> Outcome:
     """What studies need; whether the tool chatters always belongs to it."""
     del wanted
-    if scenario.robot is not None:
-        by_arm = arm_milling.measures(scenario, arm_milling.run(scenario))
-        told = () if coarse else arm_milling.warnings(scenario)
-        return Outcome(
-            by_arm, tuple(soundness.arm_mill(by_arm)), told, carried.too_fast(by_arm, scenario.operation.feed)
-        )
     if scenario.in_3d:
         cut = stock_milling.run(scenario)
         off = stock_deviation.deviation(scenario, cut)
         about = () if coarse else tuple(stock_findings.warnings(scenario, cut, off))
         return Outcome(stock_measures.measures(scenario, cut, off), tuple(stock_findings.findings(cut)), about)
+    if scenario.programmed:
+        fed = programmed_milling.run(scenario)
+        of_fed = programmed_milling.measures(scenario, fed)
+        said = () if coarse else programmed_milling.warnings(scenario, fed)
+        sound = (*programmed_milling.findings(scenario, fed), *programmed_milling.unsound(of_fed))
+        return Outcome(of_fed, sound, said, carried.too_fast(of_fed, scenario.operation.feed))
     done = milling.run(scenario, scenario.numerics.substeps)
     steady = milling.stability(scenario, done)
     found = milling_measures.measures(scenario, done)
     found = {**found, **(milling_stability.measures(steady) if steady is not None else {})}
     said = () if coarse else tuple(milling_findings.warnings(scenario, done, found))
-    return Outcome(found, tuple(soundness.mill(scenario, done, steady, helped=False)), said)
+    return Outcome(found, tuple(milling_findings.unsound(scenario, done, steady, helped=False)), said)
 
 
 def machine_quick(scenario: MachineScenario, wanted: Collection[str] = (), *, coarse: bool = False) -> Outcome:
@@ -308,13 +308,26 @@ def machine_quick(scenario: MachineScenario, wanted: Collection[str] = (), *, co
         one_pass = machine.evaluate_pass(scenario) if scenario.has_pass else None
     except Infeasible as why:
         infeasible = (str(why),)
-    found = _machine_found(one_pass, machine.evaluate_volume(scenario))
+    found = _machine_found(scenario, one_pass, machine.evaluate_volume(scenario))
     said = () if coarse else tuple(machine_stages.warnings(scenario, one_pass))
-    return Outcome(found, tuple(soundness.machine(one_pass)), said, infeasible)
+    infeasible = (*infeasible, *_machine_too_fast(one_pass, found))
+    return Outcome(found, tuple(machine_stages.unsound(one_pass)), said, infeasible)
 
 
-def _machine_found(one_pass: machine.MachinePass | None, volume: machine.VolumeMap | None) -> Mapping[str, float]:
+def _machine_too_fast(one_pass: machine.MachinePass | None, found: Mapping[str, float]) -> tuple[str, ...]:
+    """That the joints of a robot cannot follow the pass."""
+    if one_pass is None or one_pass.run.cell.arm is None:
+        return ()
+    return carried.too_fast(found, float(one_pass.run.cell.way.feed.max()), "the feed of the pass")
+
+
+def _machine_found(
+    scenario: MachineScenario, one_pass: machine.MachinePass | None, volume: machine.VolumeMap | None
+) -> Mapping[str, float]:  # fmt: skip
     of_pass = machine.pass_measures(one_pass) if one_pass is not None else {}
+    if one_pass is not None and one_pass.run.cell.arm is not None and scenario.robot is not None:
+        cell = one_pass.run.cell
+        of_pass = {**of_pass, **carried.measures(cell.arm, scenario.robot, float(cell.way.feed.max()))}
     return {**of_pass, **(machine.volume_measures(volume) if volume is not None else {})}
 
 
@@ -333,7 +346,7 @@ def drill(scenario: DrillingScenario, progress: Progress | None = None) -> Resul
         scenario,
         found,
         stages=drilling_stages.stages(scenario, run, each),
-        findings=soundness.drill(run, scenario.numerics.time_step),
+        findings=drilling_findings.unsound(run, scenario.numerics.time_step),
         warnings=drilling_findings.warnings(scenario, run),
         infeasible=drilling_findings.infeasible(scenario, run),
         limits=drilling_findings.limits(scenario),
@@ -361,7 +374,7 @@ def drilling_quick(scenario: DrillingScenario, wanted: Collection[str] = (), *, 
     del wanted
     run = _drilling_run(scenario)
     said = () if coarse else tuple(drilling_findings.warnings(scenario, run))
-    sound = tuple(soundness.drill(run, scenario.numerics.time_step))
+    sound = tuple(drilling_findings.unsound(run, scenario.numerics.time_step))
     return Outcome(drilling.measures(scenario, run), sound, said, tuple(drilling_findings.infeasible(scenario, run)))
 
 
@@ -371,15 +384,19 @@ def chamfer_path(scenario: ChamferScenario, progress: Progress | None = None) ->
     if progress is not None:
         progress(0.6)
     found = chamfer_measures.measures(scenario, done)
-    program = chamfer_program.moves(scenario, done.programmed, done.links, done.members) if done.paths else None
+    program = (
+        chamfer_program.moves(chamfer_task.task_of(scenario), done.programmed, done.links, done.members)
+        if done.paths
+        else None
+    )
     return collect(
         scenario,
         found,
         stages=chamfer_stages.stages(scenario, done, program.table if program else None),
-        findings=(*soundness.chamfer(done, found), *weights.chamfer(scenario, done)),
+        findings=(*chamfer_findings.unsound(done, found), *chamfer_findings.weight(scenario, done)),
         bands=chamfer_measures.histories(done, found),
         warnings=chamfer_measures.warnings(scenario, done, found, program.unproven if program else ()),
-        infeasible=(*done.infeasible, *chamfer_robot.infeasible(scenario, found)),
+        infeasible=(*done.infeasible, *chamfer_carrier.infeasible(scenario, found)),
         advice=done.remedies,
         limits=chamfer.LIMITS,
         convergence=chamfer_measures.convergence(scenario, done),
@@ -393,38 +410,39 @@ def chamfer_quick(scenario: ChamferScenario, wanted: Collection[str] = (), *, co
     band = any(name.startswith("setup_width") for name in (*scenario.requirements, *wanted))
     done = chamfer.run(scenario, wanted=frozenset({"band"} if band else ()))
     found = chamfer_measures.measures(scenario, done)
-    sound = tuple(soundness.chamfer(done, found))
-    cannot = (*done.infeasible, *chamfer_robot.infeasible(scenario, found))
+    sound = tuple(chamfer_findings.unsound(done, found))
+    cannot = (*done.infeasible, *chamfer_carrier.infeasible(scenario, found))
     if coarse:
         return Outcome(found, sound, (), cannot)
-    program = chamfer_program.moves(scenario, done.paths, done.links, done.members) if done.paths else None
+    program = (
+        chamfer_program.moves(chamfer_task.task_of(scenario), done.paths, done.links, done.members)
+        if done.paths
+        else None
+    )
     said = chamfer_measures.warnings(scenario, done, found, program.unproven if program else ())
     return Outcome(found, sound, tuple(said), cannot)
 
 
-OUTCOMES: Mapping[str, Callable[..., Outcome]] = {
-    "chamfer": chamfer_quick,
-    "deburr": deburring_quick,
-    "drill": drilling_quick,
-    "machine": machine_quick,
-    "mill": mill_quick,
-}
-PREPARATIONS: Mapping[str, Callable[..., object]] = {
-    "chamfer": lambda scenario: chamfer.prepare(scenario),
-    "deburr": lambda scenario: assemble.edge_cut(deburring_part.on_part(scenario)),
-    "drill": lambda scenario: drilling.drill_cell(scenario),
-    "machine": lambda scenario: machine.prepare(scenario),
-    "mill": lambda scenario: (
-        arm_milling if scenario.robot is not None else stock_milling if scenario.in_3d else milling
+class Recipe(NamedTuple):
+    """How a process is run: whole, for studies, and only as far as faults show; its row in ``spec.kinds`` names it."""
+
+    run: Callable[..., Result]
+    quick: Callable[..., Outcome]
+    prepare: Callable[..., object]
+
+
+CHAMFER = Recipe(chamfer_path, chamfer_quick, lambda scenario: chamfer.prepare(scenario))
+DEBURR = Recipe(deburr, deburring_quick, lambda scenario: assemble.edge_cut(deburring_part.on_part(scenario)))
+DRILL = Recipe(drill, drilling_quick, lambda scenario: drilling.drill_cell(scenario))
+MACHINE = Recipe(machine_errors, machine_quick, lambda scenario: machine.prepare(scenario))
+MILL = Recipe(
+    mill,
+    mill_quick,
+    lambda scenario: (
+        stock_milling if scenario.in_3d else programmed_milling if scenario.programmed else milling
     ).prepare(scenario),
-}
-RECIPES: Mapping[str, Callable[..., Result]] = {
-    "chamfer": chamfer_path,
-    "deburr": deburr,
-    "drill": drill,
-    "machine": machine_errors,
-    "mill": mill,
-}
+)
+RECIPES: Mapping[str, Recipe] = Registered("recipe")
 
 
 def simulate(scenario: Scenario, progress: Progress | None = None) -> Result:
@@ -443,7 +461,7 @@ def simulate(scenario: Scenario, progress: Progress | None = None) -> Result:
         Histories of all stages, measures, verdict and warnings.
     """
     try:
-        return RECIPES[scenario.process](scenario, progress)
+        return RECIPES[scenario.process].run(scenario, progress)
     except Infeasible as why:
         return collect(scenario, {}, stages=xr.DataTree(), warnings=notices(scenario), infeasible=(str(why),))
 
@@ -456,7 +474,7 @@ def prepare(scenario: Scenario) -> None:
     ScenarioFault
         All of them.
     """
-    PREPARATIONS[scenario.process](scenario)
+    RECIPES[scenario.process].prepare(scenario)
 
 
 def coarser(scenario: Scenario) -> bool:
@@ -484,7 +502,7 @@ def quick_outcome(scenario: Scenario, wanted: Collection[str] = (), *, coarse: b
         that of the run to the last bit.
     """
     try:
-        return OUTCOMES[scenario.process](scenario, wanted, coarse=coarse)
+        return RECIPES[scenario.process].quick(scenario, wanted, coarse=coarse)
     except Infeasible as why:
         return Outcome({}, infeasible=(str(why),))
 

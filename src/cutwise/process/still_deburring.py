@@ -14,9 +14,18 @@ from cutwise.maths.curves import FloatArray
 from cutwise.paths.carried import stations
 from cutwise.physics.structure.terms import Rigid, in_series
 from cutwise.process import carried, yielding
-from cutwise.process.assemble import answering, beside_part, edge_cut, path_of, robot_along, surface_height
+from cutwise.process.assemble import (
+    answering,
+    beside_part,
+    edge_cut,
+    path_of,
+    robot_along,
+    surface_height,
+    turned_by,
+    turned_from_start,
+)
 from cutwise.process.labels import labelled
-from cutwise.process.loops import EdgeCut, programmed_heights, still_edge
+from cutwise.process.loops import EdgeCut, axis_over_edge, programmed_heights, still_edge
 from cutwise.results import Finding, SolverFailure
 from cutwise.spec.deburring import DeburringScenario
 from cutwise.spec.notices import notices
@@ -43,19 +52,17 @@ class StillEdge(NamedTuple):
     at: FloatArray  # [m] of the edge, shape (n,)
     height: float  # [m] over the tip at which the edge is read
     rest: Rest
-    moved: Mapping[str, FloatArray]  # displacement by each term where the edge is read [m], shape (n, 3)
+    moved: Mapping[
+        str, FloatArray
+    ]  # displacement by each term along and off the edge where it is read [m], shape (n, 3)
+    lowest: FloatArray  # [m] lowest point of the displaced mill above the edge, shape (n,)
     programmed: FloatArray  # [m] lowest point of the undeflected mill above the edge, shape (n,)
     burr: FloatArray  # [m] height of the burr, shape (n,)
 
     @property
-    def total(self) -> FloatArray:
-        """Displacement by all terms [m], shape (n, 3)."""
-        return sum(self.moved.values(), np.zeros((len(self.at), 3)))
-
-    @property
     def error(self) -> FloatArray:
         """Edge error [m], positive where burr is left, shape (n,)."""
-        return np.minimum(self.programmed + self.total[:, 1], self.burr)
+        return np.minimum(self.lowest, self.burr)
 
 
 def run(scenario: DeburringScenario) -> StillEdge:
@@ -79,10 +86,14 @@ def run(scenario: DeburringScenario) -> StillEdge:
             "for this cut; reduce operation.preset or operation.feed"
         )
     free = cut._replace(path=cut.path._replace(lead_in=0.0, lead_out=0.0))
-    burr = cut.layers.burr_height
+    burr, time = cut.layers.burr_height, at / cut.path.feed
+    moved = yielding.by_term(cut.behind, found.state, height)
+    total = sum(moved.values(), np.zeros((len(at), 3)))
+    lowest = axis_over_edge(free, time, total[:, 0], total[:, 1])[1]
+    turn = turned_from_start(cut, at)
     return StillEdge(
-        cut, at, height, found, yielding.by_term(cut.behind, found.state, height),
-        programmed_heights(free, at / cut.path.feed), np.interp(at, burr.at, burr.value),
+        cut, at, height, found, {name: turned_by(turn, one) for name, one in moved.items()}, lowest,
+        programmed_heights(free, time), np.interp(at, burr.at, burr.value),
     )  # fmt: skip
 
 
@@ -118,7 +129,8 @@ def measures(scenario: DeburringScenario, done: StillEdge) -> dict[str, float]:
     found["energy_balance"] = yielding.energy_balance(terms, done.at, wrench, twist)
     if scenario.robot is not None:
         along = robot_along(scenario, done.cut)
-        found |= carried.measures(along, answering(scenario), scenario.operation.feed)
+        operation = scenario.operation
+        found |= carried.measures(along, answering(scenario), operation.feed, limited=operation.limit_feed)
     return {**found, **yielding.normal_stiffness(terms)}
 
 
@@ -160,11 +172,13 @@ def findings(done: StillEdge) -> tuple[Finding, ...]:
     return () if (done.rest.seen[:, :2] > 0.0).any() else (Finding("untouched"),)
 
 
-def warnings(scenario: DeburringScenario) -> tuple[str, ...]:
+def warnings(scenario: DeburringScenario, done: StillEdge) -> tuple[str, ...]:
     """What a user has to know about the run."""
     told = [*notices(scenario), *beside_part(scenario)]
     if scenario.robot is not None:
-        told += carried.warnings(scenario.robot)
+        measured = scenario.measured.get("robot")
+        looked = scenario.robot.errors is not None or measured is not None
+        told += carried.warnings(scenario.robot, robot_along(scenario, done.cut) if looked else None, measured)
     return tuple(told)
 
 

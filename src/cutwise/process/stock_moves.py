@@ -1,8 +1,10 @@
 """Moves of a program that run into its stock as they should not: rapid moves through it, and plunges."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -11,9 +13,12 @@ from cutwise.maths.curves import FloatArray
 from cutwise.maths.linearc import LineArc, at_blocks
 from cutwise.physics.engagement.path_sweep import Swept
 from cutwise.physics.engagement.stock import Stock, block_stock, contact_patches, immersion, stands_in_material
-from cutwise.process.program_path import ProgramPath
 from cutwise.programs.block_text import blocks_named
+from cutwise.results import Finding, Place
 from cutwise.spec.program import StockBlock
+
+if TYPE_CHECKING:
+    from cutwise.process.program_path import ProgramPath
 
 IntArray = npt.NDArray[np.int64]
 
@@ -98,3 +103,9 @@ def said(moves: StockMoves, text: str) -> Iterator[str]:
     if moves.plunges:
         named = blocks_named(text, moves.plunges)
         yield f"plunges straight into the stock have no force here (end cutting is not modelled): {named}"
+
+
+def collisions(lines: tuple[int, ...]) -> Iterator[Finding]:
+    """Rapid moves through the stock, by their program lines."""
+    if lines:
+        yield Finding("collides", Place(line=lines[0]), float(len(lines)), 0.0)

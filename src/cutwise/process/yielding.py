@@ -6,15 +6,19 @@ from typing import Literal, NamedTuple, Protocol
 import numpy as np
 
 from cutwise.maths.curves import FloatArray
-from cutwise.physics.structure.terms import Compliance, displacement, width
+from cutwise.paths.carried import CarriedPath
+from cutwise.physics.structure.series_compliance import in_axes
+from cutwise.physics.structure.terms import Compliance, displacement, turning, width
 
 AXES = ("x", "y", "z")
 
 
 class Mode(Protocol):
-    """A mode of a tool tip, as far as it yields at rest."""
+    """A mode of a tool tip."""
 
     direction: Literal["x", "y"]
+    frequency: float  # [Hz]
+    damping: float  # ratio
     stiffness: float  # [N/m]
 
 
@@ -26,12 +30,31 @@ def spring(stiffness: Mapping[int, float]) -> Compliance:
     return Compliance(np.zeros(1), matrix)
 
 
-def modes_at_rest(modes: Iterable[Mode]) -> Compliance:
-    """Modes of a tool tip at rest: F/k in their directions, those of one direction together."""
+def modes_at_rest(modes: Iterable[Mode], path: CarriedPath | None = None) -> Compliance:
+    """Modes of a tool tip at rest: F/k in their directions, those of one direction together.
+
+    ``path``: whose axes are those of the process, in those along which the modes lie; left out, they are the same.
+    """
     yields = {0: 0.0, 1: 0.0}
     for mode in modes:
         yields["xy".index(mode.direction)] += 1.0 / mode.stiffness
-    return spring({axis: 1.0 / value for axis, value in yields.items() if value > 0.0})
+    term = spring({axis: 1.0 / value for axis, value in yields.items() if value > 0.0})
+    return term if path is None else Compliance(path.at, in_axes(term.matrix, path.axes))
+
+
+def mode_receptance(modes: Iterable[Mode], omega: FloatArray, axes: FloatArray | None = None) -> np.ndarray:
+    r"""Displacement of a tool tip for a force there, :math:`\sum 1/[k(1 - r^2 + 2i\zeta r)]`, :math:`r = \omega/\omega_n`.
+
+    At angular frequencies (m,) [rad/s], shape (m, 3, 3) [m/N]; ``axes``: directions x, y of the modes in those of the
+    process, as rows; left out, they are the same.
+    """
+    total = np.zeros((len(omega), 3, 3), dtype=complex)
+    for mode in modes:
+        ratio = omega / (2.0 * np.pi * mode.frequency)
+        axis = (np.eye(3) if axes is None else axes)["xy".index(mode.direction)]
+        one = 1.0 / (mode.stiffness * (1.0 - ratio * ratio + 2j * mode.damping * ratio))
+        total += one[:, None, None] * np.outer(axis, axis)
+    return total
 
 
 def by_term(terms: Sequence[tuple[str, NamedTuple]], columns: FloatArray, height: float) -> dict[str, FloatArray]:
@@ -43,7 +66,16 @@ def by_term(terms: Sequence[tuple[str, NamedTuple]], columns: FloatArray, height
     return found
 
 
-def term_measures(terms: Mapping[str, FloatArray], rows: slice, worst: int) -> dict[str, float]:
+def turned(terms: Sequence[tuple[str, NamedTuple]], columns: FloatArray) -> FloatArray:
+    """Turn of the tool about the feed by all terms [rad], from the columns that they noted; shape (n,)."""
+    total, at = np.zeros(len(columns)), 0
+    for _, term in terms:
+        total = total + turning(term, columns[:, at : at + width(term)])
+        at += width(term)
+    return total
+
+
+def term_measures(terms: Mapping[str, FloatArray], rows: slice | np.ndarray, worst: int) -> dict[str, float]:
     """Mean and largest displacement by each term over some rows, and its part in the one off the surface at the worst."""
     found: dict[str, float] = {}
     for name, of_term in terms.items():
@@ -52,6 +84,8 @@ def term_measures(terms: Mapping[str, FloatArray], rows: slice, worst: int) -> d
             found[f"deflection_{name}_mean_{axis}"] = float(part.mean())
             found[f"deflection_{name}_max_{axis}"] = float(part[int(np.argmax(np.abs(part)))])
         found[f"share_{name}"] = float(of_term[worst, 1])
+    for of in ("mean", "max"):
+        found.pop(f"deflection_pistons_{of}_z", None)  # a motor tilts across its axis
     return found
 
 

@@ -52,9 +52,42 @@ _KINDS = (
         re.compile(r"^[ \t]*N\d+[^\n(]*\*[ \t]*\r?$", re.MULTILINE),
     ),
     _Kind(
+        f"an ABB robot program (RAPID); {_POSTED}",
+        re.compile(r"^[ \t]*(?:MODULE[ \t]+\w+|Move(?:Abs)?[LJC][ \t]+[\[\w])", re.IGNORECASE | re.MULTILINE),
+    ),
+    _Kind(
         f"a Siemens (SINUMERIK) program; {_POSTED}",
         re.compile(_SIEMENS[0], re.IGNORECASE | re.MULTILINE),
         re.compile(_SIEMENS[1], re.IGNORECASE | re.MULTILINE),
+    ),
+    _Kind(
+        f"an Okuma (OSP) program; {_POSTED}",
+        re.compile(
+            r"^\$[\w.-]+\.(?:MIN|SUB|SSB|LIB)%|"
+            + _LINE
+            + r"(?:VC\d+[ \t]*=|LET[ \t]+\w+[ \t]*=|NOEX\b|DEF[ \t]+WORK\b|CLEAR\b)",
+            re.IGNORECASE | re.MULTILINE,
+        ),
+        re.compile(r"\bG15[ \t]+H\d|\bCALL[ \t]+O\w|\bGOTO[ \t]+N[A-Z]|\bV[CS]\d+\b|\bVZOF[XYZ]", re.IGNORECASE),
+    ),
+    _Kind(
+        f"a Fagor program; {_POSTED}",
+        re.compile(r"\A\s*%[^,\n]*,[-M][-X]", re.IGNORECASE),
+    ),
+    _Kind(
+        f"a KUKA robot program (KRL); {_POSTED}",
+        re.compile(
+            r"^[ \t]*(?:&ACCESS\b|(?:LIN|PTP|CIRC|SLIN|SPTP)[ \t]+\{|DEF[ \t]+\w+[ \t]*\()",
+            re.IGNORECASE | re.MULTILINE,
+        ),
+    ),
+    _Kind(
+        f"a drawing (DXF), not a program; {_POSTED}",
+        re.compile(r"\A\s*(?:999[ \t]*\r?\n[^\n]*\n\s*)*0[ \t]*\r?\n[ \t]*SECTION\b"),
+    ),
+    _Kind(
+        f"a mesh (STL), not a program; {_POSTED}",
+        re.compile(r"\A\s*solid\b[^\n]*\r?\n\s*facet[ \t]+normal\b", re.IGNORECASE),
     ),
     _Kind(
         "a program of a 3D printer (temperatures, extruder E); nothing is cut with it",

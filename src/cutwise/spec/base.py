@@ -37,6 +37,9 @@ class Spec(BaseModel):
     """Groups of keys that say the same thing in different words: writing one sets aside weaker ones of the others
     (a library entry's, or those of the file under a ``--set``)."""
 
+    instead: ClassVar[Mapping[str, tuple[str, ...]]] = {}
+    """Keys that stand in place of others: writing the one sets aside weaker ones of the others, and the other way round."""
+
     listed: ClassVar[bool] = True
     """Whether lists of all keys go into it; not where the keys are many and follow a rule."""
 
@@ -156,6 +159,7 @@ Speed = Annotated[float, Quantity("speed")]
 Acceleration = Annotated[float, Quantity("acceleration")]
 Jerk = Annotated[float, Quantity("jerk")]
 FeedPerRevolution = Annotated[float, Quantity("feed_per_revolution")]
+AngularAcceleration = Annotated[float, Quantity("angular_acceleration")]
 AngularSpeed = Annotated[float, Quantity("angular_speed")]
 Angle = Annotated[float, Quantity("angle")]
 SmallAngle = Annotated[float, Quantity("small_angle")]

@@ -2,26 +2,29 @@
 
 import datetime
 import math
+import warnings
 from collections.abc import Iterator
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field
+from pydantic import Discriminator, Field, create_model
 
 from cutwise.spec.base import (
     Angle,
+    AngularSpeed,
     Count,
     Length,
     LibrarySpec,
-    Mass,
     Notice,
     Number,
     Pressure,
     Spec,
+    Time,
     TorqueConstant,
     Transmission,
     Voltage,
 )
-from cutwise.spec.robot import Angles, Direction, Joint, Position
+from cutwise.spec.fields import tag
+from cutwise.spec.robot import Angles, Direction, Joint, LinkWeight, Position
 
 Positive = Annotated[Length, Field(gt=0)]
 
@@ -46,6 +49,11 @@ class FitSettings(Spec):
         description="rows that are left out for the left-out error: leave_one_out (default up to 200 rows), or a share: "
         "rows k, 2k ... with k = 1/share (default 0.2 above, 0 for a frequency response)",
         examples=["leave_one_out", 0.2],
+    )
+    prior: dict[str, tuple[str | float, str | float]] = Field(
+        default_factory=dict,
+        description="what is known of parameters beforehand: value and standard deviation of each by name",
+        examples=["{alpha: [0.3, 0.1]}"],
     )
 
 
@@ -95,16 +103,6 @@ class Calibration(Spec):
 
     fit: FitSettings = FitSettings()
     measured: MeasuredSettings = MeasuredSettings()
-
-
-class LinkWeight(Spec):
-    """Mass of a link and where its centre is."""
-
-    mass: Mass = Field(description="mass of the link", examples=["12.7 kg"], ge=0)
-    centre: Position = Field(
-        description="centre of mass in the frame of the joint that moves the link",
-        examples=["[-0.232 m, 0 m, 0.158 m]"],
-    )
 
 
 class MeasuredArm(LibrarySpec):
@@ -230,6 +228,29 @@ class MeanForces(Calibration):
     data: ForceSettings = ForceSettings()
 
 
+class SampledTool(MeasuredTool):
+    """The mill whose forces were sampled."""
+
+    diameter: Length = Field(description="diameter", examples=["10 mm"], gt=0)
+    helix: Annotated[Angle, Field(ge=0, lt=math.pi / 2)] = Field(description="helix angle", examples=["30 deg"])
+
+
+class SampledOperation(MeasuredOperation):
+    """The cut whose forces were sampled."""
+
+    feed_per_tooth: Length = Field(description="feed per tooth", examples=["0.1 mm"], gt=0)
+    spindle_speed: AngularSpeed = Field(description="nominal speed, within 1 %", examples=["6000 rpm"], gt=0)
+
+
+class ForceWaves(Calibration):
+    """Settings of ``cutting-waveform``."""
+
+    tool: SampledTool
+    operation: SampledOperation
+    cut: MeasuredCut
+    data: ForceSettings = ForceSettings()
+
+
 class MeasuredSpindle(LibrarySpec):
     """The compliant spindle that was pushed."""
 
@@ -303,7 +324,52 @@ class VolumeSettings(Spec):
     )
 
 
+class VolumePrior(Spec):
+    """What is taken for combinations that the data leave free."""
+
+    prior: tuple[Positive, Annotated[Angle, Field(gt=0)]] = Field(
+        default=(5e-6, 20e-6),
+        description="standard deviation of displacements and rotations that the data leave free, in the band of a run (assumed)",
+        examples=["[5 um, 20 urad]"],
+    )
+
+
 class MachineVolume(Calibration):
     """Settings of ``volumetric``."""
 
+    volumetric: VolumePrior = VolumePrior()
     data: VolumeSettings = VolumeSettings()
+
+
+def _fit_or_time(value: Any) -> str:
+    return "<fit>" if isinstance(value, str) and value.strip()[:1].isalpha() else "<time>"
+
+
+class ValidateSettings(Spec):
+    """How runs are held against a measurement."""
+
+    noise: str | dict[str, str] | None = Field(
+        default=None,
+        description="scatter of the measurement that widens the band: of all measures of its unit, or of each by name",
+        examples=["0.22 mm", "{thrust_max: 5 N}"],
+    )
+    delay: Annotated[
+        Annotated[Literal["fit"], tag("fit")] | Annotated[Time, tag("time")], Discriminator(_fit_or_time)
+    ] = Field(
+        default=0.0,
+        description="by how much a recording lags the run, or fit: that of the largest correlation",
+        examples=["fit", "0.02 s"],
+    )
+
+
+with warnings.catch_warnings():
+    warnings.simplefilter("ignore", UserWarning)  # pydantic has an old name "validate", which nobody here calls
+    Validation: Any = create_model(  # type: ignore[call-overload]
+        "Validation",
+        __base__=Spec,
+        __doc__="Settings of ``validate``.",
+        **{
+            "validate": (ValidateSettings, Field(default=ValidateSettings(), description="how it is compared")),
+            "data": (ForceSettings, Field(default=ForceSettings(), description="how forces were measured")),
+        },
+    )

@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import Discriminator, Field, create_model
 
 from cutwise import units
-from cutwise.spec.base import Angle, AngularSpeed, Length, Mass, Notice, Spec, Usual
+from cutwise.spec.base import Angle, AngularAcceleration, AngularSpeed, Inertia, Length, Mass, Notice, Spec, Usual
 from cutwise.spec.fields import tag
 from cutwise.spec.robot import AXES, Angles, Direction, Position, Robot
 
@@ -172,6 +172,23 @@ class Link(Spec):
     centre: Position = Field(
         description="its centre of mass in the frame of its joint", examples=["[575 mm, 0 mm, 0 mm]"]
     )
+    inertia: tuple[Inertia, Inertia, Inertia] | tuple[Inertia, Inertia, Inertia, Inertia, Inertia, Inertia] | None = (
+        Field(
+            default=None,
+            description="moments of inertia about its centre, in the axes of the frame of its joint: xx, yy, zz, and the "
+            "entries xy, xz, yz of the tensor; left out: a point",
+            examples=["[10 kg m^2, 40 kg m^2, 40 kg m^2]"],
+        )
+    )
+
+    def contradictions(self) -> Iterator[Notice]:
+        """Moments of inertia that no body has."""
+        if self.inertia is None:
+            return
+        xx, yy, zz, xy, xz, yz = (*self.inertia, 0.0, 0.0, 0.0)[:6]
+        moments = np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        if moments[0] < -1e-12 * max(1.0, moments[2]) or moments[2] > (moments[0] + moments[1]) * (1 + 1e-9):
+            yield Notice(("inertia",), "is that of no body: each principal moment is at most the sum of the other two")
 
 
 class CarryingRobot(Robot):
@@ -190,15 +207,22 @@ class CarryingRobot(Robot):
         description="what the choice of the angle makes small: the yielding of the surface, or the compliance normal to it",
         examples=["wall"],
     )
-    dynamics: Literal["static", "modal"] = Field(
+    dynamics: Literal["static", "modal", "links"] = Field(
         default="modal",
-        description="how the arm answers to the cut: by its joint stiffness alone, or as a swinging mass (modal_mass)",
+        description="how the arm answers to the cut: by its joint stiffness alone, as a swinging mass (modal_mass), or by the "
+        "masses of its links (links, tool_mass)",
         examples=["static"],
     )
     joint_speed: tuple[AngularSpeed, ...] | None = Field(
         default=None,
         description="largest speed of each joint",
         examples=["[105 deg/s, 101 deg/s, 107 deg/s, 122 deg/s, 113 deg/s, 175 deg/s]"],
+        min_length=AXES,
+    )
+    joint_acceleration: tuple[AngularAcceleration, ...] | None = Field(
+        default=None,
+        description="largest acceleration of each joint: with operation.limit_feed the feed changes no faster than they let it",
+        examples=["[260 deg/s^2, 250 deg/s^2, 270 deg/s^2, 300 deg/s^2, 280 deg/s^2, 440 deg/s^2]"],
         min_length=AXES,
     )
     sag: Literal["ignored", "relative", "absolute"] = Field(
@@ -208,7 +232,7 @@ class CarryingRobot(Robot):
         examples=["relative"],
     )
     links: tuple[Link, ...] | None = Field(
-        default=None, description="masses of the links, one for each joint",
+        default=None, description="masses of the links, one for each joint (library kr270_r2700_masses has them)",
         examples=["[{mass: 315 kg, centre: [175 mm, 0 mm, 0 mm]}]"],
     )  # fmt: skip
     tool_mass: Annotated[Mass, Usual("1 kg", "200 kg")] | None = Field(
@@ -221,8 +245,20 @@ class CarryingRobot(Robot):
     def contradictions(self) -> Iterator[Notice]:
         """What a weight lacks."""
         yield from super().contradictions()
+        for key in ("joint_speed", "joint_acceleration"):
+            if any(value <= 0.0 for value in getattr(self, key) or ()):
+                yield Notice((key,), "every joint needs one above zero")
         if self.links is not None and len(self.links) != len(self.joints):
             yield Notice(("links",), f"has {len(self.links)} links for {len(self.joints)} joints")
+        if self.dynamics == "links" and self.links is None:
+            yield Notice(("links",), f"missing; {self.library or 'this robot'} has no masses of its links, which dynamics: links "
+                         "needs; kr270_r2700_masses has them")  # fmt: skip
+        if self.dynamics == "links" and self.body_compliance is not None:
+            yield Notice(
+                ("dynamics",),
+                "links swing on joints: robot.body_compliance gives springs of bodies instead; write modal or static, or "
+                "joint_stiffness",
+            )
         if (self.tool_mass is None) != (self.tool_centre is None):
             missing = "tool_centre" if self.tool_centre is None else "tool_mass"
             yield Notice((missing,), "missing; mass and centre of the tool go together")
@@ -242,15 +278,39 @@ class CarryingRobot(Robot):
 
     def unused(self) -> Iterator[Notice]:
         """Weights that do not count, a sag without weights, and what is chosen where nothing is left to choose."""
+        yield from super().unused()
         if self.payload is not None and self.tool_mass is None:
             yield Notice(("payload",), "it is held against robot.tool_mass, which is not given")
-        if self.sag == "ignored":
+        if self.sag == "ignored" and self.dynamics != "links":
             for key in ("links", "tool_mass", "tool_centre"):
                 yield Notice((key,), "robot.sag is ignored")
-        elif self.links is None and self.tool_mass is None:
+        elif self.links is None and self.tool_mass is None and self.errors is None:
             yield Notice(("sag",), "no weight of tool or links is given (robot.tool_mass, robot.links)")
+        if self.links is not None and self.errors is not None and self.errors.of_gravity:
+            yield Notice(
+                ("links",), "what the joints yield by under the links is among robot.errors (gravity_compliance)"
+            )
+        if self.dynamics == "links":
+            yield Notice(("modal_mass",), "links have masses of their own (robot.dynamics)")
+        else:
+            for number in range(len(self.links or ())):
+                yield Notice(("links", number, "inertia"), "counts with robot.dynamics: links")
         if not isinstance(self.redundancy_angle, str):
             yield Notice(("objective",), "the angle of the tool is given (robot.redundancy_angle)")
+
+
+def limited_feed(scenario: Any) -> Iterator[Notice]:
+    """A feed that shall be lowered where the joints cannot follow it, in a scenario that may have a robot."""
+    operation, robot = scenario.operation, scenario.robot
+    if not operation.limit_feed:
+        return
+    if robot is None:
+        yield Notice(
+            ("operation", "limit_feed"), "lowers the feed where the joints of a robot cannot follow; there is none"
+        )
+    elif robot.joint_speed is None:
+        yield Notice(("robot", "joint_speed"), "missing; operation.limit_feed needs to know how fast the joints can turn "
+                     "(kr270_r2700 has it)")  # fmt: skip
 
 
 def not_carrying(value: Any) -> str | None:

@@ -19,17 +19,21 @@ from cutwise.spec.base import (
     SmallLength,
     Spec,
     Speed,
+    Stiffness,
     Usual,
     contradiction,
 )
-from cutwise.spec.carrier import CarryingRobot, Standing
+from cutwise.spec.carrier import CarryingRobot, Standing, limited_feed
+from cutwise.spec.chained import ONE_CARRIER, tip_faults, what_yields_alone
 from cutwise.spec.fields import tag
 from cutwise.spec.material import Material
 from cutwise.spec.measures import CHAMFER
+from cutwise.spec.milling_machine import ToolMachine, bodies_of
 from cutwise.spec.needs import Needs
 from cutwise.spec.part import BurrHeight, BurrWidth
 from cutwise.spec.scenario import MeasureSpec, Scenario
 from cutwise.spec.spindle import CompliantSpindle
+from cutwise.spec.tool import ToolMode, bends_twice
 
 _MOST_ON_CAD = 20_000
 SELECTORS = (
@@ -135,6 +139,10 @@ class ChamferPart(Spec):
         examples=["inner"],
     )
     burr: ChamferBurr | None = Field(default=None, description="a burr along the edges; it changes the forces")
+    stiffness: Annotated[Stiffness, Usual("0.01 N/um", "1000 N/um")] | None = Field(
+        default=None, description="stiffness of the part against the tool, off its chamfer; left out: rigid",
+        examples=["20 N/um"], gt=0,
+    )  # fmt: skip
 
     @field_validator("edges")
     @classmethod
@@ -217,8 +225,24 @@ class BallEndCutter(LibrarySpec):
         examples=["auto"],
     )
 
+    stiffness: Annotated[Stiffness, Usual("0.1 N/um", "100 N/um")] | None = Field(
+        default=None, description="static stiffness of the tool at its tip across the rod; left out: rigid",
+        examples=["5 N/um"], gt=0,
+    )  # fmt: skip
+    modes: tuple[ToolMode, ...] = Field(
+        default=(), description="vibration modes of the tool tip, which count at rest: F/k; along x and y of a machine, "
+        "otherwise along the two axes across the rod from which piston azimuths count",
+        examples=["[{direction: y, frequency: 1020 Hz, damping: 0.035, stiffness: 20 N/um}]"],
+    )  # fmt: skip
+
+    def notices(self) -> Iterator[Notice]:
+        """What of a mode does not count."""
+        if self.modes:
+            yield Notice(("modes",), "count by their stiffness alone: the mean force of the cut does not excite them")
+
     def contradictions(self) -> Iterator[Notice]:
-        """A rod that hides the ball; a knife inside the rod."""
+        """A rod that hides the ball; a knife inside the rod; two ways to bend."""
+        yield from bends_twice(self)
         if self.rod_radius >= self.ball_radius:
             yield Notice(("rod_radius",), f"is not smaller than the ball ({_mm(self.ball_radius)})")
             return
@@ -246,6 +270,10 @@ class ChamferOperation(Spec):
     retract: Length = Field(
         default=5e-3, description="how far the tool goes clear of the edge", examples=["5 mm"], gt=0
     )
+    limit_feed: bool = Field(
+        default=False, description="the feed is lowered where the joints of the robot cannot follow it (robot.joint_speed, "
+        "joint_acceleration)", examples=[True],
+    )  # fmt: skip
     preset: Length = Field(
         default=0.0,
         description="how much deeper than nominal the path is, across the tool axis: for a compliant spindle, whose force "
@@ -332,6 +360,11 @@ class ChamferScenario(Scenario):
         "requirements": "{width_min: {min: 0.295 mm}, width_max: {max: 0.305 mm}, gouge_max: {max: 2 um}}",
     }
 
+    def turned(self) -> Mapping[str, tuple[str, str]]:
+        """A rigid spindle has no pressure."""
+        idle = set() if self.compliant is not None else {"spindle.pressure"}
+        return {key: ends for key, ends in self.levers.items() if key not in idle}
+
     def unasked(self) -> int:
         """A path on a CAD part, or a spindle that yields, takes half a second a run."""
         return 10 if self.part.step is not None or self.part.block is not None or self.compliant is not None else 40
@@ -348,7 +381,13 @@ class ChamferScenario(Scenario):
         examples=["{library: berselli2016}"],
     )  # fmt: skip
     robot: CarryingRobot | None = Field(default=None, description="a robot that carries the tool along the paths")
-    placement: Standing | None = Field(default=None, description="where the part stands before the robot")
+    machine: ToolMachine | None = Field(
+        default=None,
+        description="a machine tool that carries the tool along the paths: bodies that yield, feed drives, or both",
+    )
+    placement: Standing | None = Field(
+        default=None, description="where the part stands before the robot, or in the frame of the part of the machine"
+    )
     setup: SetupErrors | None = Field(default=None, description="uncertainty of the set-up")
 
     def contradictions(self) -> Iterator[Notice]:
@@ -377,14 +416,25 @@ class ChamferScenario(Scenario):
             )
 
     def _carrier_faults(self) -> Iterator[Notice]:
-        """A robot without forces to yield to, or whose turning tool would turn the pistons."""
-        robot = self.robot
+        """Two carriers, one without forces to yield to, a robot whose turning tool would turn the pistons."""
+        robot, machine = self.robot, self.machine
+        if robot is not None and machine is not None:
+            yield Notice(("robot",), ONE_CARRIER)
+        bodies = bodies_of(machine)
+        if bodies is not None:
+            yield from tip_faults(bodies)
+        if robot is None and machine is None and self.placement is not None:
+            yield Notice(("placement",), "has nothing to place: there is no robot and no machine")
+        for key, there in (
+            (("robot",), robot is not None), (("machine",), machine is not None),
+            (("tool", "stiffness"), self.tool.stiffness is not None), (("tool", "modes"), bool(self.tool.modes)),
+            (("part", "stiffness"), self.part.stiffness is not None),
+        ):  # fmt: skip
+            if there and not self.has_forces:
+                yield Notice(key, "needs forces to yield to: give material, operation.spindle_speed and tool.flutes")
+        yield from limited_feed(self)
         if robot is None:
-            if self.placement is not None:
-                yield Notice(("placement",), "has nothing to place: there is no robot")
             return
-        if not self.has_forces:
-            yield Notice(("robot",), "needs forces to yield to: give material, operation.spindle_speed and tool.flutes")
         if self.compliant is not None and robot.redundancy_angle == "along_path":
             yield Notice(
                 ("robot", "redundancy_angle"),
@@ -400,7 +450,13 @@ class ChamferScenario(Scenario):
     @property
     def yields(self) -> bool:
         """Whether anything yields to the forces."""
-        return self.has_forces and (self.compliant is not None or self.robot is not None)
+        return self.has_forces and (self.compliant is not None or self.carried)
+
+    @property
+    def carried(self) -> bool:
+        """Whether a carrier, the tool or the part yields, besides the spindle."""
+        there = (self.robot, self.machine, self.tool.stiffness, self.part.stiffness)
+        return any(one is not None for one in there) or bool(self.tool.modes)
 
     @property
     def has_forces(self) -> bool:
@@ -420,6 +476,9 @@ class ChamferScenario(Scenario):
 
     def unused(self) -> Iterator[Notice]:
         """What forces averaged over a tooth do not ask for; the group of the material."""
+        yield from super().unused()
+        if self.robot is not None and not self.operation.limit_feed:
+            yield Notice(("robot", "joint_acceleration"), "it counts with operation.limit_feed")
         yield Notice(("tool", "helix"), "the forces of the ball are averaged over a tooth, whatever its helix")
         if self.material is not None:
             yield Notice(("material", "group"), "deburring alone holds its cutting speed against that of the group")
@@ -427,6 +486,9 @@ class ChamferScenario(Scenario):
     def notices(self) -> Iterator[Notice]:
         """Half of what forces need; coefficients that do not hold."""
         yield from self._chip_notices()
+        bodies = bodies_of(self.machine)
+        if bodies is not None:
+            yield from what_yields_alone(bodies)
         given = [self.material is not None, self.operation.spindle_speed is not None, self.tool.flutes is not None]
         if any(given) and not all(given):
             yield Notice((), "forces need all of material, operation.spindle_speed and tool.flutes: none are reported")

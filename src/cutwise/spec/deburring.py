@@ -9,10 +9,11 @@ from pydantic import Field, model_validator
 from cutwise import units
 from cutwise.spec import needs
 from cutwise.spec.base import Notice
-from cutwise.spec.carrier import CarryingRobot, PartPath, Standing
-from cutwise.spec.chained import ONE_CARRIER, CarryingMachine, block_faults, tip_faults, what_yields_alone
+from cutwise.spec.carrier import CarryingRobot, PartPath, Standing, limited_feed
+from cutwise.spec.chained import ONE_CARRIER, block_faults, tip_faults, what_yields_alone
 from cutwise.spec.material import Material
 from cutwise.spec.measures import DEBURRING
+from cutwise.spec.milling_machine import ToolMachine, bodies_of, drives_of
 from cutwise.spec.needs import Needs
 from cutwise.spec.numerics import TimeStepping
 from cutwise.spec.operation import DeburringOperation, SinePathError, uncovered
@@ -24,14 +25,6 @@ from cutwise.spec.tool import Bur
 
 # Upper end of the usual cutting speeds of carbide burs [m/min] by ISO 513 group, as recalled from makers' catalogues.
 USUAL_CUTTING_SPEED = {"P": 600.0, "M": 350.0, "K": 600.0, "N": 900.0, "S": 350.0, "H": 350.0}
-
-
-class DeburringMachine(CarryingMachine):
-    """A machine tool that carries the spindle, as a chain of bodies that yield."""
-
-    refused: ClassVar[Mapping[str, str]] = {
-        "drives": "drives are stepped in milling only (process: mill); leave them out",
-    }
 
 
 class DeburringScenario(Scenario):
@@ -69,16 +62,23 @@ class DeburringScenario(Scenario):
     part: DeburringPart = Field(description="the edge, its burr and the part below it")
     tool: Bur = Field(description="the mill or bur")
     material: Material = Field(description="cutting coefficients of the material with this tool")
-    spindle: Spindle = Field(description="the compliant spindle, or rigid (then at rest: numerics.mode still)")
+    spindle: Spindle = Field(description="the compliant spindle, or rigid")
     path: PartPath | None = Field(
         default=None, description="where the edge lies in the part, for a robot or a machine to follow"
     )
     placement: Standing | None = Field(default=None, description="where the part stands before the robot")
     robot: CarryingRobot | None = Field(default=None, description="the robot that carries the spindle along the path")
-    machine: DeburringMachine | None = Field(
-        default=None, description="the machine tool that carries the spindle along the path, as bodies that yield"
+    machine: ToolMachine | None = Field(
+        default=None,
+        description="the machine tool that carries the spindle along the path: bodies that yield, feed drives, or both",
     )
     numerics: TimeStepping = Field(default_factory=TimeStepping, description="how the computation is done")
+
+    @property
+    def follows(self) -> bool:
+        """Whether the tool turns with an edge that is an arc: as a robot does unless it is told otherwise."""
+        assert self.path is not None
+        return self.path.orientation == "follow" or (self.robot is not None and self.path.orientation is None)
 
     @model_validator(mode="after")
     def _as_long_as_its_path(self) -> Self:
@@ -93,6 +93,8 @@ class DeburringScenario(Scenario):
     def turned(self) -> Mapping[str, tuple[str, str]]:
         """At rest nothing is led in, and no pistons are under pressure."""
         idle = {"operation.lead_in_time", "spindle.pressure"} if self.numerics.mode == "still" else set()
+        if self.spindle == "rigid":
+            idle |= {"spindle.pressure"}
         return {key: ends for key, ends in self.levers.items() if key not in idle}
 
     def checks(self) -> Iterator[Iterator[Notice]]:
@@ -101,6 +103,7 @@ class DeburringScenario(Scenario):
         yield self._carrier_faults()
         yield self._machine_faults()
         yield self._rest_faults()
+        yield limited_feed(self)
 
     def contradictions(self) -> Iterator[Notice]:
         """What contradicts itself between sections."""
@@ -172,27 +175,26 @@ class DeburringScenario(Scenario):
 
     def _machine_faults(self) -> Iterator[Notice]:
         """Two carriers, a chain that is not one, a part that yields in two ways."""
-        yield from block_faults(self.machine, self.part.block, self.part.stiffness)
+        bodies, drives, path = bodies_of(self.machine), drives_of(self.machine), self.path
+        yield from block_faults(bodies, self.part.block, self.part.stiffness)
+        if bodies is not None:
+            yield from tip_faults(bodies)
         if self.machine is None:
             return
-        yield from tip_faults(self.machine)
         if self.robot is not None:
             yield Notice(("robot",), ONE_CARRIER)
         if self.placement is not None:
             yield Notice(
                 ("placement",), "places a part before a robot; on a machine the path lies in the frame of the part"
             )
-        if self.path is not None and self.path.arc is not None:
-            yield Notice(
-                ("path", "arc"), "along an arc the normal turns through all directions of the machine, which is not "
-                "modelled; write a line",
-            )  # fmt: skip
+        if path is not None and path.arc is not None and path.orientation == "follow":
+            yield Notice(("path", "orientation"), "a machine does not turn its spindle with the edge: write fixed")
+        if drives is not None and self.numerics.mode == "still":
+            yield Notice(("numerics", "mode"), "drives need time stepping: write mode: step, or leave the drives out")
 
     def _rest_faults(self) -> Iterator[Notice]:
         """What has a memory cannot be at rest, and what has none is not stepped."""
         numerics = self.numerics
-        if self.spindle == "rigid" and numerics.mode != "still":
-            yield Notice(("numerics", "mode"), "a rigid spindle is computed at rest: write mode: still")
         if numerics.mode != "still":
             return
         if self.spindle != "rigid":
@@ -208,17 +210,15 @@ class DeburringScenario(Scenario):
                 yield Notice(("numerics", key), why)
         if self.tool.runout > 0.0:
             yield Notice(("tool", "runout"), "needs a surface with memory, which has no place at rest; leave it out")
-        if self.path is not None and self.path.arc is not None:
-            yield Notice(("path", "arc"), "is followed in time steps; at rest write a line")
         robot = self.robot
-        if robot is not None and robot.dynamics == "modal" and "dynamics" in robot.model_fields_set:
+        if robot is not None and robot.dynamics != "static" and "dynamics" in robot.model_fields_set:
             yield Notice(("robot", "dynamics"), "a mass has no place at rest; write static")
 
     def _arc_faults(self, path: PartPath) -> Iterator[Notice]:
         """What an arc needs to be told, and what is not modelled along one."""
         if path.arc is None:
             return
-        if self.robot is None and path.orientation is None:
+        if self.robot is None and self.machine is None and path.orientation is None:
             yield Notice(
                 ("path", "orientation"),
                 "missing; fixed (the tool keeps its attitude) or follow (it turns with the edge)",
@@ -227,11 +227,6 @@ class DeburringScenario(Scenario):
             yield Notice(("numerics", "engagement"), "a surface with memory is for straight edges; write arcs")
         if self.operation.milling == "up":
             yield Notice(("operation", "milling"), "up milling along an arc is not modelled; write down")
-        if path.orientation == "fixed" and self.robot is not None and self.robot.dynamics == "static":
-            yield Notice(
-                ("path", "orientation"), "fixed with robot.dynamics: static is not modelled: the normal turns through all "
-                "directions of the arm; let the robot turn the spindle (follow), or write robot.dynamics: modal",
-            )  # fmt: skip
 
     def _edge_faults(self) -> Iterator[Notice]:
         """Burr and part outside the flutes; tables that end before the run does."""
@@ -258,11 +253,16 @@ class DeburringScenario(Scenario):
 
     def unused(self) -> Iterator[Notice]:
         """Places along a path that nothing follows; what belongs to time, at rest."""
+        yield from super().unused()
         still = self.numerics.mode == "still"
         if self.robot is None and self.machine is None and not still:
             yield Notice(("numerics", "station"), "there is no carrier, whose compliance is taken at stations")
         if self.robot is None:
             yield Notice(("placement",), "there is no robot, before which the part would stand")
+        if self.robot is not None and not self.operation.limit_feed:
+            yield Notice(("robot", "joint_acceleration"), "it counts with operation.limit_feed")
+        if drives_of(self.machine) is None:
+            yield Notice(("numerics", "substeps"), "there are no feed drives (machine.drives)")
         if still:
             for section, key in (("operation", "lead_in_time"), ("operation", "lead_out_time"), ("operation", "clearance"),
                                  ("numerics", "time_step")):  # fmt: skip
@@ -272,8 +272,9 @@ class DeburringScenario(Scenario):
         """Combinations of sections that are possible but unusual."""
         yield from self._chip_and_speed()
         yield from self._preset_and_stroke()
-        if self.machine is not None:
-            yield from what_yields_alone(self.machine)
+        bodies = bodies_of(self.machine)
+        if bodies is not None:
+            yield from what_yields_alone(bodies)
         if isinstance(self.part.burr.height, float) and self.part.burr.height > self.tool.diameter:
             yield Notice(("part", "burr", "height"), "is more than the diameter of the mill")
         if self.numerics.force == "tooth_resolved":

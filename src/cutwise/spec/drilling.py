@@ -352,6 +352,7 @@ class DrillingScenario(Scenario):
 
     def unused(self) -> Iterator[Notice]:
         """Where a flat surface falls away; numerics of what is not computed."""
+        yield from super().unused()
         if not self.part.inclination:
             flat = "the surfaces are not inclined (part.inclination)"
             yield Notice(("part", "slope_direction"), flat)

@@ -49,6 +49,30 @@ def dimension(info: FieldInfo) -> str | None:
     return next((item.dimension for item in _metadata(info) if isinstance(item, Quantity)), None)
 
 
+def dimension_at(model: type[Spec], path: Path) -> str | None:
+    """Dimension of a number at a path, which may lead into lists of several dimensions: a twist, compliances of a base."""
+    named = max((k for k, step in enumerate(path) if isinstance(step, str)), default=-1) + 1
+    info = field_at(model, path[:named])
+    if info is None:
+        return None
+    kinds = list(of_field(info))
+    for step in path[named:]:
+        kinds = [inside for kind, _ in kinds for inside in _element(kind, int(step))]
+    metadata = (item for kind, own in kinds for item in (*own, *(m for _, more in _entries(kind) for m in more)))
+    return next((item.dimension for item in metadata if isinstance(item, Quantity)), None)
+
+
+def _element(kind: Any, number: int) -> Iterator[tuple[Any, tuple[Any, ...]]]:
+    """The types of an element of a list type."""
+    if get_origin(kind) not in (tuple, list):
+        return
+    arguments = get_args(kind)
+    if len(arguments) == 2 and arguments[1] is Ellipsis:
+        yield from alternatives(arguments[0])
+    elif number < len(arguments):
+        yield from alternatives(arguments[number] if get_origin(kind) is tuple else arguments[0])
+
+
 def usual(info: FieldInfo) -> Usual | None:
     """Usual range of a field."""
     return next((item for item in _metadata(info) if isinstance(item, Usual)), None)

@@ -1,48 +1,69 @@
-"""The processes that a scenario can ask for; a new one is a line here."""
+"""The processes that a scenario can ask for: the one place where a process is registered."""
 
 from collections.abc import Iterator, Mapping
 from importlib import import_module
+from typing import Any, NamedTuple
 
 from cutwise.spec.scenario import Scenario
 
-_HOMES = {
-    "deburr": ("cutwise.spec.deburring", "DeburringScenario"),
-    "drill": ("cutwise.spec.drilling", "DrillingScenario"),
-    "mill": ("cutwise.spec.milling", "MillingScenario"),
-    "machine": ("cutwise.spec.machine_scenario", "MachineScenario"),
-    "chamfer": ("cutwise.spec.chamfer", "ChamferScenario"),
-}
+
+class Home(NamedTuple):
+    """Where a process lives, each as ``module:name``; a new process is a row of :data:`HOMES` and nothing else."""
+
+    spec: str  # what the engineer says: a Scenario
+    recipe: str  # how it is run: a cutwise.process.recipes.Recipe
+    plots: str  # what the report draws: a list of Plot
+    aliases: tuple[str, ...] = ()  # other words that people use: named in the suggestion, not accepted
 
 
-class _Kinds(Mapping[str, type[Scenario]]):
-    """The specification of each process, built when it is asked for: a fifth of the time of a check is spent on five."""
+HOMES: Mapping[str, Home] = {
+    "deburr": Home(
+        "cutwise.spec.deburring:DeburringScenario", "cutwise.process.recipes:DEBURR",
+        "cutwise.app.plots.deburr:PLOTS", ("deburring",),
+    ),
+    "drill": Home(
+        "cutwise.spec.drilling:DrillingScenario", "cutwise.process.recipes:DRILL",
+        "cutwise.app.plots.drill:PLOTS", ("drilling", "robotic_drilling"),
+    ),
+    "mill": Home(
+        "cutwise.spec.milling:MillingScenario", "cutwise.process.recipes:MILL",
+        "cutwise.app.plots.mill:PLOTS", ("milling", "pocket"),
+    ),
+    "machine": Home(
+        "cutwise.spec.machine_scenario:MachineScenario", "cutwise.process.recipes:MACHINE",
+        "cutwise.app.plots.machine:PLOTS", ("machine_tool", "error_budget"),
+    ),
+    "chamfer": Home(
+        "cutwise.spec.chamfer:ChamferScenario", "cutwise.process.recipes:CHAMFER",
+        "cutwise.app.plots.chamfer:PLOTS", ("chamfering", "chamfering path", "edge_break"),
+    ),
+    "turn": Home(
+        "cutwise.spec.turning:TurningScenario", "cutwise.process.turning:RECIPE",
+        "cutwise.app.plots.turn:PLOTS", ("turning", "lathe"),
+    ),
+}  # fmt: skip
 
-    def __getitem__(self, name: str) -> type[Scenario]:
-        module, model = _HOMES[name]
-        return getattr(import_module(module), model)  # type: ignore[no-any-return]
+
+class Registered(Mapping[str, Any]):
+    """One thing of each process, imported when it is asked for: a run pays for its own process alone."""
+
+    def __init__(self, part: str) -> None:
+        self._part = part
+
+    def __getitem__(self, kind: str) -> Any:
+        module, _, name = getattr(HOMES[kind], self._part).partition(":")
+        return getattr(import_module(module), name)
 
     def __iter__(self) -> Iterator[str]:
-        return iter(_HOMES)
+        return iter(HOMES)
 
     def __len__(self) -> int:
-        return len(_HOMES)
+        return len(HOMES)
 
-    def __contains__(self, name: object) -> bool:
-        return name in _HOMES
+    def __contains__(self, kind: object) -> bool:
+        return kind in HOMES
 
 
-KINDS: Mapping[str, type[Scenario]] = _Kinds()
+KINDS: Mapping[str, type[Scenario]] = Registered("spec")
 
-ALIASES: dict[str, str] = {
-    "deburring": "deburr",
-    "drilling": "drill",
-    "robotic_drilling": "drill",
-    "milling": "mill",
-    "pocket": "mill",
-    "machine_tool": "machine",
-    "error_budget": "machine",
-    "chamfering": "chamfer",
-    "chamfering path": "chamfer",
-    "edge_break": "chamfer",
-}
-"""Other words that people use for a process: named in the suggestion, not accepted."""
+ALIASES: dict[str, str] = {alias: kind for kind, home in HOMES.items() for alias in home.aliases}

@@ -258,3 +258,14 @@ def merged_errors(machine: Machine, own: Any) -> dict[str, Any]:
         if errors is not None:
             found |= {name: value for name in type(errors).model_fields if (value := getattr(errors, name)) is not None}
     return found
+
+
+def gantry() -> Machine:
+    """Three axes X, Y and Z along those of the part, which yield nowhere and go anywhere: where a tool is led, and no more."""
+    bodies = [Body.model_construct(name="part")]
+    for letter, axis in zip("XYZ", ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), strict=True):
+        joint = Joint.model_construct(
+            kind="prismatic", side="tool", offset=(0.0, 0.0, 0.0), axis=axis, command=letter, travel=(-1e6, 1e6)
+        )
+        bodies.append(Body.model_construct(name=f"axis_{letter}", parent=bodies[-1].name, joint=joint))
+    return Machine.model_construct(chain=tuple(bodies), gravity=(0.0, 0.0, -1.0))

@@ -10,6 +10,7 @@ from cutwise.spec.fields import tag
 from cutwise.spec.geometry_errors import COMPONENTS
 from cutwise.spec.machine import Place
 from cutwise.spec.program import Program
+from cutwise.spec.robot import Direction
 
 
 class AxisPosition(Spec):
@@ -36,6 +37,10 @@ class MachinePath(Spec):
     feed: Annotated[Speed, Usual("0.1 mm/s", "500 mm/s")] = Field(
         description="feed along the path of the linear axes", examples=["400 mm/min"], gt=0
     )
+    tool_axis: Direction = Field(
+        default=(0.0, 0.0, -1.0), description="direction from the motor to the tool tip in the part, for a robot",
+        examples=["[0, 0, -1]"],
+    )  # fmt: skip
     samples: Annotated[Count, Usual(3, 100000)] = Field(
         default=27,
         description="places evaluated, equally spaced along the path, besides its corners",
@@ -43,6 +48,11 @@ class MachinePath(Spec):
         ge=3,
         le=1_000_000,
     )
+
+    def contradictions(self) -> Iterator[Notice]:
+        """An axis with a length."""
+        if not any(self.tool_axis):
+            yield Notice(("tool_axis",), "has no length; write for example [0, 0, -1]")
 
     def corners(self) -> list[dict[str, float]]:
         """All axes at each corner."""

@@ -21,9 +21,11 @@ from cutwise.spec.base import (
     Stiffness,
     Usual,
 )
+from cutwise.spec.carrier import CarryingRobot, Standing
+from cutwise.spec.chained import ONE_CARRIER
 from cutwise.spec.faults import Path
 from cutwise.spec.geometry_errors import LINEAR_AXES, ROTARY_AXES, SQUARENESS, GeometryErrors
-from cutwise.spec.machine import Joint, Machine, Place, merged_errors, stiffnesses
+from cutwise.spec.machine import Joint, Machine, Place, gantry, merged_errors, stiffnesses
 from cutwise.spec.machine_checks import chain_faults
 from cutwise.spec.machine_pass import AxisPosition, CutSurface, FromCutting, MachineLoad, MachinePath, ProgramPass
 from cutwise.spec.material import Material
@@ -36,6 +38,7 @@ from cutwise.spec.tables import Table
 from cutwise.spec.tool import ToolMode
 
 _ON_TOP = 1e-6  # [m]
+_GANTRY = gantry()
 
 
 class MachineTool(LibrarySpec):
@@ -47,7 +50,10 @@ class MachineTool(LibrarySpec):
     flutes: Annotated[Count, Usual(1, 40)] | None = Field(
         default=None, description="number of flutes N, for a force from the cutting model", examples=[4], ge=1, le=200
     )
-    tip: Place = Field(description="tool point in the frame of the last body", examples=["[0 mm, 0 mm, -45 mm]"])
+    tip: Place | None = Field(
+        default=None, description="tool point in the frame of the last body of the machine; a robot has its own "
+        "(robot.tool_position)", examples=["[0 mm, 0 mm, -45 mm]"],
+    )  # fmt: skip
     flexible: bool = Field(description="bends as a cantilever", examples=[True])
     overhang: Length | None = Field(default=None, description="length that bends", examples=["20 mm"], gt=0)
     filling: Number | None = Field(
@@ -144,7 +150,6 @@ class MachineScenario(Scenario):
 
     refused: ClassVar[Mapping[str, str]] = {
         "spindle": "pistons remember how they were loaded, machine is still; use process: deburr or mill",
-        "robot": "a robot follows a path of process: deburr or mill; here a chain is taken (machine)",
     }
     measures: ClassVar[Mapping[str, MeasureSpec]] = MACHINE
     needs: ClassVar[Needs] = needs.MACHINE
@@ -169,7 +174,12 @@ class MachineScenario(Scenario):
     }
 
     process: Literal["machine"] = Field(description="which operation is simulated", examples=["machine"])
-    machine: StillMachine = Field(description="the machine tool")
+    machine: StillMachine | None = Field(default=None, description="the machine tool (or give robot)")
+    robot: CarryingRobot | None = Field(
+        default=None,
+        description="a robot instead of the machine; X, Y and Z are then places of the tool point in the part",
+    )
+    placement: Standing | None = Field(default=None, description="where the part stands before the robot")
     tool: MachineTool = Field(description="the tool")
     part: PartBlock | None = Field(default=None, description="the part; left out: rigid and without weight")
     path: MachinePath | None = Field(
@@ -195,6 +205,19 @@ class MachineScenario(Scenario):
     )
 
     @property
+    def carrying(self) -> Machine:
+        """The machine; for a robot, three axes that are the places of its tool point in the part."""
+        return self.machine if self.machine is not None else _GANTRY
+
+    @property
+    def bodies(self) -> tuple[str, ...]:
+        """Names of the bodies from the part to the tool."""
+        if self.robot is None:
+            return tuple(body.name for body in self.carrying.ordered)
+        names = (f"joint_{name}" if name[:1].isdigit() else name for name in self.robot.names)
+        return ("part", "base", *names, "spindle")
+
+    @property
     def has_pass(self) -> bool:
         """Whether there is a pass, and not only a map of the working space."""
         return self.path is not None or self.program is not None
@@ -207,7 +230,7 @@ class MachineScenario(Scenario):
     def turned(self) -> Mapping[str, tuple[str, str]]:
         """The cut, and the stiffness of every element by itself."""
         stiffer = {}
-        for body, element, key in stiffnesses(self.machine):
+        for body, element, key in stiffnesses(self.carrying):
             stiffer[f"machine.chain[{body}].elements[{element}].{key}"] = ("0.5", "5")
         levers = dict(self.levers)
         if not isinstance(self.load.force, FromCutting):
@@ -220,6 +243,12 @@ class MachineScenario(Scenario):
         """A program, a map of the working space or a chain with rotary axes takes ten times a simple pass."""
         return 100 if self.volume is None and self.program is None else 40
 
+    def own_scatter(self) -> Mapping[str, str]:
+        """The components of the error in the middle of a path, by the scatter of the bodies."""
+        if self.uncertainty is None or self.path is None:
+            return {}
+        return {f"deviation_{axis}_middle": f"deviation_std_{axis}" for axis in "xyz"}
+
     def contradictions(self) -> Iterator[Notice]:
         """Everything wrong with the chain, the errors and the travel, at once."""
         for check in self.checks():
@@ -228,6 +257,7 @@ class MachineScenario(Scenario):
     def checks(self) -> Iterator[Iterator[Notice]]:
         """The chain; the pass and the map on it; loads; errors by axis; names of bodies."""
         yield self._chain_faults()
+        yield self._carrier_faults()
         yield self._pass_faults()
         yield self._load_faults()
         yield self._volume_faults()
@@ -235,11 +265,40 @@ class MachineScenario(Scenario):
         yield self._named_bodies()
 
     def _chain_faults(self) -> Iterator[Notice]:
-        for notice in chain_faults(self.machine):
-            yield Notice(("machine", *notice.path), notice.message)
+        if self.machine is not None:
+            for notice in chain_faults(self.machine):
+                yield Notice(("machine", *notice.path), notice.message)
+
+    def _carrier_faults(self) -> Iterator[Notice]:
+        """One carrier; what a robot does not have."""
+        if self.robot is None:
+            if self.machine is None:
+                yield Notice(("machine",), "missing; write machine.library (or robot.library for a robot)")
+            if self.placement is not None:
+                yield Notice(("placement",), "places a part before a robot; there is none")
+            if self.tool.tip is None and self.machine is not None:
+                yield Notice(("tool", "tip"), "missing; where the tool point is in the frame of the last body, for example "
+                             "[0 mm, 0 mm, -45 mm]")  # fmt: skip
+            return
+        for key, why in (
+            ("body_compliance", "write joint_stiffness"),
+            ("errors", "leave them out with robot.errors: null"),
+        ):
+            if getattr(self.robot, key) is not None:
+                yield Notice(
+                    ("robot", key),
+                    f"a budget at rest goes joint by joint, and knows none; {why}, or use process: mill or deburr",
+                )
+        if self.machine is not None:
+            yield Notice(("robot",), ONE_CARRIER)
+        for key in ("volume", "geometry_errors"):
+            if getattr(self, key) is not None:
+                yield Notice((key,), "is of the axes of a machine; a robot has none: leave it out")
+        if self.convention == "paper_literal":
+            yield Notice(("convention",), "is a demo of tables that move; a robot carries the tool alone")
 
     def _volume_faults(self) -> Iterator[Notice]:
-        axes = self.machine.axes()
+        axes = self.carrying.axes()
         if self.volume is not None:
             yield from _beyond(self.volume.at, axes, ("volume", "at"))
             for letter in LINEAR_AXES:
@@ -250,7 +309,7 @@ class MachineScenario(Scenario):
 
     def _named_bodies(self) -> Iterator[Notice]:
         """Bodies of random errors and of requirements, which must be there, each once."""
-        known = [body.name for body in self.machine.chain]
+        known = list(self.bodies)
         there = f"there are {', '.join(known)}"
         seen: set[str] = set()
         for place, scatter in enumerate(self.uncertainty.bodies if self.uncertainty else ()):
@@ -266,7 +325,7 @@ class MachineScenario(Scenario):
                 yield Notice(("requirements", name), f'there is no body "{name.removeprefix("share_")}"; {there}')
 
     def _pass_faults(self) -> Iterator[Notice]:
-        axes = self.machine.axes()
+        axes = self.carrying.axes()
         if not self.has_pass and self.volume is None:
             words = "missing: write a path or program for a pass, or volume for a map of the working space"
             yield Notice(("path",), words)
@@ -309,8 +368,8 @@ class MachineScenario(Scenario):
             )
 
     def _error_faults(self) -> Iterator[Notice]:
-        axes = self.machine.axes()
-        for section, errors in (("machine", self.machine.geometry_errors), ("", self.geometry_errors)):
+        axes = self.carrying.axes()
+        for section, errors in (("machine", self.carrying.geometry_errors), ("", self.geometry_errors)):
             before: Path = (*filter(None, (section,)), "geometry_errors")
             for name in type(errors).model_fields if errors is not None else ():
                 value = getattr(errors, name)
@@ -329,6 +388,7 @@ class MachineScenario(Scenario):
 
     def unused(self) -> Iterator[Notice]:
         """What a map does without, what a given force does not ask for, and what is rigid, weightless or not there."""
+        yield from super().unused()
         if not self.has_pass:
             no_pass = "there is no pass (path or program), only a map of the working space"
             for key in (("load", "force"), ("load", "weights"), ("tool", "flutes"), ("part",), ("material",), ("surface",),
@@ -350,17 +410,32 @@ class MachineScenario(Scenario):
         yield from _rigid("tool", ("overhang", "filling"), self.tool.flexible)
         if self.part is not None:
             yield from _rigid("part", (), self.part.flexible)
+        if self.robot is not None:
+            yield from self._of_robot()
+            return
+        if self.path is not None:
+            yield Notice(("path", "tool_axis"), "it is for a robot; the tool of a machine stands as its chain says")
         yield from self._unmoved()
 
+    def _of_robot(self) -> Iterator[Notice]:
+        """What a robot at rest does without."""
+        yield Notice(("tool", "tip"), "a robot has its own tool point (robot.tool_position)")
+        for key in ("dynamics", "modal_mass", "damping", "joint_acceleration"):
+            yield Notice(("robot", key), "a pass at rest knows no vibration")
+        yield Notice(("robot", "sag"), "weights count as load.weights says, all of them")
+        assert self.robot is not None
+        if self.robot.links is None and self.robot.tool_mass is None:
+            yield Notice(("load", "weights"), "no weight of links or tool is given (robot.links, robot.tool_mass)")
+
     def _of_bodies(self, keys: tuple[str, ...], reason: str) -> Iterator[Notice]:
-        for place in range(len(self.machine.chain)):
+        for place in range(len(self.carrying.chain)):
             for key in keys:
                 yield Notice(("machine", "chain", place, key), reason)
 
     def _unmoved(self) -> Iterator[Notice]:
         """Where error motions act, of axes that have none."""
         errors = [name for name in self.errors() if name.startswith("E")]
-        for place, body in enumerate(self.machine.chain):
+        for place, body in enumerate(self.carrying.chain):
             if body.joint is not None and not any(name[-1] == body.joint.command for name in errors):
                 path: Path = ("machine", "chain", place, "joint", "errors_act")
                 yield Notice(path, "no error motions of this axis are given (geometry_errors)")
@@ -371,17 +446,17 @@ class MachineScenario(Scenario):
             yield Notice(("convention",), "paper_literal is a demo of the printed Eq. (2), not a prediction")
         if not self.load.feed_moment:
             yield Notice(("load", "feed_moment"), "false leaves out a moment that acts; a demo, not a prediction")
-        rest = self.machine.ordered[self.machine.ground] if self.machine.ordered else None
+        rest = self.carrying.ordered[self.carrying.ground] if self.carrying.ordered else None
         if rest is not None and rest.weight:
-            place = [body.name for body in self.machine.chain].index(rest.name)
+            place = [body.name for body in self.carrying.chain].index(rest.name)
             path: Path = ("machine", "chain", place, "weight")
             yield Notice(path, f"{rest.name} is at rest, between part and tool side: its weight bends nothing")
-        if self.geometry_errors is not None and self.machine.geometry_errors is not None:
+        if self.geometry_errors is not None and self.carrying.geometry_errors is not None:
             names = [
                 name
                 for name in type(self.geometry_errors).model_fields
                 if getattr(self.geometry_errors, name) is not None
-                and getattr(self.machine.geometry_errors, name) is not None
+                and getattr(self.carrying.geometry_errors, name) is not None
             ]
             if names:
                 yield Notice(("geometry_errors",), f"replaces {', '.join(names)} of machine.geometry_errors")
@@ -416,7 +491,7 @@ class MachineScenario(Scenario):
 
     def errors(self) -> dict[str, object]:
         """Geometric errors that count, by name."""
-        return merged_errors(self.machine, self.geometry_errors)
+        return merged_errors(self.carrying, self.geometry_errors)
 
 
 def _rigid(section: str, keys: tuple[str, ...], flexible: bool) -> Iterator[Notice]:

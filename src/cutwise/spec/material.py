@@ -95,15 +95,13 @@ class Material(LibrarySpec):
         if low is not None and high is not None and low >= high:
             yield Notice(("chip_thickness_min",), "is not below chip_thickness_max")
 
-    def beyond(self, chip: float) -> str:
-        """That the coefficients do not hold for a feed per tooth [m]; nothing if they do."""
+    def beyond(self, chip: float, what: str = "feed per tooth") -> str:
+        """That the coefficients do not hold for a feed per tooth, or what it is [m]; nothing if they do."""
         low, high = self.chip_thickness_min, self.chip_thickness_max
         if (low is None or chip >= low) and (high is None or chip <= high):
             return ""
         ends = " to ".join(units.show(end, "small_length", 3) for end in (low, high) if end is not None)
-        return (
-            f"the coefficients hold for chips of {ends}, this feed per tooth is {units.show(chip, 'small_length', 3)}"
-        )
+        return f"the coefficients hold for chips of {ends}, this {what} is {units.show(chip, 'small_length', 3)}"
 
     def notices(self) -> Iterator[Notice]:
         """Ratios that are out of what measurements show."""

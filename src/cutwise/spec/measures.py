@@ -10,9 +10,9 @@ def _per_axis(name: str, dimension: str, description: str, axes: str = "xyz") ->
     return {f"{name}_{axis}": MeasureSpec(dimension, f"{description}, {axis} direction") for axis in axes}
 
 
-def _deflections(term: str, what: str) -> dict[str, MeasureSpec]:
+def _deflections(term: str, what: str, over: str = "after the lead-in") -> dict[str, MeasureSpec]:
     return {
-        **_per_axis(f"deflection_{term}_mean", "small_length", f"{what}, mean after the lead-in"),
+        **_per_axis(f"deflection_{term}_mean", "small_length", f"{what}, mean {over}"),
         **_per_axis(f"deflection_{term}_max", "small_length", f"{what}, where it is largest, with its sign"),
     }
 
@@ -27,6 +27,10 @@ CARRIED: Mapping[str, MeasureSpec] = {
     "share_tip": MeasureSpec("small_length", "part of the tip of the tool in it"),
     "share_bodies": MeasureSpec("small_length", "part of the bodies of the machine in it"),
     "share_part_stiffness": MeasureSpec("small_length", "part of the part in it"),
+    "share_drives": MeasureSpec("small_length", "part of the feed drives in it"),
+    "deviation_drives_max": MeasureSpec(
+        "small_length", "largest deviation off the surface by the feed drives, with its sign"
+    ),
     "share_pistons": MeasureSpec(
         "small_length", "part of the spindle in the displacement off the surface, worst place"
     ),
@@ -102,7 +106,8 @@ STOCK: Mapping[str, MeasureSpec] = {
 }
 
 ROBOT_MILLING: Mapping[str, MeasureSpec] = {
-    **{name: spec for name, spec in CARRIED.items() if "pistons" not in name},
+    **CARRIED,
+    "stroke_margin": MeasureSpec("length", "stroke minus the largest piston travel"),
     "floor_error_min": MeasureSpec("small_length", "least error of the floor left by a robot, positive into the part"),
     "floor_error_max": MeasureSpec("small_length", "greatest error of the floor left by a robot"),
     "wall_tilt_max": MeasureSpec("small_angle", "largest tilt of the wall left by a robot"),
@@ -178,6 +183,12 @@ MILLING: Mapping[str, MeasureSpec] = {
 }
 
 
+_POSTURES = (
+    "stiffness_normal_min", "stiffness_normal_max", "sag_change_max", "joint_speed_margin", "feed_possible_min",
+    "joint_limit_margin", "wrist_margin", "redundancy_angle_min", "redundancy_angle_max",
+)  # fmt: skip
+
+
 class _BodyMeasures(dict[str, MeasureSpec]):
     """Measures of a machine: the fixed names, and ``share_BODY`` for whatever its bodies are called."""
 
@@ -233,6 +244,7 @@ MACHINE: Mapping[str, MeasureSpec] = _BodyMeasures(
             f"diagonal_range_{number}": MeasureSpec("small_length", f"range of the error along body diagonal {number}")
             for number in (1, 2, 3, 4)
         },
+        **{name: CARRIED[name] for name in _POSTURES},
         "map_interpolation_error": MeasureSpec(
             "small_length", "largest error of the map's tables against the functions"
         ),
@@ -261,7 +273,9 @@ DRILLING: Mapping[str, MeasureSpec] = {
         "small_length",
         "position error of the hole at the exit surface by what the carrier yields; its own error is apart",
     ),
-    "hole_position_error_arm": MeasureSpec("small_length", "position error of the arm itself (robot.accuracy)"),
+    "hole_position_error_arm": MeasureSpec(
+        "small_length", "position error of the arm itself (robot.errors, robot.accuracy)"
+    ),
     "hole_position_error_total": MeasureSpec(
         "small_length", "the larger of entry and exit, and the arm's own error added to it"
     ),
@@ -335,9 +349,31 @@ CHAMFER: Mapping[str, MeasureSpec] = {
     "edges_refused": MeasureSpec("dimensionless", "number of selected edges without one"),
     "corners_joined": MeasureSpec("dimensionless", "corners at which one path goes on into the next"),
     "length_trimmed": MeasureSpec("length", "edge length given up at corners and concave neighbours"),
-    **{
-        name: spec
-        for name, spec in CARRIED.items()
-        if not any(term in name for term in ("bodies", "_tip_", "share_tip", "part_stiffness", "energy_balance"))
-    },
+    **{name: spec for name, spec in CARRIED.items() if name != "energy_balance"},
 }
+
+_TURNED = {  # lengths
+    "diameter_error_mean": "mean error of the finished diameter; positive: too thick",
+    "diameter_error_min": "smallest error of the finished diameter; negative: too thin",
+    "diameter_error_max": "largest error of the finished diameter; positive: too thick",
+    "barrel": "diameter error in the middle less the mean of both ends of what is turned; positive: barrel",
+    "taper": "diameter error at the far end less that at the headstock end of what is turned",
+    "cylindricity_error": "half the difference of largest and smallest diameter error",
+    "roundness_error_max": "run-out of the bar that the shaft has copied, full indicator reading, largest",
+    "roughness_rt": "height of the ridges that feed, nose and minor edge leave, largest; theoretical",
+    "roughness_ra": "mean deviation of these ridges as parabolas, largest; theoretical",
+    **{f"share_{term}": f"part of the {term} in the radius error, worst place; work: the shaft"
+       for term in ("work", "headstock", "tailstock", "steady", "tool")},
+}  # fmt: skip
+TURNING: Mapping[str, MeasureSpec] = {
+    **{name: MeasureSpec("small_length", said) for name, said in _TURNED.items()},
+    **{f"force_{name}_max": MeasureSpec("force", f"largest force {said}, of all passes") for name, said in (
+        ("cutting", "along the cutting speed, F_c"), ("passive", "off the shaft, F_p"), ("feed", "against the feed, F_f"))},
+    "cutting_power_max": MeasureSpec("power", "largest cutting power of all passes"),
+    "cycle_time": MeasureSpec("time", "time in the feed, all passes"),
+    "stable_depth_min": MeasureSpec("length", "depth at which shaft or tool chatters, of the pass with least margin"),
+    "depth_margin": MeasureSpec("dimensionless", "1 less the depth of cut over that at which it chatters, least"),
+    **{name: CARRIED[name] for name in ("stiffness_normal_min", "stiffness_normal_max", "energy_balance")},
+    **{key: spec for term in ("work", "headstock", "tailstock", "steady", "tool")
+       for key, spec in _deflections(term, f"displacement by the {term}", "in the last pass").items()},
+}  # fmt: skip

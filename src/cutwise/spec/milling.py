@@ -3,13 +3,13 @@
 import math
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
-from typing import Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from annotated_types import Gt
 from pydantic import Discriminator, Field
 
 from cutwise import units
-from cutwise.spec import needs
+from cutwise.spec import milling_carriers, needs
 from cutwise.spec.base import (
     Angle,
     AngularSpeed,
@@ -21,22 +21,23 @@ from cutwise.spec.base import (
     Time,
     Usual,
 )
-from cutwise.spec.carrier import CarriedPath, CarryingRobot, Standing
-from cutwise.spec.chained import tip_faults, what_yields_alone
+from cutwise.spec.carrier import CarriedPath, CarryingRobot, Standing, limited_feed
+from cutwise.spec.chained import what_yields_alone
 from cutwise.spec.cutter import Cutter
 from cutwise.spec.drives import CncMachine
 from cutwise.spec.fields import tag
 from cutwise.spec.material import Material
 from cutwise.spec.measures import MILLING
-from cutwise.spec.milled_path import MilledPath, machine_faults, robot_faults
-from cutwise.spec.milling_machine import MillingLoad, MillingMachine, machine_kind
+from cutwise.spec.milled_path import MilledPath, machine_faults
+from cutwise.spec.milling_machine import MillingLoad, MillingMachine, ToolMachine, drives_key, drives_of
 from cutwise.spec.needs import Needs
-from cutwise.spec.part_block import PartBlock
+from cutwise.spec.part_block import PartBlock, PartSpring
 from cutwise.spec.program import Blend, PathMode, Program, StockBlock
 from cutwise.spec.scenario import Limit, MeasureSpec, Scenario
-from cutwise.spec.stock import AnyFixture, AnyStock, NominalPart, StockNumerics
+from cutwise.spec.spindle import CompliantSpindle, Spindle
+from cutwise.spec.stock import AnyFixture, AnyPart, AnyStock, NominalPart, StockNumerics
 from cutwise.spec.stock_milling import STOCK_CHECKS, stock_notices, stock_unused
-from cutwise.spec.tool import HelicalMill, ToolMode
+from cutwise.spec.tool import EndMill
 
 
 def _path_kind(value: Any) -> str:
@@ -51,14 +52,13 @@ def _corner_kind(value: Any) -> str:
     return "<sharp>" if value == "sharp" else "<fillet>"
 
 
-def _part_kind(value: Any) -> str:
-    nominal = isinstance(value, NominalPart) or (
-        isinstance(value, dict) and bool({"file", "step", "tolerance"} & set(value))
-    )
-    return "<nominal>" if nominal else "<yielding>"
-
+if TYPE_CHECKING:  # only a stock in 3D can be without them, and it is checked apart
+    _Mill, _Material = EndMill, Material
+else:
+    _Mill, _Material = EndMill | None, Material | None
 
 _LONG_FLUTES = 5.0  # diameters
+_STEP = 20e-6  # [s] where nothing else sets it
 
 CornerShape = Annotated[
     Annotated[Literal["sharp"], tag("sharp")] | Annotated[Length, Gt(0), tag("fillet")], Discriminator(_corner_kind)
@@ -129,6 +129,16 @@ class MillingOperation(Spec):
         default="down", description="down (climb) or up (conventional) milling of a robot; drives mill down",
         examples=["down"],
     )  # fmt: skip
+    limit_feed: bool = Field(
+        default=False, description="the feed is lowered where the joints of the robot cannot follow it (robot.joint_speed, "
+        "joint_acceleration)", examples=[True],
+    )  # fmt: skip
+    lead_in_time: Time = Field(
+        default=0.0,
+        description="time in which the programmed tool goes from the uncut surface to its radial depth, at the start of a "
+        "line without drives; 0: it starts fully engaged",
+        examples=["0.2 s"], ge=0,
+    )  # fmt: skip
 
 
 class LobeDiagram(Spec):
@@ -155,18 +165,6 @@ class LobeDiagram(Spec):
             yield Notice(("spindle_speed_min",), "is not below spindle_speed_max")
 
 
-class EndMill(HelicalMill):
-    """A cylindrical end mill; with modes its tip may vibrate."""
-
-    helix: Annotated[Angle, Usual("0 deg", "50 deg")] = Field(
-        description="helix angle β of a right-hand helix", examples=["30 deg"], ge=0, lt=math.radians(80)
-    )
-    modes: tuple[ToolMode, ...] = Field(
-        default=(), description="vibration modes of the tool tip; none: the tool is rigid",
-        examples=["[{direction: x, frequency: 922 Hz, damping: 0.011, stiffness: 1.34 N/um}]"],
-    )  # fmt: skip
-
-
 class DriveStepping(Spec):
     """How drives and forces are stepped."""
 
@@ -184,9 +182,15 @@ class DriveStepping(Spec):
     )  # fmt: skip
     mode: Literal["step", "still"] = Field(
         default="step",
-        description="time steps of drives and forces, or each place of the path at rest (a robot)",
+        description="time steps of drives and forces, or each place of the path at rest (a robot, a machine without drives)",
         examples=["step"],
     )
+    time_step: Annotated[Time, Usual("0.1 us", "400 us")] | None = Field(
+        default=None,
+        description="largest time step: the substeps of drives are divided by the least whole number that brings them to it; "
+        "left out: 20 us without drives or with a compliant spindle, else the substeps as they are",
+        examples=["20 us"], gt=0,
+    )  # fmt: skip
     station: Annotated[Length, Usual("0.5 mm", "50 mm")] = Field(
         default=5e-3, description="distance of the places along a path that are looked at at rest", examples=["5 mm"],
         gt=0,
@@ -225,7 +229,6 @@ class MillingScenario(Scenario):
         "path.corner": ("0.5 mm", "10 mm"),
         "path_mode.blend": ("2 um", "500 um"),
     }
-    focus: ClassVar[str] = "contour_error_max"
     implied: ClassVar[Mapping[str, float]] = {"chatter_growth_corner": 1.0, "chatter_growth_straight": 1.0}
 
     def turned(self) -> Mapping[str, tuple[str, str]]:
@@ -245,7 +248,7 @@ class MillingScenario(Scenario):
             return 100
         if self.in_3d:
             return 0
-        return 5 if self.stock is not None or (self.tool is not None and self.tool.modes) else 12
+        return 5 if self.stock is not None or self.tool.modes else 12
 
     process: Literal["mill"] = Field(description="which operation is simulated", examples=["mill"])
     path: (
@@ -263,9 +266,9 @@ class MillingScenario(Scenario):
         "its moves have left, the depths of the operation are not needed",
     )
     tools: tuple[Cutter, ...] = Field(
-        default=(),
-        description="tools that the program calls, by their profiles (instead of tool): the stock is then cut in 3D",
-    )
+        default=(), description="tools that the program calls, by their profiles (instead of tool): the stock is then cut in 3D",
+        examples=["[{number: 1, shape: flat, diameter: 10 mm, flutes: 3, helix: 30 deg}]"],
+    )  # fmt: skip
     fixtures: tuple[AnyFixture, ...] = Field(
         default=(), description="clamps and jaws that no tool may touch: blocks, STEP or STL files",
         examples=["[{x: [-30 mm, -5 mm], y: [0 mm, 20 mm], z: [-20 mm, 10 mm]}]"],
@@ -276,23 +279,22 @@ class MillingScenario(Scenario):
         examples=["exact_path"],
     )
     operation: MillingOperation = Field(default_factory=MillingOperation, description="the cut")
-    tool: EndMill | None = Field(default=None, description="the end mill (or give tools)")
-    material: Material | None = Field(
+    tool: _Mill = Field(default=None, description="the end mill (or give tools)")  # type: ignore[assignment]
+    spindle: Spindle = Field(
+        default="rigid", description="rigid, or a compliant spindle, whose pistons yield along a straight wall",
+        examples=["{library: berselli2016}"],
+    )  # fmt: skip
+    material: _Material = Field(  # type: ignore[assignment]
         default=None,
         description="cutting coefficients of the material with this tool; of a stock in 3D left out: no forces",
     )
-    machine: (
-        Annotated[
-            Annotated[CncMachine, tag("drives")] | Annotated[MillingMachine, tag("bodies")], Discriminator(machine_kind)
-        ]
-        | None
-    ) = Field(default=None, description="the machine: its drives, or bodies that yield and drives (or give robot)")
-    part: (
-        Annotated[Annotated[PartBlock, tag("yielding")] | Annotated[NominalPart, tag("nominal")], Discriminator(_part_kind)]
-        | None
-    ) = Field(
-        default=None, description="the part on a machine with bodies, left out: rigid; or the nominal part that a program is to "
-        "leave of its stock (file)",
+    machine: ToolMachine | None = Field(
+        default=None,
+        description="the machine: its drives, or bodies that yield, with or without drives (or give robot)",
+    )
+    part: AnyPart | None = Field(
+        default=None, description="the part: a block on a machine with bodies, or one stiffness, left out: rigid; or the nominal "
+        "part that a program is to leave of its stock (file)",
     )  # fmt: skip
     load: MillingLoad = Field(default_factory=MillingLoad, description="loads on the machine besides the cut")
     lobes: LobeDiagram = Field(
@@ -304,6 +306,53 @@ class MillingScenario(Scenario):
         description="whether a tool that chatters fails (required); ignore: it does not, and the run never passes",
         examples=["ignore"],
     )
+
+    @property
+    def focus(self) -> str:  # type: ignore[override]
+        """How far drives leave the path, the wall of a tool that goes as programmed, or the surface of a stock in 3D."""
+        if self.in_3d:
+            return "deviation_max" if self.nominal is not None else "cutting_power_max"
+        return "wall_error_max" if self.programmed else "contour_error_max"
+
+    @property
+    def programmed(self) -> bool:
+        """Whether the tool goes as programmed: nothing has feed drives."""
+        if self.in_3d:
+            return False
+        if self.robot is not None or "machine" not in vars(
+            self
+        ):  # a machine with faults of its own has drives, probably
+            return self.robot is not None
+        if self.machine is None:
+            return isinstance(self.path, MilledPath)
+        return isinstance(self.machine, MillingMachine) and self.machine.drives is None
+
+    @property
+    def block(self) -> PartBlock | None:
+        """The part, if it is a block on the table of a machine."""
+        return self.part if isinstance(self.part, PartBlock) else None
+
+    @property
+    def part_stiffness(self) -> float | None:
+        """Stiffness of the part off the wall [N/m], if it is said in one number."""
+        return self.part.stiffness if isinstance(self.part, PartSpring) else None
+
+    @property
+    def compliant(self) -> CompliantSpindle | None:
+        """The spindle, if it yields."""
+        return self.spindle if isinstance(self.spindle, CompliantSpindle) else None
+
+    @property
+    def modes_at_rest(self) -> bool:
+        """Whether modes of the tool count by their stiffness: another term of the structure is there."""
+        others = self.compliant is not None or self.part_stiffness is not None
+        return others or self.programmed or isinstance(self.machine, MillingMachine)
+
+    @property
+    def time_step(self) -> float:
+        """Largest time step [s]; infinite where drives alone set it."""
+        asked = self.programmed or self.compliant is not None
+        return self.numerics.time_step or (_STEP if asked else math.inf)
 
     @property
     def in_3d(self) -> bool:
@@ -336,23 +385,16 @@ class MillingScenario(Scenario):
         }
 
     @property
-    def mill(self) -> EndMill:
-        """The one end mill."""
-        if self.tool is None:
-            raise AttributeError("tool")  # a check that needs it ends there; that it is missing is told
-        return self.tool
-
-    @property
     def drives(self) -> CncMachine:
         """The feed drives: those of the machine, or the machine itself where it is nothing else."""
-        found = self.machine.drives if isinstance(self.machine, MillingMachine) else self.machine
+        found = drives_of(self.machine)
         assert found is not None
         return found
 
     @property
     def drives_key(self) -> str:
         """Dotted key of the feed drives."""
-        return "machine.drives" if isinstance(self.machine, MillingMachine) else "machine"
+        return drives_key(self.machine)
 
     @property
     def line(self) -> MilledPath | None:
@@ -367,7 +409,7 @@ class MillingScenario(Scenario):
     def contradictions(self) -> Iterator[Notice]:
         """What carries the tool; path and program, feed and speed missing, depths that engagement or tool do not cover."""
         for check in self.checks():
-            with suppress(AttributeError):  # of the tool, which is told to be missing
+            with suppress(AttributeError):  # of a tool that is missing, which is told
                 yield from check
 
     def checks(self) -> Iterator[Iterator[Notice]]:
@@ -376,7 +418,9 @@ class MillingScenario(Scenario):
             yield from (check(self) for check in STOCK_CHECKS)
             return
         yield self._missing()
-        yield self._carrier_faults()
+        yield milling_carriers.carrier_faults(self)
+        yield milling_carriers.yielding_faults(self)
+        yield limited_feed(self)
         yield self._cut_faults()
 
     def _missing(self) -> Iterator[Notice]:
@@ -387,15 +431,15 @@ class MillingScenario(Scenario):
 
     def _cut_faults(self) -> Iterator[Notice]:
         """Path and program, feed and speed, depths."""
-        if self.robot is not None:
-            yield from self._robot_faults()
+        if self.programmed:
+            yield from milling_carriers.programmed_faults(self)
             return
         if (self.path is None) == (self.program is None):
             yield Notice(("path",), "give exactly one of path (a corner or a line) and program (a G-code file)")
         if isinstance(self.path, MilledPath):
             yield from machine_faults(self.path)
-            yield from self._side_faults(self.path)
-            if self.operation.milling == "up" and self.numerics.force == "tooth_resolved" and self.mill.modes:
+            yield from milling_carriers.side_faults(self)
+            if self.operation.milling == "up" and self.numerics.force == "tooth_resolved" and self.tool.modes:
                 yield Notice(("operation", "milling"), "up is not covered for a tip that swings tooth by tooth (tool.modes); "
                              "write numerics.force: averaged, or mill down")  # fmt: skip
         if self.path is not None:
@@ -403,83 +447,6 @@ class MillingScenario(Scenario):
                 if getattr(self.operation, key) is None:
                     yield Notice(("operation", key), f"missing; write it as text with a unit, for example {sample}")
         yield from self._depth_faults()
-
-    def _carrier_faults(self) -> Iterator[Notice]:
-        """One carrier, and a path that fits it."""
-        if self.robot is not None and self.machine is not None:
-            yield Notice(("robot",), "the tool has one carrier: write robot or machine")
-        if self.robot is None and self.machine is None:
-            yield Notice(("machine",), "missing; write machine.library (or robot.library for a robot that mills)")
-        if isinstance(self.machine, MillingMachine):
-            yield from self._bodies_faults(self.machine)
-        elif self.robot is None and self.part is not None:
-            yield Notice(("part",), "yields with the bodies of a machine; there are none (machine.library: demec_mill)")
-        if self.robot is not None and self.part is not None:
-            yield Notice(("part",), "stands on a machine; before a robot it is rigid: leave it out")
-        if self.robot is None and self.placement is not None:
-            yield Notice(("placement",), "places a part before a robot; there is none")
-        if self.robot is None and self.operation.milling == "up" and self.line is None:
-            yield Notice(("operation", "milling"), "up is for a line; a corner or program on a machine is milled down")
-        if self.robot is None and self.numerics.mode == "still":
-            yield Notice(("numerics", "mode"), "drives need time stepping: still is for a robot")
-
-    def _bodies_faults(self, machine: MillingMachine) -> Iterator[Notice]:
-        """What a machine with bodies that yield cannot do."""
-        yield from tip_faults(machine)
-        if machine.drives is None:
-            yield Notice(("machine", "drives"), "missing; name the feed drives, for example drives: {library: fadal2216} "
-                         "(a machine that stands still is process: machine)")  # fmt: skip
-        if self.path is not None and self.line is None and self.robot is None:
-            yield Notice(("path",), "bodies of a machine yield along a straight wall (path.line); a corner is run with "
-                         "drives alone: machine: {library: fadal2216}")  # fmt: skip
-        if self.program is not None:
-            yield Notice(("program",), "bodies of a machine yield along a straight wall (path.line); a program is run with "
-                         "drives alone (machine: {library: fadal2216}), or at rest (process: machine)")  # fmt: skip
-        if self.numerics.force == "tooth_resolved" and self.mill.modes:
-            yield Notice(("numerics", "force"), "tooth_resolved steps the modes of the tool with drives alone; beside "
-                         "bodies of a machine write averaged: the modes then yield by F/k")  # fmt: skip
-
-    def _side_faults(self, path: MilledPath) -> Iterator[Notice]:
-        """A side of the work that contradicts the sense of milling."""
-        side = "right" if self.operation.milling == "down" else "left"
-        if path.work not in (None, side):
-            yield Notice(
-                ("path", "work"),
-                f"{path.work} contradicts operation.milling: a right-hand tool mills {self.operation.milling} with the "
-                f"work on the {side} of the feed",
-            )
-
-    def _robot_faults(self) -> Iterator[Notice]:
-        """What a robot that mills needs, and what it cannot do."""
-        operation = self.operation
-        if isinstance(self.path, MilledPath):
-            yield from robot_faults(self.path)
-            yield from self._side_faults(self.path)
-        else:
-            yield Notice(("path",), "a robot needs to know where the wall is, for example path: {line: {from: [1900 mm, "
-                         "-150 mm, 800 mm], to: [1900 mm, 150 mm, 800 mm]}, tool_axis: [0, 0, -1]}")  # fmt: skip
-        for key, why in (
-            ("program", "a robot follows path.line; programs are for machines"),
-            ("stock", "belongs to a program; a robot has its depths (operation.radial_depth, .axial_depth)"),
-        ):
-            if getattr(self, key) is not None:
-                yield Notice((key,), why)
-        if self.numerics.mode != "still":
-            yield Notice(("numerics", "mode"), "a robot that mills is computed at rest: write mode: still")
-        for key, sample in (("feed", "40 mm/s"), ("spindle_speed", "8000 rpm"), ("axial_depth", "5 mm"),
-                            ("radial_depth", "4 mm")):  # fmt: skip
-            if getattr(operation, key) is None:
-                yield Notice(("operation", key), f"missing; write it as text with a unit, for example {sample}")
-        radial = operation.radial_depth
-        if radial is not None and radial > self.mill.diameter * (1 + 1e-9):
-            yield Notice(
-                ("operation", "radial_depth"), f"is more than the diameter of the mill ({_mm(self.mill.diameter)})"
-            )
-        length, depth = self.mill.flute_length, operation.axial_depth
-        if length is not None and depth is not None and depth > length * (1 + 1e-9):
-            yield Notice(
-                ("operation", "axial_depth"), f"is more than the flute length ({_mm(length)}, tool.flute_length)"
-            )
 
     def _depth_faults(self) -> Iterator[Notice]:
         """Depths missing, or more than engagement and tool cover; a stock without a program."""
@@ -492,13 +459,13 @@ class MillingScenario(Scenario):
             if self.stock is None and getattr(operation, key) is None:
                 hint = " (or describe the stock)" if self.program is not None else ""
                 yield Notice(("operation", key), f"missing; write it as text with a unit, for example {example}{hint}")
-        if self.stock is None and (operation.radial_depth or 0.0) > self.mill.diameter * (1 + 1e-9):
+        if self.stock is None and (operation.radial_depth or 0.0) > self.tool.diameter * (1 + 1e-9):
             yield Notice(
                 ("operation", "radial_depth"),
-                f"{_mm(operation.radial_depth or 0.0)} is more than the diameter of the mill ({_mm(self.mill.diameter)}), "
+                f"{_mm(operation.radial_depth or 0.0)} is more than the diameter of the mill ({_mm(self.tool.diameter)}), "
                 "a full slot: split the pass, take a larger mill, or describe the stock of a program",
             )
-        length, depth = self.mill.flute_length, operation.axial_depth
+        length, depth = self.tool.flute_length, operation.axial_depth
         if length is not None and depth is not None and depth > length * (1 + 1e-9):
             yield Notice(
                 ("operation", "axial_depth"), f"is more than the flute length ({_mm(length)}, tool.flute_length)"
@@ -506,6 +473,7 @@ class MillingScenario(Scenario):
 
     def unused(self) -> Iterator[Notice]:
         """What belongs to a tool that vibrates, to time stepping or to a robot; the group of the material."""
+        yield from super().unused()
         if self.in_3d:
             yield from stock_unused(self)
             return
@@ -515,19 +483,13 @@ class MillingScenario(Scenario):
         )
         if self.stock is not None:
             yield Notice(("program", "top"), "the stock has its own top (stock.z)")
-        if self.robot is not None or not self.mill.modes:
+        if self.programmed or not self.tool.modes:
             yield Notice(("stability",), "the tool has no modes (tool.modes), which could chatter")
         yield Notice(("material", "group"), "deburring alone holds its cutting speed against that of the group")
-        if self.robot is not None:
-            still = "a robot is computed at rest, with the mean force of the cut"
-            for key in ("substeps", "force", "discs", "settling_time"):
-                yield Notice(("numerics", key), still)
-            for key in ("runout", "runout_angle"):
-                yield Notice(("tool", key), still)
-            yield Notice(("path_mode",), "a robot follows its path; corners between blocks are those of a program")
-            yield Notice(("lobes",), "the depth at which the arm chatters is told along its path, not over the speed")
-            yield Notice(("robot", "dynamics"), "the cut is computed at rest, and chatter with the swinging mass")
+        if self.programmed:
+            yield from milling_carriers.unused(self)
             return
+        yield Notice(("operation", "lead_in_time"), "drives come from rest, and are in the cut from path.cut_from on")
         if isinstance(self.path, CarriedPath):
             yield Notice(("path_mode",), "a line has no corners")
             for key in ("tool_axis", "orientation"):
@@ -535,9 +497,9 @@ class MillingScenario(Scenario):
             if self.numerics.force != "tooth_resolved":
                 yield Notice(("stability",), "chatter is looked at tooth by tooth (numerics.force)")
         yield Notice(("numerics", "station"), "there is no robot, whose path is looked at in stations")
-        if self.lobes.model_fields_set and (not self.mill.modes or self.numerics.force != "tooth_resolved"):
+        if self.lobes.model_fields_set and (not self.tool.modes or self.numerics.force != "tooth_resolved"):
             why = (
-                "the tool has no modes (tool.modes)" if not self.mill.modes else "force is not resolved tooth by tooth"
+                "the tool has no modes (tool.modes)" if not self.tool.modes else "force is not resolved tooth by tooth"
             )
             yield Notice(("lobes",), f"{why}: no map of stability is drawn")
         if isinstance(self.path, CornerPath) and self.path.corner == "sharp" and self.path_mode == "exact_stop":
@@ -550,28 +512,32 @@ class MillingScenario(Scenario):
             return
         if isinstance(self.machine, MillingMachine):
             yield from what_yields_alone(self.machine, weights=False)
+        if self.compliant is not None and self.tool.modes:
+            yield Notice(
+                ("tool", "modes"), "were given for a rigid spindle: beside pistons they count by their stiffness alone"
+            )
         if self.stock is not None:
             for key in ("axial_depth", "radial_depth"):
                 if getattr(self.operation, key) is not None:
                     yield Notice(("operation", key), "is not used: the stock says what the program meets")
-        if self.robot is None and self.numerics.force != "tooth_resolved":
-            still = isinstance(self.machine, MillingMachine) and self.numerics.force == "averaged"  # modes are F/k
+        if not self.programmed and self.numerics.force != "tooth_resolved":
+            still = self.modes_at_rest and self.numerics.force == "averaged"  # modes are F/k
             for key in ("runout",) if still else ("modes", "runout"):
-                if getattr(self.mill, key):
+                if getattr(self.tool, key):
                     yield Notice(("tool", key), f"does not count with numerics.force: {self.numerics.force}")
-        if self.line is not None and self.numerics.discs and not self.mill.modes:
+        if self.line is not None and self.numerics.discs and not self.tool.modes:
             yield Notice(("numerics", "discs"), "does not count along a line: the flutes are taken in closed form")
-        depth, length = self.operation.axial_depth, self.mill.flute_length
-        if depth is not None and length is None and depth > _LONG_FLUTES * self.mill.diameter:
+        depth, length = self.operation.axial_depth, self.tool.flute_length
+        if depth is not None and length is None and depth > _LONG_FLUTES * self.tool.diameter:
             yield Notice(
-                ("operation", "axial_depth"), f"is {depth / self.mill.diameter:.3g} diameters of the mill; usual is up to "
+                ("operation", "axial_depth"), f"is {depth / self.tool.diameter:.3g} diameters of the mill; usual is up to "
                 f"{_LONG_FLUTES:g} (tool.flute_length is not given)",
             )  # fmt: skip
         yield from self._chip_notices()
 
     def _chip_notices(self) -> Iterator[Notice]:
         feed, speed = self.operation.feed, self.operation.spindle_speed
-        limits = self.drives.limits if self.machine is not None else None
+        limits = None if self.programmed else self.drives.limits
         if feed is not None and limits is not None and limits.act_on == "path" and feed > limits.velocity:
             yield Notice(
                 ("operation", "feed"),
@@ -579,18 +545,18 @@ class MillingScenario(Scenario):
             )
             feed = limits.velocity
         if feed is not None and speed is not None:
-            chip = 2.0 * math.pi * feed / (speed * self.mill.flutes)
+            chip = 2.0 * math.pi * feed / (speed * self.tool.flutes)
             if not 5e-6 <= chip <= 0.4e-3:
                 yield Notice(
                     ("operation", "feed"),
                     f"is {units.show(chip, 'small_length', 3)} per tooth; usual is 5 to 400 µm",
                 )
-            if self.material is not None and (beyond := self.material.beyond(chip)):
+            if beyond := self.material.beyond(chip):
                 yield Notice(("material",), beyond)
-            if self.machine is None:
+            if self.programmed:
                 return
             step = self.drives.control.sample_time / self.numerics.substeps
-            tooth = 2.0 * math.pi / (speed * self.mill.flutes)
+            tooth = 2.0 * math.pi / (speed * self.tool.flutes)
             if self.numerics.force == "tooth_resolved" and step > tooth / 10:
                 yield Notice(
                     ("numerics", "substeps"),

@@ -1,13 +1,14 @@
-"""A machine that mills as a whole: its feed drives, and the bodies that yield between part and tool."""
+"""A machine that carries a tool as a whole: its feed drives, and the bodies that yield between part and tool."""
 
 from collections.abc import Iterator, Mapping
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
-from pydantic import Field
+from pydantic import Discriminator, Field
 
 from cutwise.spec.base import LibrarySpec, Notice, Spec
 from cutwise.spec.chained import CarryingMachine
 from cutwise.spec.drives import CncMachine
+from cutwise.spec.fields import tag
 
 AXES = ("X", "Y", "Z")
 
@@ -52,3 +53,24 @@ def machine_kind(value: Any) -> str:
         return "<bodies>" if isinstance(value, MillingMachine) else "<drives>"
     written = value if isinstance(value, dict) else {}
     return "<bodies>" if {"chain", "drives", "tip", "gravity"} & set(written) else "<drives>"
+
+
+ToolMachine = Annotated[
+    Annotated[CncMachine, tag("drives")] | Annotated[MillingMachine, tag("bodies")], Discriminator(machine_kind)
+]
+"""A machine that moves a tool: its drives alone, or bodies that yield, with or without drives."""
+
+
+def bodies_of(machine: CncMachine | MillingMachine | None) -> MillingMachine | None:
+    """The machine, if it has bodies that yield."""
+    return machine if isinstance(machine, MillingMachine) else None
+
+
+def drives_of(machine: CncMachine | MillingMachine | None) -> CncMachine | None:
+    """The feed drives of a machine, if it has any."""
+    return machine.drives if isinstance(machine, MillingMachine) else machine
+
+
+def drives_key(machine: CncMachine | MillingMachine | None) -> str:
+    """Dotted key of the feed drives."""
+    return "machine.drives" if isinstance(machine, MillingMachine) else "machine"

@@ -35,23 +35,27 @@ _ARM: Needs = dict.fromkeys(
     ("robot",),
 )
 _TERMS = "robot or machine or tool.stiffness or tool.modes or part.stiffness"
+_MILLED = "robot or machine.chain or tool.stiffness or tool.modes or part.stiffness or spindle.pressure"
 _STEPPED = "numerics.mode: step"
+_PISTONS = "spindle.pressure"
+_DRIVEN = "machine.drives or machine.control"
 DEBURRING: Needs = {
     "*_force_*_z": (_AXIAL,),
     **_ARM,
     **dict.fromkeys(("deflection_*", "share_*", "stiffness_normal_*"), (_TERMS,)),
-    **dict.fromkeys(("deflection_pistons_*", "share_pistons"), (_STEPPED,)),
+    **dict.fromkeys(("deviation_drives_max", "share_drives"), (_DRIVEN,)),
+    **dict.fromkeys(("deflection_pistons_*", "share_pistons"), (_PISTONS,)),
     **dict.fromkeys(("deflection_tip_*", "share_tip"), ("tool.stiffness or tool.modes",)),
-    **dict.fromkeys(("deflection_bodies_*", "share_bodies"), ("machine",)),
+    **dict.fromkeys(("deflection_bodies_*", "share_bodies"), ("machine.chain",)),
     **dict.fromkeys(("deflection_part_stiffness_*", "share_part_stiffness"), ("part.stiffness",)),
     "energy_balance": ("numerics.mode: still", _TERMS),
+    **dict.fromkeys(("burr_force_rms_*", "burr_force_peak_*", "settling_time", "path_memory_index"), (_STEPPED,)),
     **dict.fromkeys(
         (
-            "surface_error_loaded", "surface_error_unloaded", "surface_error_frictionless", "*_force_rms_*",
-            "*_force_peak_*", "settling_time", "tip_deflection_*", "stroke_margin", "path_memory_index", "edge_taper",
-            "breakaway_force", "*loading_force",
+            "surface_error_loaded", "surface_error_unloaded", "surface_error_frictionless", "tooth_force_peak_*",
+            "tip_deflection_*", "stroke_margin", "edge_taper", "breakaway_force", "*loading_force",
         ),
-        (_STEPPED,),
+        (_PISTONS,),
     ),
 }  # fmt: skip
 DRILLING: Needs = {
@@ -60,7 +64,7 @@ DRILLING: Needs = {
     "share_base": ("robot.base_compliance",),
     "share_bodies": ("machine",),
     "share_part_stiffness": ("part.stiffness",),
-    **dict.fromkeys(("hole_position_error_arm", "hole_position_error_total"), ("robot.accuracy",)),
+    **dict.fromkeys(("hole_position_error_arm", "hole_position_error_total"), ("robot.accuracy or robot.errors",)),
 }
 MILLING: Needs = {
     "chatter_growth_*": ("tool.modes",),
@@ -77,28 +81,27 @@ MILLING: Needs = {
         ("part.file or part.step",),
     ),
     "fraction_in_tolerance": ("part.tolerance",),
+    "cycle_time_ideal": ("no robot",),
+    "stops": ("no robot",),
     "stable_depth_straight": ("tool.modes",),
     "stable_depth_corner": ("tool.modes",),
     **_ARM,
-    **dict.fromkeys(("stiffness_normal_*", "wall_tilt_max"), ("robot or machine.chain",)),
-    "floor_error_*": ("robot or machine.chain or machine.z",),
-    "deflection_*": ("robot or machine.chain",),
-    "deflection_[apb][!o]*": ("robot",),  # arm, base
-    "deflection_bodies_*": ("machine.chain",),
-    "deflection_tip_*": ("tool.modes",),
-    "share_*": ("robot or path.line", _FORCES + " or robot"),
-    "share_[apb][!o]*": ("robot",),
-    "share_bodies": ("machine.chain",),
-    "share_tip": ("tool.modes", "robot or machine.chain"),
-    "share_drives": ("no robot",),
+    **dict.fromkeys(("stiffness_normal_*", "wall_tilt_max", "deflection_*"), (_MILLED,)),
+    "floor_error_*": (f"{_MILLED} or machine.z",),
+    **dict.fromkeys(("deflection_arm_*", "share_arm", "deflection_base_*", "share_base"), ("robot",)),
+    **dict.fromkeys(("deflection_bodies_*", "share_bodies"), ("machine.chain",)),
+    **dict.fromkeys(("deflection_tip_*", "share_tip"), ("tool.modes or tool.stiffness", _MILLED)),
+    **dict.fromkeys(("deflection_part_stiffness_*", "share_part_stiffness"), ("part.stiffness",)),
+    **dict.fromkeys(("deflection_pistons_*", "share_pistons", "stroke_margin"), ("spindle.pressure",)),
+    "share_*": ("path.line",),
+    "share_drives": ("no robot", _FORCES),
     "deviation_drives_max": ("path.line", "no robot", _FORCES),
     **dict.fromkeys(
         ("tracking_error_max_z", "drive_torque_max_z", "bandwidth_z", "phase_margin_z"),
         ("machine.z or machine.drives.z",),
     ),
-    **dict.fromkeys(("stable_depth_min", "depth_margin", "energy_balance"), ("robot",)),
-    "cycle_time_ideal": ("no robot",),
-    "stops": ("no robot",),
+    **dict.fromkeys(("stable_depth_min", "depth_margin"), ("robot or tool.modes",)),
+    "energy_balance": ("numerics.mode: still", _MILLED),
     **dict.fromkeys(
         (
             "contour_error_*",
@@ -123,6 +126,8 @@ MILLING: Needs = {
     "drive_error_max": ("path_mode.blend or program",),
 }
 MACHINE: Needs = {
+    **{name: ("robot",) for name in _ARM if "frequency" not in name and "_arm" not in name and "_base" not in name},
+    "stiffness_normal_*": ("robot",),
     "deviation_*": (_PASS,),
     "share_*": (_PASS,),
     "position_start_*": (_PASS,),
@@ -149,12 +154,16 @@ CHAMFER: Needs = {
     "*force_mean_z": ("material.K_ac",),
     "burr_force_mean_*": ("part.burr",),
     **dict.fromkeys(
-        ("width_deflected_*", "tip_deflection_max", "rod_clearance_deflected_min"), ("spindle.pressure or robot",)
+        ("width_deflected_*", "tip_deflection_max", "rod_clearance_deflected_min"), (f"spindle.pressure or {_TERMS}",)
     ),
     **dict.fromkeys(("stroke_margin", "breakaway_force"), ("spindle.pressure",)),
     **_ARM,
-    "stiffness_normal_*": ("robot",),
-    **dict.fromkeys(("deflection_pistons_*", "share_pistons"), ("robot", "spindle.pressure")),
+    **dict.fromkeys(("stiffness_normal_*", "deflection_*", "share_*"), (_TERMS,)),
+    **dict.fromkeys(("deflection_pistons_*", "share_pistons"), (_TERMS, "spindle.pressure")),
+    **dict.fromkeys(("deflection_tip_*", "share_tip"), ("tool.stiffness or tool.modes",)),
+    **dict.fromkeys(("deflection_bodies_*", "share_bodies"), ("machine.chain",)),
+    **dict.fromkeys(("deviation_drives_max", "share_drives"), (_DRIVEN,)),
+    **dict.fromkeys(("deflection_part_stiffness_*", "share_part_stiffness"), ("part.stiffness",)),
 }
 
 

@@ -8,13 +8,13 @@ from pydantic.fields import FieldInfo
 from cutwise import units
 from cutwise.spec import fields
 from cutwise.spec.base import Spec, Usual
-from cutwise.spec.faults import Path, dotted
+from cutwise.spec.faults import Path, dotted, split_dotted
 from cutwise.spec.scenario import Scenario
 
 
 def notices(scenario: Scenario) -> tuple[str, ...]:
     """What is unusual about a scenario, one line each: the key, the value, what is usual; and keys that are not used."""
-    found = [*_unusual_values(scenario), *_notices(scenario), *_unused(scenario)]
+    found = [*_unusual_values(scenario), *_notices(scenario), *_unused(scenario), *_beyond(scenario)]
     return tuple(f"{dotted(path)}: {message}" for path, message in found)
 
 
@@ -57,6 +57,30 @@ def _notices(scenario: Scenario) -> Iterator[tuple[Path, str]]:
     for before, spec in fields.specs(scenario):
         for path, message in spec.notices():
             yield (*before, *path), message
+
+
+_MEASURED_AT = {("spindle-seals", "pressure"): "pressure"}  # kind and column of a calibration: key of its section
+
+
+def _beyond(scenario: Scenario) -> Iterator[tuple[Path, str]]:
+    """Values outside of the range in which those of their entry were measured."""
+    for section, said in scenario.measured.items():
+        for (kind, column), key in _MEASURED_AT.items():
+            owner: Any = scenario
+            for step in split_dotted(section):
+                owner = owner[step] if isinstance(step, int) else getattr(owner, step, None)
+            value = getattr(owner, key, None)
+            if said.kind != kind or not isinstance(value, float):
+                continue
+            dimension = fields.dimension(type(owner).model_fields[key]) or "dimensionless"
+            ends = said.ends(column, dimension)
+            if ends is not None and not ends[0] * (1 - 1e-9) <= value <= ends[1] * (1 + 1e-9):
+                shown = [units.show(end, dimension) for end in (value, *ends)]
+                yield (
+                    (*split_dotted(section), key),
+                    f"{shown[0]} is outside of what {said.library} was measured at, {shown[1]} to {shown[2]}: its values, and "
+                    "their band, are carried on beyond their data",
+                )
 
 
 def _unused(scenario: Scenario) -> Iterator[tuple[Path, str]]:

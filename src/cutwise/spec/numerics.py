@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from cutwise.spec.base import Length, Spec, Time, Usual
+from cutwise.spec.base import Count, Length, Spec, Time, Usual
 
 
 def _usual_step(given: dict[str, Any]) -> float:
@@ -27,7 +27,7 @@ class TimeStepping(Spec):
     )
     mode: Literal["step", "still"] = Field(
         default="step",
-        description="time steps, or each place of the edge at rest (with spindle: rigid)",
+        description="time steps, or each place of the edge at rest (with spindle: rigid, without drives)",
         examples=["step"],
     )
     station: Annotated[Length, Usual("0.5 mm", "50 mm")] = Field(
@@ -35,6 +35,11 @@ class TimeStepping(Spec):
         description="distance of the places along a path at which the carrier's compliance is taken, and of those that "
         "are looked at at rest",
         examples=["5 mm"], gt=0,
+    )  # fmt: skip
+    substeps: Annotated[Count, Usual(4, 100)] = Field(
+        default=10,
+        description="steps in a sample of the controllers of feed drives, divided further to come down to time_step",
+        examples=[10], ge=1,
     )  # fmt: skip
     engagement: Literal["auto", "arcs", "swept"] = Field(
         default="auto",

@@ -85,6 +85,10 @@ class DeburringOperation(Spec):
 
     either: ClassVar[tuple[tuple[str, ...], ...]] = (("length",), ("duration",))
 
+    limit_feed: bool = Field(
+        default=False, description="the feed is lowered where the joints of the robot cannot follow it (robot.joint_speed, "
+        "joint_acceleration)", examples=[True],
+    )  # fmt: skip
     feed: Annotated[Speed, Usual("5 mm/s", "300 mm/s")] = Field(
         description="feed along the edge", examples=["80 mm/s"], gt=0
     )

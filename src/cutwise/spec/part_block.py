@@ -1,11 +1,12 @@
-"""The part on a machine tool: a block that stands on its clamping."""
+"""The part as it yields: a block that stands on its clamping on a machine tool, or one stiffness."""
 
 from collections.abc import Iterator
-from typing import Annotated
+from typing import Annotated, Any
 
-from pydantic import Field
+from pydantic import Discriminator, Field
 
-from cutwise.spec.base import Elasticity, Force, Length, Notice, Number, Spec, Usual
+from cutwise.spec.base import Elasticity, Force, Length, Notice, Number, Spec, Stiffness, Usual
+from cutwise.spec.fields import tag
 
 
 class PartBlock(Spec):
@@ -31,3 +32,21 @@ class PartBlock(Spec):
         for key in ("youngs_modulus", "poisson_ratio", "shear_factor"):
             if self.flexible and getattr(self, key) is None:
                 yield Notice((key,), "missing")
+
+
+class PartSpring(Spec):
+    """The part as one stiffness, wherever it stands."""
+
+    stiffness: Annotated[Stiffness, Usual("0.01 N/um", "1000 N/um")] = Field(
+        description="stiffness of the part against the tool, off its wall", examples=["20 N/um"], gt=0
+    )
+
+
+def _part_kind(value: Any) -> str:
+    written = value if isinstance(value, dict) else {}
+    return "<spring>" if isinstance(value, PartSpring) or "stiffness" in written else "<block>"
+
+
+YieldingPart = Annotated[
+    Annotated[PartBlock, tag("block")] | Annotated[PartSpring, tag("spring")], Discriminator(_part_kind)
+]

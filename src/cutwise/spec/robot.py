@@ -1,7 +1,7 @@
 """Industrial robots as serial arms with elastic joints."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Discriminator, Field
@@ -11,6 +11,7 @@ from cutwise.spec.base import (
     AngularCompliance,
     AngularStiffness,
     Compliance,
+    Count,
     Length,
     LibrarySpec,
     Mass,
@@ -119,6 +120,102 @@ class Joint(Spec):
             yield Notice(("axis",), "has no length; write for example [0, 0, 1]")
 
 
+class _BodySpring(Spec):
+    """One of the ways in which a body of an arm yields."""
+
+    listed: ClassVar[bool] = False
+
+    body: Literal["base", "flange"] | Count = Field(
+        description="base, flange, or number of the joint (from 1) whose frame yields after its turn", examples=[1]
+    )
+    axis: Literal["x", "y", "z"] = Field(description="axis of that frame", examples=["z"])
+
+
+class TurningBody(_BodySpring):
+    """A body of an arm that yields by turning."""
+
+    motion: Literal["rotation"] = Field(description="how it moves", examples=["rotation"])
+    value: AngularCompliance = Field(description="compliance", examples=["0.65 urad/(N m)"], ge=0)
+
+
+class ShiftingBody(_BodySpring):
+    """A body of an arm that yields by shifting."""
+
+    motion: Literal["translation"] = Field(description="how it moves", examples=["translation"])
+    value: Compliance = Field(description="compliance", examples=["0.16 um/N"], ge=0)
+
+
+def _motion(value: Any) -> str:
+    said = value.get("motion") if isinstance(value, Mapping) else getattr(value, "motion", None)
+    return "<translation>" if said == "translation" else "<rotation>"
+
+
+BodySpring = Annotated[
+    Annotated[TurningBody, tag("rotation")] | Annotated[ShiftingBody, tag("translation")], Discriminator(_motion)
+]
+
+
+class LinkWeight(Spec):
+    """Mass of a link and where its centre is."""
+
+    mass: Mass = Field(description="mass of the link", examples=["12.7 kg"], ge=0)
+    centre: Position = Field(
+        description="centre of mass in the frame of the joint that moves the link",
+        examples=["[-0.232 m, 0 m, 0.158 m]"],
+    )
+
+
+class JointWaves(Spec):
+    """Errors of the angle of a joint that repeat with it: orders 1, 2 ... of sine and cosine."""
+
+    listed: ClassVar[bool] = False
+
+    sine: tuple[Angle, ...] = Field(default=(), description="of sine, from order 1", examples=["[120 urad, -40 urad]"])
+    cosine: tuple[Angle, ...] = Field(
+        default=(), description="of cosine, from order 1", examples=["[80 urad, 15 urad]"]
+    )
+
+    def contradictions(self) -> Iterator[Notice]:
+        """As many of both."""
+        if len(self.sine) != len(self.cosine):
+            yield Notice(("cosine",), f"has {len(self.cosine)} orders, sine has {len(self.sine)}")
+
+
+Twist = tuple[Length, Length, Length, Angle, Angle, Angle]
+
+
+class ArmErrors(Spec):
+    """Geometric errors of an arm, as cutwise calibrate robot-geometry finds them."""
+
+    bodies: tuple[Twist, ...] = Field(
+        default=(),
+        description="displacement and rotation of each body after the turn of its joint, in the frame of the joint",
+        examples=["[[0.1 mm, 0 mm, -0.2 mm, 0.3 mrad, 0 mrad, 0 mrad]]"],
+    )
+    joints: tuple[JointWaves, ...] = Field(
+        default=(), description="periodic errors of each joint", examples=["[{sine: [120 urad], cosine: [80 urad]}]"]
+    )
+    gravity_compliance: tuple[AngularCompliance, ...] = Field(
+        default=(),
+        description="by how much each joint turns under the moment of the links' weights behind it (link_weights)",
+        examples=["[0 urad/(N m), 9.4 urad/(N m), 9.4 urad/(N m), 0 urad/(N m), 0 urad/(N m), 0 urad/(N m)]"],
+    )
+    ranges: tuple[tuple[Angle, Angle], ...] = Field(
+        default=(), description="joint angles at which the arm was measured, modulo a turn: beyond them the errors are not known",
+        examples=["[[-180 deg, 175 deg]]"],
+    )  # fmt: skip
+    compensated: bool = Field(
+        default=False,
+        description="whether the joint angles of the program were found with these errors, so that they are no longer there",
+        examples=[True],
+    )
+
+    @property
+    def of_gravity(self) -> bool:
+        """Whether joints that yield under the weight of the links are among the errors."""
+        return any(self.gravity_compliance)
+
+
 class Robot(LibrarySpec):
     """An arm with six motors: joints with limits and stiffness, the drill spindle on its flange, and how it swings."""
 
@@ -127,6 +224,7 @@ class Robot(LibrarySpec):
         ("joints", "flange_origin", "flange_rotation", "urdf_remarks"),
         ("urdf", "tip_link"),
     )
+    instead: ClassVar[Mapping[str, tuple[str, ...]]] = {"body_compliance": ("joint_stiffness", "base_compliance")}
 
     urdf: str | None = Field(
         default=None, description="URDF file that gives the joints, beside the scenario", examples=["my_robot.urdf"]
@@ -163,7 +261,8 @@ class Robot(LibrarySpec):
         description="joints that are turned from before another joint, through a parallel linkage (J2-J3)",
         examples=["[{joint: joint_a3, driver: joint_a2}]"],
     )
-    joint_stiffness: Annotated[tuple[AngularStiffness, ...], Field(min_length=AXES)] = Field(
+    joint_stiffness: Annotated[tuple[AngularStiffness, ...], Field(min_length=AXES)] | None = Field(
+        default=None,
         description="stiffness of the joints at their output, in their order; held ones yield too, followers have none",
         examples=["[3.8e6 N m/rad, 6.6e6 N m/rad, 3.9e6 N m/rad, 5.6e5 N m/rad, 6.6e5 N m/rad, 4.7e5 N m/rad]"],
     )
@@ -215,6 +314,23 @@ class Robot(LibrarySpec):
         description="compliance of the base at its origin: three of translation, or six with rotation",
         examples=["[0.01 um/N, 0.01 um/N, 0.01 um/N]"],
     )
+    body_compliance: tuple[BodySpring, ...] | None = Field(
+        default=None,
+        description="springs of the bodies, instead of joint_stiffness and base_compliance: what cutwise calibrate "
+        "robot-stiffness fits with fit.model=bodies",
+        examples=["[{body: 1, motion: rotation, axis: z, value: 0.65 urad/(N m)}]"],
+    )
+    errors: ArmErrors | None = Field(default=None, description="geometric errors of the arm itself, without load")
+    link_weights: tuple[LinkWeight, ...] = Field(
+        default=(),
+        description="masses of the links, one for each joint, under which the joints of errors.gravity_compliance yield",
+        examples=["[{mass: 7 kg, centre: [0 m, 0 m, 0 m]}]"],
+    )
+    gravity: Direction = Field(
+        default=(0.0, 0.0, -1.0),
+        description="which way is down, in the base frame (errors.gravity_compliance)",
+        examples=["[0, 0, -1]"],
+    )
     singularity_margin: Number = Field(
         default=0.05,
         description="smallest |sin| of the wrist angle that counts as regular",
@@ -240,6 +356,10 @@ class Robot(LibrarySpec):
             )
         elif len(moving) < AXES:
             yield Notice(("joints",), f"has {len(moving)} joints that move on their own; {_ARM_STILL_NEEDS}")
+        yield from self._springs()
+        yield from self._errors()
+        if self.joint_stiffness is None:
+            return
         if len(self.joint_stiffness) != len(self.yielding):
             yield Notice(
                 ("joint_stiffness",),
@@ -250,6 +370,54 @@ class Robot(LibrarySpec):
             yield Notice(("joint_stiffness",), "every joint needs a stiffness above zero")
         if any(value < 0.0 for value in self.base_compliance or ()):
             yield Notice(("base_compliance",), "a compliance is not below zero")
+
+    def unused(self) -> Iterator[Notice]:
+        """Weights that errors do not need, and errors that are said to be gone."""
+        if self.errors is None or not self.errors.of_gravity:
+            for key in ("link_weights", "gravity"):
+                yield Notice((key,), "no joint yields under the links (robot.errors.gravity_compliance)")
+        if self.errors is not None and self.errors.compensated:
+            for key in ("bodies", "joints", "gravity_compliance"):
+                yield Notice(("errors", key), "the program was made with it (robot.errors.compensated)")
+
+    def _springs(self) -> Iterator[Notice]:
+        """One description of what yields, of bodies that exist."""
+        if self.body_compliance is None:
+            if self.joint_stiffness is None:
+                yield Notice(
+                    ("joint_stiffness",), "missing; write the stiffness of each joint, or body_compliance in its place"
+                )
+            return
+        if not any(one.value > 0.0 for one in self.body_compliance):
+            yield Notice(("body_compliance",), "nothing yields; write joint_stiffness, or springs above zero")
+        for key in ("joint_stiffness", "base_compliance"):
+            if getattr(self, key) is not None:
+                yield Notice((key,), "is in body_compliance already; write one of them")
+        for n, one in enumerate(self.body_compliance):
+            if isinstance(one.body, int) and not 1 <= one.body <= len(self.joints):
+                yield Notice(
+                    ("body_compliance", n, "body"),
+                    f"there is no body {one.body}; they are base, 1 to {len(self.joints)}, flange",
+                )
+
+    def _errors(self) -> Iterator[Notice]:
+        """Errors of each joint, and the weights that they need."""
+        if self.link_weights and len(self.link_weights) != len(self.joints):
+            message = f"has {len(self.link_weights)} links for {len(self.joints)} joints; write one for each joint"
+            yield Notice(("link_weights",), message)
+        if math.hypot(*self.gravity) < 1e-9:
+            yield Notice(("gravity",), "has no length; write for example [0, 0, -1]")
+        if self.errors is None:
+            return
+        for key in ("bodies", "joints", "gravity_compliance", "ranges"):
+            count = len(getattr(self.errors, key))
+            if count not in (0, len(self.joints)):
+                yield Notice(("errors", key), f"has {count} entries for {len(self.joints)} joints")
+        if self.errors.of_gravity and not self.link_weights:
+            yield Notice(
+                ("link_weights",),
+                "missing; errors.gravity_compliance needs the masses of the links, one for each joint",
+            )
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -303,7 +471,7 @@ class Robot(LibrarySpec):
         """Traps of URDF files, stiffness in the wrong unit, a pairing of different machines."""
         for text in self.urdf_remarks:
             yield Notice(("urdf",), text)
-        low, high = min(self.joint_stiffness), max(self.joint_stiffness)
+        low, high = min(self.joint_stiffness or (1e5,)), max(self.joint_stiffness or (1e5,))
         if low < 1e4 or high > 5e7:
             odd = low if low < 1e4 else high
             yield Notice(

@@ -14,6 +14,7 @@ from cutwise.spec import fields
 from cutwise.spec.base import Notice, Spec, Status, contradiction
 from cutwise.spec.faults import Path, split_dotted
 from cutwise.spec.needs import Needs, unmet
+from cutwise.spec.uncertain import Band, Covariance, Fitted, stem
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,6 +41,46 @@ class MeasureSpec(NamedTuple):
     description: str
 
 
+PROBABILITY_ALL = "probability_all"
+_OF_BAND = {
+    "sd": "standard deviation of {}",
+    "low": "{}: 5 % of what the scatter of the inputs makes of it lie below",
+    "high": "{}: 5 % of what the scatter of the inputs makes of it lie above",
+}
+_TOGETHER = MeasureSpec("dimensionless", "probability that all requirements are met, by the scatter of the inputs")
+
+
+class Known(dict[str, MeasureSpec]):
+    """The measures of a process; the ends of their bands are known beside them, and not listed."""
+
+    def __init__(self, own: Mapping[str, MeasureSpec]) -> None:
+        super().__init__(own)
+        self.own = own  # may know more names than it lists
+
+    def __missing__(self, name: str) -> MeasureSpec:
+        found = self._of_band(name)
+        return self.own[name] if found is None else found
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.own or self._of_band(name) is not None
+
+    def get(self, name: str, default: Any = None) -> Any:
+        """As of any mapping."""
+        try:
+            return self[name]
+        except KeyError:
+            return default
+
+    def _of_band(self, name: object) -> MeasureSpec | None:
+        if name == PROBABILITY_ALL:
+            return _TOGETHER
+        found = stem(str(name))
+        if found is None or found[0] not in self.own:
+            return None
+        dimension, description = self.own[found[0]]
+        return MeasureSpec(dimension, _OF_BAND[found[1]].format(description))
+
+
 class Limit(Spec):
     """Limits on a measure, in the measure's own unit once read."""
 
@@ -49,6 +90,11 @@ class Limit(Spec):
         default=False,
         description="whether every history of friction and set-up has to pass, not only the one of the run",
         examples=[True],
+    )
+    probability: float | None = Field(
+        default=None,
+        description="with which the limits have to be kept, as far as the scatter of the inputs goes",
+        examples=[0.95],
     )
 
 
@@ -70,6 +116,11 @@ class Scenario(Spec):
     implied: ClassVar[Mapping[str, float]] = {}
     """Measures that have to stay below a value [SI] in every run that has them, whether or not it is written."""
 
+    @classmethod
+    def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
+        super().__pydantic_init_subclass__(**kwargs)
+        cls.measures = Known(cls.measures)
+
     @property
     def set_aside(self) -> frozenset[str]:
         """Codes of the findings that shall not decide; the run has no verdict then, or fails."""
@@ -82,7 +133,30 @@ class Scenario(Spec):
 
     def lacking(self, measure: str) -> tuple[str, ...]:
         """The keys without which this scenario cannot have a measure; none if it can."""
-        return tuple(unmet(self, self.needs, measure))
+        banded = stem(measure)
+        if banded is None and measure != PROBABILITY_ALL:
+            return tuple(unmet(self, self.needs, measure))
+        own = tuple(unmet(self, self.needs, banded[0])) if banded else ()
+        return (*own, *self.without_band())
+
+    def without_band(self) -> tuple[str, ...]:
+        """What a band of the result lacks; nothing if it lacks nothing."""
+        if self.band.method == "none":
+            return ("band.method linear or sampled",)
+        if not self.covariances:
+            return ("a value with a standard error, as entries of cutwise calibrate have",)
+        return ()
+
+    def unused(self) -> Iterator[Notice]:
+        """How a band is made, where nothing has a standard error."""
+        yield from super().unused()
+        if not self.covariances and not self.own_scatter():
+            for key in ("method", "samples", "seed"):
+                yield Notice(("band", key), "no value of the scenario has a standard error")
+
+    def own_scatter(self) -> Mapping[str, str]:
+        """Measures with a scatter that the process itself knows, each with the measure that is its standard deviation."""
+        return {}
 
     def unobtainable(self) -> Iterator[Notice]:
         """Requirements on measures that no run of this scenario has, each with the key that would provide it."""
@@ -92,6 +166,15 @@ class Scenario(Spec):
                 yield Notice(
                     ("requirements", name),
                     f"a run of this scenario has no such measure; it needs {' and '.join(lacking)}",
+                )
+            elif (
+                self.requirements[name].probability is not None
+                and name not in self.own_scatter()
+                and (without := self.without_band())
+            ):
+                yield Notice(
+                    ("requirements", name, "probability"),
+                    f"no probability can be told: it needs {' and '.join(without)}",
                 )
 
     @model_validator(mode="after")
@@ -138,6 +221,17 @@ class Scenario(Spec):
         description="limits on measures: each measure with min, max or both",
         examples=["{surface_error_max: {max: 0.05 mm}}"],
     )
+    band: Band = Field(default=Band(), description="how the scatter of measured values is carried to the result")
+    covariances: dict[str, Covariance] = Field(
+        default_factory=dict,
+        description="covariances of values; those of library entries come with them",
+        examples=["{cut: {of: [material.K_tc, material.K_te], matrix: [[4e14, -1e9], [-1e9, 1e6]]}}"],
+    )
+    measured: dict[str, Fitted] = Field(
+        default_factory=dict,
+        description="what calibrations say about their entries; comes with them",
+        examples=["{robot: {library: my_arm.yaml, residual: 0.22 mm}}"],
+    )
 
     _origins: dict[str, Origin] = PrivateAttr(default_factory=dict)
     _read: _Read = PrivateAttr(default_factory=_Read)
@@ -163,6 +257,7 @@ class Scenario(Spec):
                 if value is not None
             }
             | ({"whole_band": True} if limit.whole_band else {})
+            | ({"probability": limit.probability} if limit.probability is not None else {})
             for name, limit in requirements.items()
         }
 
@@ -214,7 +309,7 @@ class Scenario(Spec):
         """The text that the engineer wrote, as long as it still says the value."""
         info = fields.field_at(type(self), path)
         dimension = fields.dimension(info) if info is not None else None
-        if path[0] == "requirements" and len(path) == 3:
+        if path[0] == "requirements" and len(path) == 3 and path[2] in ("min", "max"):
             dimension = self.measures[str(path[1])].dimension
         if not text or dimension is None or not isinstance(value, str):
             return value
@@ -244,10 +339,11 @@ def _limit(scenario: type[Scenario], name: str, limit: Any, found: list[Notice])
         found.append(Notice(path, f"unknown measure; {hint}"))
         return limit
     if isinstance(limit, Limit):
-        limit = {"min": limit.min, "max": limit.max, **({"whole_band": True} if limit.whole_band else {})}
+        more = {"whole_band": True if limit.whole_band else None, "probability": limit.probability}
+        limit = {"min": limit.min, "max": limit.max, **more}
     example = limit if isinstance(limit, str) else units.DIMENSIONS[scenario.measures[name].dimension].example
     ends = {end: text for end, text in limit.items() if text is not None} if isinstance(limit, Mapping) else {}
-    if not ends.keys() - {"whole_band"}:
+    if not ends.keys() - {"whole_band", "probability"}:
         found.append(Notice(path, f"has no limit; write min, max or both, for example {{max: {example}}}"))
         return limit
     read: dict[str, Any] = {}
@@ -257,8 +353,11 @@ def _limit(scenario: type[Scenario], name: str, limit: Any, found: list[Notice])
             if not isinstance(text, bool):
                 found.append(Notice((*path, end), f"{text} is neither true nor false"))
             continue
+        if end == "probability":
+            read[end] = _probability((*path, end), text, found)
+            continue
         if end not in ("min", "max"):
-            found.append(Notice((*path, end), "unknown key; a requirement has min, max and whole_band"))
+            found.append(Notice((*path, end), "unknown key; a requirement has min, max, whole_band and probability"))
             continue
         try:
             read[end] = measure_value(scenario, name, text)
@@ -267,6 +366,19 @@ def _limit(scenario: type[Scenario], name: str, limit: Any, found: list[Notice])
     if read.get("min", -math.inf) > read.get("max", math.inf):
         found.append(Notice(path, f"min {ends['min']} is above max {ends['max']}"))
     return read
+
+
+def _probability(path: Path, text: Any, found: list[Notice]) -> float | None:
+    """A demanded probability; below a half the limits would be missed more often than kept."""
+    try:
+        value = units.parse(text, "dimensionless")
+    except units.UnitFault as fault:
+        found.append(Notice(path, str(fault)))
+        return None
+    if not 0.5 <= value < 1.0:
+        found.append(Notice(path, f"{text} is not between 0.5 and 1 (below it); write for example 0.95"))
+        return None
+    return value
 
 
 def measure_value(scenario: type[Scenario], name: str, text: object) -> float:

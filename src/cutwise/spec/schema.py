@@ -10,8 +10,9 @@ from cutwise.spec import fields
 from cutwise.spec.base import LibrarySpec, Spec, Status
 from cutwise.spec.kinds import KINDS
 from cutwise.spec.program import Program
-from cutwise.spec.scenario import Scenario
+from cutwise.spec.scenario import PROBABILITY_ALL, Scenario
 from cutwise.spec.tables import Table
+from cutwise.spec.uncertain import BAND_ENDS
 
 _PYTHON_ONLY = ("gt", "ge", "lt", "le")
 _SOURCED = {
@@ -22,6 +23,8 @@ _SOURCED = {
         "status": {"enum": list(get_args(Status))},
         "source": {"type": "string"},
         "library": {"type": "string"},
+        "standard_error": {},
+        "covariance": {"type": "string"},
     },
     "required": ["value"],
     "additionalProperties": False,
@@ -54,22 +57,31 @@ def _sections(model: type[Spec]) -> set[type[Spec]]:
 
 
 def _requirements(model: type[Scenario]) -> dict[str, Any]:
+    limits: Mapping[str, Any] = {
+        "type": "object",
+        "properties": {
+            "min": {"type": ["string", "number"]},
+            "max": {"type": ["string", "number"]},
+            "whole_band": {"type": "boolean", "description": "every history of friction and set-up has to pass"},
+            "probability": {"type": ["number", "string"], "description": "with which the limits have to be kept"},
+        },
+        "additionalProperties": False,
+        "minProperties": 1,
+    }
     measures: Mapping[str, Any] = {
         name: {
-            "type": "object",
+            **limits,
             "description": f"{measure.description} ({units.DIMENSIONS[measure.dimension].display or 'no unit'})",
-            "properties": {
-                "min": {"type": ["string", "number"]},
-                "max": {"type": ["string", "number"]},
-                "whole_band": {"type": "boolean", "description": "every history of friction and set-up has to pass"},
-            },
-            "additionalProperties": False,
-            "minProperties": 1,
         }
         for name, measure in model.measures.items()
     }
-    description = model.model_fields["requirements"].description
-    return {"type": "object", "description": description, "properties": measures, "additionalProperties": False}
+    return {
+        "type": "object",
+        "description": model.model_fields["requirements"].description,
+        "properties": measures,
+        "patternProperties": {f"_({'|'.join(BAND_ENDS)})$|^{PROBABILITY_ALL}$": dict(limits)},
+        "additionalProperties": False,
+    }
 
 
 def _for_editors(definition: dict[str, Any], section: type[Spec] | None) -> None:

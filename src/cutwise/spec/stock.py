@@ -7,6 +7,7 @@ from pydantic import Discriminator, Field
 
 from cutwise.spec.base import Angle, Count, Length, Notice, SmallLength, Spec, Usual
 from cutwise.spec.fields import tag
+from cutwise.spec.part_block import PartBlock, PartSpring
 from cutwise.spec.program import StockBlock
 
 _MODELS = (".step", ".stp", ".stl")
@@ -132,6 +133,20 @@ class NominalPart(Spec):
             yield Notice(
                 ("file",), f"{self.model} is no STEP file (.step, .stp): the deviation is taken from exact surfaces"
             )
+
+
+def part_kind(value: Any) -> str:
+    """Which kind of part is written: one that yields, or the nominal one."""
+    written = value if isinstance(value, dict) else {}
+    if isinstance(value, NominalPart) or {"file", "step", "tolerance"} & set(written):
+        return "<nominal>"
+    return "<spring>" if isinstance(value, PartSpring) or "stiffness" in written else "<block>"
+
+
+AnyPart = Annotated[
+    Annotated[PartBlock, tag("block")] | Annotated[PartSpring, tag("spring")] | Annotated[NominalPart, tag("nominal")],
+    Discriminator(part_kind),
+]
 
 
 class StockNumerics(Spec):

@@ -10,7 +10,7 @@ from pydantic import Field
 from cutwise import units
 from cutwise.spec.base import Notice, Spec
 
-_HEADER = re.compile(r"\s*([^\[\]]+?)\s*(?:\[\s*([^\[\]]*?)\s*\])?\s*")
+_HEADER = re.compile(r"\s*([^\[\]]+?(?:(?<=\S)\[\d+\][^\[\]]*?)*)\s*(?:\[\s*([^\[\]]*?)\s*\])?\s*")
 
 
 class Column(NamedTuple):

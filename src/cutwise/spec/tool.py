@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
@@ -76,8 +76,16 @@ class HelicalMill(RotatingTool):
             yield Notice(("runout_angle",), "there is no run-out (tool.runout)")
 
 
-class Bur(HelicalMill):
-    """A mill or bur along an edge, which may bend."""
+def bends_twice(tool: Any) -> Iterator[Notice]:
+    """A tool whose bending is said by a stiffness and by modes."""
+    if tool.modes and tool.stiffness is not None:
+        yield Notice(("modes",), "and tool.stiffness both say how the tool bends; write one of them")
+
+
+class BendingTool(LibrarySpec):
+    """A tool that may bend: by one stiffness at its tip, or by modes."""
+
+    library_shelf: ClassVar[str] = "tools"
 
     stiffness: Annotated[Stiffness, Usual("0.1 N/um", "100 N/um")] | None = Field(
         default=None, description="static stiffness of the tool at its tip across its axis; left out: rigid",
@@ -91,8 +99,15 @@ class Bur(HelicalMill):
     def contradictions(self) -> Iterator[Notice]:
         """One way in which a tool bends."""
         yield from super().contradictions()
-        if self.modes and self.stiffness is not None:
-            yield Notice(("modes",), "and tool.stiffness both say how the tool bends; write one of them")
+        yield from bends_twice(self)
+
+
+class BendingMill(BendingTool, HelicalMill):
+    """A mill that may bend."""
+
+
+class Bur(BendingMill):
+    """A mill or bur along an edge, which may bend."""
 
     def notices(self) -> Iterator[Notice]:
         """What of a mode does not count beside pistons."""
@@ -100,3 +115,15 @@ class Bur(HelicalMill):
             yield Notice(
                 ("modes",), "count by their stiffness alone: modes are given for a rigid spindle, and do not swing here"
             )
+
+
+class EndMill(BendingMill):
+    """A cylindrical end mill; with modes its tip may vibrate."""
+
+    helix: Annotated[Angle, Usual("0 deg", "50 deg")] = Field(
+        description="helix angle β of a right-hand helix", examples=["30 deg"], ge=0, lt=math.radians(80)
+    )
+    modes: tuple[ToolMode, ...] = Field(
+        default=(), description="vibration modes of the tool tip; none: the tool is rigid",
+        examples=["[{direction: x, frequency: 922 Hz, damping: 0.011, stiffness: 1.34 N/um}]"],
+    )  # fmt: skip

@@ -2,8 +2,8 @@
 
 from dataclasses import replace
 
-from cutwise.process.recipes import OUTCOMES
 from cutwise.results import Result
+from cutwise.spec.kinds import KINDS
 from cutwise.study.advice import consult
 from cutwise.study.sensitivity import assumed_quantities, changes_of, variants, worst_off
 from cutwise.study.trials import Budget
@@ -25,7 +25,7 @@ def reviewed(result: Result, *, runs: int | None = None) -> Result:
         stands in a note. An infeasible operation that has its remedies already is left as it is.
     """
     scenario = result.scenario
-    if scenario.process not in OUTCOMES or (result.infeasible and result.advice):
+    if scenario.process not in KINDS or (result.infeasible and result.advice):
         return result
     most = scenario.unasked() if runs is None else runs
     left_out = []

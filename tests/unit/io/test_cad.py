@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from cutwise.io import cad, cad_edges, cad_parts, cad_select, step
-from cutwise.paths.chamfer import Chamfer, chamfer_path
+from cutwise.paths.chamfer.ball_path import Chamfer, chamfer_path
 from cutwise.paths.pipe import PipeHole, one_turn, pipe_edge
 
 HEADER = "ISO-10303-21;\nHEADER;\nFILE_DESCRIPTION((''),'2;1');\nFILE_NAME('','',(''),(''),'','','');\n" \

@@ -245,3 +245,31 @@ def test_the_skin_of_a_part_of_many_edges_is_whole(tmp_path, monkeypatch, many):
     exact = 2 * (3600 - 9 * 16 * math.pi) + 2400 + 9 * 80 * math.pi
     assert set(mesh.face) == {face.index for face in found.faces}
     assert 0.5e6 * np.linalg.norm(sides, axis=1).sum() == pytest.approx(exact, rel=5e-4)
+
+
+@pytest.mark.parametrize("splines", [False, True], ids=["cylinders", "splines"])
+@pytest.mark.parametrize("pose", [lambda s: s, moved], ids=["straight", "turned"])
+def test_a_hole_is_its_wall_whatever_surface_it_is_written_as(splines, pose, tmp_path):
+    """A tilted hole through a plate of 10: 10/cos + 2 r tan along its axis, its middle in the middle of the plate.
+
+    The ends that OpenCascade states for a tilted wall lie 0.08 mm outside of it, and a rational spline was no wall.
+    """
+    tilt = 0.3
+    plate = cut(box(40, 30, 10), rod((12, 15, -1), (0, 0, 1), 4, 12), rod((28, 15, -1), (tilt, 0, 1), 3, 14))
+    shape = pose(plate)
+    if splines:
+        shape = occ("BRepBuilderAPI").BRepBuilderAPI_NurbsConvert(shape, True).Shape()
+    found = sorted(model(step.write_step(shape, tmp_path / "part.step")).holes, key=lambda h: -h.radius)
+    assert [round(2e3 * hole.radius, 6) for hole in found] == [8.0, 6.0]
+    assert found[0].depth == pytest.approx(10e-3, abs=1e-9)
+    assert found[1].depth == pytest.approx((10 * math.hypot(1, tilt) + 6 * tilt) * 1e-3, abs=2e-8)
+    apart = math.dist(found[0].middle, found[1].middle)
+    assert apart == pytest.approx((28 + 6 * tilt - 12) * 1e-3, abs=2e-8)
+
+
+def test_a_free_form_fillet_and_a_boss_are_no_holes(tmp_path):
+    boss = occ("BRepAlgoAPI").BRepAlgoAPI_Fuse(box(30, 30, 5), rod((15, 15, 5), (0, 0, 1), 4, 6)).Shape()
+    slot = cut(box(30, 30, 5, (40, 0, 0)), rod((55, 0, -1), (0, 0, 1), 6, 7))
+    for shape in (boss, slot):
+        free = occ("BRepBuilderAPI").BRepBuilderAPI_NurbsConvert(shape, True).Shape()
+        assert holes(free, tmp_path) == []

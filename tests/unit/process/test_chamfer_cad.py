@@ -9,11 +9,12 @@ import pytest
 import cutwise
 from cutwise.io import cad, cad_edges, cad_mesh, cad_parts, cad_select, step
 from cutwise.maths.edges import lengths
-from cutwise.paths.chamfer import Chamfer, chamfer_path
+from cutwise.paths.chamfer.ball_path import Chamfer, chamfer_path
+from cutwise.paths.chamfer.corners import Link, tours
 from cutwise.paths.pipe import PipeHole
 from cutwise.process import chamfer
-from cutwise.process.chamfer_corners import Link, tours
 from cutwise.process.chamfer_program import moves, program_of
+from cutwise.process.chamfer_task import task_of
 
 BASE = ("requirements={}",)
 
@@ -57,7 +58,7 @@ def test_paths_go_on_round_convex_corners_at_the_distance_of_their_ends(examples
         ends = [paths[link.first].path.centre[-1], paths[link.second].path.centre[0]]
         radius = np.linalg.norm(np.vstack([ends[0], link.centre, ends[1]]) - corner, axis=1)
         np.testing.assert_allclose(radius, radius[0], rtol=1e-9)
-    program = moves(done_scenario(examples), paths, done.links, done.members)
+    program = moves(task_of(done_scenario(examples)), paths, done.links, done.members)
     assert program.unproven == ()
 
 

@@ -10,7 +10,7 @@ from scipy.spatial import KDTree
 
 import cutwise
 from cutwise.maths.edges import lengths
-from cutwise.paths.chamfer import Chamfer, chamfer_path
+from cutwise.paths.chamfer.ball_path import Chamfer, chamfer_path
 from cutwise.paths.pipe import PipeHole, one_turn, pipe_edge
 from cutwise.physics.engagement.ball import pass_frames
 from cutwise.physics.structure.statics import characteristic

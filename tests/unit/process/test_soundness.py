@@ -257,3 +257,34 @@ def test_a_weight_across_the_rod_is_said_with_its_force():
     assert weight.value == pytest.approx(1.1 * 9.80665 * 0.05 / reach)
     assert "3.6 N" in " ".join(findings.notices(found))
     assert math.isclose(weight.limit, 0.972, rel_tol=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("code", "name", "overrides"),
+    [
+        ("contact_lost", "deburr_compliant_spindle",
+         ["operation.path_error={amplitude: 1.2 mm, frequency: 60 Hz}", "requirements={cutting_power_mean: {max: 900 W}}"]),
+        ("unstable", "mill_on_robot",
+         ["operation.spindle_speed=2000 rpm", "operation.feed=10 mm/s", "requirements={wall_error_max: {max: 1 mm}}"]),
+        ("unsolved", "drill_robot",
+         ["operation.feed_per_rev=0.3 mm/rev", "numerics.time_step=2 ms", "requirements={thrust_max: {max: 9 kN}}"]),
+    ],
+)  # fmt: skip
+def test_a_run_that_bounces_chatters_or_steps_too_far_fails_what_it_meets(code, name, overrides):
+    found = run(name, *overrides)
+    assert all(check.passed for check in found.checks if not check.implied)
+    assert found.verdict == "fail"
+    assert code in codes(found)
+    assert verdict_line(found).startswith("FAIL: ")
+
+
+def test_a_spindle_at_rest_in_the_cut_never_passes(tmp_path):
+    program = tmp_path / "still.nc"
+    program.write_text("G21 G90 S3000 M3\nG0 X0 Y-20 Z-2\nG1 Y80 F300\nM5\nG1 X4 F300\nY-20\nM30\n", encoding="utf-8")
+    text = (EXAMPLES / "machine_pocket.yaml").read_text(encoding="utf-8")
+    scenario = tmp_path / "still.yaml"
+    scenario.write_text(text.replace("mill_pocket.nc", "still.nc"), encoding="utf-8")
+    found = simulate(load(scenario, ["requirements={deviation_norm_max: {max: 1 mm}}"]))
+    assert all(check.passed for check in found.checks)
+    assert found.verdict == "fail"
+    assert "at_rest" in codes(found)

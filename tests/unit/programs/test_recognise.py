@@ -23,6 +23,14 @@ SIEMENS = 'N10 G17 G90 G54\nN20 T="MILL10"\nN30 M6\nN40 R1=10\nN50 G1 X=R1 F500\
         ("%_N_PART_MPF\n;$PATH=/_N_WKS_DIR\nG0 X1\n", "Siemens"),
         ("G0 X0\nG2 X10 Y0 CR=5\nG1 X=IC(5)\nG1 Y=AC(2) G642\n", "Siemens"),
         ("G21\nM104 S200\nG1 X1 E0.5 F100\n", "3D printer"),
+        ("$BRACKET.MIN%\nO1\nG15 H1\nG0 X0 Y0\nM2\n", "Okuma"),
+        ("O100\nVC1=10\nG0 X=VC1\nIF [VC1 EQ 3] GOTO NEND\nNEND M2\n", "Okuma"),
+        ("%PART,MX--,\nG0 X0 Y0\nM30\n", "Fagor"),
+        ("&ACCESS RVP\nDEF part( )\nLIN {X 100, Y 0, Z 50}\nEND\n", "KUKA"),
+        ("MODULE Part\nPROC main()\nMoveL [[0,0,0],[1,0,0,0]], v100, fine, tool0;\nENDPROC\nENDMODULE\n", "RAPID"),
+        ("  0\nSECTION\n  2\nHEADER\n  9\n$ACADVER\n", "drawing (DXF)"),
+        ("999\nmade by hand\n0\nSECTION\n", "drawing (DXF)"),
+        ("solid part\n  facet normal 0 0 1\n    outer loop\n", "mesh (STL)"),
         ("ISO-10303-21;\nHEADER;\n", "STEP file"),
         ("<!doctype html><html>", "page of the web"),
         ("G1\0X\0", "binary"),
@@ -52,6 +60,8 @@ def test_wide_encodings_are_named(tmp_path, encoding):
         "(MCALL is a word of another control)\nG1 X1 F100",
         "G1 X1 F100 (L X+1)\n(R1=2)\n; CYCLE83(1)\n",
         "#1=2\n#<R1>=5\nG1 X#1 F100",
+        "%\nO2 (DEF PART, MODULE 3, SOLID)\nG15\nG1 X1 F100\nM98 P100\n%",
+        "(VC1=2)\n(LET X=3)\nG1 X1 F100",
         "G1 X1 F100 *1",  # one star is a fault of its own
     ],
 )

@@ -113,7 +113,10 @@ def test_origins_say_where_each_value_is_from(scenario_with):
         ("{cutting_power_mean: {max: 300}}", "300 has no unit"),
         ("{cutting_power_mean: 300 W}", "write min, max or both, for example {max: 300 W}"),
         ("{surface_error_max: {min: 1 mm, max: 0 mm}}", "min 1 mm is above max 0 mm"),
-        ("{surface_error_max: {mx: 1 mm, max: 0 mm}}", "unknown key; a requirement has min, max and whole_band"),
+        (
+            "{surface_error_max: {mx: 1 mm, max: 0 mm}}",
+            "unknown key; a requirement has min, max, whole_band and probability",
+        ),
         ("{surface_error_max: {max: 1 mm, whole_band: perhaps}}", "perhaps is neither true nor false"),
         ("{surface_error_max: {whole_band: true}}", "has no limit; write min, max or both"),
         ("[surface_error_max]", "expected a section"),

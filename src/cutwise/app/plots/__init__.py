@@ -1,12 +1,8 @@
-"""The plots of the report, by process; a process adds its list here."""
+"""The plots of the report, by process; the row of a process in ``spec.kinds`` names them."""
 
-from cutwise.app.plots import arm, chamfer, deburr, drill, machine, mill, stock
+from collections.abc import Mapping
+
 from cutwise.app.plots.figures import Plot
+from cutwise.spec.kinds import Registered
 
-PLOTS: dict[str, list[Plot]] = {
-    "chamfer": chamfer.PLOTS,
-    "deburr": deburr.PLOTS,
-    "drill": drill.PLOTS,
-    "machine": machine.PLOTS,
-    "mill": [*arm.PLOTS, *mill.PLOTS, *stock.PLOTS],
-}
+PLOTS: Mapping[str, list[Plot]] = Registered("plots")

@@ -1,4 +1,4 @@
-"""Plots of a robot along a path: what wall and floor come out like, what the arm yields by, where it chatters."""
+"""Plots of a mill that goes as programmed: what wall and floor come out like, what yields, where it chatters."""
 
 from typing import TYPE_CHECKING
 
@@ -10,7 +10,10 @@ from cutwise.app.plots.figures import BAD, SERIES, Plot, curve, figure, legend_a
 if TYPE_CHECKING:
     from cutwise.results import Result
 
-_TERMS = {"deflection_arm": "joints of the arm", "deflection_base": "its base", "deflection_tip": "tip of the tool"}
+_TERMS = {
+    "deflection_arm": "joints of the arm", "deflection_base": "its base", "deflection_bodies": "bodies of the machine",
+    "deflection_tip": "tip of the tool", "deflection_pistons": "compliant spindle", "deflection_part_stiffness": "the part",
+}  # fmt: skip
 
 
 def wall_and_floor(result: "Result") -> Figure:
@@ -44,7 +47,7 @@ def yielding(result: "Result") -> Figure:
 
 
 def chatter(result: "Result") -> Figure:
-    """Axial depth at which the arm chatters, along the path, and the depth that is cut."""
+    """Axial depth at which it chatters, along the path, and the depth that is cut."""
     stability = result["stability"]
     factor, unit = scale("length")
     depth = stability["stable_depth"].values
@@ -60,15 +63,15 @@ def chatter(result: "Result") -> Figure:
 
 PLOTS = [
     Plot(
-        "Wall and floor", "Where the arm yields, the wall stands off or is cut into, and the pull of the helix digs the "
+        "Wall and floor", "Where the carrier yields, the wall stands off or is cut into, and the pull of the helix digs the "
         "floor.", wall_and_floor, ("surface/floor_error",),
     ),
     Plot(
         "What yields", "Displacement off the wall by each term that carries the tool; they add up.", yielding,
-        ("surface/floor_error", "structure/deflection_arm"),
+        ("surface/floor_error",),
     ),
     Plot(
-        "Chatter of the arm", "A cut as deep as the curve or deeper vibrates with growing amplitude.", chatter,
+        "Chatter", "A cut as deep as the curve or deeper vibrates with growing amplitude.", chatter,
         ("stability/stable_depth", "surface/floor_error"),
     ),
 ]  # fmt: skip

@@ -38,6 +38,28 @@ def disc_coefficients(chi: float, k: EdgeCoefficients) -> EdgeCoefficients:
 
     Equal to the cylinder at :math:`\chi = 90^\circ`.
 
+    Parameters
+    ----------
+    chi : float
+        Polar angle :math:`\chi` [rad], 0 at the side of the rod, :math:`\pi` at the tip.
+    k : EdgeCoefficients
+        Coefficients of the edge in its own directions [Pa], [N/m].
+
+    Returns
+    -------
+    EdgeCoefficients
+        Coefficients across and along the rod [Pa], [N/m].
+
+    Notes
+    -----
+    Valid for edges that stand across the meridian: coefficients are those of one edge geometry all over the ball.
+
+    Examples
+    --------
+    >>> k = disc_coefficients(math.pi / 3, EdgeCoefficients(0.0, 2.0, 1.0, 0.0, 0.0, 0.0))
+    >>> round(k.K_rc, 6), round(k.K_ac, 6)  # sqrt(3) + 1/2, sqrt(3)/2 - 1
+    (2.232051, -0.133975)
+
     References
     ----------
     Altintas 2012, sec. 2.10 (ball end mills); there the angle is counted from the pole.
@@ -63,7 +85,7 @@ def disc_force(
     Parameters
     ----------
     lo, hi : float
-        Immersion arc [rad].
+        Immersion arc [rad]; nothing cuts if ``hi <= lo``.
     z, height : float
         Height of the disc above the ball centre, and its thickness [m].
     ball_radius : float
@@ -76,6 +98,32 @@ def disc_force(
         Number of flutes.
     edges : Edges
         Force law of the edges; run-out is left out.
+
+    Returns
+    -------
+    DiscForce
+        Force on the tool [N].
+
+    Notes
+    -----
+    Valid for :math:`|z| < R_B` and arcs on which the chip is not negative (those of
+    :func:`~cutwise.physics.engagement.ball.disc_arcs` with the plane of the leading side); the linear law does not ask.
+
+    Examples
+    --------
+    A slot with the widest disc of a ball, two flutes and tangential force alone: :math:`K_{tc} c N b / \pi`, and half
+    of :math:`K_{tc} c N b / 2` across the feed.
+
+    >>> from cutwise.physics.cutting.uneven import even_edges
+    >>> edges = even_edges(EdgeCoefficients(1e9, 0.0, 0.0, 0.0, 0.0, 0.0))
+    >>> f = disc_force(0.0, math.pi, 0.0, 1e-3, 5e-3, 1e-4, 0.0, 0.0, 2, edges)
+    >>> round(f.tangential, 5), round(f.y, 6)
+    (63.66198, 50.0)
+
+    References
+    ----------
+    Derived here from the elements of Altintas 2012, sec. 2.10; the flute force is that of Berselli et al. 2016,
+    Eqs. (3), (4) and (9).
     """
     if hi <= lo:
         return DiscForce(0.0, 0.0, 0.0, 0.0, 0.0)

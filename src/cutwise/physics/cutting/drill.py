@@ -75,6 +75,24 @@ def zone_stress(law: ZoneLaw, specific: float) -> ZoneStress:
     specific : float
         :math:`k_c` [Pa] at the present chip thickness.
 
+    Returns
+    -------
+    ZoneStress
+        Forces per uncut chip area [Pa].
+
+    Notes
+    -----
+    Valid for :math:`\tan\gamma_0 > -1/\mu`, where :math:`K_{n0}` is positive and finite, and for a rake that is the same
+    all along a zone.
+
+    Examples
+    --------
+    Zero rake and a friction of 1/2 on the lip; twice the specific force at -30 degrees, without friction, on the chisel:
+
+    >>> q = zone_stress(ZoneLaw(0.5, 0.0, 2.0, 0.0, -math.pi / 6, 0.0), 1e9)
+    >>> [round(value / 1e9, 6) for value in (q.tangential_lip, q.normal_lip, q.tangential_chisel, q.normal_chisel)]
+    [1.0, 0.5, 1.732051, 1.0]
+
     References
     ----------
     Garnier, Subrin, Waiyagan 2017, Eqs. (1)-(3) with the matrix of Eq. (2) read as a rotation; the zone factors are
@@ -98,7 +116,40 @@ def zone_stress(law: ZoneLaw, specific: float) -> ZoneStress:
 
 @compiled
 def stress_at_feed(law: ZoneLaw, kc11: float, exponent: float, point: DrillPoint, feed: float) -> ZoneStress:
-    r"""Zone stresses at a feed per revolution ``feed`` [m]: chip thickness :math:`h_c = (f/2)\sin\kappa`."""
+    r"""Zone stresses at a feed per revolution: chip thickness :math:`h_c = (f/2)\sin\kappa`.
+
+    Parameters
+    ----------
+    law : ZoneLaw
+        Friction, rake angles and chisel factors.
+    kc11, exponent : float
+        :math:`k_{c1.1}` [Pa] and :math:`m_c` [1] of Kienzle's law.
+    point : DrillPoint
+        Geometry; its half point angle :math:`\kappa` counts.
+    feed : float
+        Feed per revolution f [m].
+
+    Returns
+    -------
+    ZoneStress
+        Forces per uncut chip area [Pa].
+
+    Notes
+    -----
+    Valid where :func:`~cutwise.physics.cutting.kienzle.specific_cutting_force` is; two lips that cut alike.
+
+    Examples
+    --------
+    0.4 mm per revolution at a half point angle of 30 degrees: a chip of 0.1 mm.
+
+    >>> law, point = ZoneLaw(0.5, 0.0, 2.0, 0.0, 0.0, 0.0), DrillPoint(5e-3, 1e-3, 0.0, math.pi / 6, 0.0, 0.0, 0.0)
+    >>> round(stress_at_feed(law, 1e9, 0.25, point, 4e-4).specific / 1e6, 3)
+    1778.279
+
+    References
+    ----------
+    Garnier et al. 2017, Eq. (1), with the coefficient by Kienzle's law.
+    """
     thickness = 0.5 * feed * math.sin(point.half_point_angle)
     return zone_stress(law, specific_cutting_force(kc11, exponent, thickness))
 
@@ -123,6 +174,23 @@ def lip_force(point: DrillPoint, stress: ZoneStress, feed: float, inner: float, 
         Feed per revolution :math:`f = 2 f_z` [m].
     inner, outer : float
         Radii between which the lip cuts [m], :math:`0 \le` inner; nothing is cut if outer is not larger.
+
+    Returns
+    -------
+    LipForce
+        Thrust, tangential and inward force [N], torque [N m].
+
+    Notes
+    -----
+    Valid for a rake that is constant along each zone and a lip through the axis.
+
+    Examples
+    --------
+    Lip from 1 to 5 mm at 60 degrees, 0.1 mm per lip:
+
+    >>> point, stress = DrillPoint(5e-3, 1e-3, 0.0, math.pi / 3, 0.0, 0.0, 0.0), ZoneStress(2e9, 0, 0, 2e9, 1e9, 3e9, 4e9)
+    >>> [round(value, 3) for value in lip_force(point, stress, 2e-4, 0.0, 5e-3)]
+    [692.82, 2.55, 1100.0, 400.0]
 
     References
     ----------
@@ -149,7 +217,20 @@ def lip_force(point: DrillPoint, stress: ZoneStress, feed: float, inner: float, 
 
 @compiled
 def cone_height(point: DrillPoint) -> float:
-    r"""Height of the drill point :math:`h_t = R\cot\kappa` [m]."""
+    r"""Height of the drill point :math:`h_t = R\cot\kappa` [m].
+
+    Parameters
+    ----------
+    point : DrillPoint
+        Radius R [m] and half point angle :math:`\kappa` [rad], :math:`0 < \kappa < \pi/2`.
+
+    Examples
+    --------
+    10 mm, 118 degrees:
+
+    >>> round(1e3 * cone_height(DrillPoint(5e-3, 1e-3, 0.0, math.radians(59), 0.0, 0.0, 0.0)), 6)
+    3.004303
+    """
     return point.radius / math.tan(point.half_point_angle)
 
 
@@ -169,6 +250,27 @@ def margin_torque(point: DrillPoint, shear_stress: float, depth: float, thicknes
         Depth :math:`h` of the tip below the entry surface [m]; no torque before the corner has entered.
     thickness : float
         Thickness of the part [m].
+
+    Returns
+    -------
+    float
+        Torque against the rotation [N m].
+
+    Notes
+    -----
+    Valid until the corners leave at the exit, :math:`h \le h_t +` thickness: beyond, the torque stays as it is.
+
+    Examples
+    --------
+    2 mm of two margins 1 mm wide rub at 10 MPa and 5 mm from the axis:
+
+    >>> point = DrillPoint(5e-3, 1e-3, 0.0, math.radians(59), 0.0, 1e-3, 2e-3)
+    >>> round(margin_torque(point, 1e7, 2e-2, 5e-2), 9)
+    0.2
+
+    References
+    ----------
+    Derived here; Garnier et al. 2017, sec. 2.1, names the margin without a formula.
     """
     rubbing = min(depth - cone_height(point), point.margin_length, thickness)
     return 2.0 * shear_stress * point.margin_width * point.radius * rubbing if rubbing > 0.0 else 0.0
@@ -181,6 +283,32 @@ def shares(point: DrillPoint, stress: ZoneStress, feed: float) -> tuple[float, f
     .. math::
         T = 2 f_z\sin\kappa\,[q_{n0}(R - r_a) + q_{n1} r_a], \qquad
         M = f_z\,[q_{t0}(R^2 - r_a^2) + q_{t1} r_a^2]
+
+    Parameters
+    ----------
+    point : DrillPoint
+        Geometry.
+    stress : ZoneStress
+        Stresses at this feed [Pa].
+    feed : float
+        Feed per revolution :math:`f = 2 f_z` [m].
+
+    Returns
+    -------
+    tuple
+        Of both lips together; valid as :func:`lip_force` is.
+
+    Examples
+    --------
+    The drill of :func:`lip_force`:
+
+    >>> point, stress = DrillPoint(5e-3, 1e-3, 0.0, math.pi / 3, 0.0, 0.0, 0.0), ZoneStress(2e9, 0, 0, 2e9, 1e9, 3e9, 4e9)
+    >>> [round(value, 3) for value in shares(point, stress, 2e-4)]
+    [692.82, 692.82, 4.8, 0.3]
+
+    References
+    ----------
+    Garnier et al. 2017, Eq. (5) corrected (see :func:`lip_force`); chisel edge and torque are derived here.
     """
     lip = lip_force(point, stress, feed, point.chisel_radius, point.radius)
     chisel = lip_force(point, stress, feed, 0.0, point.chisel_radius)
@@ -196,8 +324,33 @@ def rotating_force(point: DrillPoint, stress: ZoneStress, height_error: float) -
 
     Parameters
     ----------
+    point : DrillPoint
+        Geometry.
+    stress : ZoneStress
+        Stresses at the mean chip [Pa].
     height_error : float
         :math:`e` [m], half of the difference in chip load between the lips.
+
+    Returns
+    -------
+    float
+        [N], towards the axis on the lip that cuts more.
+
+    Notes
+    -----
+    Valid for :math:`|e| \le f_z`: beyond, one lip cuts nothing.
+
+    Examples
+    --------
+    10 µm at the drill of :func:`lip_force`: a fifth of twice 400 N for 0.1 mm.
+
+    >>> point, stress = DrillPoint(5e-3, 1e-3, 0.0, math.pi / 3, 0.0, 0.0, 0.0), ZoneStress(2e9, 0, 0, 2e9, 1e9, 3e9, 4e9)
+    >>> round(rotating_force(point, stress, 1e-5), 6)
+    80.0
+
+    References
+    ----------
+    Derived here from the inward force of :func:`lip_force`.
     """
     width = stress.normal_lip * (point.radius - point.chisel_radius) + stress.normal_chisel * point.chisel_radius
     return 2.0 * height_error * math.cos(point.half_point_angle) * width

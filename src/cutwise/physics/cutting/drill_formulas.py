@@ -29,6 +29,12 @@ def half_specific_force(specific: float, diameter: float, feed: float, half_poin
     half_point_angle : float
         :math:`\kappa` [rad].
 
+    Examples
+    --------
+    >>> thrust, torque = half_specific_force(2e9, 1e-2, 2e-4, math.pi / 2)
+    >>> round(thrust, 6), round(torque, 9)
+    (1000.0, 5.0)
+
     References
     ----------
     Sandvik Coromant, training handbook of metal cutting, drilling.
@@ -53,6 +59,14 @@ def shaw_oxford(brinell: float, diameter: float, feed: float) -> ThrustTorque:
     diameter, feed : float
         :math:`D` and feed per revolution :math:`f` [m].
 
+    Examples
+    --------
+    H = 100 N/mm², 1 mm, 1 mm: 19.5 and 8.7 times 25.4^0.4, and 0.22 N of the chisel edge.
+
+    >>> thrust, torque = shaw_oxford(100 / 9.81, 1e-3, 1e-3)
+    >>> round((thrust - 0.22) / 19.5, 6), round(1e3 * torque / 8.7, 6)
+    (3.646981, 3.646981)
+
     References
     ----------
     Shaw and Oxford 1957, constants recalled, not read.
@@ -76,6 +90,12 @@ def tungaloy(material_factor: float, diameter: float, feed: float) -> ThrustTorq
         :math:`K` [1] of the catalogue's table: cast iron 1.0, aluminium 1.01, steels 1.4 to 3.4.
     diameter, feed : float
         :math:`D` and feed per revolution :math:`f` [m].
+
+    Examples
+    --------
+    >>> thrust, torque = tungaloy(1.0, 1e-2, 1e-3)
+    >>> round(thrust, 6), round(torque, 6)
+    (5700.0, 17.47)
 
     References
     ----------

@@ -47,7 +47,15 @@ NO_FORCE = FluteForce(0.0, 0.0, 0.0, 0.0)
 
 @inlined
 def sinc(x: float) -> float:
-    r"""Unnormalised :math:`\sin x / x`, by its series near zero so that :math:`\beta = 0` is nothing special."""
+    r"""Unnormalised :math:`\sin x / x`, by its series near zero so that :math:`\beta = 0` is nothing special.
+
+    Valid for any x [rad]; the series is used below 1e-4, where it is right to the last digit.
+
+    Examples
+    --------
+    >>> round(sinc(0.5 * math.pi), 9), sinc(0.0)  # 2/pi, 1
+    (0.636619772, 1.0)
+    """
     if abs(x) < 1e-4:
         return 1.0 - x * x / 6.0
     return math.sin(x) / x
@@ -86,6 +94,25 @@ def arc_force(
         Edge length in the arc [m].
     coefficients : EdgeCoefficients
         Cutting coefficients.
+
+    Returns
+    -------
+    FluteForce
+        Force on the tool [N].
+
+    Notes
+    -----
+    Valid where the chip :math:`c \sin(\phi - \vartheta)` is not negative, :math:`\vartheta \le \phi \le \vartheta + \pi`
+    (not asked here: the arcs see to it), and :math:`c \ll R`, so that the path of a tooth is a circle.
+
+    Examples
+    --------
+    An edge of 1 mm spread over a slot, chip 0.1 mm, tangential force alone: :math:`K_{tc} c L / 2` across the feed,
+    :math:`2 K_{tc} c L / \pi` along the edges.
+
+    >>> f = arc_force(1e-4, 0.0, 0.5 * math.pi, math.pi, 1e-3, EdgeCoefficients(1e9, 0.0, 0.0, 0.0, 0.0, 0.0))
+    >>> round(f.y, 6), round(f.tangential, 5)
+    (50.0, 63.66198)
 
     References
     ----------
@@ -129,6 +156,30 @@ def mean_force(
         Axial width b of the layer [m].
     flutes : int
         Number of flutes N.
+    coefficients : EdgeCoefficients
+        Cutting coefficients.
+
+    Returns
+    -------
+    FluteForce
+        Mean force on the tool [N].
+
+    Notes
+    -----
+    Valid as :func:`arc_force` is, for evenly spaced flutes without run-out.
+
+    Examples
+    --------
+    A slot 1 mm deep with two flutes, chip 0.1 mm, tangential force alone: :math:`N K_{tc} c b / 4` across the feed.
+
+    >>> f = mean_force(0.0, math.pi, 1e-4, 0.0, 1e-3, 2, EdgeCoefficients(1e9, 0.0, 0.0, 0.0, 0.0, 0.0))
+    >>> round(f.y, 6), round(f.tangential, 5)
+    (50.0, 63.66198)
+
+    References
+    ----------
+    Derived here from Berselli et al. 2016, Eqs. (3), (4) and (9); at :math:`\vartheta = 0` the average forces of
+    Altintas 2012, chapter 2.
     """
     if hi <= lo or width <= 0.0:
         return FluteForce(0.0, 0.0, 0.0, 0.0)
@@ -142,6 +193,33 @@ def flutes_in_cut(rotation: float, lo: float, hi: float, z_lo: float, z_hi: floa
 
     :math:`j_0 = \lceil (lo + k_\beta z - \phi) / \phi_p \rceil` at the lowest lag,
     :math:`j_1 = \lfloor (hi + k_\beta z - \phi) / \phi_p \rfloor` at the highest.
+
+    Parameters
+    ----------
+    rotation : float
+        Rotation :math:`\phi` of the mill [rad], flute 0 at the tip.
+    lo, hi : float
+        Immersion arc [rad].
+    z_lo, z_hi : float
+        Axial limits above the tip [m].
+    mill : Mill
+        The mill; a left-hand helix is negative.
+
+    Returns
+    -------
+    tuple
+        First and last flute; the last is the lower number where none is in the arc.
+
+    Examples
+    --------
+    Of two straight flutes, now at 0 and 180 degrees, the second is between 0.5 and 4 rad:
+
+    >>> flutes_in_cut(0.0, 0.5, 4.0, 0.0, 1e-3, Mill(5e-3, 2, 0.0))
+    (1, 1)
+
+    References
+    ----------
+    Derived here; takes the place of the list of cases after Berselli et al. 2016, Eq. (6).
     """
     pitch = 2.0 * math.pi / mill.flutes
     lag = math.tan(mill.helix) / mill.radius
@@ -154,7 +232,41 @@ def flutes_in_cut(rotation: float, lo: float, hi: float, z_lo: float, z_hi: floa
 def edge_in_cut(
     rotation: float, flute: int, lo: float, hi: float, z_lo: float, z_hi: float, mill: Mill
 ) -> tuple[float, float, float, float]:
-    """Part of one flute that stands in an arc: its axial limits [m], and middle and width of its angles [rad]."""
+    r"""Part of one flute that stands in an arc: its axial limits [m], and middle and width of its angles [rad].
+
+    .. math:: z_{1,2} = \frac{\phi + j\phi_p - (hi, lo)}{k_\beta} \;\text{within}\; [z_{lo}, z_{hi}], \qquad
+              \phi_m = \phi + j\phi_p - k_\beta \frac{z_1 + z_2}{2}, \qquad \Delta = k_\beta (z_2 - z_1)
+
+    Parameters
+    ----------
+    rotation : float
+        Rotation :math:`\phi` of the mill [rad], flute 0 at the tip.
+    flute : int
+        j, one of :func:`flutes_in_cut`.
+    lo, hi : float
+        Immersion arc [rad].
+    z_lo, z_hi : float
+        Axial limits of the layer above the tip [m].
+    mill : Mill
+        The mill.
+
+    Returns
+    -------
+    tuple
+        :math:`z_1, z_2, \phi_m, \Delta`; nothing is in cut if :math:`z_2 \le z_1`. A straight flute counts whole: valid if
+        it is one of :func:`flutes_in_cut`. The width is negative on a left-hand helix.
+
+    Examples
+    --------
+    A helix that lags by 250 rad/m enters the arc from 0.5 rad at a height of (1 - 0.5)/250 m:
+
+    >>> [round(v, 9) for v in edge_in_cut(1.0, 0, 0.5, 2.0, 0.0, 1e-2, Mill(4e-3, 2, 0.25 * math.pi))]
+    [0.0, 0.002, 0.75, 0.5]
+
+    References
+    ----------
+    Berselli et al. 2016, Eq. (2) and the limits after Eq. (6), of which line 3 is a misprint.
+    """
     start = rotation + flute * 2.0 * math.pi / mill.flutes
     lag = math.tan(mill.helix) / mill.radius
     z1, z2 = z_lo, z_hi
@@ -194,6 +306,28 @@ def tooth_force(
         Feed per tooth [m] and feed direction [rad].
     z_lo, z_hi : float
         Axial limits of the layer above the tip [m].
+    mill : Mill
+        The mill.
+    coefficients : EdgeCoefficients
+        Cutting coefficients.
+
+    Returns
+    -------
+    FluteForce
+        Force on the tool [N].
+
+    Notes
+    -----
+    Valid as :func:`arc_force` is, for evenly spaced flutes without run-out.
+
+    Examples
+    --------
+    One flute of 45 degrees on R = 5 mm lies over half a turn in a slot: :math:`K_{tc} c / k_\beta \cdot \pi / 2` off the
+    work, and nothing more when the slot is as much deeper again.
+
+    >>> mill, k = Mill(5e-3, 1, 0.25 * math.pi), EdgeCoefficients(1e9, 0.0, 0.0, 0.0, 0.0, 0.0)
+    >>> [round(tooth_force(math.pi, 0.0, math.pi, 1e-4, 0.0, 0.0, z, mill, k).y, 4) for z in (0.0157079633, 0.03)]
+    [785.3982, 785.3982]
 
     References
     ----------
@@ -220,5 +354,19 @@ def mirrored(force: FluteForce) -> FluteForce:
     r"""Up milling from the mirror image of down milling: :math:`F_y \to -F_y`.
 
     The arcs go in mirrored too, :math:`\phi \to \pi - \phi` and :math:`\vartheta \to -\vartheta`.
+
+    Parameters
+    ----------
+    force : FluteForce
+        In down milling [N].
+
+    Examples
+    --------
+    >>> mirrored(FluteForce(1.0, 2.0, 3.0, 4.0))
+    FluteForce(x=1.0, y=-2.0, z=3.0, tangential=4.0)
+
+    References
+    ----------
+    Derived here from the symmetry of Berselli et al. 2016, Eqs. (3), (4) and (9).
     """
     return FluteForce(force.x, -force.y, force.z, force.tangential)

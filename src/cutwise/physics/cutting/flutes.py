@@ -91,6 +91,26 @@ def put(load, layer: int, force: FluteForce, arm: float) -> None:  # type: ignor
 
     The force laws count F_z as the paper does; a right-hand helix on a right-hand cut pulls the tool out of its
     holder, so a structure feels the other sign.
+
+    Parameters
+    ----------
+    load : Load
+        Changed in place: the force by layer [N], and the total with its moments about the pivot [N m].
+    layer : int
+        Layer of the work, 0 for the burr.
+    force : FluteForce
+        [N]
+    arm : float
+        Distance of the force below the pivot [m].
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from cutwise.records import Load
+    >>> load = Load(np.zeros((1, 3)), np.zeros(6))
+    >>> put(load, 0, FluteForce(1.0, 2.0, 3.0, 4.0), 0.1)
+    >>> load.total.round(9).tolist()
+    [1.0, 2.0, -3.0, 4.0, 0.1, 0.2]
     """
     by_layer, total = load
     by_layer[layer, 0] += force.x

@@ -24,6 +24,17 @@ def specific_cutting_force(kc11: float, exponent: float, thickness: float) -> fl
     float
         :math:`k_c` [Pa].
 
+    Notes
+    -----
+    Valid for the chip thickness, rake and wear for which :math:`k_{c1.1}` was fitted.
+
+    Examples
+    --------
+    A tenth of a millimetre and an exponent of 1/4: :math:`10^{1/4}` times the force at one millimetre.
+
+    >>> round(specific_cutting_force(1.5e9, 0.25, 1e-4) / 1e6, 3)
+    2667.419
+
     References
     ----------
     Kienzle 1952; tables of :math:`k_{c1.1}` are usually fitted over 0.05 to 0.5 mm.

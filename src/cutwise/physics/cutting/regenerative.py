@@ -28,7 +28,21 @@ class ToothGrid(NamedTuple):
 
 
 def tooth_grid(teeth: int, steps: int, lag: FloatArray, entry: float, exit_angle: float) -> ToothGrid:
-    """Stations of a mill: teeth, steps per tooth period, lag of each disc [rad], entry and exit angle [rad]."""
+    """Stations of a mill: teeth, steps per tooth period, lag of each disc [rad], entry and exit angle [rad].
+
+    Valid for a helix whose lags are given and for arcs of a turn at most.
+
+    Examples
+    --------
+    Two teeth, two steps a tooth: stations at 0, 90, 180 and 270 degrees, of which two lie before an exit at 2 rad.
+
+    >>> tooth_grid(2, 2, np.zeros(1), 0.0, 2.0).inside.ravel().tolist()
+    [True, True, False, False]
+
+    References
+    ----------
+    Derived here.
+    """
     angle = 2.0 * math.pi * np.arange(teeth * steps)[:, None] / (teeth * steps) - np.asarray(lag)[None, :]
     past = np.mod(angle - entry, 2.0 * math.pi)
     inside = past < exit_angle - entry
@@ -63,6 +77,23 @@ def cut_station(
     -------
     tuple
         Sums over the discs in cut of :math:`h n_x`, :math:`h n_y` [m], :math:`n_x`, :math:`n_y` [-].
+
+    Notes
+    -----
+    Valid for a steady spindle speed, whole steps per tooth period, and displacements small against the mill radius.
+
+    Examples
+    --------
+    Of two discs, one along x and one along y, the tool moves into the surface of the first and away from the other's:
+
+    >>> surface = np.zeros((1, 2))
+    >>> sums = cut_station(1e-4, -2e-4, 0, np.array([[1.0, 0.0]]), np.array([[0.0, 1.0]]), surface, 0.0)
+    >>> [value + 0.0 for value in sums], (surface[0] + 0.0).tolist()
+    ([0.0001, 0.0, 1.0, 0.0], [0.0001, 0.0])
+
+    References
+    ----------
+    Derived here; that the highest of the earlier passes counts is the multiple regeneration of Tlusty and Ismail 1981.
     """
     hx, hy, ex, ey = 0.0, 0.0, 0.0, 0.0
     for d in range(surface.shape[1]):
@@ -83,6 +114,20 @@ def fed_surface(grid: ToothGrid, feed_per_tooth: float) -> FloatArray:
 
     Station q is first met by tooth 0 at step q; the pass before it was a tooth period earlier. Outside entry and exit
     it is out of reach, so that nothing is cut there.
+
+    ``grid``: stations of the mill; ``feed_per_tooth`` [m]. Returns shape (revolution, discs). Valid without run-out.
+
+    Examples
+    --------
+    The station across the feed is met half a tooth period on, half a feed before where the tool stands then:
+
+    >>> surface = fed_surface(tooth_grid(2, 2, np.zeros(1), 0.0, 2.0), 1e-4)
+    >>> round(float(surface[1, 0]), 9), float(surface[2, 0])
+    (-5e-05, 1e+100)
+
+    References
+    ----------
+    Derived here.
     """
     revolution = grid.normal_x.shape[0]
     first = np.arange(revolution) % grid.tooth  # the step at which some tooth first meets the station

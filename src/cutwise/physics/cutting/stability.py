@@ -39,6 +39,17 @@ def arc_of(radial_immersion: float, milling: str) -> tuple[float, float]:
     r"""Entry and exit angle [rad] for a radial immersion :math:`a_e/D` (0 to 1), ``"up"`` or ``"down"``.
 
     .. math:: \text{up: } 0 \ldots \arccos(1 - 2 a_e/D), \qquad \text{down: } \arccos(2 a_e/D - 1) \ldots \pi
+
+    Raises ``ValueError`` for an immersion outside of that. Valid for a straight cut, feed per tooth small against D.
+
+    Examples
+    --------
+    >>> [round(math.degrees(angle), 6) for angle in (*arc_of(0.5, "up"), *arc_of(0.25, "down"))]
+    [0.0, 90.0, 120.0, 180.0]
+
+    References
+    ----------
+    Altintas 2012, chapter 2.
     """
     if not 0.0 < radial_immersion <= 1.0:
         raise ValueError(f"radial immersion must be above 0 and at most 1 of the diameter, got {radial_immersion}")
@@ -52,6 +63,19 @@ def directional_matrix(angle: float, case: Milling) -> FloatArray:
 
     ``angle`` is that of the tooth that entered last, at least the entry angle; :math:`n = (\sin\phi, \cos\phi)`,
     :math:`t = (\cos\phi, -\sin\phi)`.
+
+    Valid for straight teeth (or a helix that lags little over the depth) and small vibrations.
+
+    Examples
+    --------
+    One tooth across the feed: a displacement along it (first column) gives radial and tangential force.
+
+    >>> directional_matrix(0.5 * math.pi, Milling(1, 0.0, math.pi, 1000.0, 300.0))[:, 0].round(6).tolist()
+    [300.0, -1000.0]
+
+    References
+    ----------
+    Altintas and Budak 1995, directional coefficients, in the axes of :class:`Milling`.
     """
     out = np.zeros((2, 2))
     pitch = 2.0 * math.pi / case.teeth
@@ -64,7 +88,22 @@ def directional_matrix(angle: float, case: Milling) -> FloatArray:
 
 
 def chebyshev(n: int) -> tuple[FloatArray, FloatArray]:
-    """Chebyshev-Lobatto nodes on [-1, 1], ascending, shape (n+1,), and their differentiation matrix."""
+    r"""Chebyshev-Lobatto nodes on [-1, 1], ascending, shape (n+1,), and their differentiation matrix.
+
+    .. math:: x_k = -\cos(\pi k / n), \qquad D_{jk} = \frac{c_j}{c_k} \frac{(-1)^{j+k}}{x_j - x_k}, \qquad c_0 = c_n = 2
+
+    Exact for polynomials up to the order n, at least 1.
+
+    Examples
+    --------
+    >>> x, d = chebyshev(2)
+    >>> (d @ x**2)[[0, 2]].round(9).tolist()  # 2 x
+    [-2.0, 2.0]
+
+    References
+    ----------
+    Trefethen 2000, Spectral Methods in MATLAB, chapter 6.
+    """
     x = -np.cos(np.pi * np.arange(n + 1) / n)
     weight = np.ones(n + 1)
     weight[0] = weight[-1] = 2.0
@@ -137,6 +176,21 @@ def multipliers(
     -------
     ndarray
         :math:`|\mu|` [-], shape (n,).
+
+    Notes
+    -----
+    Valid for small vibrations about a steady cut and teeth whose helix lags little over the depth.
+
+    Examples
+    --------
+    Without depth the free motion is left, :math:`e^{-\zeta\omega\tau}`: 5 % of 1000 rad/s over 10 ms.
+
+    >>> from scipy.linalg import expm
+    >>> tip = Tip(np.array([1000.0]), np.array([0.05]), np.array([1.0]), np.array([[0.0, 1.0]]))
+    >>> case = Milling(2, 0.0, 1.0, 1e9, 3e8)
+    >>> free = lambda time: expm(np.array([[0.0, 1.0], [-1e6, -100.0]]) * time)
+    >>> multipliers(np.zeros(1), 100 * math.pi, case, tip, free).round(6).tolist()  # exp(-1/2)
+    [0.606531]
 
     References
     ----------
@@ -248,6 +302,12 @@ def limit_depth(spindle: float, case: Milling, tip: Tip, free: FreeMotion, deepe
     """Least axial depth [m] that is unstable, met from below on a grid of ``deepest/grid`` and then bisected.
 
     Infinite if nothing up to ``deepest`` is unstable; islands of instability thinner than the grid are missed.
+
+    ``spindle`` [rad/s], ``case``, ``tip``, ``free`` as for :func:`multipliers`; found to 1e-7 of ``deepest`` [m].
+
+    References
+    ----------
+    As :func:`multipliers`.
     """
     depths = np.linspace(deepest / grid, deepest, grid)
     unstable = np.nonzero(multipliers(depths, spindle, case, tip, free) > 1.0)[0]

@@ -5,6 +5,7 @@ in angles from the wall side (heading - 90°), over a range of heights above the
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -14,10 +15,22 @@ from cutwise.physics.cutting.delayed import delayed_disc_forces
 from cutwise.physics.cutting.discs import Discs, disc_forces
 from cutwise.physics.cutting.flute import FluteForce, Mill, mean_force, tooth_force
 from cutwise.physics.cutting.uneven import Edges, even_and_linear, turning_mean_force
+from cutwise.stages import cut
 
 FloatArray = npt.NDArray[np.float64]
 
 AVERAGED, FLUTES, DISCS, DELAYED = 1, 2, 3, 4
+
+
+class WallFlutes(NamedTuple):
+    """A turning mill that meets patches, by the chip of a steady feed."""
+
+    law: int  # AVERAGED, FLUTES or DISCS
+    mill: Mill
+    discs: Discs
+    edges: Edges
+    spindle: float  # [rad/s]
+    half: float  # [s] half a step of the loop: the teeth stand as in its middle
 
 
 @compiled
@@ -60,6 +73,26 @@ def wall_force(
     -------
     tuple
         Force on the tool x, y, z in machine axes [N].
+
+    Notes
+    -----
+    Valid for :math:`0 \le a_1 \le a_2 \le \pi` and feeds per tooth small against the mill radius.
+
+    Examples
+    --------
+    The mean over a slot along x, 1 mm deep with two flutes: :math:`N c b / 4` of :math:`-K_{rc}` and :math:`K_{tc}`.
+
+    >>> from cutwise.physics.cutting.discs import discs
+    >>> from cutwise.physics.cutting.uneven import EdgeCoefficients, even_edges
+    >>> mill, parts = Mill(5e-3, 2, 0.0), discs(5e-3, 0.0, 1e-3, 2, 1)
+    >>> edges = even_edges(EdgeCoefficients(1e9, 5e8, 2e8, 0.0, 0.0, 0.0))
+    >>> force = wall_force(AVERAGED, 0.0, 0.0, 0.0, math.pi, 0.0, 1e-3, 1e-4, 0.0, mill, parts, edges)
+    >>> [round(f, 4) for f in force]
+    [-25.0, 50.0, -12.7324]
+
+    References
+    ----------
+    Berselli et al. 2016, Eqs. (2)-(7), (9) and (10), corrected, in machine axes.
     """
     if law == DISCS:
         lowest, highest = disc_range(z_lo, z_hi, discs)
@@ -76,12 +109,53 @@ def wall_force(
     return _to_machine(tooth_force(rotation, lo, hi, chip, theta, z_lo, z_hi, mill, edges.linear), heading)
 
 
+@cut.of(WallFlutes)
+def _(cutting, contact, count, time, pivot, load):
+    """In the axes of the machine: rows are arc, heights, displacement per tooth and heading of each patch."""
+    rows = contact.rows
+    angle = -cutting.spindle * (time + cutting.half)
+    for p in range(count):
+        fx, fy, fz = wall_force(
+            cutting.law, angle, rows[p, 7], rows[p, 3], rows[p, 4], rows[p, 1], rows[p, 2], rows[p, 5], rows[p, 6],
+            cutting.mill, cutting.discs, cutting.edges,
+        )  # fmt: skip
+        load.total[0] += fx
+        load.total[1] += fy
+        load.total[2] += fz
+
+
 @compiled
 def place_loads(patches: FloatArray, chip: FloatArray, mill: Mill, discs: Discs, edges: Edges) -> FloatArray:
     """Mean force in the plane of a steady cut at each place with its own feed, run-out left out [N], shape (n,).
 
-    ``patches`` are those of :func:`wall_force` (arc from, to [rad], heights from, to [m]), shape (n, p, 4), and ``chip``
-    the feed per tooth [m], shape (n,).
+    Parameters
+    ----------
+    patches : array (n, p, 4)
+        Those of :func:`wall_force`: arc from, to [rad], heights from, to [m].
+    chip : array (n,)
+        Feed per tooth [m]; nothing is cut without it.
+    mill, discs, edges
+        As there.
+
+    Notes
+    -----
+    Valid as :func:`wall_force` with ``AVERAGED``. Equal neighbours are computed once.
+
+    Examples
+    --------
+    The slot of :func:`wall_force`, 25 N along and 50 N across, and the same at rest:
+
+    >>> from cutwise.physics.cutting.discs import discs
+    >>> from cutwise.physics.cutting.uneven import EdgeCoefficients, even_edges
+    >>> mill, parts = Mill(5e-3, 2, 0.0), discs(5e-3, 0.0, 1e-3, 2, 1)
+    >>> edges = even_edges(EdgeCoefficients(1e9, 5e8, 2e8, 0.0, 0.0, 0.0))
+    >>> slot = np.array([[[0.0, math.pi, 0.0, 1e-3]]] * 2)
+    >>> place_loads(slot, np.array([1e-4, 0.0]), mill, parts, edges).round(4).tolist()
+    [55.9017, 0.0]
+
+    References
+    ----------
+    As :func:`wall_force`.
     """
     loads = np.zeros(chip.shape[0])
     for k in range(chip.shape[0]):
@@ -100,7 +174,27 @@ def place_loads(patches: FloatArray, chip: FloatArray, mill: Mill, discs: Discs,
 
 @compiled
 def disc_range(z_lo: float, z_hi: float, discs: Discs) -> tuple[int, int]:
-    """Discs whose middle lies between two heights above the tip [m]: the first, and the one after the last."""
+    r"""Discs whose middle lies between two heights above the tip [m]: the first, and the one after the last.
+
+    .. math:: d \ge z / \Delta z - 1/2
+
+    Parameters
+    ----------
+    z_lo, z_hi : float
+        Heights [m]; beyond the mill there are no discs.
+    discs : Discs
+        Thickness :math:`\Delta z` [m] and number of the discs.
+
+    Notes
+    -----
+    Valid to half a disc: a patch thinner than that may have none, or a whole one. A height within 1e-9 of a middle is one.
+
+    Examples
+    --------
+    >>> from cutwise.physics.cutting.discs import discs
+    >>> disc_range(2e-3, 5e-3, discs(5e-3, 0.0, 1e-2, 2, 10))  # middles at 2.5, 3.5 and 4.5 mm
+    (2, 5)
+    """
     lowest = math.ceil(z_lo / discs.thickness - 0.5 - 1e-9)
     highest = math.ceil(z_hi / discs.thickness - 0.5 - 1e-9)
     return min(max(lowest, 0), discs.count), min(max(highest, 0), discs.count)
@@ -113,6 +207,36 @@ def tooth_period(
     """Forces over a revolution at a steady feed per tooth along +x; shape (positions x flutes, 3) [N].
 
     Without run-out every tooth period is alike, and one of them is given: shape (positions, 3).
+
+    Parameters
+    ----------
+    law : int
+        As for :func:`wall_force`, or ``DELAYED``, which knows run-out.
+    low, high : float
+        Arc from the wall side [rad], within 0 and pi.
+    chip : float
+        Feed per tooth [m].
+    depth : float
+        Axial depth from the tip up [m].
+    mill, discs, edges
+        The mill, its discs, and the force law of its edges.
+    positions : int
+        In a tooth period.
+
+    Examples
+    --------
+    A straight flute across the feed, 1 mm deep, chip 0.1 mm:
+
+    >>> from cutwise.physics.cutting.discs import discs
+    >>> from cutwise.physics.cutting.uneven import EdgeCoefficients, even_edges
+    >>> mill, parts = Mill(5e-3, 2, 0.0), discs(5e-3, 0.0, 1e-3, 2, 1)
+    >>> edges = even_edges(EdgeCoefficients(1e9, 5e8, 2e8, 0.0, 0.0, 0.0))
+    >>> tooth_period(FLUTES, 0.0, math.pi, 1e-4, 1e-3, mill, parts, edges, 1).round(6).tolist()
+    [[-50.0, 100.0, -20.0]]
+
+    References
+    ----------
+    Berselli et al. 2016, Eqs. (2)-(7), corrected; run-out by :func:`delayed_disc_forces`.
     """
     turns = 1 if even_and_linear(edges) or edges.runout == 0.0 else mill.flutes
     out = np.empty((positions * turns, 3))
@@ -134,7 +258,36 @@ def tooth_period(
 
 @compiled
 def steady_step(teeth: int, angle: float, chip: float, flutes: int, edges: Edges) -> tuple[float, float]:
-    r"""How far the tool axis has come in a number of tooth periods of a steady feed along +x, run-out included [m]."""
+    r"""How far the tool axis has come in a number of tooth periods of a steady feed along +x, run-out included [m].
+
+    .. math:: r(t) - r(t - k\tau) = (k c, 0) + \rho(\psi) - \rho(\psi + 2\pi k / N)
+
+    Parameters
+    ----------
+    teeth : int
+        Tooth periods k.
+    angle : float
+        Angle of flute 0 in machine axes [rad], falling with time.
+    chip : float
+        Feed per tooth c [m].
+    flutes : int
+        Number of flutes N.
+    edges : Edges
+        Run-out :math:`\rho`, see :func:`runout_offset`.
+
+    Examples
+    --------
+    Run-out of 10 µm across the feed: two flutes differ by 20 µm there.
+
+    >>> from cutwise.physics.cutting.uneven import NO_LINEAR, even_edges
+    >>> step = steady_step(1, 0.5 * math.pi, 1e-4, 2, even_edges(NO_LINEAR)._replace(runout=1e-5))
+    >>> [round(1e6 * v, 6) for v in step]
+    [100.0, 20.0]
+
+    References
+    ----------
+    Derived here.
+    """
     x, y = runout_offset(angle, edges)
     x0, y0 = runout_offset(angle + 2.0 * math.pi * teeth / flutes, edges)
     return teeth * chip + x - x0, y - y0
@@ -145,7 +298,19 @@ def runout_offset(angle: float, edges: Edges) -> tuple[float, float]:
     r"""Where the tool axis stands off the spindle axis, :math:`\rho(\cos\psi, \sin\psi)`, :math:`\psi` = angle - lambda [m].
 
     ``angle`` is that of flute 0 in machine axes [rad]; the direction of the run-out is ``runout_angle`` ahead of it in the
-    sense of turning, clockwise.
+    sense of turning, clockwise. ``edges``: run-out :math:`\rho` [m] and its angle :math:`\lambda` [rad]. Valid for a
+    parallel offset, the same at every height.
+
+    Examples
+    --------
+    >>> from cutwise.physics.cutting.uneven import NO_LINEAR, even_edges
+    >>> offset = runout_offset(math.pi / 3, even_edges(NO_LINEAR)._replace(runout=1e-5))
+    >>> [round(1e6 * v, 6) for v in offset]
+    [5.0, 8.660254]
+
+    References
+    ----------
+    Derived here.
     """
     direction = angle - edges.runout_angle
     return edges.runout * math.cos(direction), edges.runout * math.sin(direction)

@@ -35,6 +35,18 @@ def immersion_half_angle(depth: float, radius: float) -> float:
     float
         Half angle :math:`\delta` [rad], 0 to :math:`\pi`.
 
+    Notes
+    -----
+    Valid for a layer that is straight over the mill's diameter. On a convex border whose radius is 10 R, half a radius
+    deep, the true angle is 57.61 degrees, 4 % less.
+
+    Examples
+    --------
+    A quarter of the diameter deep: 60 degrees.
+
+    >>> round(math.degrees(immersion_half_angle(0.001, 0.002)), 9)
+    60.0
+
     References
     ----------
     Berselli et al. 2016, Eq. (11); clamped beyond a full slot, which the paper leaves out.
@@ -63,6 +75,24 @@ def layer_arcs(depth: float, work_depth: float, theta: float, radius: float) -> 
         Feed direction [rad], positive when the tool plunges.
     radius : float
         Mill radius [m].
+
+    Returns
+    -------
+    LayerArcs
+        Entry and exit angles [rad]; an arc with exit <= entry is empty.
+
+    Notes
+    -----
+    Valid for :math:`p_{rp} \le p_r`, :math:`|\vartheta| < \pi` and layers that are straight over the mill's diameter and
+    stand as the programmed cut left them: what the mill itself cut earlier is not known here.
+
+    Examples
+    --------
+    R = 4 mm, a burr of 2 mm and 2 mm of work, straight on: burr from 90 to 120 degrees, work from there to the lowest
+    point, nothing behind it (240 is beyond 180).
+
+    >>> [round(math.degrees(angle), 6) for angle in layer_arcs(4e-3, 2e-3, 0.0, 4e-3)]
+    [90.0, 120.0, 240.0, 180.0, 120.0, 180.0]
 
     References
     ----------

@@ -26,11 +26,32 @@ class BurredArc(NamedTuple):
     layers: Layers
     mill: Round
     radius: float  # [m] of the nominal edge
+    fixed: bool = False  # process axes do not turn with the edge
 
 
 @inlined
 def half_angle(depth: float, face: float, mill: float) -> float:
-    """Half angle of the arc of a mill [rad] a depth [m] inside a convex face of a radius [m].
+    r"""Half angle of the arc of a mill a depth inside a convex face.
+
+    .. math:: \cos\delta = \frac{D^2 + R^2 - r^2}{2 D R}, \qquad D = r + R - p
+
+    Parameters
+    ----------
+    depth : float
+        Radial depth p [m]; not positive: 0, a diameter and more: :math:`\pi`.
+    face : float
+        Radius r of the face [m], positive.
+    mill : float
+        Mill radius R [m].
+
+    Returns
+    -------
+    float
+        :math:`\delta` [rad], 0 to :math:`\pi`.
+
+    Notes
+    -----
+    Valid for p < 2 r (the mill does not reach beyond the centre of the face).
 
     Examples
     --------
@@ -38,6 +59,10 @@ def half_angle(depth: float, face: float, mill: float) -> float:
 
     >>> round(math.degrees(half_angle(0.001, 0.02, 0.002)), 2)
     57.61
+
+    References
+    ----------
+    Derived here; :math:`r \to \infty` is Berselli et al. 2016, Eq. (11).
     """
     if depth <= 0.0:
         return 0.0
@@ -50,7 +75,36 @@ def half_angle(depth: float, face: float, mill: float) -> float:
 
 @inlined
 def arcs_of(depth: float, work_depth: float, theta: float, radius: float, top: float, edge: float) -> LayerArcs:
-    """Arcs of burr and work as on a straight edge (:func:`~cutwise.physics.engagement.arc.layer_arcs`), round faces."""
+    """Arcs of burr and work as on a straight edge (:func:`~cutwise.physics.engagement.arc.layer_arcs`), round faces.
+
+    Parameters
+    ----------
+    depth, work_depth : float
+        Radial depth of the tool below the top of the burr, and below the nominal edge [m].
+    theta : float
+        Feed direction [rad] against the tangent at the foot, positive when the tool plunges.
+    radius : float
+        Mill radius [m].
+    top, edge : float
+        Radius of the top of the burr, and of the nominal edge [m].
+
+    Returns
+    -------
+    LayerArcs
+        Angles [rad] from the normal at the foot of the mill axis; valid as :func:`half_angle` is.
+
+    Examples
+    --------
+    The face of :func:`half_angle`, burr alone: from 180 - 57.61 degrees on.
+
+    >>> arcs = arcs_of(0.001, 0.0, 0.0, 0.002, 0.02, 0.019)
+    >>> round(math.degrees(arcs.front_lo), 2), round(math.degrees(arcs.front_hi), 2)
+    (122.39, 180.0)
+
+    References
+    ----------
+    Derived here; on a straight edge Berselli et al. 2016, Eq. (11), corrected.
+    """
     if depth <= 0.0:
         return LayerArcs(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     delta = half_angle(depth, top, radius)
@@ -85,7 +139,8 @@ def _(engagement, pose, tip):
 
 @spatial.of(BurredArc)
 def _(engagement):
-    return False
+    """Where the normal turns away from y, a displacement along x is one off the edge."""
+    return engagement.fixed
 
 
 @probed.of(BurredArc)

@@ -71,9 +71,45 @@ def immersed(engagement, pose, tip):
 def immersion_at(
     mill: Round, burr_height: Polyline, x: float, height: float, speed_x: float, speed_y: float
 ) -> Immersion:
-    """Immersion of a mill from position and velocity of its axis: entry into the burr, arcs, chip load.
+    r"""Immersion of a mill from position and velocity of its axis: entry into the burr, arcs, chip load.
 
-    ``x``: along the edge [m]; ``height``: of its lowest point above the nominal edge [m]; speeds of the axis [m/s].
+    .. math:: p_r = h_b(w_e) - y, \qquad p_{rp} = \max(0, -y)
+
+    Parameters
+    ----------
+    mill : Round
+        Radius [m], flutes, spindle speed [rad/s].
+    burr_height : Polyline
+        :math:`h_b` over the position along the edge [m].
+    x : float
+        Axis along the edge [m].
+    height : float
+        Height y of the lowest point of the mill above the nominal edge [m].
+    speed_x, speed_y : float
+        Velocity of the axis [m/s].
+
+    Returns
+    -------
+    Immersion
+        Depths [m], feed direction [rad], feed per tooth [m], arcs [rad].
+
+    Notes
+    -----
+    Valid where the burr hardly changes over the arc: its height at the entry stands for all of it.
+
+    Examples
+    --------
+    1 mm deep in the work under a burr of 1 mm, R = 4 mm, 20 mm/s with 2 flutes at 6000 rpm: arcs from 120 degrees on.
+
+    >>> import math, numpy as np
+    >>> mill, burr = Round(4e-3, 2, 200 * math.pi), Polyline(np.zeros(1), np.array([1e-3]))
+    >>> here = immersion_at(mill, burr, 0.0, -1e-3, 0.02, 0.0)
+    >>> [round(1e3 * v, 9) for v in (here.depth, here.work_depth, here.chip)], round(math.degrees(here.arcs.front_lo), 6)
+    ([2.0, 1.0, 0.1], 120.0)
+
+    References
+    ----------
+    Berselli et al. 2016, sec. 3.1 and Eqs. (8), (9), (11), corrected; the entry into an uneven burr is derived here.
     """
     radius = mill.radius
     entry = entry_position(x, height, radius, burr_height)
@@ -86,7 +122,18 @@ def immersion_at(
 
 @inlined_stepping
 def show(here: Immersion, seen: FloatArray) -> None:
-    """Depth in burr and work [m], feed direction [rad], chip [m], first entry and last exit [rad]: for the history."""
+    """Depth in burr and work [m], feed direction [rad], chip [m], first entry and last exit [rad]: for the history.
+
+    ``here``: what the mill meets; ``seen``: filled, shape (6,).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> seen = np.zeros(6)
+    >>> show(Immersion(3e-3, 1e-3, 0.1, 5e-5, LayerArcs(2.0, 2.5, 3.9, 3.2, 2.5, 3.3)), seen)
+    >>> seen.round(9).tolist()
+    [0.002, 0.001, 0.1, 5e-05, 2.0, 3.3]
+    """
     seen[0] = max(0.0, here.depth - here.work_depth)
     seen[1] = here.work_depth
     seen[2] = here.theta
@@ -124,7 +171,42 @@ def _(engagement, pose, tip):
 def meet_layers(engagement, pose, structure, flexed, contact):  # type: ignore[no-untyped-def]
     """Rows of contact of burr and work: with one slice the whole mill is immersed as at the middle of the burr; with
     several each strip as at its own height, tilted with the motor. A mill is round, so that arcs seen from a normal that
-    is turned are arcs of the process axes, turned."""
+    is turned are arcs of the process axes, turned.
+
+    Parameters
+    ----------
+    engagement : NamedTuple
+        With ``layers``, and a law of :func:`immersed`.
+    pose, structure, flexed
+        Tool where it is commanded, and what displaces it.
+    contact : Contact
+        Filled: rows of layer, foot and width [m], arc [rad], feed per tooth [m], its direction [rad]; ``seen`` as by
+        :func:`show`. Room for three rows a slice.
+
+    Returns
+    -------
+    int
+        Number of rows; valid as :func:`immersion_at` is.
+
+    Examples
+    --------
+    The mill of :func:`immersion_at` on a rigid spindle, 1 mm of burr on 5 mm of work: one row each, the burr from 120 to
+    138.59 degrees (arccos 3/4 from 180).
+
+    >>> import math, numpy as np
+    >>> from cutwise.physics.structure.terms import Rigid
+    >>> from cutwise.records import Contact, Pose
+    >>> flat, contact = Polyline(np.zeros(1), np.array([1e-3])), Contact(np.zeros((3, 12)), np.zeros(6))
+    >>> edge = BurredEdge(Layers(flat, flat, Strips(5e-3, 0.0, 5e-3, 1)), Round(4e-3, 2, 200 * math.pi))
+    >>> meet_layers(edge, Pose(0.0, 0.0, 0.0, -1e-3, 0.0, 0.02, 0.0, 0.0, 0.0), Rigid(0.0), (), contact)
+    2
+    >>> np.degrees(contact.rows[:2, 3:5]).round(2).tolist()
+    [[120.0, 138.59], [138.59, 180.0]]
+
+    References
+    ----------
+    Berselli et al. 2016, Eq. (11), corrected; strips along the axis are derived here.
+    """
     strips = engagement.layers.strips
     rows = contact.rows
     width = polyline_value(engagement.layers.burr_width, pose.along)

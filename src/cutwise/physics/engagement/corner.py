@@ -36,12 +36,25 @@ def straight_immersion(radial_depth: float, mill_radius: float) -> float:
     Parameters
     ----------
     radial_depth, mill_radius : float
-        [m]; beyond twice the radius the cut is a slot.
+        :math:`a_e` and R [m]; not positive: no cut, beyond twice the radius: a slot.
 
     Returns
     -------
     float
         [rad], 0 to pi.
+
+    Notes
+    -----
+    Valid for a feed per tooth that is small against the radius and a previous pass parallel to this one.
+
+    Examples
+    --------
+    >>> round(math.degrees(straight_immersion(5e-3, 1e-2)), 9)
+    60.0
+
+    References
+    ----------
+    Altintas 2012, chapter 2; derived here.
     """
     if radial_depth <= 0.0:
         return 0.0
@@ -65,6 +78,22 @@ def arc_immersion(radial_depth: float, path_radius: float, mill_radius: float) -
     -------
     float
         :math:`\alpha` [rad], 0 to pi.
+
+    Notes
+    -----
+    Valid for a previous pass on the concentric arc, :math:`\rho \ge a_e` or :math:`-\rho > R`, and far from the ends of the
+    arc; where the circles do not meet the angle is 0 or pi.
+
+    Examples
+    --------
+    A fillet of 20 mm, mill of 10 mm, 5 mm wide: arccos(0.3125), where a straight cut has 60 degrees.
+
+    >>> round(math.degrees(arc_immersion(5e-3, 2e-2, 1e-2)), 6)
+    71.790043
+
+    References
+    ----------
+    Derived here.
     """
     if radial_depth <= 0.0:
         return 0.0
@@ -111,6 +140,20 @@ def corner_contact(
         Arc from, to in angles from the wall side of the mill (heading - 90°) [rad], 0 to pi; empty ones are zero.
         Shape (n, p, 2).
 
+    Notes
+    -----
+    Valid for feeds per tooth small against the radius and walls longer than :func:`reach`.
+
+    Examples
+    --------
+    Half a radius wide, far before a sharp right angle: 60 degrees from the wall; in the corner 60 + 90.
+
+    >>> shape = Corner(1e-2, 5e-3, 0.5 * math.pi, 0.0)
+    >>> own = [line((-0.1, 0.0), (0.0, 0.0)), line((0.0, 0.0), (0.0, 0.1))]
+    >>> at = np.array([[-0.05, 0.0, 0.0], [0.0, 0.0, 0.0]])
+    >>> np.degrees(summed(corner_contact(own, np.array([0.05, 0.1]), at, np.zeros(2), shape))).round(6).tolist()
+    [60.0, 150.0]
+
     References
     ----------
     Derived here; checked against closed forms, counted rim points, and the removed area.
@@ -126,7 +169,21 @@ def corner_contact(
 
 
 def reach(corner: Corner) -> float:
-    """Distance from the corner point beyond which the cut is the straight one [m]."""
+    r"""Distance from the corner point beyond which the cut is the straight one [m].
+
+    .. math:: 2R + (\rho + a_e + R) \tan(\theta/2)
+
+    An upper bound, for turns below pi.
+
+    Examples
+    --------
+    >>> round(1e3 * reach(Corner(1e-2, 5e-3, 0.5 * math.pi, 0.0)), 9)
+    35.0
+
+    References
+    ----------
+    Derived here.
+    """
     across = corner.fillet + corner.radial_depth + corner.mill_radius
     return 2.0 * corner.mill_radius + across * math.tan(0.5 * corner.turn)
 
@@ -158,6 +215,17 @@ def greatest_immersion(corner: Corner) -> float:
 
     A sharp right angle peaks at :math:`\alpha_0 + 90°`. The largest angle is searched along the path, densely and then
     between the neighbours of the largest, to 1e-12 of a length.
+
+    Examples
+    --------
+    Half a radius wide: 60 + 90 degrees.
+
+    >>> round(math.degrees(greatest_immersion(Corner(1e-2, 5e-3, 0.5 * math.pi, 0.0))), 6)
+    150.0
+
+    References
+    ----------
+    Derived here.
     """
     leg = 2.0 * reach(corner)
     half = math.tan(0.5 * corner.turn)
@@ -188,5 +256,11 @@ def greatest_immersion(corner: Corner) -> float:
 
 
 def summed(arcs: FloatArray) -> FloatArray:
-    """Immersion angle: the sum of the contact arcs of a place [rad]; shape (n, p, 2) to (n,)."""
+    """Immersion angle: the sum of the contact arcs of a place [rad]; shape (n, p, 2) to (n,).
+
+    Examples
+    --------
+    >>> summed(np.array([[[0.0, 1.0], [2.0, 2.5]]])).tolist()
+    [1.5]
+    """
     return np.asarray((arcs[..., 1] - arcs[..., 0]).sum(axis=-1))

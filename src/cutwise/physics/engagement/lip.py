@@ -41,6 +41,17 @@ def lip_contact(
     Notes
     -----
     Full chip thickness everywhere in contact: no first-turn effects, no bending of the remaining plate.
+
+    Examples
+    --------
+    A point of 90 degrees 3 mm deep in a plate of 2 mm: it cuts from 1 to 3 mm.
+
+    >>> [round(1e3 * r, 9) for r in lip_contact(3e-3, 2e-3, 5e-3, 0.25 * math.pi, 0.0, 0.0)]
+    [1.0, 3.0]
+
+    References
+    ----------
+    Derived here; Garnier et al. 2017 have full contact only.
     """
     slope = 1.0 / math.tan(half_point_angle) + math.cos(azimuth) * math.tan(inclination)
     outer = min(max(depth / slope, 0.0), radius)

@@ -49,6 +49,17 @@ def swept_path(curve: LineArc, radius: float) -> Swept:
         The path, rapid moves too [m].
     radius : float
         Of the mill [m].
+
+    Examples
+    --------
+    >>> from cutwise.maths.linearc import join, line
+    >>> swept = swept_path(join([line((0, 0, 0), (0.1, 0, 0)), line((0.1, 0, 0), (0.2, 0, 0))]), 5e-3)
+    >>> len(swept.height), swept.way_length.round(9).tolist()  # one piece
+    (1, [0.2])
+
+    References
+    ----------
+    Derived here.
     """
     table = _joined(_pieces(curve))
     first, piece, boxes = _stretches(table, radius)

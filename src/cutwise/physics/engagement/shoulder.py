@@ -38,7 +38,25 @@ class Slot(NamedTuple):
 
 @inlined
 def cuts(engagement: Shoulder, along: float, vx: float, vy: float) -> bool:
-    """Whether the tool is in the work, and fed."""
+    r"""Whether the tool is in the work, and fed.
+
+    .. math:: s_0 \le s < s_1, \qquad |v| \ge v_0
+
+    Parameters
+    ----------
+    engagement : Shoulder
+        Where the work begins and ends [m], and the least feed [m/s].
+    along : float
+        Path behind the tool [m].
+    vx, vy : float
+        Velocity of the tool [m/s].
+
+    Examples
+    --------
+    >>> wall = Shoulder(Round(5e-3, 2, 100.0), 1e-3, 0.0, 0.1, 1e-6)
+    >>> cuts(wall, 0.05, 0.01, 0.0), cuts(wall, 0.1, 0.01, 0.0), cuts(wall, 0.05, 0.0, 0.0)
+    (True, False, False)
+    """
     return engagement.begins <= along < engagement.ends and math.hypot(vx, vy) >= engagement.standstill
 
 

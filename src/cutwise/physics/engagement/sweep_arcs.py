@@ -51,7 +51,41 @@ class View(NamedTuple):
 
 @compiled
 def swept_off(piece: Piece, view: View, cuts: FloatArray, rim: FloatArray, count: int) -> tuple[FloatArray, int, bool]:
-    """Lower what is left of a rim by what a piece has swept; ``cuts`` is room for 16 angles, returns as :func:`lowered`."""
+    """Lower what is left of a rim by what a piece has swept.
+
+    Parameters
+    ----------
+    piece : Piece
+        A move as far as it has been run, seen from the centre of the mill.
+    view : View
+        Wall side, floor, and whether the mill's own place counts.
+    cuts : array (16,)
+        Room for angles.
+    rim, count
+        Arcs of the leading half with heights, as for :func:`~cutwise.physics.engagement.rim.lowered`.
+
+    Returns
+    -------
+    tuple
+        As of :func:`~cutwise.physics.engagement.rim.lowered`: the list, its length, whether it has changed.
+
+    Notes
+    -----
+    Exact for lines, arcs and helices of the mill's own radius, but for what a ramp leaves: its height goes in steps.
+
+    Examples
+    --------
+    A pass 5 mm to the left of a mill of 10 mm leaves it arccos(1 - 5/10) from the wall side, of half a turn:
+
+    >>> piece, view = Piece(-0.05, 0.005, 1.0, 0.0, 0.0, 0.1, 0.0, 0.0, 0.01, False), View(-0.5 * math.pi, 0.0, False)
+    >>> rim, count, changed = swept_off(piece, view, np.zeros(16), np.array([[0.0, math.pi, 0.003]]), 1)
+    >>> np.degrees(rim[:count, :2]).round(6).tolist(), changed
+    ([[0.0, 60.0]], True)
+
+    References
+    ----------
+    Derived here.
+    """
     ex, ey = _end(piece)
     changed = False
     if piece.length > 0.0:

@@ -55,6 +55,11 @@ def wall_patches(arcs: FloatArray, axial_depth: float) -> FloatArray:
     -------
     ndarray
         Arc from, to [rad] and height above the tip from, to [m]; shape (n, p, 4).
+
+    Examples
+    --------
+    >>> wall_patches(np.array([1.0, 0.0]), 2e-3).tolist()
+    [[[0.0, 1.0, 0.0, 0.002]], [[0.0, 0.0, 0.0, 0.0]]]
     """
     given = arcs if arcs.ndim == 3 else np.stack([np.zeros(arcs.shape), arcs], axis=-1)[:, None]
     patches = np.zeros((*given.shape[:2], 4))
@@ -90,6 +95,23 @@ def path_contact(
     -------
     ndarray
         Arc from, to in angles from the wall side [rad]; shape (n, p, 2), empty arcs zero.
+
+    Notes
+    -----
+    Valid for a wall cut by a parallel pass before; what else of the path crosses a place is not known here (see
+    :func:`cutwise.physics.engagement.stock.contact_patches`).
+
+    Examples
+    --------
+    >>> from cutwise.maths.linearc import join
+    >>> path = join([line((0, 0, 0), (0.1, 0, 0))])
+    >>> at, block = np.array([0.05]), np.zeros(1, np.int64)
+    >>> np.degrees(path_contact(path, np.ones(1, bool), block, at, 1e-2, 5e-3)[0]).round(6).tolist()
+    [[0.0, 60.0]]
+
+    References
+    ----------
+    Derived here.
     """
     zones = _corner_zones(curve, cuts, mill_radius, radial_depth)
     point, direction = at_blocks(curve, block, along - curve.knots[block])
@@ -119,6 +141,18 @@ def greatest_contact(curve: LineArc, mill_radius: float, radial_depth: float) ->
 
     Each block is searched by ever closer places; where closed forms hold it agrees with
     :func:`greatest_immersion` to 1e-11 rad.
+
+    ``curve`` [m], ``mill_radius`` and ``radial_depth`` [m].
+
+    Examples
+    --------
+    >>> from cutwise.maths.linearc import join
+    >>> round(math.degrees(greatest_contact(join([line((0, 0, 0), (0.1, 0, 0))]), 1e-2, 5e-3)), 6)
+    60.0
+
+    References
+    ----------
+    Derived here.
     """
     everywhere, greatest = np.ones(curve.count, dtype=bool), 0.0
     for i in range(curve.count):

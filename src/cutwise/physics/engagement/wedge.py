@@ -56,7 +56,16 @@ def passing(start: int = 0) -> Passing:
 
 
 def most_discs(engagement: Wedge) -> int:
-    """Rows of contact that a ball can have at most: a disc inside of m planes has m + 1 arcs at most."""
+    """Rows of contact that a ball can have at most: a disc inside of m planes has m + 1 arcs at most.
+
+    Examples
+    --------
+    Ten slices of a wedge without a burr, three planes with the one ahead:
+
+    >>> table, at = np.zeros((2, 2, 4)), np.zeros(2)
+    >>> most_discs(Wedge(Round(1e-3, 2, 100.0), 10, at, at, table, np.zeros((2, 0, 4)), at, at, at, False))
+    40
+    """
     return engagement.slices * (4 + (6 if engagement.burr.shape[1] else 0))
 
 
@@ -64,7 +73,40 @@ def most_discs(engagement: Wedge) -> int:
 def foot(place, frame, closed, x, y, start):  # type: ignore[no-untyped-def]
     """Where a ball at a place across the rod is along the path, looked for from a sample on.
 
-    Two samples, how far it is from one to the other, and how much faster than it the foot goes along the path.
+    Parameters
+    ----------
+    place : array (n, 3)
+        Nominal ball centres in process axes [m].
+    frame : array (n, 4)
+        Feed x, y, then off the work x, y, in process axes.
+    closed : bool
+        Whether the path comes back to its first sample.
+    x, y : float
+        Ball across the rod [m].
+    start : int
+        Sample where the search begins.
+
+    Returns
+    -------
+    tuple
+        Two samples, how far it is from one to the other (0 to 1), and how much faster than it the foot goes along the path.
+
+    Notes
+    -----
+    Valid for a ball that is nearer to its path than that bends; beyond, ``start`` is given back. The ends of an open path
+    hold.
+
+    Examples
+    --------
+    A quarter of the way between two samples of a straight path:
+
+    >>> place, frame = np.array([[0.0, 0.0, 0.0], [1e-3, 0.0, 0.0]]), np.array([[1.0, 0.0, 0.0, 1.0]] * 2)
+    >>> foot(place, frame, False, 2.5e-4, 0.0, 0)
+    (0, 1, 0.25, 1.0)
+
+    References
+    ----------
+    Derived here.
     """
     n = place.shape[0]
     j = start
@@ -103,10 +145,37 @@ def discs(sides, lean, arcs, ball, vx, vy, vz, slices, layer, frame, rows, count
         The cutter.
     vx, vy, vz : float
         Velocity of the ball in the frame of the pass [m/s].
+    slices, layer : int
+        Discs over the height of the contact, and the layer that they are of.
     frame : tuple
         Feed x, y, then off the work x, y.
     rows, count : array, int
         Where to, and how many are there.
+
+    Returns
+    -------
+    int
+        How many rows there are then.
+
+    Notes
+    -----
+    Valid for a convex body and a ball that goes straight on over its own radius; a disc stands for its height, second order
+    in it.
+
+    Examples
+    --------
+    Half space y < 0, feed along x: the quarter of the ball from 90 to 180 degrees, in one disc.
+
+    >>> sides, rows = np.array([[0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0]]), np.zeros((4, 12))
+    >>> lean, arcs, ball = np.zeros((2, 2)), np.zeros((arc_room(2), 2)), Round(1e-3, 2, 200 * math.pi)
+    >>> discs(sides, lean, arcs, ball, 0.02, 0.0, 0.0, 1, WORK, LEVEL, rows, 0)
+    1
+    >>> (1e3 * rows[0, [1, 2, 5]]).round(9).tolist(), np.degrees(rows[0, 3:5]).round(6).tolist()
+    ([0.0, 2.0, 0.1], [90.0, 180.0])
+
+    References
+    ----------
+    Derived here.
     """
     last = sides.shape[0] - 1
     for j in range(last):  # planes between two samples are not quite unit vectors

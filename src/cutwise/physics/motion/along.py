@@ -39,6 +39,10 @@ def followed(q: FloatArray, allowed: np.ndarray, start: FloatArray | None) -> Fl
     ------
     Blocked
         A station without a solution near that of the station before.
+
+    References
+    ----------
+    Derived here: continuity.
     """
     last = np.zeros(q.shape[2]) if start is None else np.asarray(start)
     taken = np.empty((len(q), q.shape[2]))
@@ -53,7 +57,12 @@ def followed(q: FloatArray, allowed: np.ndarray, start: FloatArray | None) -> Fl
 
 
 def joint_rates(q: FloatArray, at: FloatArray) -> FloatArray:
-    """How far each joint turns for each length of path, between stations [rad/m], shape (n - 1, 6)."""
+    """How far each joint turns for each length of path, between stations [rad/m], shape (n - 1, 6).
+
+    References
+    ----------
+    Differences.
+    """
     return np.diff(q, axis=0) / np.diff(at)[:, None]
 
 
@@ -80,6 +89,10 @@ def cheapest_way(cost: FloatArray, q: FloatArray, reach: FloatArray) -> np.ndarr
     ------
     Blocked
         The first station that no way reaches.
+
+    References
+    ----------
+    Bellman 1957, Dynamic Programming.
     """
     count, angles, branches = cost.shape
     total, came = cost[0].copy(), np.zeros((count, angles, branches), dtype=np.int8)

@@ -66,6 +66,10 @@ def six_axes(arm: Chain, drives: Drives) -> SixAxes:
     ------
     NotSixAxesError
         Fewer or more than six axes are left, or they do not move independently.
+
+    References
+    ----------
+    Derived here from the screws of the joints.
     """
     if is_direct(drives) and len(arm.kinds) == 6:
         return SixAxes(arm, np.eye(6), np.eye(3), np.zeros(3))

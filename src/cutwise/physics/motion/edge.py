@@ -50,6 +50,24 @@ def programmed_motion(path: EdgePass, time: float) -> ToolMotion:
     -------
     ToolMotion
         Position [m], height [m], climb [m/s].
+
+    Notes
+    -----
+    Valid for a lead-in and a lead-out that do not overlap. The sine error begins with its full climb
+    :math:`2\pi f A`.
+
+    Examples
+    --------
+    Halfway through a lead-in of 0.5 s from 5 mm above to 2 mm below the edge, at 80 mm/s:
+
+    >>> from cutwise.maths.curves import no_cubic
+    >>> tool = programmed_motion(EdgePass(0.08, 2.0, 0.5, 0.0, 0.005, 0.002, 0.0, 0.0, no_cubic()), 0.25)
+    >>> [round(1e3 * part, 6) for part in tool]  # mm, mm, and 7 mm * pi / 2 / 0.5 s
+    [20.0, 1.5, -21.991149]
+
+    References
+    ----------
+    Derived here; Berselli et al. 2016, sec. 4, name the feed and no more of the motion.
     """
     position = path.feed * time
     low = -path.preset
@@ -97,5 +115,14 @@ def path_memory_index(largest_curvature: float, radius: float) -> float:
         Largest second derivative of the path error along the path, :math:`|y''| = A (\omega / v_f)^2` [1/m].
     radius : float
         Mill radius [m].
+
+    Returns
+    -------
+    float
+        [1]
+
+    References
+    ----------
+    Derived here; the arcs are those of Berselli et al. 2016, Eq. (11).
     """
     return largest_curvature * radius

@@ -286,6 +286,10 @@ def all_postures(arm: Elimination, rotations: FloatArray, positions: FloatArray)
     formulations are asked too. Poses at which none of them is sound, as many with right angles, take the roots of
     poses next to them.
     A pose with infinitely many postures, such as one that puts two axes in line, gives some of them.
+
+    References
+    ----------
+    Raghavan and Roth 1993, J. Mech. Des. 115; Manocha and Canny 1994, IEEE Trans. Robot. Autom. 10.
     """
     count = len(positions)
     found, sound = [np.empty((0, 6)) for _ in range(count)], np.zeros(count, dtype=np.bool_)
@@ -317,6 +321,10 @@ def elimination(serial: Chain) -> Elimination:
     ------
     ValueError
         Not six turning joints.
+
+    References
+    ----------
+    Raghavan and Roth 1993, J. Mech. Des. 115; which joints to eliminate is found by trial here.
     """
     if len(serial.kinds) != 6 or not np.all(serial.kinds == REVOLUTE):
         raise ValueError("the elimination needs six turning joints")

@@ -82,6 +82,10 @@ def random_sines(deviation: float, *, wavelength: float, orders: int, generator:
         k, number of sines.
     generator : numpy Generator
         Seeded by the caller.
+
+    References
+    ----------
+    Derived here: each sine has half the square of its amplitude as its mean square.
     """
     amplitude = generator.normal(0.0, deviation * math.sqrt(2.0 / orders), orders)
     return Sines(amplitude, generator.uniform(0.0, 2.0 * math.pi, orders), wavelength)

@@ -104,6 +104,10 @@ def numeric_posture(
     tuple
         Joint positions [m or rad] and their residual [m]: larger than the tolerance means not reached, and is then the
         smallest that was found. Limits are not looked at, angles are not wrapped.
+
+    References
+    ----------
+    Marquardt 1963, J. SIAM 11; damped least squares for arms: Wampler 1986, IEEE Trans. Syst. Man Cybern. 16.
     """
     best, best_error = np.array(starts[0], dtype=float), math.inf
     for start in np.atleast_2d(np.asarray(starts, dtype=float)):
@@ -149,7 +153,12 @@ def polished(
     tolerance: float = 1e-13,
     iterations: int = 15,
 ) -> tuple[FloatArray, FloatArray]:
-    """Every start brought to the pose, as far as it goes; see :func:`numeric_posture`. Shapes (k, n) and (k,)."""
+    """Every start brought to the pose, as far as it goes; see :func:`numeric_posture`. Shapes (k, n) and (k,).
+
+    References
+    ----------
+    Marquardt 1963, J. SIAM 11.
+    """
     q, errors = np.empty_like(starts), np.empty(len(starts))
     _solve_each(
         *chain.arrays, np.ascontiguousarray(rotation, dtype=float), np.ascontiguousarray(position, dtype=float),

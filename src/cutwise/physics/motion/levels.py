@@ -374,6 +374,10 @@ def profile_over(st: Stretches, rest: FloatArray) -> Profile:
     ------
     ArithmeticError
         There is no room for a change of speed, which cannot be.
+
+    References
+    ----------
+    Derived here; ramps as in Biagiotti & Melchiorri 2008, sec. 3.4.
     """
     table = _phases(st, rest)
     if not np.isfinite(table).all():

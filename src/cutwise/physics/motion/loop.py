@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cutwise.later import later
-from cutwise.physics.motion.drives import Controller, Plant
+from cutwise.physics.motion.drives import Controller, Plant, response_integrals
 
 if TYPE_CHECKING:
     from scipy import optimize
@@ -51,6 +51,12 @@ def open_loop(omega: FloatArray, plant: Plant, law: Controller) -> ComplexArray:
     .. math:: L(s) = \left(K_p + \frac{K_i}{s} + K_d s\right) \frac{K_a K_t r_g}{s (J s + B)}, \qquad s = i\omega
 
     ``omega`` in rad/s, any shape; the result has that shape.
+
+    Valid without friction, play, saturation and sampling.
+
+    References
+    ----------
+    Ozcan et al. 2017, Figs. 1 and 2.
     """
     s = 1j * np.asarray(omega, dtype=np.float64)
     pid = law.proportional + law.integral / s + law.derivative * s
@@ -64,11 +70,16 @@ def held_plant(plant: Plant, sample_time: float) -> tuple[FloatArray, FloatArray
               \qquad E = e^{-BT/J},\ \varphi_1 = \int_0^T e^{-Bt/J} dt,\ \varphi_2 = \int_0^T \varphi_1 dt
 
     with the integrals over one sample; the constant term follows from the state equation.
+
+    Valid for a voltage that is held over the sample time [s].
+
+    References
+    ----------
+    Åström and Wittenmark 1997, Computer-Controlled Systems, sec. 2.3.
     """
     rate = plant.viscous / plant.inertia
     e = math.exp(-rate * sample_time)
-    phi1 = -math.expm1(-rate * sample_time) / rate if rate > 0.0 else sample_time
-    phi2 = (sample_time - phi1) / rate if rate * sample_time > 1e-6 else 0.5 * sample_time**2
+    phi1, phi2 = response_integrals(rate, sample_time)
     k = _gain(plant) / plant.inertia
     return np.array([k * phi2, k * (phi1 * phi1 - e * phi2)]), np.array([1.0, -(1.0 + e), e])
 
@@ -77,6 +88,12 @@ def sampled_loop(plant: Plant, law: Controller) -> tuple[FloatArray, FloatArray]
     r"""Loop gain of the sampled controller with the held plant: numerator and denominator in z.
 
     .. math:: C(z) = K_p + K_i T \frac{z}{z-1} + \frac{K_d}{T}\frac{z-1}{z}
+
+    Valid for small motion about a place without friction, in volt, metre and second.
+
+    References
+    ----------
+    Åström and Wittenmark 1997, Computer-Controlled Systems, sec. 8.5 (digital PID); Ozcan et al. 2017, Fig. 2.
     """
     t = law.sample_time
     controller = np.polyadd(
@@ -90,29 +107,59 @@ def sampled_loop(plant: Plant, law: Controller) -> tuple[FloatArray, FloatArray]
 
 
 def sampled_response(omega: FloatArray, plant: Plant, law: Controller) -> ComplexArray:
-    """Sampled loop gain at angular frequencies [rad/s] below half the sample rate."""
+    """Sampled loop gain at angular frequencies [rad/s] below half the sample rate.
+
+    References
+    ----------
+    Åström and Wittenmark 1997, Computer-Controlled Systems, ch. 3.
+    """
     numerator, denominator = sampled_loop(plant, law)
     z = np.exp(1j * np.asarray(omega) * law.sample_time)
     return np.asarray(np.polyval(numerator, z) / np.polyval(denominator, z))
 
 
 def discrete_poles(plant: Plant, law: Controller) -> ComplexArray:
-    """Poles z of the sampled closed loop, without friction."""
+    """Poles z of the sampled closed loop, without friction.
+
+    References
+    ----------
+    Derived here: the roots of :math:`1 + L(z) = 0`.
+    """
     numerator, denominator = sampled_loop(plant, law)
     return np.asarray(np.roots(np.polyadd(numerator, denominator)))
 
 
 def continuous_poles(plant: Plant, law: Controller) -> ComplexArray:
-    """Poles s [1/s] of the continuous closed loop :math:`J s^3 + (B + K K_d) s^2 + K K_p s + K K_i`."""
+    """Poles s [1/s] of the continuous closed loop :math:`J s^3 + (B + K K_d) s^2 + K K_p s + K K_i`.
+
+    References
+    ----------
+    Derived here: the roots of :math:`1 + L(s) = 0` for :func:`open_loop`.
+    """
     k = _gain(plant)
     return np.asarray(
         np.roots([plant.inertia, plant.viscous + k * law.derivative, k * law.proportional, k * law.integral])
     )
 
 
+def largest_pole(plant: Plant, law: Controller) -> float:
+    """Largest magnitude of a pole z of the sampled loop; below 1 the loop is stable.
+
+    References
+    ----------
+    Åström and Wittenmark 1997, Computer-Controlled Systems, ch. 3.
+    """
+    return float(np.max(np.abs(discrete_poles(plant, law))))
+
+
 @lru_cache(maxsize=64)
 def loop_figures(plant: Plant, law: Controller) -> LoopFigures:
-    """Margins, bandwidth and poles of one axis; friction, saturation and encoder are left out."""
+    """Margins, bandwidth and poles of one axis; friction, saturation and encoder are left out.
+
+    References
+    ----------
+    Åström and Hägglund 1995, PID Controllers, ch. 4 (margins); the search for them is derived here.
+    """
     poles = continuous_poles(plant, law)
     swinging = poles[np.abs(poles.imag) > 1e-9 * np.abs(poles)]
     damping = float(np.min(-swinging.real / np.abs(swinging))) if swinging.size else 1.0
@@ -127,7 +174,7 @@ def loop_figures(plant: Plant, law: Controller) -> LoopFigures:
     def sampled(w: FloatArray) -> ComplexArray:
         return sampled_response(w, plant, law)
 
-    largest = float(np.max(np.abs(discrete_poles(plant, law))))
+    largest = largest_pole(plant, law)
     margin = _gain_change(plant, law, 1e4 if largest < 1.0 else 1e-4)
     closed = np.abs(loop(grid) / (1.0 + loop(grid)))
     return LoopFigures(

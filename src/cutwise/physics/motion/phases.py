@@ -22,7 +22,28 @@ class Rows(NamedTuple):
 
 @compiled
 def put_phase(rows: Rows, duration: float, s: float, v: float, a: float, j: float) -> Rows:
-    """One more phase, if it takes time."""
+    """One more phase, if it takes time.
+
+    Parameters
+    ----------
+    rows : Rows
+        What is written so far; its table is changed, or replaced by a larger one if it is full.
+    duration : float
+        [s]; a phase of none is left out.
+    s, v, a, j : float
+        Position [m], speed [m/s], acceleration [m/s^2] and jerk [m/s^3] at its start.
+
+    Returns
+    -------
+    Rows
+        With the phase. Valid for tables with room for three phases or more.
+
+    Examples
+    --------
+    >>> rows = put_phase(Rows(np.zeros((5, 4)), 0, 0.0), 0.5, 0.0, 0.0, 0.0, 2.0)
+    >>> rows.count, rows.time, rows.table[:, 0].tolist()
+    (1, 0.5, [0.0, 0.0, 0.0, 0.0, 2.0])
+    """
     if duration <= 0.0:
         return rows
     table = rows.table
@@ -36,7 +57,41 @@ def put_phase(rows: Rows, duration: float, s: float, v: float, a: float, j: floa
 
 @compiled
 def put_ramp(rows: Rows, s: float, v0: float, v1: float, acceleration: float, jerk: float) -> Rows:
-    """Phases of a ramp up or down that begins at ``s``."""
+    r"""Phases of a ramp up or down that begins at ``s``.
+
+    .. math:: v = v_0 + \tfrac12 j t^2, \quad v_0 + \tfrac12 j t_1^2 + a (t - t_1), \quad v_1 - \tfrac12 j (T - t)^2
+
+    with :math:`t_1 = \min(a/j, T/2)` and T of :func:`~cutwise.physics.motion.profile.ramp_time`.
+
+    Parameters
+    ----------
+    rows : Rows
+        What is written so far.
+    s : float
+        Position at the start [m].
+    v0, v1 : float
+        Speeds at both ends [m/s], without acceleration.
+    acceleration, jerk : float
+        Limits [m/s^2], [m/s^3], positive.
+
+    Returns
+    -------
+    Rows
+        With two or three phases more, or none where the speed does not change. Valid for ramps between states without
+        acceleration.
+
+    Examples
+    --------
+    2 m/s at 2 m/s^2 and 4 m/s^3: three phases of 0.5 s, which begin at 0, 0.5 and 1.5 m/s.
+
+    >>> rows = put_ramp(Rows(np.zeros((5, 4)), 0, 0.0), 0.0, 0.0, 2.0, 2.0, 4.0)
+    >>> rows.time, rows.table[2, :3].tolist()
+    (1.5, [0.0, 0.5, 1.5])
+
+    References
+    ----------
+    Biagiotti & Melchiorri 2008, Trajectory Planning for Automatic Machines and Robots, sec. 3.4.
+    """
     total = ramp_time(v1 - v0, acceleration, jerk)
     if total <= 0.0:
         return rows

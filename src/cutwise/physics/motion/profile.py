@@ -53,6 +53,17 @@ def ramp_time(change: float, acceleration: float, jerk: float) -> float:
     float
         Time [s].
 
+    Notes
+    -----
+    Valid for one limit of acceleration either way, and a drive that follows the jerk at once.
+
+    Examples
+    --------
+    2 m/s at 2 m/s^2 and 4 m/s^3, and 0.25 m/s, which do not reach that acceleration:
+
+    >>> ramp_time(2.0, 2.0, 4.0), ramp_time(-0.25, 2.0, 4.0)
+    (1.5, 0.5)
+
     References
     ----------
     Standard seven-phase profile, e.g. Biagiotti & Melchiorri 2008, sec. 3.4.
@@ -65,13 +76,61 @@ def ramp_time(change: float, acceleration: float, jerk: float) -> float:
 
 @compiled
 def ramp_distance(v0: float, v1: float, acceleration: float, jerk: float) -> float:
-    r"""Distance run during the shortest change of speed, :math:`(v_0+v_1)T/2` [m]."""
+    """Distance run during the shortest change of speed, :math:`(v_0+v_1)T/2` [m].
+
+    Parameters
+    ----------
+    v0, v1 : float
+        Speeds at both ends [m/s].
+    acceleration, jerk : float
+        Limits [m/s^2], [m/s^3], positive.
+
+    Returns
+    -------
+    float
+        Distance [m]. Valid for ramps between states without acceleration: their speed is odd about the middle.
+
+    Examples
+    --------
+    >>> ramp_distance(0.0, 2.0, 2.0, 4.0)
+    1.5
+
+    References
+    ----------
+    Biagiotti & Melchiorri 2008, sec. 3.4.
+    """
     return 0.5 * (v0 + v1) * ramp_time(v1 - v0, acceleration, jerk)
 
 
 @compiled
 def reachable_speed(v0: float, length: float, ceiling: float, acceleration: float, jerk: float) -> float:
-    """Highest speed [m/s], at most ``ceiling``, that a ramp from ``v0`` reaches within ``length`` [m]."""
+    """Highest speed [m/s], at most ``ceiling``, that a ramp from ``v0`` reaches within ``length`` [m].
+
+    Solves :math:`(v_0 + v) T(v - v_0)/2 = s` by bisection, to the last bit.
+
+    Parameters
+    ----------
+    v0, ceiling : float
+        Speed at the start, and highest [m/s].
+    length : float
+        s [m].
+    acceleration, jerk : float
+        Limits [m/s^2], [m/s^3], positive.
+
+    Returns
+    -------
+    float
+        Speed [m/s]; the ceiling where it is not above ``v0``. Valid for a ramp that ends without acceleration.
+
+    Examples
+    --------
+    >>> round(reachable_speed(0.0, 1.5, 9.0, 2.0, 4.0), 9)
+    2.0
+
+    References
+    ----------
+    Derived here from :func:`ramp_distance`, which rises with the speed.
+    """
     if ceiling <= v0 or ramp_distance(v0, ceiling, acceleration, jerk) <= length:
         return ceiling
     low, high = v0, ceiling
@@ -88,7 +147,35 @@ def reachable_speed(v0: float, length: float, ceiling: float, acceleration: floa
 
 @compiled
 def peak_speed(length: float, v0: float, v1: float, ceiling: float, acceleration: float, jerk: float) -> float:
-    """Highest speed [m/s] of a stretch entered at ``v0`` and left at ``v1``; NaN if it is too short for that."""
+    """Highest speed [m/s] of a stretch entered at ``v0`` and left at ``v1``; NaN if it is too short for that.
+
+    Solves :math:`s(v_0, v) + s(v, v_1) = L` with :func:`ramp_distance`, by bisection, to the last bit.
+
+    Parameters
+    ----------
+    length : float
+        L [m].
+    v0, v1, ceiling : float
+        Speeds at the ends, without acceleration, and highest [m/s].
+    acceleration, jerk : float
+        Limits [m/s^2], [m/s^3], positive.
+
+    Returns
+    -------
+    float
+        Speed [m/s], not below either end. Valid for limits that hold over the whole stretch.
+
+    Examples
+    --------
+    Twice 1.5 m up to 2 m/s and down; 1 m is too short to stop from there.
+
+    >>> round(peak_speed(3.0, 0.0, 0.0, 9.0, 2.0, 4.0), 9), peak_speed(1.0, 2.0, 0.0, 9.0, 2.0, 4.0)
+    (2.0, nan)
+
+    References
+    ----------
+    Biagiotti & Melchiorri 2008, sec. 3.4; the root is taken by bisection, for any speeds at the ends.
+    """
     low = max(v0, v1)
     if ramp_distance(v0, v1, acceleration, jerk) > length * (1.0 + 1e-12) + 1e-15:
         return math.nan
@@ -114,6 +201,10 @@ def stretch(length: float, v0: float, v1: float, limits: Limits) -> list[tuple[f
     ------
     ValueError
         The stretch is too short for the change of speed, or a limit is not positive.
+
+    References
+    ----------
+    Biagiotti & Melchiorri 2008, sec. 3.4.
     """
     if min(limits) <= 0.0:
         raise ValueError(f"motion limits must be positive, got {limits}")
@@ -128,7 +219,12 @@ def stretch(length: float, v0: float, v1: float, limits: Limits) -> list[tuple[f
 
 
 def ramp(v0: float, v1: float, limits: Limits) -> list[tuple[float, float]]:
-    """Phases (duration [s], jerk [m/s^3]) of the quickest change of speed from and to zero acceleration."""
+    """Phases (duration [s], jerk [m/s^3]) of the quickest change of speed from and to zero acceleration.
+
+    References
+    ----------
+    Biagiotti & Melchiorri 2008, sec. 3.4.
+    """
     total = float(ramp_time(v1 - v0, limits.acceleration, limits.jerk))
     if total == 0.0:
         return []
@@ -145,6 +241,10 @@ def chain(
 
     ``anchors`` pins the state at the start of phases: (phase number, position [m], speed [m/s], zero acceleration),
     so that rounding does not add up over a long program.
+
+    References
+    ----------
+    Biagiotti & Melchiorri 2008, sec. 3.4: integrals of constant jerk.
     """
     n = len(phases)
     time, position = np.zeros(n + 1), np.zeros(n + 1)
@@ -164,7 +264,12 @@ def chain(
 
 
 def at(profile: Profile, instants: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Position [m], speed [m/s] and acceleration [m/s^2] at the instants [s]; at rest before and after the profile."""
+    """Position [m], speed [m/s] and acceleration [m/s^2] at the instants [s]; at rest before and after the profile.
+
+    References
+    ----------
+    Biagiotti & Melchiorri 2008, sec. 3.4.
+    """
     n = profile.jerk.shape[0]
     if n == 0:
         return np.zeros_like(instants), np.zeros_like(instants), np.zeros_like(instants)

@@ -41,8 +41,30 @@ def tangential_acceleration(speed: float, radius: float, acceleration: float) ->
 
     .. math:: a_t \le \sqrt{a^2 - (v^2/r)^2}
 
-    ``speed`` [m/s], ``radius`` of curvature [m] (infinite on a line), ``acceleration`` [m/s^2]; zero where the arc
-    leaves nothing.
+    Parameters
+    ----------
+    speed : float
+        v [m/s].
+    radius : float
+        Radius of curvature r [m], infinite on a line.
+    acceleration : float
+        a [m/s^2].
+
+    Returns
+    -------
+    float
+        :math:`a_t` [m/s^2]; zero where the arc leaves nothing. Valid for a limit on the length of the whole vector.
+
+    Examples
+    --------
+    3 of 5 m/s^2 are needed to turn:
+
+    >>> round(tangential_acceleration(0.3, 0.03, 5.0), 9)
+    4.0
+
+    References
+    ----------
+    Derived here: Pythagoras.
     """
     if math.isinf(radius):
         return acceleration
@@ -52,10 +74,35 @@ def tangential_acceleration(speed: float, radius: float, acceleration: float) ->
 
 @compiled
 def speed_bound(v0: float, way: float, acceleration: float, jerk: float) -> float:
-    """No ramp from ``v0`` and zero acceleration is quicker than this after a way [m/s].
+    r"""No ramp from ``v0`` and zero acceleration is quicker than this after a way [m/s].
 
-    It is the lower of :math:`\\sqrt{v_0^2 + 2 a s}` and :math:`v_0 + j t^2/2` at the latest time at which
+    It is the lower of :math:`\sqrt{v_0^2 + 2 a s}` and :math:`v_0 + j t^2/2` at the latest time at which
     :math:`v_0 t + j t^3 / 6` can reach the way.
+
+    Parameters
+    ----------
+    v0 : float
+        [m/s], not negative.
+    way : float
+        s [m].
+    acceleration, jerk : float
+        a, j [m/s^2], [m/s^3], positive.
+
+    Returns
+    -------
+    float
+        Speed [m/s]: a bound, reached from rest by full jerk. Valid for any motion within both limits.
+
+    Examples
+    --------
+    From rest over 1 m, :math:`\sqrt{2a}` and :math:`\tfrac12 j (6/j)^{2/3}`:
+
+    >>> [round(speed_bound(0.0, 1.0, a, 6.0), 9) for a in (2.0, 9.0)]
+    [2.0, 3.0]
+
+    References
+    ----------
+    Derived here.
     """
     late = (6.0 * way / jerk) ** (1.0 / 3.0)
     if v0 * late > way:
@@ -95,6 +142,21 @@ def ramp(st: Stretches, anchor: Anchor, level: float, least: float = 0.0) -> tup
     -------
     tuple
         Acceleration [m/s^2], jerk [m/s^3], length [m], and the first stretch whose curvature leaves too little, or -1.
+
+    Notes
+    -----
+    Valid within the interval of the anchor. Short of the quickest: a ramp could use more acceleration where it begins.
+
+    Examples
+    --------
+    >>> one, zero = np.ones(1), np.zeros(1)
+    >>> st = Stretches(np.array([0.0, 5.0]), 3.0 * one, 2.0 * one, 4.0 * one, zero, np.zeros(1, np.bool_))
+    >>> ramp(st, Anchor(0, 0, 0.0, 0.0, 1), 2.0)
+    (2.0, 4.0, 1.5, -1)
+
+    References
+    ----------
+    Derived here from :func:`~cutwise.physics.motion.profile.ramp_distance`.
     """
     k, way, v0 = anchor.stretch, anchor.way, anchor.speed
     a, j = st.acceleration[k], st.jerk[k]
@@ -122,7 +184,37 @@ def ramp(st: Stretches, anchor: Anchor, level: float, least: float = 0.0) -> tup
 
 @compiled
 def way_to_speed(v0: float, level: float, speed: float, acceleration: float, jerk: float) -> float:
-    """Way [m] after which a ramp from ``v0`` to a level first has a speed between them [m/s]."""
+    r"""Way [m] after which a ramp from ``v0`` to a level first has a speed between them [m/s].
+
+    .. math:: s = v_0 t + j t^3/6, \quad t = \sqrt{2 (v - v_0)/j} \text{ in the first phase}
+
+    and by the like in the second, at constant acceleration, and the third.
+
+    Parameters
+    ----------
+    v0, level : float
+        Speeds at both ends of the ramp [m/s].
+    speed : float
+        v [m/s], between them.
+    acceleration, jerk : float
+        Limits [m/s^2], [m/s^3], positive.
+
+    Returns
+    -------
+    float
+        Way [m]. Valid for ramps upwards.
+
+    Examples
+    --------
+    0.5 m/s after 0.5 s of 4 m/s^3 and a twelfth of a metre; the whole ramp is 1.5 m long.
+
+    >>> [round(way_to_speed(0.0, 2.0, v, 2.0, 4.0), 9) for v in (0.5, 2.0)]
+    [0.083333333, 1.5]
+
+    References
+    ----------
+    Derived here from the phases of Biagiotti & Melchiorri 2008, sec. 3.4.
+    """
     top = min(acceleration, math.sqrt(jerk * (level - v0)))
     change = top * top / (2.0 * jerk)  # of the speed in the first phase, and in the last
     if speed - v0 <= change:
@@ -141,6 +233,36 @@ def highest_level(st: Stretches, anchor: Anchor, ceiling: float, distance: float
     """Highest level [m/s] of a ramp that keeps a limit [m/s] up to a distance of its anchor [m]; at least the limit.
 
     Any ramp to a lower level keeps it too: the acceleration is that of the ramp to the limit, which no higher one exceeds.
+
+    Parameters
+    ----------
+    st, anchor : Stretches, Anchor
+        The path, and where the ramp begins.
+    ceiling : float
+        Highest level asked for [m/s].
+    distance : float
+        [m]
+    limit : float
+        [m/s]
+
+    Returns
+    -------
+    float
+        Level [m/s], by bisection. Valid for limits not below the speed of the anchor.
+
+    Examples
+    --------
+    The ramp to 0.8 m/s is as fast as 0.5 m/s after just that way.
+
+    >>> one, zero = np.ones(1), np.zeros(1)
+    >>> st = Stretches(np.array([0.0, 5.0]), 3.0 * one, 2.0 * one, 4.0 * one, zero, np.zeros(1, np.bool_))
+    >>> way = way_to_speed(0.0, 0.8, 0.5, 2.0, 4.0)
+    >>> round(highest_level(st, Anchor(0, 0, 0.0, 0.0, 1), 3.0, way, 0.5), 9)
+    0.8
+
+    References
+    ----------
+    Derived here.
     """
     a, j, length, _ = ramp(st, anchor, limit)
     if math.isinf(length) or way_to_speed(anchor.speed, ceiling, limit, a, j) >= distance:
@@ -159,7 +281,33 @@ def highest_level(st: Stretches, anchor: Anchor, ceiling: float, distance: float
 
 @compiled
 def level_within(st: Stretches, anchor: Anchor, ceiling: float, distance: float) -> float:
-    """Highest level [m/s] that a ramp reaches within a distance of its anchor [m]."""
+    """Highest level [m/s] that a ramp reaches within a distance of its anchor [m].
+
+    Parameters
+    ----------
+    st, anchor : Stretches, Anchor
+        The path, and where the ramp begins.
+    ceiling : float
+        Highest level asked for [m/s].
+    distance : float
+        [m]
+
+    Returns
+    -------
+    float
+        Level [m/s], by bisection; the speed of the anchor where there is no room. Valid where longer ramps reach higher.
+
+    Examples
+    --------
+    >>> one, zero = np.ones(1), np.zeros(1)
+    >>> st = Stretches(np.array([0.0, 5.0]), 3.0 * one, 2.0 * one, 4.0 * one, zero, np.zeros(1, np.bool_))
+    >>> round(level_within(st, Anchor(0, 0, 0.0, 0.0, 1), 3.0, 1.5), 9)
+    2.0
+
+    References
+    ----------
+    Derived here; on one stretch :func:`~cutwise.physics.motion.profile.reachable_speed`.
+    """
     if ramp(st, anchor, ceiling)[2] <= distance:
         return ceiling
     low, high = anchor.speed, ceiling
@@ -176,7 +324,36 @@ def level_within(st: Stretches, anchor: Anchor, ceiling: float, distance: float)
 
 @compiled
 def passing_level(st: Stretches, anchor: Anchor, ceiling: float) -> float:
-    """Highest level [m/s] of a ramp to which curvature leaves its share of the acceleration."""
+    r"""Highest level [m/s] of a ramp to which curvature leaves its share of the acceleration.
+
+    On one long arc of curvature :math:`\kappa` it is :math:`v^2 \kappa = a \sqrt{1 - \eta^2}` with the share
+    :math:`\eta` = ``SCARCE``.
+
+    Parameters
+    ----------
+    st, anchor : Stretches, Anchor
+        The path, and where the ramp begins.
+    ceiling : float
+        Highest level asked for [m/s].
+
+    Returns
+    -------
+    float
+        Level [m/s], by bisection. Valid for a share that falls as the level rises.
+
+    Examples
+    --------
+    2 m/s^2 and 2 1/m: :math:`v^4 = 1 - 0.7^2`.
+
+    >>> one = np.ones(1)
+    >>> st = Stretches(np.array([0.0, 5.0]), 3.0 * one, 2.0 * one, 4.0 * one, 2.0 * one, np.zeros(1, np.bool_))
+    >>> round(passing_level(st, Anchor(0, 0, 0.0, 0.0, 1), 3.0) ** 4, 9)
+    0.51
+
+    References
+    ----------
+    Derived here from :func:`tangential_acceleration`.
+    """
     low, high = anchor.speed, ceiling
     for _ in range(100):
         middle = 0.5 * (low + high)
@@ -191,7 +368,37 @@ def passing_level(st: Stretches, anchor: Anchor, ceiling: float) -> float:
 
 @compiled
 def worth(level: float, time: float, way: float, aim: float, acceleration: float, jerk: float) -> float:
-    """Time [s] by which a motion that gets to a level after a time and a way is behind one that has its aim at once."""
+    r"""Time [s] by which a motion that gets to a level after a time and a way is behind one that has its aim at once.
+
+    .. math:: t + T - \bigl(s + \tfrac12 (v + V) T\bigr)/V, \qquad T = T(V - v)
+
+    with :func:`~cutwise.physics.motion.profile.ramp_time`; :math:`t - s/V` where the level is not below the aim.
+
+    Parameters
+    ----------
+    level, aim : float
+        v and V [m/s].
+    time, way : float
+        t [s] and s [m].
+    acceleration, jerk : float
+        Limits of the ramp from level to aim [m/s^2], [m/s^3].
+
+    Returns
+    -------
+    float
+        Time [s]. Valid as a comparison of motions that go on alike and have room to reach the aim.
+
+    Examples
+    --------
+    2 s for 1 m are 1 s behind 1 m/s; up to 2 m/s the ramp takes 1 s and 1.5 m: 3 s for 2.5 m.
+
+    >>> worth(1.0, 2.0, 1.0, 1.0, 2.0, 4.0), worth(1.0, 2.0, 1.0, 2.0, 2.0, 4.0)
+    (1.0, 1.75)
+
+    References
+    ----------
+    Derived here.
+    """
     if aim <= level:
         return time - way / aim
     more = ramp_time(aim - level, acceleration, jerk)

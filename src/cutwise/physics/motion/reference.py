@@ -37,6 +37,10 @@ def sampled(curve: LineArc, profiles: list[Profile], sample_time: float, tail: f
         :math:`T_s` [s].
     tail : float
         Time at the end point appended to see the axes settle [s].
+
+    References
+    ----------
+    Derived here; the sampling is that of Ozcan et al. 2017, Fig. 2.
     """
     starts = np.concatenate(([0.0], np.cumsum([run.duration for run in profiles])))
     total = float(starts[-1])
@@ -55,5 +59,10 @@ def sampled(curve: LineArc, profiles: list[Profile], sample_time: float, tail: f
 
 
 def central_difference(values: FloatArray, sample_time: float) -> FloatArray:
-    """Rate of change along the first axis: central inside, one-sided at the ends."""
+    """Rate of change along the first axis: central inside, one-sided at the ends.
+
+    References
+    ----------
+    Second order inside, first at the ends.
+    """
     return np.gradient(values, sample_time, axis=0)

@@ -51,6 +51,10 @@ def setpoints(axes: Axes, tip: ArrayLike, places: ArrayLike, rotary: ArrayLike) 
     ------
     DependentAxesError
         Two linear axes are parallel, or all three in a plane.
+
+    References
+    ----------
+    Derived here: Demeč and Madáč, Eq. (1), solved for the motions.
     """
     linear = np.flatnonzero(axes.chain.kinds == PRISMATIC)
     commands = np.array(rotary, dtype=float)

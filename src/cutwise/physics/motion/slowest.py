@@ -22,7 +22,30 @@ class Search(NamedTuple):
 
 @compiled
 def lowest(search: Search, low: int, high: int) -> int:
-    """Which of the stretches from ``low`` to ``high`` is slowest."""
+    r"""Which of the stretches from ``low`` to ``high`` is slowest.
+
+    Parameters
+    ----------
+    search : Search
+        The tree.
+    low, high : int
+        First and last stretch, both asked.
+
+    Returns
+    -------
+    int
+        Number of the stretch, after :math:`2 \log_2 n` comparisons at most. Valid for :math:`0 \le low \le high < n`.
+
+    Examples
+    --------
+    >>> search = search_of(np.array([3.0, 1.0, 2.0]))
+    >>> lowest(search, 0, 2), lowest(search, 2, 2)
+    (1, 2)
+
+    References
+    ----------
+    Tournament tree: Knuth 1998, The Art of Computer Programming 3, sec. 5.2.3.
+    """
     tree, key = search.tree, search.key
     size = tree.shape[0] // 2
     best = low
@@ -43,7 +66,28 @@ def lowest(search: Search, low: int, high: int) -> int:
 
 @compiled
 def rekey(search: Search, i: int, value: float) -> None:
-    """Give a stretch another speed in the search for the slowest."""
+    """Give a stretch another speed in the search for the slowest.
+
+    Parameters
+    ----------
+    search : Search
+        Changed in place.
+    i : int
+        The stretch.
+    value : float
+        Its speed [m/s]; infinite puts it aside. Valid for any number but NaN.
+
+    Examples
+    --------
+    >>> search = search_of(np.array([3.0, 1.0, 2.0]))
+    >>> rekey(search, 1, math.inf)
+    >>> lowest(search, 0, 2)
+    2
+
+    References
+    ----------
+    Knuth 1998, The Art of Computer Programming 3, sec. 5.2.3.
+    """
     tree, key = search.tree, search.key
     key[i] = value
     node = (i + tree.shape[0] // 2) // 2
@@ -55,7 +99,30 @@ def rekey(search: Search, i: int, value: float) -> None:
 
 @compiled
 def search_of(speed: FloatArray) -> Search:
-    """The search for the slowest stretch, with all of them in it."""
+    """The search for the slowest stretch, with all of them in it.
+
+    Parameters
+    ----------
+    speed : array (n,)
+        Of the stretches [m/s]; valid for any number but NaN.
+
+    Returns
+    -------
+    Search
+        Tree over the next power of two; the stretches that fill it up are infinitely fast.
+
+    Examples
+    --------
+    The root of the tree is the slowest of all.
+
+    >>> search = search_of(np.array([3.0, 1.0, 2.0]))
+    >>> int(search.tree[1]), search.key.tolist()
+    (1, [3.0, 1.0, 2.0, inf])
+
+    References
+    ----------
+    Knuth 1998, The Art of Computer Programming 3, sec. 5.2.3.
+    """
     size = 1
     while size < speed.shape[0]:
         size *= 2

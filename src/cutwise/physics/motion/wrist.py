@@ -70,6 +70,10 @@ def spherical_wrist(chain: Chain) -> WristArm:
     ------
     NotSphericalError
         Not six turning joints, axes 2 and 3 not parallel or not square to axis 1, or no common wrist centre.
+
+    References
+    ----------
+    Pieper 1968; the reduction to one arm is derived here.
     """
     if len(chain.kinds) != 6 or not np.all(chain.kinds == REVOLUTE):
         raise NotSphericalError("the closed form needs six turning joints")
@@ -107,9 +111,37 @@ def spherical_wrist(chain: Chain) -> WristArm:
 
 @compiled
 def wrapped(angle: float, low: float, high: float) -> float:
-    """The angle [rad] within half a turn of zero, or as many turns further as bring it within the limits.
+    r"""The angle [rad] within half a turn of zero, or as many turns further as bring it within the limits.
 
     An angle beyond a limit by no more than rounding is the limit.
+
+    Parameters
+    ----------
+    angle : float
+        [rad]
+    low, high : float
+        Limits of the joint [rad].
+
+    Returns
+    -------
+    float
+        Angle [rad], :math:`\alpha + 2\pi k`; within half a turn of zero, and out of the limits, where no turn brings it in.
+
+    Notes
+    -----
+    Valid for joints whose limits lie any number of turns apart; the solution nearest to zero is taken, not the one
+    nearest to a posture.
+
+    Examples
+    --------
+    Three quarters of a turn are a quarter back, unless the joint only turns forward.
+
+    >>> [round(wrapped(1.5 * math.pi, low, high) / math.pi, 9) for low, high in ((-3.2, 3.2), (0.0, 6.0))]
+    [-0.5, 1.5]
+
+    References
+    ----------
+    Derived here.
     """
     turn = 2.0 * math.pi
     value = angle - turn * math.floor((angle + math.pi) / turn)
@@ -178,6 +210,12 @@ def fill_branches(
     Branch :math:`4 b + 2 e + f`: base turned front (0) or back (1), elbow, wrist flip. Angles are not wrapped. Rows
     that no posture fits are NaN.
 
+    .. math:: q_1 = \operatorname{atan2}(w_y, w_x) - \operatorname{atan2}(d, \pm\sqrt{w_x^2 + w_y^2 - d^2}), \qquad
+              \cos\delta = \frac{x^2 + w_z^2 - L_2^2 - L_3^2}{2 L_2 L_3}
+
+    for the wrist centre w in the arm frame, the side offset d, and x from axis 2 in the plane of the arm; the wrist turns
+    what is left, :math:`N = R_x(q_4) R_y(q_5 + \eta) R_x(q_6)`.
+
     Parameters
     ----------
     arm : WristArm
@@ -194,6 +232,31 @@ def fill_branches(
     int
         ``REACHED`` if at least one branch exists; else ``TOO_FAR``, ``TOO_NEAR`` (the elbow cannot fold so far) or
         ``ON_COLUMN`` (inside the cylinder that a side offset leaves free).
+
+    Notes
+    -----
+    Valid for arms that :func:`spherical_wrist` accepts. Where axes 4 and 6 are in line (sine below 1e-9) axis 4 stays at
+    zero; a wrist centre on axis 1 gives one of many base angles.
+
+    Examples
+    --------
+    An arm of 0.6 and 0.5 m, 0.4 m high; its own posture is among the eight.
+
+    >>> from cutwise.maths.chains import chain
+    >>> z, y, x = (0, 0, 1), (0, 1, 0), (1, 0, 0)
+    >>> links = [(0, 0, 0), (0, 0, 0.4), (0.6, 0, 0), (0.5, 0, 0), (0, 0, 0), (0, 0, 0)]
+    >>> serial = chain([REVOLUTE] * 6, [z, y, y, x, y, x], links)
+    >>> q = np.array([0.3, -0.7, 0.9, 0.4, 0.6, -0.2])
+    >>> at, found = frames(serial, q), np.empty((8, 6))
+    >>> arm, scratch = spherical_wrist(serial), np.empty((2, 3, 3))
+    >>> fill_branches(arm, at.rotations[6], at.origins[6], found, scratch[0], scratch[1]) == REACHED
+    True
+    >>> int(np.isfinite(found).all(axis=1).sum()), round(float(np.abs(found - q).max(axis=1).min()), 9)
+    (8, 0.0)
+
+    References
+    ----------
+    Pieper 1968 (arms with three axes through one point); the reduction to one arm is derived here.
     """
     w0, w1, w2 = 0.0, 0.0, 0.0
     for k in range(3):
@@ -237,6 +300,10 @@ def reach_margin(arm: WristArm, rotation: FloatArray, position: FloatArray) -> t
 
     Outer: :math:`L_2 + L_3 - d`; inner: :math:`d - |L_2 - L_3|`, with :math:`d` from axis 2 to the wrist centre in the
     plane of the arm. A negative value is how much is missing.
+
+    References
+    ----------
+    Derived here: triangle inequality.
     """
     wrist = arm.base.T @ (position + rotation @ arm.centre - arm.foot)
     a1, upper, fore, _, _, side = arm.plane
@@ -247,5 +314,10 @@ def reach_margin(arm: WristArm, rotation: FloatArray, position: FloatArray) -> t
 
 
 def wrist_sine(arm: WristArm, q5: FloatArray | float) -> FloatArray:
-    """|sin| of the angle between axes 4 and 6: zero where the wrist is singular."""
+    """|sin| of the angle between axes 4 and 6: zero where the wrist is singular.
+
+    References
+    ----------
+    Derived here from the wrist of Pieper 1968.
+    """
     return np.asarray(np.abs(np.sin(np.asarray(q5) + arm.bend)))

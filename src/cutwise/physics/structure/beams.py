@@ -85,6 +85,13 @@ def round_section(diameter: float, *, filling: float = 1.0, shear_factor: float 
     ------
     ValueError
         The diameter or the filling is not positive.
+
+    Valid for one filling for all of them; flutes resist bending a little less than their area says.
+
+    References
+    ----------
+    Young and Budynas, Roark's Formulas for Stress and Strain, 7th ed., tables A.1 and 10.1; filling as the effective
+    diameter of Kops and Vo 1990, CIRP Annals 39.
     """
     if diameter <= 0.0 or filling <= 0.0:
         raise ValueError(f"a round tool needs a positive diameter and filling, got {diameter:g} m and {filling:g}")

@@ -63,6 +63,14 @@ def place(at: Frames, frame: ArrayLike, point: ArrayLike, compliance: ArrayLike)
     Returns
     -------
     points, compliances : arrays (..., e, 3) and (..., e, 6, 6)
+
+    Notes
+    -----
+    Valid to first order: the frames are those of the undeformed machine.
+
+    References
+    ----------
+    Derived here: change of frame of a compliance; Demeč and Madáč write theirs in body frames, Eq. (4).
     """
     bodies = np.asarray(frame, dtype=np.int64)
     rotation = at.rotations[..., bodies, :, :]
@@ -85,6 +93,15 @@ def element_wrenches(elements: Elements, loads: Loads, *, feed_moment: bool = Tr
     feed_moment : bool
         False leaves out the moment of the x components on part-side elements, as the published curves seem to do;
         not physical.
+
+    Returns
+    -------
+    array (..., e, 6)
+        Force [N] above moment [N m]. Valid for forces that act at the undeformed points.
+
+    References
+    ----------
+    Derived here: equilibrium of what an element carries; Demeč and Madáč give the loads and no formula.
     """
     joints = np.asarray(elements.joint)[:, None]
     part_side = np.asarray(elements.part_side)[:, None]
@@ -105,6 +122,12 @@ def element_twists(elements: Elements, wrenches: FloatArray) -> FloatArray:
     r"""Twist of each element at its point, :math:`\xi = C W`, shape (..., e, 6).
 
     Part side: motion of body i-1 against body i; tool side: of body i against body i-1.
+
+    Displacement [m] above rotation [rad]; valid for linear elements.
+
+    References
+    ----------
+    Hooke's law; Demeč and Madáč, Eqs. (6) and (7), are such twists.
     """
     return np.einsum("...eij,...ej->...ei", elements.compliance, wrenches)
 
@@ -113,6 +136,10 @@ def element_signs(elements: Elements, *, literal: bool = False) -> FloatArray:
     """+1 on the tool side, -1 on the part side: a table that yields takes the part away from the tool.
 
     ``literal`` gives +1 throughout, as Eq. (2) of Demeč and Madáč reads; not physical.
+
+    References
+    ----------
+    Demeč and Madáč, Eq. (2), with the sign of the part side derived here.
     """
     return np.where(np.asarray(elements.part_side) & (not literal), -1.0, 1.0)
 
@@ -120,6 +147,10 @@ def element_signs(elements: Elements, *, literal: bool = False) -> FloatArray:
 def contributions(elements: Elements, twists: FloatArray, tool: ArrayLike, *, literal: bool = False) -> FloatArray:
     r"""What each element adds to the error of the tool point against the part, :math:`\pm(\delta + \varepsilon \times
     (p - c))` [m], shape (..., e, 3).
+
+    References
+    ----------
+    Demeč and Madáč, Eqs. (4) and (5), from the element's point instead of the body's origin.
     """
     moved = twist_at(twists, np.asarray(tool, dtype=float)[..., None, :] - elements.point)[..., :3]
     return moved * element_signs(elements, literal=literal)[:, None]
@@ -132,6 +163,10 @@ def chain_twists(elements: Elements, twists: FloatArray, at: Frames, *, literal:
               \varepsilon_i = \sigma R_{0i}^T \varepsilon
 
     summed over the elements of joint i, with :math:`\sigma = -1` on the part side.
+
+    References
+    ----------
+    Demeč and Madáč, Eqs. (4), (6) and (7); the carrying over to the origin is derived here.
     """
     joints = np.asarray(elements.joint)
     moved = twist_at(twists, at.origins[..., joints, :] - elements.point)
@@ -154,6 +189,19 @@ def part_twist(part: PartBlock, force: ArrayLike, tool: ArrayLike) -> tuple[Floa
     wrench, twist : arrays (..., 6)
         At the section's centre; the material under the tool moves by :math:`u = \delta + \varepsilon \times (p - c)`,
         and the error of the surface is :math:`\Delta_0 = -u`.
+
+    Parameters
+    ----------
+    part : PartBlock
+        The part up to the height of the tool.
+    force : array (..., 3)
+        F on the tool [N].
+    tool : array (..., 3)
+        Tool point p [m].
+
+    References
+    ----------
+    Demeč and Madáč, Eq. (3), with the sign derived here.
     """
     reaction = -np.asarray(force, dtype=float)
     arm = np.asarray(tool, dtype=float) - part.point
@@ -163,7 +211,12 @@ def part_twist(part: PartBlock, force: ArrayLike, tool: ArrayLike) -> tuple[Floa
 
 
 def point_displacement(point: FloatArray, twist: FloatArray, tool: ArrayLike) -> FloatArray:
-    r"""Displacement :math:`\delta + \varepsilon \times (q - c)` [m] of a point q by a twist at c, (..., 3)."""
+    r"""Displacement :math:`\delta + \varepsilon \times (q - c)` [m] of a point q by a twist at c, (..., 3).
+
+    References
+    ----------
+    Demeč and Madáč, Eqs. (3) and (4).
+    """
     return twist_at(twist, np.asarray(tool, dtype=float) - point)[..., :3]
 
 
@@ -172,6 +225,10 @@ def load_displacements(elements: Elements, twists: FloatArray, loads: Loads) -> 
 
     A tool-side body moves with the elements of tool-side joints up to its own; a part-side body with those of the
     part-side joints above its own.
+
+    References
+    ----------
+    Derived here, for the balance of :func:`energy_residual`.
     """
     joints, part_side = np.asarray(elements.joint)[:, None], np.asarray(elements.part_side)[:, None]
     bodies = np.asarray(loads.body)[None, :]
@@ -181,12 +238,22 @@ def load_displacements(elements: Elements, twists: FloatArray, loads: Loads) -> 
 
 
 def strain_work(wrenches: FloatArray, twists: FloatArray) -> FloatArray:
-    r""":math:`\sum_e W_e^T \xi_e` [J], twice the strain energy of linear elements, shape (...)."""
+    r""":math:`\sum_e W_e^T \xi_e` [J], twice the strain energy of linear elements, shape (...).
+
+    References
+    ----------
+    Clapeyron's theorem; Love 1927, A Treatise on the Mathematical Theory of Elasticity, art. 120.
+    """
     return np.einsum("...ei,...ei->...", wrenches, twists)
 
 
 def external_work(loads: Loads, displacements: FloatArray) -> FloatArray:
-    r""":math:`\sum_k f_k \cdot u_k` [J] over all loads, shape (...)."""
+    r""":math:`\sum_k f_k \cdot u_k` [J] over all loads, shape (...).
+
+    References
+    ----------
+    Clapeyron's theorem; Love 1927, A Treatise on the Mathematical Theory of Elasticity, art. 120.
+    """
     return np.einsum("...ki,...ki->...", loads.force, displacements)
 
 
@@ -215,6 +282,15 @@ def least_convexity(at: ArrayLike, values: ArrayLike) -> float:
         Ascending, n at least 3.
     values : array (n,)
         w there.
+
+    Returns
+    -------
+    float
+        [1]
+
+    References
+    ----------
+    Derived here.
     """
     x, w = np.asarray(at, dtype=float), np.asarray(values, dtype=float)
     slope = np.diff(w) / np.diff(x)

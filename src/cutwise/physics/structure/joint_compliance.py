@@ -33,6 +33,10 @@ def cartesian_compliance(jacobian: FloatArray, stiffness: FloatArray, axes: Floa
     -----
     Links are rigid and the load is small: the stiffening by the load itself, :func:`geometric_stiffness`, changes the
     result by 5e-4 at 600 N and is left out.
+
+    References
+    ----------
+    Salisbury 1980, Proc. IEEE CDC, 95-100.
     """
     elements = turning_elements(jacobian, stiffness)
     compliance = chain_compliance(elements, np.zeros((*elements.shape[:-2], 3)))
@@ -90,22 +94,49 @@ def axial_and_holding(cxx: float, cxy: float, cyy: float, cxz: float, cyz: float
     cxx, cxy, cyy, cxz, cyz : float
         Translation block of the compliance in tool axes [m/N].
 
+    Returns
+    -------
+    tuple
+        Lateral force x, y over the thrust [1].
+
     Notes
     -----
-    Point contact without moment, quasi-static, drill torque left out; :func:`holding_force` has it.
+    Valid for point contact without moment, quasi-static, drill torque left out (:func:`holding_force` has it); the lateral
+    block has to be positive definite, as that of any arm is that yields both ways.
+
+    Examples
+    --------
+    2 and 4 um/N across, 1 and -1 um/N of coupling to the thrust:
+
+    >>> [round(part, 9) for part in axial_and_holding(2e-6, 0.0, 4e-6, 1e-6, -1e-6)]
+    [0.5, -0.25]
+
+    References
+    ----------
+    Derived here: equilibrium of a tip held by friction. Garnier et al. 2017, sec. 1, name the sliding and leave it open.
     """
     determinant = cxx * cyy - cxy * cxy
     return (cyy * cxz - cxy * cyz) / determinant, (cxx * cyz - cxy * cxz) / determinant
 
 
 def holding_ratio(compliance: FloatArray) -> FloatArray:
-    """Lateral force over thrust of a compliance (6, 6) or (3, 3) in tool axes; see :func:`axial_and_holding`."""
+    """Lateral force over thrust of a compliance (6, 6) or (3, 3) in tool axes; see :func:`axial_and_holding`.
+
+    References
+    ----------
+    Derived here.
+    """
     c = compliance
     return np.array(axial_and_holding(c[0, 0], c[0, 1], c[1, 1], c[0, 2], c[1, 2]))
 
 
 def skating_ratio(compliance: FloatArray) -> float:
-    """Skating ratio at a flat entry of a compliance (6, 6) or (3, 3) in tool axes; see :func:`worst_skating`."""
+    """Skating ratio at a flat entry of a compliance (6, 6) or (3, 3) in tool axes; see :func:`worst_skating`.
+
+    References
+    ----------
+    Derived here.
+    """
     return float(np.hypot(*holding_ratio(compliance)))
 
 
@@ -126,6 +157,15 @@ def worst_skating(holding: FloatArray, side: FloatArray, turn: FloatArray | floa
         Side force on the tool over thrust while the point enters, axes of the slope; no rows on a flat surface.
     turn : array (...) or float
         :math:`\sigma` [rad]: direction of the slope in tool axes.
+
+    Returns
+    -------
+    array (...)
+        :math:`\rho` [1].
+
+    References
+    ----------
+    Derived here; Garnier et al. 2017, sec. 1, name the sliding of drills on weak arms.
     """
     if not len(side):
         return np.asarray(np.hypot(holding[..., 0], holding[..., 1]))
@@ -139,11 +179,24 @@ def holding_force(compliance: FloatArray, thrust: float, torque: float) -> Float
     r"""Lateral force that keeps the tip in place, :math:`C_l^{-1}(c\,T + C_{l\psi} M)` [N], shape (2,).
 
     The tip holds if it is no larger than :math:`\mu T`. ``compliance`` (6, 6) in tool axes.
+
+    Valid for a tip that touches in a point, thrust [N] along z and torque [N m] about it.
+
+    References
+    ----------
+    Derived here.
     """
     push = compliance[:2, 2] * thrust + compliance[:2, 5] * torque
     return np.asarray(np.linalg.solve(compliance[:2, :2], push))
 
 
 def axis_tilt(compliance: FloatArray, thrust: float) -> float:
-    r"""Tilt of the drill itself under thrust, :math:`|C_{[\varphi_x,\varphi_y;\,z]}|\,T` [rad]."""
+    r"""Tilt of the drill itself under thrust, :math:`|C_{[\varphi_x,\varphi_y;\,z]}|\,T` [rad].
+
+    Valid for a tip that is free to go aside.
+
+    References
+    ----------
+    Derived here.
+    """
     return float(np.hypot(compliance[3, 2], compliance[4, 2]) * thrust)

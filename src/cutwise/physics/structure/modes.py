@@ -19,9 +19,15 @@ class Modes(NamedTuple):
 
 
 def modes(frequency: FloatArray, damping: FloatArray, stiffness: FloatArray, direction: FloatArray) -> Modes:
-    """Modes from natural frequency [rad/s], damping ratio [-], stiffness [N/m] and direction (m, 2).
+    r"""Modes from natural frequency [rad/s], damping ratio [-], stiffness [N/m] and direction (m, 2).
 
     Raises ``ValueError`` for a frequency or stiffness that is not positive, or a damping ratio outside [0, 1).
+
+    Modal mass [kg] is :math:`k/\omega^2`. Valid for modes that do not share their motion.
+
+    References
+    ----------
+    Altintas 2012, Manufacturing Automation, ch. 3.
     """
     frequency, damping = np.atleast_1d(np.asarray(frequency, float)), np.atleast_1d(np.asarray(damping, float))
     stiffness, direction = np.atleast_1d(np.asarray(stiffness, float)), np.atleast_2d(np.asarray(direction, float))
@@ -42,6 +48,17 @@ def transition(frequency: float, damping: float, mass: float, time: float) -> Fl
     -------
     ndarray
         Rows: new displacement [m], new velocity [m/s]; columns: old displacement, old velocity, force. Shape (2, 3).
+
+    Parameters
+    ----------
+    frequency, damping, mass : float
+        :math:`\omega` [rad/s], :math:`\zeta` [1], m [kg]. Valid for :math:`0 \le \zeta < 1`.
+    time : float
+        Step [s].
+
+    References
+    ----------
+    Derived here: the closed form of the damped oscillator.
     """
     decay = damping * frequency
     wd = frequency * math.sqrt(1.0 - damping * damping)
@@ -53,7 +70,12 @@ def transition(frequency: float, damping: float, mass: float, time: float) -> Fl
 
 
 def free_motion(tip: Modes, time: float) -> FloatArray:
-    """Exact free motion of all modes over a time [s]: matrix on (displacements, velocities), shape (2m, 2m)."""
+    """Exact free motion of all modes over a time [s]: matrix on (displacements, velocities), shape (2m, 2m).
+
+    References
+    ----------
+    Derived here: :func:`transition` without a force.
+    """
     m = tip.frequency.size
     out = np.zeros((2 * m, 2 * m))
     for i in range(m):

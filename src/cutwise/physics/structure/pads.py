@@ -35,7 +35,12 @@ class ContactPads(NamedTuple):
 
 
 def mobility(points: ArrayLike) -> FloatArray:
-    r"""Displacement of points per twist of the body, :math:`B_k = [I, -[p_k]_\times]`, shape (k, 3, 6)."""
+    r"""Displacement of points per twist of the body, :math:`B_k = [I, -[p_k]_\times]`, shape (k, 3, 6).
+
+    References
+    ----------
+    Small rotations, Demeč and Madáč, Eqs. (3) and (7).
+    """
     p = np.asarray(points, dtype=float)
     return np.concatenate([np.broadcast_to(np.eye(3), (*p.shape[:-1], 3, 3)), -skew(p)], axis=-1)
 
@@ -55,6 +60,14 @@ def stiffness_matrix(points: ArrayLike, stiffness: ArrayLike) -> FloatArray:
     -------
     array (6, 6)
         Force [N], moment [N m] per displacement [m], rotation [rad].
+
+    Notes
+    -----
+    Valid for stiff bodies between linear springs.
+
+    References
+    ----------
+    Derived here: the sum of springs carried to one point.
     """
     b = mobility(points)
     k = np.broadcast_to(np.asarray(stiffness, dtype=float), (*b.shape[:-2], 3))
@@ -68,6 +81,10 @@ def pad_compliance(points: ArrayLike, stiffness: ArrayLike) -> FloatArray:
     ------
     ValueError
         The group leaves a motion free (fewer than three pads, pads in one line, a spring of zero).
+
+    References
+    ----------
+    Derived here.
     """
     stiff = stiffness_matrix(points, stiffness)
     if not is_positive_definite(stiff):
@@ -78,7 +95,12 @@ def pad_compliance(points: ArrayLike, stiffness: ArrayLike) -> FloatArray:
 
 
 def is_positive_definite(matrix: ArrayLike) -> bool:
-    """Whether a symmetric matrix is positive definite, in a sense that does not depend on its units."""
+    """Whether a symmetric matrix is positive definite, in a sense that does not depend on its units.
+
+    References
+    ----------
+    Derived here; the scaling to a unit diagonal is that of van der Sluis 1969, Numer. Math. 14.
+    """
     m = np.asarray(matrix, dtype=float)
     diagonal = np.diagonal(m)
     if not np.isfinite(m).all() or (diagonal <= 0.0).any():
@@ -158,6 +180,10 @@ def contact_equilibrium(pads: ContactPads, wrench: ArrayLike) -> tuple[FloatArra
         A pad of an open guide carries no pressure any more.
     NoEquilibriumError
         No convergence.
+
+    References
+    ----------
+    Derived here: Newton with damping on the potential of the contact law of Levina and Reshetov 1971.
     """
     load = np.asarray(wrench, dtype=float)
     b = mobility(pads.points)

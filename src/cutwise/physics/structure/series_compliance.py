@@ -8,14 +8,7 @@ about the axis a is the element of rank one :math:`C_e = (0; a)(0; a)^T / k`; th
 
 import numpy as np
 
-from cutwise.maths.frames import FloatArray
-
-
-def skew(vector: FloatArray) -> FloatArray:
-    r"""Matrix of the cross product: :math:`S(v) w = v \times w`, shape (..., 3, 3)."""
-    x, y, z = np.moveaxis(np.asarray(vector, dtype=float), -1, 0)
-    zero = np.zeros_like(x)
-    return np.stack([np.stack([zero, -z, y], -1), np.stack([z, zero, -x], -1), np.stack([-y, x, zero], -1)], -2)
+from cutwise.maths.frames import FloatArray, skew
 
 
 def carried_to(compliance: FloatArray, lever: FloatArray) -> FloatArray:
@@ -27,6 +20,10 @@ def carried_to(compliance: FloatArray, lever: FloatArray) -> FloatArray:
         Of the element, displacement over rotation, at its own point.
     lever : array (..., 3)
         From the element to the tool point [m].
+
+    References
+    ----------
+    Murray, Li and Sastry 1994, ch. 2, sec. 5 (wrenches at another point); the sandwich follows from virtual work.
     """
     across = np.zeros((*np.shape(lever)[:-1], 6, 6))
     across[..., range(6), range(6)] = 1.0
@@ -35,7 +32,14 @@ def carried_to(compliance: FloatArray, lever: FloatArray) -> FloatArray:
 
 
 def joint_element(axis: FloatArray, stiffness: float) -> FloatArray:
-    """Compliance of a turning joint at a point on its axis: rotation about the axis alone."""
+    """Compliance of a turning joint at a point on its axis: rotation about the axis alone.
+
+    ``axis`` is a unit vector (3,), ``stiffness`` in N m/rad; displacement over rotation, shape (6, 6).
+
+    References
+    ----------
+    Derived here: an element of rank one.
+    """
     element = np.zeros((6, 6))
     element[3:, 3:] = np.outer(axis, axis) / stiffness
     return element
@@ -70,6 +74,10 @@ def chain_compliance(elements: FloatArray, levers: FloatArray) -> FloatArray:
     >>> hinge = joint_element(np.array([0.0, 0.0, 1.0]), 1e6)
     >>> round(float(chain_compliance(hinge[None], np.array([[2.0, 0.0, 0.0]]))[1, 1]), 12)
     4e-06
+
+    References
+    ----------
+    Derived here; for joints alone Salisbury 1980, Proc. IEEE CDC, 95-100.
     """
     return np.asarray(carried_to(elements, levers).sum(axis=-3))
 
@@ -83,6 +91,10 @@ def turning_elements(twists: FloatArray, stiffness: FloatArray) -> FloatArray:
         :math:`t_k`, twist of the tool for a unit turn of each: the columns of the Jacobian [m; 1 per rad].
     stiffness : array (k,)
         [N m/rad]; infinite for one that is stiff.
+
+    References
+    ----------
+    Salisbury 1980, Proc. IEEE CDC, 95-100, joint by joint.
     """
     each = np.swapaxes(np.asarray(twists, dtype=float), -1, -2)
     return np.asarray(each[..., :, None] * each[..., None, :] / np.asarray(stiffness, dtype=float)[:, None, None])
@@ -99,6 +111,10 @@ def in_axes(compliance: FloatArray, axes: FloatArray) -> FloatArray:
     compliance : array (..., 6, 6)
     axes : array (..., 3, 3)
         The other axes as columns.
+
+    References
+    ----------
+    Derived here: forces are polar, moments are axial vectors.
     """
     turn = np.zeros((*np.shape(axes)[:-2], 6, 6))
     turn[..., :3, :3] = axes
@@ -122,6 +138,10 @@ def translation_at(compliance: FloatArray, height: float) -> FloatArray:
     -------
     array (..., 3, 3)
         [m/N]
+
+    References
+    ----------
+    Derived here from :func:`carried_to`.
     """
     across = np.concatenate([np.eye(3), -skew(np.array([0.0, 0.0, height]))], axis=1)
     return np.asarray(across @ compliance @ across.T)

@@ -31,12 +31,22 @@ class Characteristic(NamedTuple):
 
 
 def support(direction: FloatArray, unit: FloatArray) -> float:
-    r"""Support function of the unit ring, :math:`\sum_i \max(0, n_i \cdot u)`."""
+    r"""Support function of the unit ring, :math:`\sum_i \max(0, n_i \cdot u)`.
+
+    References
+    ----------
+    Derived here; e.g. Schneider 2014, Convex Bodies, sec. 1.7 (support functions).
+    """
     return float(np.maximum(0.0, direction @ unit).sum())
 
 
 def mean_support(direction: FloatArray) -> float:
-    r"""Mean of the support function over all directions: :math:`n / \pi`, for any arrangement of n unit vectors."""
+    r"""Mean of the support function over all directions: :math:`n / \pi`, for any arrangement of n unit vectors.
+
+    References
+    ----------
+    Derived here: the mean of :math:`\max(0, \cos)` is :math:`1/\pi`.
+    """
     return len(direction) / np.pi
 
 
@@ -52,6 +62,10 @@ def characteristic(ring: PistonRing, reach: float) -> Characteristic:
         The device at its pressure.
     reach : float
         Distance from the joint to the tip [m].
+
+    References
+    ----------
+    Derived here from the forces of Berselli et al. 2016, sec. 3.3.
     """
     lever = ring.arm / reach * mean_support(ring.direction)
     p = ring.piston
@@ -72,7 +86,12 @@ class Borders(NamedTuple):
 
 
 def borders(ring: PistonRing) -> Borders:
-    """Both normals of every piston of a ring, with their support."""
+    """Both normals of every piston of a ring, with their support.
+
+    References
+    ----------
+    Derived here; Ziegler 1995, Lectures on Polytopes, sec. 7.3 (zonotopes).
+    """
     n = ring.direction
     across = np.stack([np.column_stack([-n[:, 1], n[:, 0]]), np.column_stack([n[:, 1], -n[:, 0]])], axis=1)
     normal = across.reshape(-1, 2)
@@ -95,6 +114,10 @@ def gauge(ring: PistonRing, piston_force: float, moment: FloatArray, of: Borders
         Moment as force times arm, x and y [N m], shape (2,).
     of : Borders
         Of this ring; found once, asked many times.
+
+    References
+    ----------
+    Derived here; gauge and support function: Schneider 2014, Convex Bodies, sec. 1.7.
     """
     part = (of.normal[:, 0] * moment[0] + of.normal[:, 1] * moment[1]) / (ring.arm * piston_force * of.support)
     best = int(part.argmax())

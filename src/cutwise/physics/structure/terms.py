@@ -10,8 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cutwise.maths.compiled import inlined
-from cutwise.maths.curves import FloatArray, segment
+from cutwise.maths.curves import FloatArray, station
 from cutwise.physics.structure.pistons import PistonRing, RingState, at_rest
 from cutwise.physics.structure.pistons import step as piston_step
 from cutwise.records import Tip
@@ -80,6 +79,35 @@ class SwingState(NamedTuple):
     v: FloatArray  # [m/s], shape (3,)
 
 
+class Linked(NamedTuple):
+    r"""An arm as links with masses on elastic joints, k of them.
+
+    .. math:: M \ddot q + D \dot q + K_\theta q = J^T W, \quad D = M V \,\mathrm{diag}(2\zeta\omega)\, V^T M,
+              \qquad \xi = J q
+
+    with the modes :math:`K_\theta v = \omega^2 M v`, V normalised to :math:`V^T M V = 1`; everything multiplied by
+    :math:`M^{-1}`. The twist of the tip is in process axes.
+    """
+
+    at: FloatArray  # [m] of the path, rising, shape (n,)
+    spring: FloatArray  # M^-1 K [1/s^2], shape (n, k, k)
+    damper: FloatArray  # M^-1 D [1/s], shape (n, k, k)
+    gain: FloatArray  # M^-1 J^T [rad/s^2 per N, N m], shape (n, k, 6)
+    jacobian: FloatArray  # J [m/rad; -], shape (n, 6, k)
+    frequency: FloatArray  # natural frequencies, undamped, rising [rad/s], shape (n, k)
+    pivot: float = 0.0  # [m] over the tip, about which the load of the structure has its moments
+
+
+class LinkedState(NamedTuple):
+    """Joints that give way, and what the tip does by them."""
+
+    q: FloatArray  # [rad], shape (k,)
+    v: FloatArray  # [rad/s], shape (k,)
+    pull: FloatArray  # [rad/s^2] scratch, shape (k,)
+    twist: FloatArray  # of the tip, process axes [m, rad], shape (6,)
+    rate: FloatArray  # of that [m/s, rad/s], shape (6,)
+
+
 class Series(NamedTuple):
     """Two structures one behind the other; a structure of more terms is a series of a term and a series."""
 
@@ -92,18 +120,6 @@ class SeriesState(NamedTuple):
 
     near: NamedTuple
     far: NamedTuple
-
-
-@inlined
-def station(at: FloatArray, along: float) -> tuple[int, float]:
-    """Interval of a table and the share of it that lies behind; the end values hold beyond the ends."""
-    last = at.size - 1
-    if last == 0 or along <= at[0]:
-        return 0, 0.0
-    if along >= at[last]:
-        return last - 1, 1.0
-    low = segment(at, along)
-    return low, (along - at[low]) / (at[low + 1] - at[low])
 
 
 # --- a tool that does not yield
@@ -170,7 +186,7 @@ def _(structure, flexed, table, row, at):
 # --- without inertia
 
 
-@pivot.of(Compliance, Swinging)
+@pivot.of(Compliance, Swinging, Linked)
 def _(structure):
     return 0.0
 
@@ -261,10 +277,62 @@ def _(structure, flexed, table, row, at):
     return at + 3
 
 
+@stepped.of(Linked)
+def _(structure, flexed, pose, load, dt):
+    """Semi-implicit Euler; everything straight between its stations. Moments about the tip from those about the pivot."""
+    q, v, total, count = flexed.q, flexed.v, load.total, flexed.q.size
+    fx, fy, fz = total[0], total[1], total[2]
+    mx, my = -(structure.pivot * fy - total[5]), structure.pivot * fx - total[4]
+    at, share = station(structure.at, pose.along)
+    after = min(at + 1, structure.at.size - 1)
+    for i in range(count):
+        here, there = structure.gain[at, i], structure.gain[after, i]
+        low = here[0] * fx + here[1] * fy + here[2] * fz + here[3] * mx + here[4] * my
+        high = there[0] * fx + there[1] * fy + there[2] * fz + there[3] * mx + there[4] * my
+        gained = low + share * (high - low)
+        for j in range(count):
+            k0, d0 = structure.spring[at, i, j], structure.damper[at, i, j]
+            gained -= (k0 + share * (structure.spring[after, i, j] - k0)) * q[j]
+            gained -= (d0 + share * (structure.damper[after, i, j] - d0)) * v[j]
+        flexed.pull[i] = gained
+    for i in range(count):
+        v[i] += dt * flexed.pull[i]
+        q[i] += dt * v[i]
+    for i in range(6):
+        here, there = structure.jacobian[at, i], structure.jacobian[after, i]
+        place, rate = 0.0, 0.0
+        for j in range(count):
+            slope = here[j] + share * (there[j] - here[j])
+            place += slope * q[j]
+            rate += slope * v[j]
+        flexed.twist[i], flexed.rate[i] = place, rate
+    return 0
+
+
+@displaced.of(Linked)
+def _(structure, flexed, foot, above):
+    twist, rate, z = flexed.twist, flexed.rate, foot + above
+    return Tip(
+        twist[0] + twist[4] * z,
+        twist[1] - twist[3] * z,
+        twist[2],
+        rate[0] + rate[4] * z,
+        rate[1] - rate[3] * z,
+        rate[2],
+    )
+
+
+@noted.of(Linked)
+def _(structure, flexed, table, row, at):
+    for i in range(6):
+        table[row, at + i] = flexed.twist[i]
+    return at + 6
+
+
 # --- which terms have to be solved for
 
 
-@yielding.of(Rigid, Pistons, Swinging)
+@yielding.of(Rigid, Pistons, Swinging, Linked)
 def _(structure):
     return False
 
@@ -274,17 +342,17 @@ def _(structure):
     return True
 
 
-@held.of(Rigid, Pistons, Swinging)
+@held.of(Rigid, Pistons, Swinging, Linked)
 def _(structure, flexed, height):
     return 0.0, 0.0, 0.0
 
 
-@yielded.of(Rigid, Pistons, Swinging)
+@yielded.of(Rigid, Pistons, Swinging, Linked)
 def _(structure, flexed, pose, load, pivot, height):
     return 0.0, 0.0, 0.0
 
 
-@settled.of(Rigid, Pistons, Swinging)
+@settled.of(Rigid, Pistons, Swinging, Linked)
 def _(structure, flexed, extra_x, extra_y, extra_z):
     return 0
 
@@ -346,7 +414,14 @@ def _(structure, flexed, table, row, at):
 
 
 def swinging(at: FloatArray, compliance: FloatArray, mass: float, damping: float) -> Swinging:
-    """A swinging arm from its translational compliance at the stations [m/N], shape (n, 3, 3), and damping ratio."""
+    """A swinging arm from its translational compliance at the stations [m/N], shape (n, 3, 3), and damping ratio.
+
+    ``mass`` in kg, ``damping`` from 0. Valid for an arm whose modes of interest move the tool more than they turn it.
+
+    References
+    ----------
+    Derived here: modal damping of one mass on the joints' springs; Caughey 1960, J. Appl. Mech. 27 (when it is diagonal).
+    """
     stiffness = np.linalg.inv(compliance)
     value, vector = np.linalg.eigh(0.5 * (stiffness + np.swapaxes(stiffness, -1, -2)))
     strength = 2.0 * damping * np.sqrt(value * mass)
@@ -354,8 +429,43 @@ def swinging(at: FloatArray, compliance: FloatArray, mass: float, damping: float
     return Swinging(at, stiffness, resistance, mass)
 
 
+def linked(
+    at: FloatArray, mass: FloatArray, stiffness: FloatArray, damping: float, jacobian: FloatArray
+) -> Linked:  # fmt: skip
+    """An arm with masses from M at the stations (n, k, k), joint stiffness (k,), damping ratio and J (n, 6, k).
+
+    Raises
+    ------
+    ValueError
+        A joint moves no mass.
+
+    References
+    ----------
+    Derived here; modal damping as in Caughey 1960, J. Appl. Mech. 27.
+    """
+    inverse_root = np.linalg.inv(np.linalg.cholesky(_definite(mass)))
+    value, vector = np.linalg.eigh(inverse_root * stiffness @ np.swapaxes(inverse_root, -1, -2))
+    modes = np.swapaxes(inverse_root, -1, -2) @ vector  # V
+    frequency = np.sqrt(value)
+    inverse = modes @ np.swapaxes(modes, -1, -2)  # M^-1
+    damper = (modes * (2.0 * damping * frequency)[:, None, :]) @ np.swapaxes(modes, -1, -2) @ mass
+    arms = np.ascontiguousarray(jacobian)
+    return Linked(
+        at, inverse * stiffness, np.ascontiguousarray(damper),
+        np.ascontiguousarray(inverse @ np.swapaxes(arms, -1, -2)), arms, frequency,
+    )  # fmt: skip
+
+
+def _definite(mass: FloatArray) -> FloatArray:
+    least = np.linalg.eigvalsh(mass)[..., 0].min()
+    if not least > 1e-9 * np.abs(mass).max():
+        raise ValueError("a joint moves no mass")
+    return mass
+
+
 def in_series(terms: list[NamedTuple]) -> NamedTuple:
-    """One structure of several terms, the first at the tool."""
+    """One structure of several terms, the first at the tool; moments are about its pivot."""
+    terms = [term._replace(pivot=float(pivot(terms[0]))) if isinstance(term, Linked) else term for term in terms]
     structure = terms[-1]
     for term in reversed(terms[:-1]):
         structure = Series(term, structure)
@@ -373,23 +483,53 @@ def relaxed(structure: NamedTuple) -> NamedTuple:
             return ComplianceState(np.zeros(6), np.zeros(6), np.zeros(1))
         case Swinging():
             return SwingState(np.zeros(3), np.zeros(3))
+        case Linked():
+            k = structure.spring.shape[-1]
+            return LinkedState(np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(6), np.zeros(6))
     return ()
 
 
-def natural_frequencies(term: Swinging) -> FloatArray:
-    r"""Natural frequencies of a swinging arm at its stations, :math:`\sqrt{\lambda_k/m}/2\pi` [Hz], shape (n, 3)."""
+def natural_frequencies(term: Swinging | Linked) -> FloatArray:
+    r"""Natural frequencies of an arm with mass at its stations, :math:`\sqrt{\lambda_k/m}/2\pi` [Hz], rising, (n, k).
+
+    References
+    ----------
+    Derived here.
+    """
+    if isinstance(term, Linked):
+        return np.asarray(term.frequency / (2.0 * math.pi))
     return np.sqrt(np.linalg.eigvalsh(term.stiffness) / term.mass) / (2.0 * math.pi)
 
 
 def displacement(term: NamedTuple, columns: FloatArray, height: float) -> FloatArray:
-    """Displacement of the tool's axis at a height over its tip [m], from the columns that a term noted; shape (n, 3)."""
+    """Displacement of the tool's axis at a height over its tip [m], from the columns that a term noted; shape (n, 3).
+
+    References
+    ----------
+    Derived here: small rotations.
+    """
     match term:
-        case Compliance():
+        case Compliance() | Linked():
             turned = np.column_stack([columns[:, 4] * height, -columns[:, 3] * height, np.zeros(len(columns))])
             return np.asarray(columns[:, :3] + turned)
         case Pistons(_, reach):
             return np.column_stack([(reach - height) * columns[:, :2], np.zeros(len(columns))])
     return columns[:, :3]
+
+
+def turning(term: NamedTuple, columns: FloatArray) -> FloatArray:
+    """Turn of the tool about the feed [rad], from the columns that a term noted; shape (n,).
+
+    References
+    ----------
+    Derived here: small rotations.
+    """
+    match term:
+        case Compliance() | Linked():
+            return columns[:, 3]
+        case Pistons():
+            return columns[:, 1]  # a tip that swings off the work leans the tool back
+    return np.zeros(len(columns))
 
 
 def width(structure: NamedTuple) -> int:
@@ -399,7 +539,7 @@ def width(structure: NamedTuple) -> int:
             return width(near) + width(far)
         case Pistons(ring, _):
             return 4 + len(ring.direction)
-        case Compliance():
+        case Compliance() | Linked():
             return 6
         case Swinging():
             return 3

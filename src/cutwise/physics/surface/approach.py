@@ -63,13 +63,13 @@ class Wanted(NamedTuple):
 
 
 def moving_ball(centre: FloatArray, ball_radius: float, *, closed: bool) -> MovingTool:
-    """A ball along centres of shape (n, 3)."""
+    """A ball of a radius [m] along centres [m] of shape (n, 3)."""
     loop = np.vstack([centre, centre[:1]]) if closed else centre
     return MovingTool(line([loop]), np.zeros(len(loop)), 0.0, 0.0, np.zeros((3, 3)), ball_radius, 0.0)
 
 
 def moving_rod(centre: FloatArray, axis: FloatArray, ball_radius: float, length: float, *, closed: bool) -> MovingTool:
-    """A rod above a ball along centres of shape (n, 3); it begins at the height of the ball centre."""
+    """A rod of a length [m] above a ball along centres [m], shape (n, 3), from the height of the ball centre on."""
     across = np.eye(3)[int(np.argmin(np.abs(axis)))]
     first = across - (across @ axis) * axis
     first /= np.linalg.norm(first)
@@ -84,7 +84,7 @@ def moving_rod(centre: FloatArray, axis: FloatArray, ball_radius: float, length:
 def deepest_cut(
     mesh: SurfaceMesh, ball: MovingTool, zones: Zones, *, floor: float = 2e-7, enough: float = math.inf, effort: int = 400_000
 ) -> Approach:  # fmt: skip
-    r"""Deepest cut of a ball into a part outside of the zones where it is meant to cut, :math:`R_B - d` [m].
+    r"""Deepest cut of a ball into a part outside of the zones where it is meant to cut, :math:`R_B - d` [m]; derived here.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ def deepest_cut(
 def rod_distance(mesh: SurfaceMesh, around: Boxes, rod: MovingTool, wanted: Wanted) -> Approach:
     """Smallest distance of a part from the axis of a rod [m]; infinite where nothing stands beside the rod.
 
-    Points inside the ball belong to the cut and are left out.
+    Points inside the ball belong to the cut and are left out. Derived here.
 
     Parameters
     ----------
@@ -132,7 +132,7 @@ def face_gaps(mesh: SurfaceMesh, mover: MovingTool) -> FloatArray:
     """How near a ball's centre, or the axis of a rod, comes to each untrimmed surface at least [m]; 0 if unknown.
 
     In closed form for planes and, across their axis, for cylinders: faces that run along with the tool at one
-    distance need no halving then.
+    distance need no halving then. Derived here.
     """
     table, path, axis = mesh.faces.surfaces, mover.path.point, mover.frame[2]
     gap = np.zeros(len(table.kind))

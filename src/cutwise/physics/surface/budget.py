@@ -15,6 +15,22 @@ def signed_shares(contributions: ArrayLike, total: ArrayLike) -> FloatArray:
         :math:`v_b` [m], summing to the total.
     total : array (..., 3)
         Δ [m].
+
+    Returns
+    -------
+    array (..., b)
+        [m]; zero where there is no error. Valid for contributions that add up, as small errors do.
+
+    Examples
+    --------
+    3 µm along x and 4 µm along y make 5 µm:
+
+    >>> (1e6 * signed_shares([[3e-6, 0.0, 0.0], [0.0, 4e-6, 0.0]], [3e-6, 4e-6, 0.0])).round(9).tolist()
+    [1.8, 3.2]
+
+    References
+    ----------
+    Derived here; the contributions are Demeč and Madáč, Eq. (5).
     """
     error = np.asarray(total, dtype=float)
     size = np.linalg.norm(error, axis=-1, keepdims=True)
@@ -41,6 +57,17 @@ def stiffening_gain(contributions: ArrayLike, total: ArrayLike, *, stiffer: floa
     Returns
     -------
     array (b,)
+
+    Examples
+    --------
+    An element that makes the whole error of 1.1 µm:
+
+    >>> (1e6 * stiffening_gain([[[1.1e-6, 0.0, 0.0]]], [[1.1e-6, 0.0, 0.0]])).round(9).tolist()
+    [-0.1]
+
+    References
+    ----------
+    Derived here from the sum of Demeč and Madáč, Eq. (2).
     """
     error, parts = np.asarray(total, dtype=float), np.asarray(contributions, dtype=float)
     changed = error[:, None, :] - parts * (stiffer / (1.0 + stiffer))
@@ -68,6 +95,17 @@ def stiffness_for(contributions: ArrayLike, total: ArrayLike, limit: float) -> F
     -------
     array (b,)
         Infinite where no stiffness is enough; zero where the element may be as soft as it likes.
+
+    Examples
+    --------
+    An element that makes the whole error of 2 µm, where 1 µm is allowed:
+
+    >>> stiffness_for([[[2e-6, 0.0, 0.0]]], [[2e-6, 0.0, 0.0]], 1e-6).round(9).tolist()
+    [2.0]
+
+    References
+    ----------
+    Derived here from the sum of Demeč and Madáč, Eq. (2).
     """
     error, parts = np.asarray(total, dtype=float), np.asarray(contributions, dtype=float)
     rest = error[:, None, :] - parts  # with a rigid element

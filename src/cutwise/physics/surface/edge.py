@@ -22,11 +22,11 @@ def cut_envelope(
     Parameters
     ----------
     position : array
-        Even grid w along the edge [m], shape (m,).
+        Even grid w along the edge [m], shape (m,), m at least 2.
     centre_x, centre_y : array
         Mill axis along the edge and above it [m], shape (n,), any order.
     radius : float
-        Mill radius [m].
+        Mill radius R [m].
     ceiling : float
         Height above which nothing stands [m]; uncut places keep it.
 
@@ -34,6 +34,23 @@ def cut_envelope(
     -------
     array
         Height of the envelope above the nominal edge [m], shape (m,).
+
+    Notes
+    -----
+    Valid for axis positions :math:`\Delta x` apart that are close: between two of them the envelope is high by
+    :math:`\Delta x^2 / 8R`.
+
+    Examples
+    --------
+    A mill of 5 mm that touches the edge stands 1 mm over it 3 mm to either side:
+
+    >>> position, zero = np.linspace(-3e-3, 3e-3, 3), np.zeros(1)
+    >>> (1e3 * cut_envelope(position, zero, zero + 5e-3, 5e-3, 2e-3)).round(9).tolist()
+    [1.0, 0.0, 1.0]
+
+    References
+    ----------
+    Derived here; Berselli et al. 2016, sec. 3.1, takes the lowest point of the mill, :math:`h_{pci} = y_A - D/2`.
     """
     m = position.size
     height = np.full(m, ceiling)
@@ -71,6 +88,22 @@ def sorted_envelope(
     -------
     array
         Height of the envelope above the nominal edge [m], shape (m,).
+
+    Notes
+    -----
+    Valid as :func:`cut_envelope`; not asked whether ``centre_x`` rises.
+
+    Examples
+    --------
+    The mill of :func:`cut_envelope`, gone on to 3 mm:
+
+    >>> position, x = np.linspace(-3e-3, 3e-3, 3), np.array([0.0, 3e-3])
+    >>> (1e3 * sorted_envelope(position, x, np.full(2, 5e-3), 5e-3, 2e-3)).round(9).tolist()
+    [1.0, 0.0, 0.0]
+
+    References
+    ----------
+    Derived here.
     """
     m, n = position.size, centre_x.size
     height = np.full(m, ceiling)
@@ -122,6 +155,14 @@ def machined_profile(
     -----
     Between two axis positions :math:`\Delta x` apart the envelope is high by :math:`\Delta x^2 / 8R`: 2 nm at
     8 µm and R = 4 mm.
+
+    Examples
+    --------
+    A mill of 4 mm that runs 10 µm deep in the work, under a burr of 1 mm:
+
+    >>> x, burr = np.linspace(0.0, 1e-3, 200), Polyline(np.zeros(1), np.array([1e-3]))
+    >>> round(1e6 * float(machined_profile(x, np.full(200, 4e-3 - 1e-5), 4e-3, burr, 5).error[2]), 2)
+    -10.0
 
     References
     ----------

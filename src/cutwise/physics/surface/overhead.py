@@ -12,7 +12,9 @@ _UPRIGHT = 1e-15  # [m^2] twice the area of a triangle seen along the axis that 
 
 @compiled
 def height_above(flat: FloatArray, height: FloatArray, place: FloatArray, floor: FloatArray, ring: FloatArray) -> float:
-    """Greatest height of triangles above the floors of places, along rays on a ring round each place [m]; 0 if none is hit.
+    r"""Greatest height of triangles above the floors of places, along rays round each place [m]; 0 if none is hit.
+
+    .. math:: \max\,[\, z_0 + u (z_1 - z_0) + v (z_2 - z_0) - f \,], \qquad u, v \ge 0,\; u + v \le 1
 
     Parameters
     ----------
@@ -23,9 +25,26 @@ def height_above(flat: FloatArray, height: FloatArray, place: FloatArray, floor:
     place : array (n, 2)
         Places across the axis [m].
     floor : array (n,)
-        Their heights [m].
+        Their heights f [m].
     ring : array (k, 2)
         Rays round each place, about it [m].
+
+    Notes
+    -----
+    Valid to the spacing of the rays: what stands between two of them is not hit, nor a triangle that is upright.
+
+    Examples
+    --------
+    A quarter of the way along both legs of a triangle whose one corner is 4 mm high, over a floor at 0.4 mm:
+
+    >>> flat = 1e-3 * np.array([[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]])
+    >>> place, floor, ring = np.full((1, 2), 2.5e-4), np.array([4e-4]), np.zeros((1, 2))
+    >>> round(1e3 * height_above(flat, 1e-3 * np.array([[0.0, 4.0, 0.0]]), place, floor, ring), 9)
+    0.6
+
+    References
+    ----------
+    Derived here.
     """
     most = 0.0
     wide = 0.0

@@ -27,13 +27,44 @@ def covariance(error_jacobian: ArrayLike, deviation: ArrayLike) -> FloatArray:
         From ``maths.chains.error_jacobian``.
     deviation : array (n + 1, 6)
         Standard deviations of the independent components of :math:`\xi_i` [m, rad].
+
+    Notes
+    -----
+    Valid for small independent errors (first order), of any distribution.
+
+    Examples
+    --------
+    3 µm of a component that acts twice along x:
+
+    >>> jacobian = np.zeros((3, 1, 6))
+    >>> jacobian[0, 0, 0] = 2.0
+    >>> round(1e12 * float(covariance(jacobian, np.full((1, 6), 3e-6))[0, 0]), 6)
+    36.0
+
+    References
+    ----------
+    Derived here from Demeč and Madáč, Eq. (2).
     """
     scaled = np.asarray(error_jacobian, dtype=float) * np.asarray(deviation, dtype=float)
     return np.einsum("...xbc,...ybc->...xy", scaled, scaled)
 
 
 def variance_shares(error_jacobian: ArrayLike, deviation: ArrayLike) -> FloatArray:
-    r"""Share of each body in the trace of the covariance, shape (..., n + 1); zero throughout without uncertainty."""
+    """Share of each body in the trace of the covariance, shape (..., n + 1); zero throughout without uncertainty.
+
+    ``error_jacobian``, ``deviation``: as for :func:`covariance`, with its range of validity.
+
+    Examples
+    --------
+    >>> jacobian, deviation = np.zeros((3, 2, 6)), np.zeros((2, 6))
+    >>> jacobian[0, :, 0], deviation[:, 0] = 1.0, [1e-6, 2e-6]
+    >>> variance_shares(jacobian, deviation).round(9).tolist()
+    [0.2, 0.8]
+
+    References
+    ----------
+    Derived here.
+    """
     scaled = np.asarray(error_jacobian, dtype=float) * np.asarray(deviation, dtype=float)
     parts = np.einsum("...xbc,...xbc->...b", scaled, scaled)
     whole = parts.sum(axis=-1, keepdims=True)
@@ -51,6 +82,13 @@ def draw(size: int, law: int, generator: np.random.Generator) -> FloatArray:
         :data:`NORMAL`, :data:`UNIFORM` or :data:`TRIANGULAR` (symmetric).
     generator : numpy Generator
         Seeded by the caller.
+
+    Examples
+    --------
+    A rectangle of unit variance ends at the root of three:
+
+    >>> bool(abs(draw(1000, UNIFORM, np.random.default_rng(0))).max() < 3.0**0.5)
+    True
     """
     if law == NORMAL:
         return generator.standard_normal((size, 6))
@@ -81,6 +119,23 @@ def random_errors(
         N.
     seed : int
         The same seed gives the same answer.
+
+    Notes
+    -----
+    Valid for small independent errors (first order).
+
+    Examples
+    --------
+    One component of 1 µm along x: as much of the samples, within 2 %.
+
+    >>> jacobian, deviation = np.zeros((3, 1, 6)), np.zeros((1, 6))
+    >>> jacobian[0, 0, 0], deviation[0, 0] = 1.0, 1e-6
+    >>> abs(1e6 * float(random_errors(jacobian, deviation, [NORMAL], samples=20_000, seed=1)[:, 0].std()) - 1.0) < 0.02
+    True
+
+    References
+    ----------
+    Derived here from Demeč and Madáč, Eq. (2).
     """
     jacobian, spread = np.asarray(error_jacobian, dtype=float), np.asarray(deviation, dtype=float)
     law = np.asarray(laws)
@@ -104,6 +159,18 @@ def quantiles(systematic: ArrayLike, random: ArrayLike, probability: float) -> Q
         From :func:`random_errors` [m].
     probability : float
         0.95 for the 95 % quantile.
+
+    Examples
+    --------
+    Half of the samples 1 µm off either way, and 2 µm that are always there:
+
+    >>> found = quantiles([2e-6, 0.0, 0.0], [[1e-6, 0.0, 0.0], [-1e-6, 0.0, 0.0]], 0.5)
+    >>> round(1e6 * found.together, 9), round(1e6 * found.random, 9)
+    (2.0, 1.0)
+
+    References
+    ----------
+    Derived here.
     """
     error = np.asarray(random, dtype=float)
     together = np.linalg.norm(error + np.asarray(systematic, dtype=float), axis=1)

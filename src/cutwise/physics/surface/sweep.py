@@ -52,6 +52,15 @@ def swept_chamfer(
         Whether the path runs back to its first point.
     zone : tuple of float
         Distances from the edge, from and to, between which cuts beyond the chamfer are looked for [m].
+
+    Returns
+    -------
+    SweptChamfer
+        Widths, legs and borders [m]; NaN where a border was not found.
+
+    References
+    ----------
+    Derived here.
     """
     path = line([np.vstack([centre, centre[:1]]) if closed else centre])
     border = np.full((len(frames.point), 2, 3), np.nan)

@@ -69,7 +69,7 @@ def calibrate(data: Measurement, settings: MeanForces) -> Finding:
 
 def _fitted(settings: MeanForces, posed: Posed, rows: int) -> Fit:
     apart = folds(settings.fit.hold_out, rows)
-    return fitted(posed, loss=settings.fit.loss, level=settings.fit.level, folds=apart)
+    return fitted(posed, loss=settings.fit.loss, level=settings.fit.level, prior=settings.fit.prior, folds=apart)
 
 
 def integrals(start: float, end: float) -> tuple[float, float, float, float, float]:

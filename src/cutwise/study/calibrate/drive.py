@@ -16,7 +16,7 @@ from cutwise.io.measurements import Channel, Measurement
 from cutwise.spec.calibration import DriveLog
 from cutwise.spec.faults import ScenarioFault
 from cutwise.study.calibrate.arm import folds
-from cutwise.study.calibrate.fit import fitted
+from cutwise.study.calibrate.fit import CORRELATED, fitted
 from cutwise.study.calibrate.posed import Finding, Fit, FloatArray, Posed, Unknown, Value
 from cutwise.study.calibrate.told import covariance_block, drawn, plain, poorly_seen, rms, unknown_combinations, written
 
@@ -59,7 +59,12 @@ def calibrate(data: Measurement, settings: DriveLog) -> Finding:
     for value in gains:
         del block[value.name]["covariance"]
     block["friction"] = written(values[2:4], "plant", data.rows)
-    failed = [f"{value.name} is negative" for value in values[:2] if value.value < 0.0]
+    negative = [f"{value.name} is negative" for value in values[:2] if value.value < 0.0]
+    failed = list(negative)
+    if fit.lag_1 > CORRELATED:
+        failed.append(
+            f"neighbouring windows have residuals that correlate by {fit.lag_1:.2f}: the residual is not noise"
+        )
     names = [f"{axis}.{name}" for name in ("J", "B", "friction.coulomb_plus", "friction.coulomb_minus")]
     shown = [
         ("delay", "rms of the windows"),
@@ -69,7 +74,7 @@ def calibrate(data: Measurement, settings: DriveLog) -> Finding:
         "coulomb", values, {axis: block}, {"plant": covariance_block(fit, names, DIMENSIONS)}, fit.scale, "moment",
         rms(fit.left_out),
         "rms of the mean torque of a window", "moment", fit, drawn(fit.posed, fit.residual), tuple(shown),
-        (*(f"{text}, which no drive is; written as it is" for text in failed), *doubt,
+        (*(f"{text}, which no drive is; written as it is" for text in negative), *doubt,
          *(() if settings.drive.axis else ("drive.axis is not given: written as those of axis x",))),
         ("static friction and the speeds over which it fades: such a log does not hold them; torque is that of the motor's "
          "current, less whatever the cut takes", *poorly_seen(fit)),
@@ -129,11 +134,11 @@ def _plant(data: Measurement, log: Log, settings: DriveLog, delay: int) -> Fit:
     )
     posed = Posed(
         unknowns, mean, starts, np.zeros(len(starts), dtype=np.int64), ("torque",), ("moment",),
-        lambda x: np.asarray(matrix @ x), lambda _: matrix,
+        lambda x: np.asarray(matrix @ x), lambda _: matrix, blocks=np.zeros(len(starts), dtype=np.int64),
     )  # fmt: skip
     share = settings.fit.hold_out
     apart = [[int(row)] for row in starts] if share is None else folds(share, data.rows)
-    return fitted(posed, loss=settings.fit.loss, level=settings.fit.level, folds=apart)
+    return fitted(posed, loss=settings.fit.loss, level=settings.fit.level, prior=settings.fit.prior, folds=apart)
 
 
 def _gains(log: Log, settings: DriveLog) -> tuple[tuple[Value, ...], tuple[str, ...]]:

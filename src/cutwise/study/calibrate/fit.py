@@ -6,17 +6,23 @@ With the Jacobian :math:`J` of the model over the scatter of each equation, resi
 .. math:: s^2 = \frac{\sum w r^2}{\sum w - p}, \qquad C = s^2 (J^T W J)^{-1}, \qquad
           t = \frac{|r|}{s\sqrt{1 - h}}, \quad h = \mathrm{diag}\, J (J^T W J)^{-1} J^T W
 
+Of a time series whose neighbouring residuals correlate by more than 0.2, C is the sandwich
+:math:`H^{-1}(\sum_g J_g^T r_g r_g^T J_g)H^{-1} G/(G-1)` over G stretches (turns of the spindle), with t(G - 1).
 Intervals are Student's with the degrees of freedom. Columns of :math:`J` are scaled to length 1; singular values below
 1e-9 of the largest count as 0: their directions are what the data do not determine, and :math:`C` leaves them out.
 """
 
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy import optimize, stats
 
+from cutwise import units
 from cutwise.results import SolverFailure
+from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.study.calibrate.posed import (
     UNDETERMINED,
     Fit,
@@ -24,6 +30,7 @@ from cutwise.study.calibrate.posed import (
     NextTest,
     Outlier,
     Posed,
+    Unknown,
     Verdict,
     combination,
 )
@@ -31,6 +38,10 @@ from cutwise.study.calibrate.posed import (
 STANDS_OUT = 3.5  # studentised residual
 DOWN_WEIGHTED = 0.5
 POOR_CONDITION = 300.0
+_CONTRADICTS = 3.0  # standard deviations of prior and data together
+_TURNED_OVER = {"angular_compliance": "angular_stiffness", "compliance": "stiffness"}
+CORRELATED = 0.2  # neighbouring residuals, beyond which they are not independent
+STRETCHES = 20  # of a time series without turns
 _RANK = 1e-9
 _EMPTY_COLUMN = 1e-12
 
@@ -72,7 +83,10 @@ def taken_apart(jacobian: FloatArray, dimensions: Sequence[str], scales: Sequenc
     return Scaled(lengths, values, turned.T, rank)
 
 
-def fitted(posed: Posed, *, loss: str = "linear", level: float = 0.9, folds: Sequence[Sequence[int]] = ()) -> Fit:
+def fitted(
+    posed: Posed, *, loss: str = "linear", level: float = 0.9, folds: Sequence[Sequence[int]] = (), retest: bool = True,
+    prior: Mapping[str, tuple[Any, Any]] = MappingProxyType({}),
+) -> Fit:  # fmt: skip
     """The fit and all that can be said about it.
 
     Parameters
@@ -85,12 +99,19 @@ def fitted(posed: Posed, *, loss: str = "linear", level: float = 0.9, folds: Seq
         Probability of the intervals.
     folds : sequence of sequences of int
         Rows of the data that are left out together, for the left-out error.
+    retest : bool
+        Look for the row to measure again; not for the samples of a time series.
+    prior : mapping
+        What is known of unknowns beforehand, by name: value and standard deviation. Names of other fits are passed over.
 
     Raises
     ------
     SolverFailure
         The fit does not converge.
     """
+    known = {name: pair for name, pair in prior.items() if name in posed.names}
+    if known:
+        return _with_prior(posed, known, loss=loss, level=level, folds=folds, retest=retest)
     x = np.array([unknown.start for unknown in posed.unknowns])
     scatter = np.ones(len(posed.measured)) if posed.sigma is None else posed.sigma(posed.model(x))
     x = _solved(posed, x, scatter)
@@ -107,7 +128,69 @@ def fitted(posed: Posed, *, loss: str = "linear", level: float = 0.9, folds: Seq
             weights = 1.0 / np.sqrt(1.0 + (_residual(posed, x) / (scatter * s)) ** 2)
             if posed.sigma_by_column:
                 scatter = _scatter_by_column(posed, x, weights)
-    return _judged(posed, x, scatter, weights, level, folds)
+    return _judged(posed, x, scatter, weights, level, folds, retest=retest)
+
+
+def _with_prior(posed: Posed, prior: Mapping[str, tuple[Any, Any]], **more: Any) -> Fit:
+    """The fit with an equation more for each unknown of which something is known beforehand."""
+    without = fitted(posed, **{**more, "folds": (), "retest": False})
+    places = [posed.names.index(name) for name in prior]
+    pairs = [known_before(posed.unknowns[k], pair) for k, pair in zip(places, prior.values(), strict=True)]
+    value, sd = np.array(pairs).T
+    count, one_by_one = len(posed.measured), np.eye(len(posed.names))[places]
+    own, scale = np.ones(count), max(without.scale, 1e-12 * float(np.max(np.abs(posed.measured), initial=1e-300)))
+    if posed.sigma_by_column:
+        own, scale = without.scatter, 1.0
+    elif posed.sigma is not None:
+        own, scale = posed.sigma(posed.model(without.x)), 1.0
+    spread = np.concatenate([own, sd / scale])
+    augmented = replace(
+        posed, measured=np.concatenate([posed.measured, value]), row=np.concatenate([posed.row, np.full(len(places), -1)]),
+        column=np.concatenate([posed.column, np.full(len(places), len(posed.columns))]), columns=(*posed.columns, "prior"),
+        dimensions=(*posed.dimensions, "dimensionless"), model=lambda x: np.concatenate([posed.model(x), x[places]]),
+        jacobian=lambda x: np.concatenate([posed.jacobian(x), one_by_one]), sigma=lambda _: spread, sigma_by_column=False,
+        degrees_of_freedom=without.degrees_of_freedom,
+        blocks=None if posed.blocks is None else np.concatenate([posed.blocks, np.full(len(places), -1)]),
+    )  # fmt: skip
+    found = fitted(augmented, **more)
+    said = []
+    for k, name in enumerate(prior):
+        ends = [units.show(float(v), posed.unknowns[places[k]].dimension) for v in (value[k], sd[k])]
+        alone = without.standard_errors[places[k]]
+        off = abs(without.x[places[k]] - value[k]) / np.hypot(sd[k], alone) if np.isfinite(alone) else 0.0
+        against = (
+            f"; the data alone are {off:.3g} standard deviations off: they contradict it" if off > _CONTRADICTS else ""
+        )
+        said.append(f"known beforehand of {name}: {ends[0]} with a standard deviation of {ends[1]}{against}")
+    return replace(
+        found, posed=posed, residual=found.residual[:count], studentised=found.studentised[:count],
+        weights=found.weights[:count], scatter=found.scatter[:count], left_out=found.left_out[:count],
+        outliers=tuple(one for one in found.outliers if one.row >= 0), prior=tuple(said),
+    )  # fmt: skip
+
+
+def known_before(unknown: Unknown, pair: tuple[Any, Any]) -> tuple[float, float]:
+    """Value and standard deviation of a prior [SI]; a stiffness becomes the compliance that is fitted.
+
+    Raises
+    ------
+    ScenarioFault
+        They are none.
+    """
+    turned = _TURNED_OVER.get(unknown.dimension)
+    try:
+        value, sd = (units.parse(end, unknown.dimension) for end in pair)
+    except units.UnitFault as fault:
+        try:
+            if turned is None:
+                raise
+            stiffness, spread = (units.parse(end, turned) for end in pair)
+            value, sd = 1.0 / stiffness, spread / stiffness**2
+        except (units.UnitFault, ZeroDivisionError):
+            raise ScenarioFault([Fault(("fit", "prior", unknown.name), str(fault))]) from None
+    if sd <= 0.0:
+        raise ScenarioFault([Fault(("fit", "prior", unknown.name), "the standard deviation is not above zero")])
+    return value, sd
 
 
 def _residual(posed: Posed, x: FloatArray) -> FloatArray:
@@ -152,8 +235,9 @@ def _spread(posed: Posed, x: FloatArray, scatter: FloatArray, weights: FloatArra
 
 
 def _judged(
-    posed: Posed, x: FloatArray, scatter: FloatArray, weights: FloatArray, level: float, folds: Sequence[Sequence[int]]
-) -> Fit:
+    posed: Posed, x: FloatArray, scatter: FloatArray, weights: FloatArray, level: float, folds: Sequence[Sequence[int]],
+    *, retest: bool,
+) -> Fit:  # fmt: skip
     residual = _residual(posed, x)
     r = residual / scatter
     plain = posed.jacobian(x) / scatter[:, None]
@@ -163,12 +247,15 @@ def _judged(
     free = max(float(weights.sum()) - posed.removed - apart.rank, 1e-9)
     s = 1.0 if posed.sigma_by_column else float(np.sqrt(np.sum(weights * r**2) / free))
     dof = posed.degrees_of_freedom or max(len(r) - posed.removed - apart.rank, 1)
+    lag_1 = neighbours(posed, r)
+    covariance = s**2 * inverse
+    if lag_1 > CORRELATED and posed.blocks is not None:
+        covariance, dof = _sandwich(posed.blocks, plain * weights[:, None], r, inverse)
     quantile = float(stats.t.ppf(0.5 + 0.5 * level, dof))
     leverage = np.einsum("ij,jk,ik->i", plain, inverse, plain) * weights
     floor = 1e-9 * max(float(np.max(np.abs(posed.measured / scatter), initial=0.0)), 1e-300)  # noise-free data
     spread = max(s, floor) * np.sqrt(np.maximum(1.0 - leverage, 1e-9))
     studentised = np.where(leverage < 1.0 - 1e-9, np.abs(r) / spread, 0.0)
-    covariance = s**2 * inverse
     null = apart.vectors[:, apart.rank :]
     half = quantile * np.sqrt(np.diagonal(covariance))
     verdicts = tuple(_verdict(posed, k, x[k], half[k], null) for k in range(len(x)))
@@ -178,9 +265,37 @@ def _judged(
         posed, x, covariance, residual, studentised, weights, scatter * s, s, dof, quantile, apart.condition,
         combination(posed.names, apart.vectors[:, apart.rank - 1]) if apart.condition > POOR_CONDITION else (),
         null, verdicts, _outliers(posed, studentised, weights),
-        _next_test(posed, plain, inverse, max(worst, key=lambda k: half[k] / max(_size(posed, k, x[k]), 1e-300))),
-        left_out * scatter, cover,
+        _next_test(posed, plain, inverse, max(worst, key=lambda k: half[k] / max(_size(posed, k, x[k]), 1e-300)))
+        if retest else None,
+        left_out * scatter, cover, lag_1,
     )  # fmt: skip
+
+
+def neighbours(posed: Posed, r: FloatArray) -> float:
+    """Correlation of neighbouring residuals of a time series, that of the column where it is largest; 0 for other data."""
+    if posed.blocks is None:
+        return 0.0
+    found = [0.0]
+    for column in range(len(posed.columns)):
+        own = r[posed.column == column]
+        squares = float(own @ own)
+        if squares > 0.0:
+            found.append(float(own[1:] @ own[:-1]) / squares)
+    return max(found)
+
+
+def _sandwich(blocks: FloatArray, jacobian: FloatArray, r: FloatArray, inverse: FloatArray) -> tuple[FloatArray, int]:
+    """Covariance that holds for residuals which correlate within stretches, and its degrees of freedom."""
+    numbers = np.unique(blocks)
+    if len(numbers) < 2:
+        blocks = (np.arange(len(r)) * STRETCHES) // len(r)
+        numbers = np.unique(blocks)
+    middle = np.zeros_like(inverse)
+    for number in numbers:
+        pushed = jacobian[blocks == number].T @ r[blocks == number]
+        middle += np.outer(pushed, pushed)
+    count = len(numbers)
+    return np.asarray(inverse @ middle @ inverse) * count / (count - 1), count - 1
 
 
 def _size(posed: Posed, k: int, value: float) -> float:

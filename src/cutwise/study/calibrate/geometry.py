@@ -13,11 +13,11 @@ from cutwise import units
 from cutwise.io.measurements import Channel, Measurement
 from cutwise.maths.chains import Chain
 from cutwise.maths.frames import exp_twists
+from cutwise.physics.motion.arm_errors import Errors, Load, corrected_angles, moments, none, poses, waves
 from cutwise.results import SolverFailure
 from cutwise.spec.calibration import ArmGeometry
 from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.study.calibrate.arm import folds, in_last_frame, joint_angles, joint_channels, joint_ranges, serial
-from cutwise.study.calibrate.corrected import Errors, Load, corrected_angles, moments, none, poses, waves
 from cutwise.study.calibrate.fit import STANDS_OUT
 from cutwise.study.calibrate.normal import Linearised, Solution, gauss_newton
 from cutwise.study.calibrate.posed import Finding, FloatArray, Outlier, Value
@@ -29,6 +29,7 @@ PLACING = (5e-3,) * 3 + (5e-3,) * 3  # of the tracker and the target (assumed)
 WAVE = 150e-6  # [rad] prior of each harmonic (assumed)
 SAG = 1e-3  # [rad] prior of what a joint yields by under the rms moment (assumed)
 NEAR_AXIS = 5e-3  # [m] a target nearer to the last axis does not see it turn
+_PLACING = 9  # unknowns of base and target
 YIELDING = (1, 2)  # joints whose compliance under gravity is fitted: the others carry too little
 _AXES = "xyz"
 
@@ -335,8 +336,9 @@ def _found(
             "the place of the base in the tracker's frame moves with every set-up, and is no part of the entry"
         )
     return Finding(
-        fit.name, _values(fit, se, settings.fit.level), _written(fit, seen, data.rows), {}, np.sqrt(solution.mean_square),
-        "length", mean.get(fit.name), "mean length of the error at rows held out", "length", None, drawn,
+        fit.name, _values(fit, se, settings.fit.level), _written(fit, seen, data.rows), _covariances(fit),
+        np.sqrt(solution.mean_square), "length", mean.get(fit.name), "mean length of the error at rows held out",
+        "length", None, drawn,
         compared if len(compared) > 1 else (), tuple(warnings), tuple(cannot),
         _advice(seen), tuple(failed), outliers,
     )  # fmt: skip
@@ -378,6 +380,35 @@ def _values(fit: Model, se: FloatArray, level: float) -> tuple[Value, ...]:
         ends = (float(value - half), float(value + half))
         found.append(Value(name, dimension, float(value), float(se[k]), *ends, verdict, False))  # type: ignore[arg-type]
     return tuple(found)
+
+
+def _covariances(fit: Model) -> dict[str, Any]:
+    """Of twists and compliances, seen from the base and the target where the fit has put them.
+
+    The harmonics, hundreds of them, are in it as what they leave open in these. Base and target are held: a part is
+    placed against the arm anew in every set-up, and what they share with the bodies goes with it.
+    """
+    x, layout = fit.solution.x, fit.layout
+    names, units_of, places = [], [], []
+    if layout.rigid:
+        for k in range(layout.joints):
+            for c in range(6):
+                names.append(f"errors.bodies[{k}][{c}]")
+                units_of.append("m" if c < 3 else "rad")
+                places.append(9 + 6 * k + c)
+    if layout.gravity:
+        first = len(x) - len(YIELDING)
+        for n, k in enumerate(YIELDING):
+            names.append(f"errors.gravity_compliance[{k}]")
+            units_of.append("rad/(N m)")
+            places.append(first + n)
+    if not names:
+        return {}
+    matrix = fit.solution.covariance(places, _PLACING, SIGMA)
+    free = 3 * len(fit.solution.weights) - len(x)
+    return {"geometry": {
+        "of": names, "as": "value", "degrees_of_freedom": free, "matrix": matrix.tolist(), "unit": units_of,
+    }}  # fmt: skip
 
 
 def _written(fit: Model, seen: Seen, rows: int) -> dict[str, Any]:

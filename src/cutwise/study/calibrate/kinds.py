@@ -10,13 +10,14 @@ from cutwise.spec.calibration import (
     ArmStiffness,
     Calibration,
     DriveLog,
+    ForceWaves,
     FrequencyResponse,
     MachineVolume,
     MeanForces,
     SealTravel,
 )
 from cutwise.spec.faults import Fault, ScenarioFault
-from cutwise.study.calibrate import cutting, drive, geometry, modal, seals, stiffness, volumetric
+from cutwise.study.calibrate import cutting, drive, geometry, modal, seals, stiffness, volumetric, waveform
 from cutwise.study.calibrate.posed import Finding
 
 
@@ -45,6 +46,10 @@ _ALL = (
         "cutting", "cutting coefficients from mean forces", MeanForces, cutting.channels, 3,
         lambda rows: f"{rows} feeds give a line but no error; cut at least 3", cutting.calibrate, "materials",
         cutting.MODELS,
+    ),
+    Kind(
+        "cutting-waveform", "cutting coefficients, run-out and speed from forces over time", ForceWaves, waveform.channels, 16,
+        _few("record two turns of the mill and more, 10 samples for each tooth"), waveform.calibrate, "materials",
     ),
     Kind(
         "robot-stiffness", "springs of an arm from load tests", ArmStiffness, stiffness.channels, 3,

@@ -45,7 +45,9 @@ def calibrate(data: Measurement, settings: FrequencyResponse) -> Finding:
     starts = _starts(data, frequency, response, settings)
     posed = _posed(frequency, response, starts, settings)
     share = 0.0 if settings.fit.hold_out is None else settings.fit.hold_out
-    fit = fitted(posed, loss=settings.fit.loss, level=settings.fit.level, folds=folds(share, data.rows))
+    fit = fitted(
+        posed, loss=settings.fit.loss, level=settings.fit.level, prior=settings.fit.prior, folds=folds(share, data.rows)
+    )
     modes, failed, warnings = len(starts), [], []
     for k in range(modes):
         f, stiffness, damping = fit.x[3 * k : 3 * k + 3]

@@ -6,7 +6,7 @@ r"""Gauss-Newton for fits of very many unknowns with priors, by the normal equat
 Priors keep the matrix well conditioned, so that Cholesky does; weights that fall below 1 in few rows change it by little.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -44,6 +44,14 @@ class Solution(NamedTuple):
         """Of the unknowns (p,)."""
         inverse = linalg.solve_triangular(self.factor, np.eye(len(self.x)), lower=True, check_finite=False)
         return np.asarray(np.einsum("pm,pm->m", inverse, inverse) * self.mean_square / sigma**2)
+
+    def covariance(self, places: Sequence[int], held: int, sigma: float) -> FloatArray:
+        """Of some of the unknowns, with the first ones held where they are and all others as free as they are."""
+        normal = (self.factor @ self.factor.T)[held:, held:]
+        factor = linalg.cholesky(normal, lower=True, check_finite=False)
+        own = np.eye(len(normal))[:, [place - held for place in places]]
+        inverse = linalg.solve_triangular(factor, own, lower=True, check_finite=False)
+        return np.asarray(inverse.T @ inverse * self.mean_square / sigma**2)
 
 
 def gauss_newton(linearised: Callable[[FloatArray], Linearised], prior: FloatArray, sigma: float) -> Solution:

@@ -131,4 +131,22 @@ def calibrated(
         faults += found.faults
     if faults:
         raise ScenarioFault(faults)
-    return Outcome(kind, kind.calibrate(data, read), data, read, origins)
+    finding = kind.calibrate(data, read)
+    _priors_used(kind, finding, read, named)
+    return Outcome(kind, finding, data, read, origins)
+
+
+def _priors_used(kind: Kind, finding: Finding, settings: Calibration, named: str) -> None:
+    """Refuse priors of what is not fitted, or fitted in a way that takes none."""
+    if not settings.fit.prior:
+        return
+    place = named.format("fit.prior")
+    if finding.fit is None:
+        model = f" with fit.model={finding.model}" if kind.models else ""
+        raise ScenarioFault([Fault((), f"{kind.name}{model} takes no priors; leave the key out", file=place)])
+    unknown = [name for name in settings.fit.prior if name not in finding.fit.posed.names]
+    if unknown:
+        there = ", ".join(finding.fit.posed.names[:16])
+        raise ScenarioFault(
+            [Fault((), f"{', '.join(unknown)}: no parameter of this fit; there are {there}", file=place)]
+        )

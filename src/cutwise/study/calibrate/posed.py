@@ -43,6 +43,7 @@ class Posed:
     removed: int = 0  # equations that were used up before, by zeros that are not known
     scales: tuple[float, ...] = ()  # of the unknowns, in place of the lengths of the columns
     degrees_of_freedom: int | None = None  # of the intervals; left out: equations less unknowns
+    blocks: npt.NDArray[np.int64] | None = None  # of a time series: which turn or stretch each equation belongs to
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -91,6 +92,8 @@ class Fit:
     next: NextTest | None
     left_out: FloatArray  # error of each equation when its row is left out; NaN where it was not
     left_out_cover: float  # share of them inside their interval
+    lag_1: float = 0.0  # of a time series: correlation of neighbouring residuals
+    prior: tuple[str, ...] = ()  # what was known beforehand, in words
 
     @property
     def undetermined(self) -> npt.NDArray[np.bool_]:
@@ -150,6 +153,7 @@ class Finding:
     outliers: tuple[Outlier, ...] = ()
     condition: float | None = None
     unknown: tuple[dict[str, float], ...] = ()  # combinations that the data do not determine
+    entry: bool = True  # whether it is worth an entry of the library
 
 
 def combination(names: Sequence[str], vector: FloatArray) -> tuple[tuple[str, float], ...]:

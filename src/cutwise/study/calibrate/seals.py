@@ -16,6 +16,7 @@ from cutwise.spec.calibration import SealTravel
 from cutwise.spec.faults import ScenarioFault
 from cutwise.study.calibrate.arm import folds
 from cutwise.study.calibrate.fit import fitted
+from cutwise.study.calibrate.loops import Loops, loops_of
 from cutwise.study.calibrate.posed import Finding, FloatArray, Posed, Unknown
 from cutwise.study.calibrate.told import covariance_block, drawn, plain, poorly_seen, rms, unknown_combinations, written
 
@@ -24,10 +25,14 @@ _SIGN = np.array([1.0, -1.0, 1.0, -1.0])
 _STATIC = np.array([False, False, True, True])
 
 
-def channels(_settings: SealTravel | None) -> tuple[Channel, ...]:
-    """Columns of the forces at the tip."""
+def channels(settings: SealTravel | None) -> tuple[Channel, ...]:
+    """Columns of the forces at the tip; without settings, for an empty file: the plateaus are the plainer way."""
     hint = "is more than 100 bar; is the unit right?"
-    return (Channel("pressure", "pressure", True, 1e7, hint, "bar"), *(Channel(name, "force") for name in COLUMNS))
+    return (
+        Channel("pressure", "pressure", True, 1e7, hint, "bar"), *(Channel(name, "force", settings is None) for name in COLUMNS),
+        Channel("travel", "length", False, 0.1, "is more than 100 mm of travel; is the unit right?", "mm"),
+        Channel("force", "force", False),
+    )  # fmt: skip
 
 
 def lever(settings: SealTravel) -> float:
@@ -38,10 +43,13 @@ def lever(settings: SealTravel) -> float:
 
 def calibrate(data: Measurement, settings: SealTravel) -> Finding:
     """Fit A, F_s, F_d and the share of the friction that is there without pressure."""
-    pressure, forces = data.columns["pressure"], data.matrix(COLUMNS)
-    _checked(data, pressure, forces)
-    fit = fitted(_posed(pressure, forces, settings), loss=settings.fit.loss, level=settings.fit.level,
-                 folds=folds(settings.fit.hold_out, data.rows))  # fmt: skip
+    loops = _loops(data)
+    pressure = loops.pressure
+    _checked(data, loops)
+    apart = [[int(loops.row[k]) for k in fold] for fold in folds(settings.fit.hold_out, len(pressure))]
+    fit = fitted(
+        _posed(loops, settings), loss=settings.fit.loss, level=settings.fit.level, prior=settings.fit.prior, folds=apart
+    )
     values = tuple(plain(fit, k) for k in range(4))
     reference = settings.spindle.reference_pressure
     keys = ("piston_force", "friction_static", "friction_dynamic", "friction_preload_fraction")
@@ -63,16 +71,45 @@ def calibrate(data: Measurement, settings: SealTravel) -> Finding:
         "seals", values, block, {"seals": covariance_block(fit, keys, dimensions, scales)}, fit.scale, "force", rms(fit.left_out),
         "rms of the forces", "force", fit, drawn(fit.posed, fit.residual), (),
         tuple(f"{text}; written as it is" for text in failed),
-        (f"the lever: only forces at the tip are measured, and piston_arm / tool_reach = {lever_of} comes from the drawing",
+        (*(("where breakaway and plateau of a raw loop are read is assumed: the first 10 % and the middle 60 % of the travel",)
+           if "travel" in data.columns else ()),
+         f"the lever: only forces at the tip are measured, and piston_arm / tool_reach = {lever_of} comes from the drawing",
          *poorly_seen(fit)),
         ("travel at a second pressure, for the share of the friction that is there without pressure",) if one else (),
         failed, fit.outliers, fit.condition, unknown_combinations(fit),
     )  # fmt: skip
 
 
-def _checked(data: Measurement, pressure: FloatArray, forces: FloatArray) -> None:
-    """Refuse what cannot be: no pressure, a force that is larger on the way back."""
-    faults = [data.fault("pressure: must be above zero", int(row)) for row in np.flatnonzero(pressure <= 0.0)]
+def _loops(data: Measurement) -> Loops:
+    """Plateaus and breakaways, as they are written or from raw loops."""
+    there = [name for name in COLUMNS if name in data.columns]
+    raw = [name for name in ("travel", "force") if name in data.columns]
+    if there and raw:
+        raise ScenarioFault([data.fault("has plateaus and raw loops (travel, force); one kind in a file")])
+    if len(raw) == 2:
+        _above_zero(data)
+        return loops_of(data)
+    if len(there) < len(COLUMNS):
+        lacking = [name for name in COLUMNS if name not in there]
+        needed = "travel [mm] and force [N]" if raw else f"{', '.join(f'{name} [N]' for name in lacking)}"
+        raise ScenarioFault(
+            [data.fault(f"lacks {needed}; write the four plateaus, or raw loops: pressure, travel, force")]
+        )
+    return Loops(np.arange(data.rows), data.columns["pressure"], data.matrix(COLUMNS))
+
+
+def _above_zero(data: Measurement) -> None:
+    low = np.flatnonzero(data.columns["pressure"] <= 0.0)
+    if len(low):
+        raise ScenarioFault([data.fault("pressure: must be above zero", int(row)) for row in low[:20]])
+
+
+def _checked(data: Measurement, loops: Loops) -> None:
+    """Refuse what cannot be: no pressure, a force that is larger on the way back, fewer than two loops."""
+    _above_zero(data)
+    forces, faults = loops.forces, []
+    if len(forces) < 2:
+        faults.append(data.fault("holds one loop: travel at two pressures or more, several times each"))
     for out, back in ((0, 1), (2, 3)):
         turned = np.flatnonzero(forces[:, out] < forces[:, back])
         if len(turned) > 0.5 * len(forces):
@@ -84,7 +121,8 @@ def _checked(data: Measurement, pressure: FloatArray, forces: FloatArray) -> Non
         raise ScenarioFault(faults)
 
 
-def _posed(pressure: FloatArray, forces: FloatArray, settings: SealTravel) -> Posed:
+def _posed(loops: Loops, settings: SealTravel) -> Posed:
+    pressure, forces = loops.pressure, loops.forces
     g, ratio, rows = lever(settings), pressure / settings.spindle.reference_pressure, len(pressure)
 
     def parts(x: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -110,6 +148,6 @@ def _posed(pressure: FloatArray, forces: FloatArray, settings: SealTravel) -> Po
         Unknown("F_d", "force", float(half[1]), True), Unknown("alpha", "dimensionless", 0.3, True, 0.5),
     )  # fmt: skip
     return Posed(
-        unknowns, forces.reshape(-1), np.repeat(np.arange(rows), 4), np.tile(np.arange(4), rows), COLUMNS, ("force",) * 4,
+        unknowns, forces.reshape(-1), np.repeat(loops.row, 4), np.tile(np.arange(4), rows), COLUMNS, ("force",) * 4,
         model, jacobian, linear=False,
     )  # fmt: skip

@@ -155,7 +155,7 @@ def _linear(tests: Tests, columns: FloatArray, names: list[str], settings: ArmSt
         tuple(f"deflection_{axis}" for axis in _AXES), ("length",) * 3,
         lambda x: np.asarray(matrix @ x), lambda _: matrix,
     )  # fmt: skip
-    return fitted(posed, loss=settings.fit.loss, level=settings.fit.level, folds=apart)
+    return fitted(posed, loss=settings.fit.loss, level=settings.fit.level, prior=settings.fit.prior, folds=apart)
 
 
 class Bodies(NamedTuple):

@@ -75,14 +75,26 @@ def unknown_combinations(fit: Fit) -> tuple[dict[str, float], ...]:
 def poorly_seen(fit: Fit) -> tuple[str, ...]:
     """What the condition says in words."""
     said = [
-        f"the data do not determine {_sum(combination)} (of the scaled parameters)"
+        f"the data do not determine {_sum(combination)} (of the scaled parameters); what is known of it beforehand can be "
+        f"given: {_offer(fit, combination)}"
         for combination in map(dict, unknown_combinations(fit))
     ]
+    said += fit.prior
     if fit.poorly_seen:
         said.append(
-            f"{_sum(dict(fit.poorly_seen))} is poorly seen: condition {fit.condition:.3g} of the scaled Jacobian"
+            f"{_sum(dict(fit.poorly_seen))} is poorly seen: condition {fit.condition:.3g} of the scaled Jacobian; what is "
+            f"known of it beforehand can be given: {_offer(fit, dict(fit.poorly_seen))}"
         )
     return tuple(said)
+
+
+def _offer(fit: Fit, combination: Mapping[str, float]) -> str:
+    """How a prior of the parameter with the largest share would be written: value and standard deviation."""
+    name = max(combination, key=lambda one: abs(combination[one]), default=fit.posed.names[0])
+    unknown = fit.posed.unknowns[fit.posed.names.index(name)]
+    value = float(fit.x[fit.posed.names.index(name)]) or unknown.zero_scale or 1.0
+    ends = [units.text(float(f"{end:.3g}"), unknown.dimension) for end in (value, abs(value) / 3.0)]
+    return f"--set fit.prior='{{\"{name}\": [{', '.join(ends)}]}}' (value, standard deviation)"
 
 
 def _sum(combination: Mapping[str, float]) -> str:

@@ -11,6 +11,7 @@ the part: with the table at +x the tool is at -x. Rows of one ``set`` (and of on
 the row that the column ``zero`` marks, or of the only row without any error; else at no known place.
 """
 
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -109,7 +110,7 @@ def calibrate(data: Measurement, settings: MachineVolume) -> Finding:
     scales = np.array(settings.data.scale) if settings.data.scale is not None else np.where(scales > 0.0, scales, 1.0)
     equations = _equations(data, commands, scales)
     posed, removed = _posed(equations)
-    fit = fitted(posed, loss=settings.fit.loss, level=settings.fit.level)
+    fit = fitted(posed, loss=settings.fit.loss, level=settings.fit.level, prior=settings.fit.prior)
     share = settings.fit.hold_out
     held = folds(0.2 if share in (None, "leave_one_out") and data.rows > 200 else share, data.rows)
     errors, plainer = _left_out(equations, held)
@@ -126,9 +127,10 @@ def calibrate(data: Measurement, settings: MachineVolume) -> Finding:
         ("21 functions", units.show(better, "small_length", 4)),
     )  # fmt: skip
     rank = len(posed.unknowns) - fit.null.shape[1]
+    open_fit = _left_free(fit, settings)
     return Finding(
-        "polynomials", values, {"geometry_errors": _written(fit, values, scales, data.rows)},
-        {"geometry": covariance_block(fit, [_key(term) for term in terms()], [term.dimension for term in terms()])},
+        "polynomials", values, {"geometry_errors": _written(open_fit, values, scales, data.rows)},
+        {"geometry": covariance_block(open_fit, [_key(term) for term in terms()], [term.dimension for term in terms()])},
         fit.scale, "length", better, "rms of the errors held out", "length", fit, drawn(posed, fit.residual), table,
         (f"{removed} zeros of sets are at no known place and were taken out of the data",) if removed else (),
         (f"{rank} of {len(posed.unknowns)} combinations are known, {len(alone)} parameters alone; the others have the smallest "
@@ -136,6 +138,14 @@ def calibrate(data: Measurement, settings: MachineVolume) -> Finding:
          *(poorly_seen(fit) if not fit.null.shape[1] else ())),
         (), failed, fit.outliers, fit.condition, unknown_combinations(fit),
     )  # fmt: skip
+
+
+def _left_free(fit: Fit, settings: MachineVolume) -> Fit:
+    """The fit with the scatter of the prior in the combinations that the data leave free: a run has them in its band."""
+    length, angle = settings.volumetric.prior
+    prior = np.array([length if term.component < 3 else angle for term in terms()])
+    free = _scales()[:, None] * (fit.null @ (fit.null.T * (prior / _scales())[None, :]))
+    return replace(fit, covariance=fit.covariance + free @ free.T)
 
 
 def _why(data: Measurement) -> tuple[str, ...]:
@@ -244,7 +254,7 @@ def _written(fit: Fit, values: tuple[Value, ...], scales: FloatArray, rows: int)
     """Functions as polynomials, squarenesses as angles."""
     said = {"status": "measured", "covariance": "geometry", "source": f"{{file}}, {rows} rows"}
     found: dict[str, Any] = {}
-    for term, value, se in zip(terms(), values, fit.standard_errors, strict=True):
+    for term, value, se in zip(terms(), values, np.sqrt(np.diagonal(fit.covariance)), strict=True):
         unit = units.DIMENSIONS[term.dimension].si
         if not term.power:
             found[term.function] = {

@@ -62,3 +62,18 @@ def test_an_arc_in_chords_is_as_far_as_the_arc():
     told = contour_errors(chords, block, lagging, True)
     assert told == pytest.approx(contour_errors(whole, np.array([0]), lagging, True), abs=3e-9)
     assert told == pytest.approx([10e-6], abs=3e-9)
+
+
+@pytest.mark.parametrize("axis", [(0.3, -0.95, 0.1), (1.0, 0.0, 0.0), (0.5, 0.5, 0.7)])
+@pytest.mark.parametrize("sweep", [1.1, 2.9])
+def test_arcs_that_leave_the_plane_are_seen_from_above(axis, sweep):
+    """0.1.0 took the next block that lies in the plane: 10 mm beside the middle of a half circle over the path."""
+    axis = np.array(axis) / np.linalg.norm(axis)
+    out = np.cross(axis, (0.2, 0.1, 1.0))
+    path = join([arc((0.0, 0.0, 0.0), tuple(10e-3 * out / np.linalg.norm(out)), sweep, tuple(axis))])
+    s = np.linspace(0.0, path.length[0], 20001)
+    chords = np.array([block_point(path, 0, one) for one in s])[:, :2]
+    points = chords[::1999] + np.random.default_rng(3).normal(0.0, 2e-4, (11, 2))
+    found = np.abs(contour_errors(path, np.zeros(len(points), np.int64), points, False))
+    wanted = [np.linalg.norm(chords - point, axis=1).min() for point in points]
+    assert found == pytest.approx(wanted, abs=2e-8)

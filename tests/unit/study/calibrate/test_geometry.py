@@ -7,10 +7,10 @@ import pytest
 
 from cutwise.io.measurements import read_measurement
 from cutwise.maths.chains import jacobian
+from cutwise.physics.motion.arm_errors import Errors, Load, corrected_angles, moments, none, poses
 from cutwise.spec.faults import ScenarioFault
 from cutwise.study.calibrate import geometry
 from cutwise.study.calibrate.arm import joint_angles
-from cutwise.study.calibrate.corrected import Errors, Load, corrected_angles, moments, none, poses
 from cutwise.study.calibrate.outcome import calibrated
 
 UR10 = Path(__file__).parents[4] / "examples" / "measured" / "ur10"

@@ -1,0 +1,81 @@
+"""The page of a validation: measured over predicted with bands, or a recording laid over its run."""
+
+from functools import lru_cache
+from importlib.resources import files
+from typing import TYPE_CHECKING, Any
+
+import jinja2
+import numpy as np
+
+import cutwise
+from cutwise.app.plots import figures
+from cutwise.app.validating import table
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from cutwise.study.recording import Recording
+    from cutwise.study.validate import Validation
+
+
+def page(found: "Recording | Validation") -> str:
+    """The page as HTML."""
+    over_time = hasattr(found, "laid")
+    draw: Any = _overlay if over_time else _against
+    title = "Recording and run" if over_time else "Measured and predicted"
+    names = list(found.laid) if over_time else list(found.figures)
+    plots = [
+        (f"{title}: {name}", figures.svg(lambda _, name=name: draw(found, name), None, f"plot{k}", name))  # type: ignore[misc, arg-type]
+        for k, name in enumerate(names)
+    ]
+    head, *rows = table(found)
+    return _template().render(
+        found=found, version=cutwise.__version__, colours=figures.COLOURS, head=head, rows=rows, plots=plots,
+        over_time=over_time, failed=getattr(found, "failed", ()),
+        name=found.result.scenario.name if over_time else found.scenario.name,
+    )  # fmt: skip
+
+
+@lru_cache(maxsize=1)
+def _template() -> jinja2.Template:
+    environment = jinja2.Environment(
+        autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined
+    )
+    return environment.from_string(
+        (files("cutwise.app") / "templates" / "validation.html.j2").read_text(encoding="utf-8")
+    )
+
+
+def _overlay(found: "Recording", name: str) -> "Figure":
+    """A recorded column over the run, and their difference."""
+    one = found.laid[name]
+    scale, unit = figures.scale(one.dimension)
+    fig = figures.figure(3.4)
+    above, below = fig.subplots(2, 1, sharex=True, height_ratios=[2, 1])
+    figures.curve(above, found.time, one.measured * scale, label="measured")
+    figures.curve(above, found.time, one.predicted * scale, label="run")
+    above.legend()
+    above.set(ylabel=f"{name} [{unit}]" if unit else name)
+    figures.curve(below, found.time, (one.predicted - one.measured) * scale, color=figures.SOFT)
+    below.set(xlabel="time of the recording [s]", ylabel="run less measured")
+    return fig
+
+
+def _against(found: "Validation", name: str) -> "Figure":
+    """Measured values over predicted ones with the widened band, and the error of each row."""
+    one = found.compared[name]
+    scale, unit = figures.scale(type(found.scenario).measures[name].dimension)
+    there = np.isfinite(one.predicted)
+    y, p, half = one.measured[there] * scale, one.predicted[there] * scale, one.half[there] * scale
+    fig = figures.figure(3.4)
+    left, right = fig.subplots(1, 2)
+    both = np.concatenate([y, p])
+    ends = [float(both.min()), float(both.max())]
+    left.plot(ends, ends, color=figures.SOFT, linewidth=0.8)
+    left.errorbar(p, y, xerr=np.where(np.isfinite(half), half, 0.0), fmt=".", markersize=4, linewidth=0.6)
+    left.set(xlabel=f"predicted [{unit}]", ylabel=f"measured [{unit}]")
+    right.axhline(0.0, color=figures.SOFT, linewidth=0.8)
+    rows = np.flatnonzero(there) + 1
+    right.errorbar(rows, p - y, yerr=np.where(np.isfinite(half), half, 0.0), fmt=".", markersize=4, linewidth=0.6)
+    right.set(xlabel="row", ylabel=f"predicted less measured [{unit}]")
+    return fig

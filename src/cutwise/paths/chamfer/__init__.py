@@ -1,0 +1,1 @@
+"""Paths of a ball that leaves a chamfer of constant width: planned, proved, led to and away, round corners."""

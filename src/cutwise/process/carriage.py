@@ -1,0 +1,78 @@
+"""What carries a tool along a path, a robot or the bodies of a machine, and everything that yields with it in series."""
+
+from typing import TYPE_CHECKING, NamedTuple, Protocol
+
+import numpy as np
+
+from cutwise.later import later
+from cutwise.maths.curves import FloatArray
+from cutwise.paths.carried import CarriedPath
+from cutwise.physics.structure.terms import Compliance
+from cutwise.process import carried
+from cutwise.process.yielding import Mode, modes_at_rest, spring
+from cutwise.spec.carrier import CarryingRobot
+from cutwise.spec.chained import CarryingMachine
+from cutwise.spec.faults import Path
+from cutwise.spec.part_block import PartBlock
+
+if TYPE_CHECKING:
+    from cutwise.process import chain_compliance
+else:
+    chain_compliance = later("cutwise.process.chain_compliance")
+
+Terms = tuple[tuple[str, NamedTuple], ...]
+
+
+class Bending(Protocol):
+    """A tool that may bend: by one stiffness across its axis [N/m], or by modes that count at rest."""
+
+    stiffness: float | None
+    modes: tuple[Mode, ...]
+
+
+class Carriage(NamedTuple):
+    """What carries a tool along a path; nothing at all for a tool that is led as programmed."""
+
+    terms: Terms = ()  # what it yields by, from the tool on
+    arm: "carried.ArmAlong | None" = None
+    bodies: "chain_compliance.BodiesAlong | None" = None
+    path: CarriedPath | None = (
+        None  # whose axes are those of the process in those of the modes of the tool; None: the same
+    )
+
+
+def by_robot(robot: CarryingRobot, along: "carried.ArmAlong", height: float) -> Carriage:
+    """A robot in its postures along a path; the surface is read at a height over the tip [m]."""
+    return Carriage(carried.terms_of(robot, along, height), arm=along)
+
+
+def by_machine(
+    machine: CarryingMachine, block: PartBlock | None, path: CarriedPath, key: Path = ("path", "line"),
+    axis: Path = ("path", "tool_axis"),
+) -> Carriage:  # fmt: skip
+    """The bodies of a machine along a path in the part; modes of a tool lie along x and y of the machine."""
+    bodies = chain_compliance.bodies_along(machine, block, np.array(machine.tip), path, key, axis)
+    return Carriage((("bodies", Compliance(path.at, np.ascontiguousarray(bodies.total))),), bodies=bodies, path=path)
+
+
+def in_series(tool: Bending | None, carriage: Carriage, part: Compliance | None = None) -> Terms:
+    """All terms without memory from the tool to the part."""
+    tip = ()
+    if tool is not None and tool.stiffness is not None:
+        tip = (("tip", spring({0: tool.stiffness, 1: tool.stiffness})),)
+    elif tool is not None and tool.modes:
+        tip = (("tip", modes_at_rest(tool.modes, carriage.path)),)
+    return (*tip, *carriage.terms, *((("part_stiffness", part),) if part is not None else ()))
+
+
+def off_surface(
+    stiffness: float | None, at: FloatArray | None = None, normal: FloatArray | None = None
+) -> Compliance | None:
+    r"""A part that yields off its surface: :math:`n n^T / k` with k [N/m], along y, or along normals (m, 3) at places (m,)."""
+    if stiffness is None:
+        return None
+    if at is None or normal is None:
+        return spring({1: stiffness})
+    matrix = np.zeros((len(at), 6, 6))
+    matrix[:, :3, :3] = np.einsum("ni,nj->nij", normal, normal) / stiffness
+    return Compliance(at, matrix)

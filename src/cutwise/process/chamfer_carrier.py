@@ -1,0 +1,273 @@
+"""What carries a chamfering tool along its ball path, robot or machine: what it yields by there, and what that means."""
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from cutwise import units
+from cutwise.maths.curves import FloatArray
+from cutwise.maths.edges import lengths
+from cutwise.maths.frames import rotation_from_rpy
+from cutwise.paths.carried import CarriedPath, placed
+from cutwise.paths.chamfer.plan import EdgePath
+from cutwise.physics.structure.series_compliance import in_axes, translation_at
+from cutwise.physics.structure.terms import Linked, Swinging, natural_frequencies
+from cutwise.process import arm_geometry, carriage, carried, yielding
+from cutwise.process.carriage import Carriage, Terms
+from cutwise.process.chain_compliance import BodiesAlong
+from cutwise.process.chamfer_cell import PassForces, Yielding, process_axes
+from cutwise.process.labels import labelled
+from cutwise.spec.carrier import Standing
+from cutwise.spec.chamfer import ChamferScenario
+from cutwise.spec.milling_machine import bodies_of
+
+STATIONS = 401  # of a path at most, at which the posture is looked at; compliances are straight between them
+
+
+class Carrier(NamedTuple):
+    """What carries a tool along a ball path, which keeps the attitude of its tool, and all that yields with it."""
+
+    terms: Terms  # of the structure but for pistons, in the axes of chamfer_cell.process_axes
+    sag: FloatArray  # [m] of the ball at the samples of the path, in these axes, shape (n, 3)
+    time: FloatArray  # [s] at which the stations are passed, shape (m,)
+    air: FloatArray  # normal of the chamfer at the stations in these axes, out of the material, shape (m, 3)
+    at: FloatArray  # [m] of the path, the stations, shape (m,)
+    arm: carried.ArmAlong | None = None  # process axes of the stations: feed, off the work, rod
+    whole: FloatArray | None = None  # compliance of joints and base of the robot in these axes, shape (m, 6, 6)
+    bodies: BodiesAlong | None = None
+
+
+class _Stations(NamedTuple):
+    """Places of a ball path at which its carrier is looked at."""
+
+    path: CarriedPath  # of the tip, in the frame of the carrier; axes: feed, off the work, rod
+    time: FloatArray  # [s], shape (m,)
+    here: np.ndarray  # samples of the ball path, shape (m,)
+    way: FloatArray  # [m] of all samples, shape (n,)
+
+
+def carrier_on(scenario: ChamferScenario, path: EdgePath, forces: PassForces) -> Carrier:
+    """A robot in the postures that the scenario chooses, a machine, or neither; with tool and part as they yield.
+
+    Raises
+    ------
+    Infeasible
+        The path is out of reach of the robot, or leads through a singular posture.
+    ScenarioFault
+        The path is beyond the travel of the machine, or its spindle does not point along the rod.
+    """
+    found = _stations(scenario, path)
+    normal = path.path.air[found.here] @ process_axes(path.axis)
+    tool, n, m = scenario.tool, len(path.path.centre), len(found.here)
+    bare = Carrier((), np.zeros((n, 3)), found.time, normal, found.path.at)
+    carrying = Carriage()
+    if scenario.robot is not None:
+        bare = _by_robot(scenario, path, forces, found, bare)
+        carrying = Carriage(bare.terms)
+    elif bodies_of(scenario.machine) is not None:
+        turned = rotation_from_rpy(*(scenario.placement or Standing()).rotation) @ process_axes(path.axis)
+        led = found.path._replace(axes=np.tile(turned, (m, 1, 1)))
+        carrying = carriage.by_machine(
+            bodies_of(scenario.machine), None, led, ("placement", "origin"), ("tool", "axis")
+        )
+        bare = bare._replace(bodies=carrying.bodies)
+    part = carriage.off_surface(scenario.part.stiffness, found.path.at, normal)
+    return bare._replace(terms=carriage.in_series(tool, carrying, part))
+
+
+def _stations(scenario: ChamferScenario, path: EdgePath) -> _Stations:
+    frames, height = path.path.frames, scenario.tool.ball_radius
+    n, closed = len(path.path.centre), frames.closed
+    step = lengths(path.path.centre, closed=closed)
+    at = np.concatenate([[0.0], np.cumsum(step)])
+    time = np.concatenate([[0.0], np.cumsum(step / path.feeds.centre)])
+    keep = np.unique(np.linspace(0, len(at) - 1, min(len(at), STATIONS)).round().astype(int))
+    here = keep % n
+    axes = np.stack([path.local.feed[here], path.local.off[here], np.tile(path.axis, (len(keep), 1))], axis=-1)
+    nominal = CarriedPath(at[keep], path.path.centre[here] - height * path.axis, axes)
+    standing = scenario.placement or Standing()
+    in_base = placed(nominal, rotation_from_rpy(*standing.rotation), np.array(standing.origin))
+    return _Stations(in_base, time[keep], here, at[:n])
+
+
+def _by_robot(
+    scenario: ChamferScenario, path: EdgePath, forces: PassForces, found: _Stations, bare: Carrier
+) -> Carrier:  # fmt: skip
+    robot, height = scenario.robot, scenario.tool.ball_radius
+    assert robot is not None
+    force = np.average(np.column_stack([forces.force[:, :2], forces.felt]), axis=0)
+    wrench = np.array([*force, -height * force[1], height * force[0], 0.0])
+    along = carried.arm_along(
+        robot, found.path, wrench, height, float(path.feeds.centre.max()), limited=scenario.operation.limit_feed
+    )
+    axes = np.stack(
+        [path.local.feed[found.here], path.local.off[found.here], np.tile(path.axis, (len(found.here), 1))], axis=-1
+    )
+    led = np.swapaxes(axes, -1, -2) @ process_axes(path.axis)
+    kept = along.path._replace(axes=along.path.axes @ led)
+    seen = along._replace(path=kept, joints=in_axes(along.joints, led), base=in_axes(along.base, led))
+    ball = along.sag[:, :3] + np.cross(along.sag[:, 3:], [0.0, 0.0, height])
+    sag = np.einsum("nji,nj->ni", led, ball)
+    return bare._replace(
+        terms=carried.terms_of(robot, seen, height), arm=along, whole=seen.joints + seen.base,
+        sag=np.column_stack([np.interp(found.way, found.path.at, column) for column in sag.T]),
+    )  # fmt: skip
+
+
+def slowed(scenario: ChamferScenario, path: EdgePath, carrier: Carrier) -> EdgePath:
+    """The path at feeds that the joints of the robot can follow."""
+    assert carrier.arm is not None
+    assert scenario.robot is not None
+    step = lengths(path.path.centre, closed=path.path.frames.closed)
+    at = np.concatenate([[0.0], np.cumsum(step)])
+    possible = carried.feeds_along(carrier.arm, scenario.robot, float(path.feeds.centre.max()))
+    allowed = np.interp(0.5 * (at[1:] + at[:-1]), carrier.at, possible)
+    share = np.minimum(1.0, allowed / path.feeds.centre)
+    centre = share * path.feeds.centre
+    feeds = path.feeds._replace(centre=centre, contact=share * path.feeds.contact, time=float((step / centre).sum()))
+    return path._replace(feeds=feeds)
+
+
+def measures(
+    scenario: ChamferScenario, paths: Sequence[EdgePath], moves: Sequence[Yielding], carriers: Sequence[Carrier]
+) -> dict[str, float]:
+    """What each term of the structure yields by, and what the postures mean; the worst of all paths."""
+    found = _deflections(paths, moves)
+    each = [_carried(scenario, one) for one in carriers]
+    for name in dict.fromkeys(name for one in each for name in one):
+        values = [one[name] for one in each if name in one]
+        found[name] = max(values) if name.endswith("_max") else min(values)
+    return found
+
+
+def _carried(scenario: ChamferScenario, carrier: Carrier) -> dict[str, float]:
+    """Measures of one path; speeds of the joints are those of the feed that the ball centre has at each place."""
+    found: dict[str, float] = {}
+    height = scenario.tool.ball_radius
+    if carrier.arm is None:
+        whole = yielding.whole([term for _, term in carrier.terms], carrier.at)
+    else:
+        feed = scenario.operation.contact_feed or scenario.operation.centre_feed
+        assert feed is not None
+        assert scenario.robot is not None
+        evenly = carrier.arm._replace(path=carrier.arm.path._replace(at=carrier.time * feed))
+        found = carried.measures(evenly, scenario.robot, feed)
+        whole = carrier.whole
+    at_ball = translation_at(whole, height)
+    normal = np.einsum("ni,nij,nj->n", carrier.air, at_ball, carrier.air)
+    if normal.min() > 0.0:
+        found["stiffness_normal_min"], found["stiffness_normal_max"] = float(1 / normal.max()), float(1 / normal.min())
+    swings = [natural_frequencies(term) for _, term in carrier.terms if isinstance(term, Swinging | Linked)]
+    if swings:
+        found["natural_frequency_min"] = float(swings[0].min())
+    return found
+
+
+def in_pass(path: EdgePath, vector: FloatArray) -> FloatArray:
+    """Vectors of the part in the frame of the pass: feed, off the work, rod; shape (n, 3)."""
+    local = path.local
+    return np.column_stack(
+        [np.einsum("ij,ij->i", vector, local.feed), np.einsum("ij,ij->i", vector, local.off), vector @ path.axis]
+    )
+
+
+def _deflections(paths: Sequence[EdgePath], moves: Sequence[Yielding]) -> dict[str, float]:
+    """Displacement of the ball by each term, frame of the pass, and its part off the chamfer at the worst place."""
+    time = np.concatenate([_durations(path) for path in paths])
+    off = {}
+    found = {}
+    for k, (name, _) in enumerate(moves[0].terms):
+        here = [one.terms[k][1] for one in moves]
+        value = np.concatenate([in_pass(path, one) for path, one in zip(paths, here, strict=True)])
+        off[name] = np.concatenate(
+            [np.einsum("ij,ij->i", one, path.path.air) for path, one in zip(paths, here, strict=True)]
+        )
+        if name == "drives":
+            found["deviation_drives_max"] = float(off[name][int(np.argmax(np.abs(off[name])))])
+            continue
+        for axis, letter in enumerate("xy" if name == "pistons" else "xyz"):
+            part = value[:, axis]
+            found[f"deflection_{name}_mean_{letter}"] = float(np.average(part, weights=time))
+            found[f"deflection_{name}_max_{letter}"] = float(part[int(np.argmax(np.abs(part)))])
+    worst = int(np.argmax(np.abs(sum(off.values()))))
+    return found | {f"share_{name}": float(value[worst]) for name, value in off.items()}
+
+
+def _durations(path: EdgePath) -> FloatArray:
+    time = lengths(path.path.centre, closed=path.path.frames.closed) / path.feeds.centre
+    return time if path.path.frames.closed else np.append(time, time[-1])
+
+
+def infeasible(scenario: ChamferScenario, found: Mapping[str, float]) -> tuple[str, ...]:
+    """Why the robot cannot do it."""
+    feed = scenario.operation.contact_feed or scenario.operation.centre_feed
+    if feed is None or found.get("joint_speed_margin", 1.0) >= -carried.ROUNDING:
+        return ()
+    possible = units.show(found["feed_possible_min"], "speed")
+    return (
+        f"joint_speed: the joints follow {possible} at most, the feed is {units.show(feed, 'speed')}; reduce it, or move "
+        "the part (placement)",
+    )
+
+
+def warnings(scenario: ChamferScenario, carriers: Sequence[Carrier]) -> tuple[str, ...]:
+    """What was not looked at."""
+    robot, said = scenario.robot, []
+    if robot is None:
+        return ()
+    if not robot.joint_speed:
+        said.append("robot.joint_speed is not given: whether the joints can follow the feed was not looked at")
+    if robot.sag != "ignored" and not carried.masses(robot):
+        said.append(
+            "robot.sag: no weight of tool or links is given (robot.tool_mass, robot.links): the sag is left out"
+        )
+    measured = scenario.measured.get("robot")
+    for one in carriers:
+        if one.arm is not None:
+            said += arm_geometry.warnings(robot, one.arm.wrong, measured)
+    return tuple(dict.fromkeys(said))
+
+
+def notes(carriers: Sequence[Carrier]) -> dict[str, str]:
+    """What another angle of the tool would bring."""
+    arms = [one.arm for one in carriers if one.arm is not None]
+    known = [arm for arm in arms if math.isfinite(arm.constant) and math.isfinite(arm.turned)]
+    constant, turned = (sum(getattr(one, name) for one in known) for name in ("constant", "turned"))
+    if not known or turned >= constant * (1 - 1e-6):
+        return {}
+    return {
+        "redundancy": (
+            f"With robot.redundancy_angle: along_path the arm would yield by {turned / len(known) * 1e6:.4g} µm on average "
+            f"under the rigid cut, with the best single angle by {constant / len(known) * 1e6:.4g} µm."
+        )
+    }
+
+
+def stations(scenario: ChamferScenario, carriers: Sequence[Carrier]) -> xr.Dataset:
+    """Compliance station by station, all paths one after another; of a robot its postures too."""
+    ends = np.concatenate([[0.0], np.cumsum([one.at[-1] for one in carriers])])
+    at = ("s_station", np.concatenate([start + one.at for start, one in zip(ends[:-1], carriers, strict=True)]), "m",
+          "place along the ball paths")  # fmt: skip
+    arms = [one.arm for one in carriers if one.arm is not None]
+    if not arms:
+        matrix = np.concatenate([yielding.whole([term for _, term in one.terms], one.at) for one in carriers])
+        normal = np.concatenate([one.air for one in carriers])
+        off = np.einsum("ni,nij,nj->n", normal, translation_at(matrix, scenario.tool.ball_radius), normal)
+        return labelled(at, {
+            "compliance_normal": (off, "m/N", "compliance off the chamfer"),
+            "compliance_rod": (matrix[:, 2, 2], "m/N", "compliance along the rod"),
+        })  # fmt: skip
+    assert scenario.robot is not None
+    joints = [joint.name or str(n) for n, joint in enumerate(scenario.robot.joints, 1)]
+    matrix = np.concatenate([arm.joints + arm.base for arm in arms])
+    return labelled(at, {
+        "joint_angles": (np.concatenate([arm.postures.q for arm in arms]), "rad", "angles of the joints"),
+        "redundancy_angle": (
+            np.concatenate([arm.postures.angle for arm in arms]), "rad", "angle of the tool about its axis"
+        ),
+        "compliance_off_work": (matrix[:, 1, 1], "m/N", "compliance off the work, across the rod"),
+        "compliance_rod": (matrix[:, 2, 2], "m/N", "compliance along the rod"),
+    }, joint=joints)  # fmt: skip

@@ -1,0 +1,62 @@
+"""The compliant spindle that mills: what its pistons do, and when nothing can be said about the wall it leaves."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from cutwise.maths.curves import FloatArray
+from cutwise.physics.structure.terms import Pistons
+from cutwise.process.assemble import piston_ring
+from cutwise.process.carriage import Terms
+from cutwise.results import Finding, Place
+from cutwise.spec.milling import MillingScenario
+
+_STOP = 1e-9  # share of a stroke
+_DRIFT = 5e-6  # [m] by which the spindle may still move over the last quarter of the cut
+
+
+def pistons_of(scenario: MillingScenario) -> Terms:
+    """The compliant spindle as the first term of a structure, if there is one."""
+    spindle = scenario.compliant
+    return () if spindle is None else (("pistons", Pistons(piston_ring(spindle), spindle.tool_reach)),)
+
+
+def travel(scenario: MillingScenario, columns: FloatArray) -> FloatArray:
+    """Travel of the piston that has gone farthest [m], shape (n,), from the columns of a structure with the spindle first."""
+    assert scenario.compliant is not None
+    return np.asarray(columns[:, 4 : 4 + scenario.compliant.pistons].max(axis=1))
+
+
+def measures(scenario: MillingScenario, columns: FloatArray) -> dict[str, float]:
+    """What is left of the stroke."""
+    if scenario.compliant is None:
+        return {}
+    return {"stroke_margin": scenario.compliant.stroke - float(travel(scenario, columns).max())}
+
+
+def findings(
+    scenario: MillingScenario, time: FloatArray, columns: FloatArray, off: FloatArray, cut: np.ndarray
+) -> Iterator[Finding]:
+    """At the stop, or still moving off the work over the last quarter of the cut.
+
+    Parameters
+    ----------
+    time, off : array (n,)
+        [s], and displacement off the work by the spindle [m].
+    columns : array (n, k)
+        Of the structure, the spindle first.
+    cut : array (n,)
+        Where the tool is in the cut.
+    """
+    if scenario.compliant is None:
+        return
+    far, stroke = travel(scenario, columns), scenario.compliant.stroke
+    stopped = np.flatnonzero(far >= stroke * (1.0 - _STOP))
+    if stopped.size:
+        yield Finding("at_stop", Place(time=float(time[stopped[0]])), float(far.max()), stroke, "length")
+    rows = np.flatnonzero(cut)
+    last = rows[int(0.75 * len(rows)) :]
+    third = max(1, len(last) // 3)
+    drift = float(off[last[-third:]].mean() - off[last[:third]].mean()) if len(last) else 0.0
+    if abs(drift) > _DRIFT:
+        yield Finding("unsettled", Place(time=float(time[last[0]])), drift, _DRIFT, "small_length")

@@ -1,0 +1,491 @@
+"""A mill that goes as programmed along a wall, carried by a robot, a machine whose bodies yield, or something firm.
+
+At rest, place by place, or stepped under the mean force; and the depth at which it chatters.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from cutwise import loop, units
+from cutwise.balance import TRIALS
+from cutwise.later import later
+from cutwise.loop import Cell
+from cutwise.maths.curves import FloatArray, no_cubic
+from cutwise.paths.carried import CarriedPath
+from cutwise.physics.cutting.flute import Mill
+from cutwise.physics.cutting.flutes import TurnFlutes
+from cutwise.physics.cutting.regeneration import (
+    DepthLimit,
+    Receptance,
+    depth_limit,
+    linked_receptance,
+    mean_directions,
+    swinging_receptance,
+)
+from cutwise.physics.cutting.uneven import largest_radius, tangent_coefficients
+from cutwise.physics.engagement.burred_edge import Round
+from cutwise.physics.engagement.shoulder import SEEN, Shoulder, Slot
+from cutwise.physics.motion.edge import EdgePass
+from cutwise.physics.motion.paced import Paced
+from cutwise.physics.motion.shifted import Shifted
+from cutwise.physics.structure.series_compliance import translation_at
+from cutwise.physics.structure.terms import (
+    Compliance,
+    Pistons,
+    Rigid,
+    Swinging,
+    in_series,
+    natural_frequencies,
+    relaxed,
+    width,
+)
+from cutwise.process import carriage, carried, chain_compliance, milling_spindle, milling_wall, yielding
+from cutwise.process.edges import edges
+from cutwise.process.labels import labelled
+from cutwise.records import FIXED, UNSOLVED
+from cutwise.results import Finding, Place, SolverFailure
+from cutwise.spec.carrier import Standing
+from cutwise.spec.milling import MillingScenario
+from cutwise.spec.notices import notices
+from cutwise.still import rest
+
+if TYPE_CHECKING:
+    import xarray as xr
+else:
+    xr = later("xarray")
+
+HIGHEST = 800.0  # [Hz] up to which the limit of chatter is looked for
+_MODES_HIGHEST = 1.3  # of the highest tip mode, where the tool has modes
+
+AT_REST = "at rest: the mean force of the cut displaces what carries the tool; ripple of the teeth is left out"
+STEPPED = "the mean force of the cut acts on spindle and carrier; ripple and regeneration of the chip are left out"
+LIMITS = (
+    "links and bodies are rigid, joints and guides linear; backlash, drives and their control are left out",
+    "the limit of chatter takes the mean directions of the cut, and of a robot one swinging mass or its links",
+)
+
+
+class Milled(NamedTuple):
+    """A finished pass of a mill that goes as programmed, at n places of its path; process axes."""
+
+    path: CarriedPath  # stations, in the frame of the carrier
+    carriage: carriage.Carriage
+    terms: carriage.Terms
+    at: FloatArray  # [m] of the path, shape (n,)
+    time: FloatArray  # [s], shape (n,)
+    seen: FloatArray  # radial depth, axial depth [m], immersion [rad], shape (n, 3)
+    state: FloatArray  # columns of the terms, shape (n, k)
+    force: FloatArray  # mean force on the tool [N], shape (n, 3)
+    sag: FloatArray  # of the axis where the wall is read [m], shape (n, 3)
+    counted: np.ndarray  # in the cut, after the lead-in, shape (n,)
+    height: float  # [m] over the tip, where the wall is read
+    limits: tuple[DepthLimit, ...]  # of chatter, at some stations
+    limit_at: FloatArray  # [m] of the path, where these are
+    unsolved: int  # steps in which the forces of pistons were not found
+
+    @property
+    def moved(self) -> dict[str, FloatArray]:
+        """Displacement by each term where the wall is read [m], shape (n, 3)."""
+        return yielding.by_term(self.terms, self.state, self.height)
+
+    @property
+    def turned(self) -> FloatArray:
+        """Tilt of the tool about the feed, which is the slope of the wall [rad], shape (n,)."""
+        return yielding.turned(self.terms, self.state)
+
+
+def _is_slot(scenario: MillingScenario) -> bool:
+    radial = scenario.operation.radial_depth
+    assert radial is not None
+    return radial >= scenario.tool.diameter * (1.0 - 1e-12)
+
+
+def _cutting(scenario: MillingScenario) -> tuple[Round, TurnFlutes]:
+    tool, operation = scenario.tool, scenario.operation
+    speed = operation.spindle_speed
+    assert speed is not None
+    up = operation.milling == "up"
+    mill = Mill(0.5 * tool.diameter, tool.flutes, tool.helix)
+    return Round(mill.radius, mill.flutes, speed), TurnFlutes(mill, edges(scenario.material, tool), up)
+
+
+def _cell(scenario: MillingScenario, structure: NamedTuple, motion: NamedTuple = ()) -> Cell:  # type: ignore[assignment]
+    mill, flutes = _cutting(scenario)
+    depth, begins = scenario.operation.axial_depth, scenario.path.cut_from or 0.0
+    engagement = (Slot if _is_slot(scenario) else Shoulder)(mill, depth, begins)
+    return Cell(motion, engagement, (), flutes, structure)
+
+
+def _poses(scenario: MillingScenario, at: FloatArray, sag: FloatArray, feeds: FloatArray | float) -> FloatArray:
+    """The programmed tool at places of the path, moved by the sag of the arm (n, 3) [m], at its feeds there [m/s]."""
+    poses = np.zeros((len(at), 8))
+    poses[:, 1] = poses[:, 2] = at
+    poses[:, 3] = -scenario.operation.radial_depth + sag[:, 1]
+    poses[:, 4] = sag[:, 2]
+    poses[:, 5] = feeds
+    return poses
+
+
+def path_of(scenario: MillingScenario) -> CarriedPath:
+    """The stations of the path: in the base frame of a robot, or in the part on a machine."""
+    if scenario.robot is None:
+        return milling_wall.stations_of(scenario)
+    return carried.path_in_base(
+        scenario.path, scenario.placement or Standing(), scenario.numerics.station,
+        work_on_left=scenario.operation.milling == "up",
+    )  # fmt: skip
+
+
+def prepare(scenario: MillingScenario) -> tuple[CarriedPath, carriage.Carriage]:
+    """What carries the tool along the path: what a check finds out without the cut."""
+    path = path_of(scenario)
+    if scenario.robot is None:
+        return path, milling_wall.carriage_of(scenario, path)
+    height = 0.5 * scenario.operation.axial_depth
+    firm = Rigid(0.0)
+    poses = _poses(scenario, path.at[:1], np.zeros((1, 3)), scenario.operation.feed)
+    still = rest(_cell(scenario, firm), relaxed(firm), poses, seen=SEEN, state=0)
+    wrench = _wrench(still.total[0, :3], height)
+    along = carried.arm_along(
+        scenario.robot, path, wrench, height, scenario.operation.feed, limited=scenario.operation.limit_feed
+    )
+    still_mode = scenario.numerics.mode == "still"
+    robot = scenario.robot.model_copy(update={"dynamics": "static"}) if still_mode else scenario.robot
+    return path, carriage.by_robot(robot, along, height)
+
+
+def _wrench(force: FloatArray, height: float) -> FloatArray:
+    """Force at a height over the tip, with its moment about the tip."""
+    return np.array([*force, -height * force[1], height * force[0], 0.0])
+
+
+def run(
+    scenario: MillingScenario, *, limits: bool = True, finer: int = 1, progress: Callable[[float], None] | None = None
+) -> Milled:
+    """The pass, at rest or in time steps; with the limits of chatter, which take longer.
+
+    ``finer``: by which stations (at rest) or time steps are divided.
+    """
+    if scenario.numerics.mode == "still" and finer > 1:
+        closer = scenario.numerics.model_copy(update={"station": scenario.numerics.station / finer})
+        scenario = scenario.model_copy(update={"numerics": closer})
+    path, carrying = prepare(scenario)
+    terms = (
+        *milling_spindle.pistons_of(scenario),
+        *carriage.in_series(scenario.tool, carrying, carriage.off_surface(scenario.part_stiffness)),
+    )
+    bare = Milled(
+        path, carrying, terms, path.at, path.at / scenario.operation.feed, np.zeros((0, 3)), np.zeros((0, 0)),
+        np.zeros((0, 3)), sag_of(path, carrying, 0.5 * scenario.operation.axial_depth),
+        path.at >= (scenario.path.cut_from or 0.0), 0.5 * scenario.operation.axial_depth, (), np.zeros(0), 0,
+    )  # fmt: skip
+    done = _at_rest(scenario, bare) if scenario.numerics.mode == "still" else _stepped(scenario, bare, finer, progress)
+    if not limits:
+        return done
+    rows = np.unique(np.linspace(0, len(path.at) - 1, min(9, len(path.at))).round().astype(int))
+    chatter = tuple(_limit(scenario, carrying, int(k), done.height) for k in rows)
+    return done._replace(limits=chatter, limit_at=path.at[rows])
+
+
+def feeds_of(scenario: MillingScenario, carrying: carriage.Carriage) -> FloatArray | float:
+    """The feed at the stations [m/s], lowered where the joints of a robot cannot follow it and that is asked for."""
+    feed = scenario.operation.feed
+    if carrying.arm is None or not scenario.operation.limit_feed:
+        return feed
+    return carried.feeds_along(carrying.arm, scenario.robot, feed)
+
+
+def sag_of(path: CarriedPath, carrying: carriage.Carriage, height: float) -> FloatArray:
+    """Sag of the axis at a height over the tip, at the stations [m], shape (n, 3)."""
+    sag = np.zeros((len(path.at), 3))
+    if carrying.arm is not None:
+        twist = carrying.arm.sag
+        sag[:, 1], sag[:, 2] = twist[:, 1] - twist[:, 3] * height, twist[:, 2]
+    return sag
+
+
+def _at_rest(scenario: MillingScenario, bare: Milled) -> Milled:
+    structure = in_series([term for _, term in bare.terms] or [Rigid(0.0)])
+    poses = _poses(scenario, bare.at, bare.sag, feeds_of(scenario, bare.carriage))
+    found = rest(_cell(scenario, structure), relaxed(structure), poses, seen=SEEN, state=width(structure))
+    if not found.found.all():
+        raise _too_soft(bare.at[int(np.argmin(found.found))])
+    return bare._replace(seen=found.seen, state=found.state, force=found.total[:, :3])
+
+
+def _too_soft(place: float) -> SolverFailure:
+    return SolverFailure(
+        f"no equilibrium of force and displacement was found at {place * 1e3:.4g} mm of the path: what carries the mill is "
+        "too soft for this cut; reduce operation.axial_depth"
+    )
+
+
+def _stepped(
+    scenario: MillingScenario, bare: Milled, finer: int, progress: Callable[[float], None] | None
+) -> Milled:  # fmt: skip
+    """In time steps, the mean force acting on pistons and a swinging arm; from the uncut surface on in the lead-in."""
+    operation = scenario.operation
+    structure = in_series([term for _, term in bare.terms] or [Rigid(0.0)])
+    lead = operation.lead_in_time
+    way = EdgePass(
+        operation.feed, bare.path.at[-1] / operation.feed, lead, 0.0, 0.0, operation.radial_depth, 0.0, 0.0, no_cubic()
+    )
+    motion, duration = Shifted(way, bare.path.at, bare.sag), way.duration
+    if operation.limit_feed:
+        pace = carried.pace_of(bare.path.at, feeds_of(scenario, bare.carriage), operation.feed)
+        motion, duration = Paced(motion, *pace), float(pace.at[-1])
+    cell = _cell(scenario, structure, motion)
+    history = loop.march(
+        cell, relaxed(structure), duration=duration, time_step=scenario.time_step / finer, seen=SEEN,
+        state=width(structure), layers=1, contacts=1, progress=progress,
+    )  # fmt: skip
+    table = history.table
+    if not np.isfinite(table).all():
+        raise _too_soft(
+            table[
+                max(
+                    0,
+                    int(np.argmin(np.isfinite(table).all(axis=1))) - 1,
+                ),
+                1,
+            ]
+        )
+    pistons = bool(bare.terms) and isinstance(bare.terms[0][1], Pistons)
+    lost = table[:, -1] >= (UNSOLVED if pistons else TRIALS)
+    at, begins = table[:, 1], scenario.path.cut_from or 0.0
+    columns = table[:, FIXED + SEEN : FIXED + SEEN + history.state]
+    force = table[:, -2 - 9 : -2][:, :3] * np.array([1.0, 1.0, -1.0])  # as a structure feels it
+    sag = np.column_stack([np.interp(at, bare.path.at, one) for one in bare.sag.T])
+    counted = (at >= begins) & (at >= lead * operation.feed * (1.0 - 1e-12))
+    return bare._replace(
+        at=at, time=table[:, 0], seen=table[:, FIXED : FIXED + SEEN], state=columns, force=force, sag=sag,
+        counted=counted if counted.any() else np.arange(len(at)) == len(at) - 1, unsolved=int(lost.sum()),
+    )  # fmt: skip
+
+
+def _limit(scenario: MillingScenario, carrying: carriage.Carriage, k: int, height: float) -> DepthLimit:
+    """Limit of chatter at a station: the receptances of everything with mass together, of arm and tip modes."""
+    mill, flutes = _cutting(scenario)
+    up = scenario.operation.milling == "up"
+    angle = math.pi if _is_slot(scenario) else math.acos(1.0 - scenario.operation.radial_depth / mill.radius)
+    lo, hi = (0.0, angle) if up else (math.pi - angle, math.pi)
+    chip = 2.0 * math.pi * scenario.operation.feed / (mill.flutes * mill.spindle_speed)
+    mean_chip = chip * (math.cos(lo) - math.cos(hi)) / (hi - lo)
+    directions = mean_directions(lo, hi, mill.flutes, tangent_coefficients(flutes.edges, mean_chip), up=up)
+    receptance = _receptance(scenario, carrying, k, height)
+    if receptance is None:
+        return DepthLimit(math.inf, math.nan)
+    highest = max([HIGHEST, *(_MODES_HIGHEST * mode.frequency for mode in scenario.tool.modes)])
+    period = 2.0 * math.pi / (mill.flutes * mill.spindle_speed)
+    return depth_limit(receptance, directions, period, highest)
+
+
+def _receptance(scenario: MillingScenario, carrying: carriage.Carriage, k: int, height: float) -> Receptance | None:
+    """Displacement at the tip for a force there, of arm and tip modes together; None where nothing has mass."""
+    of_arm: Receptance | None = None
+    if carrying.arm is not None:
+        swing = carried.swings_of(scenario.robot, carrying.arm, height)
+        if isinstance(swing, Swinging):
+            of_arm = swinging_receptance(swing.stiffness[k], swing.damping[k], swing.mass)
+        else:
+            station = (swing.spring[k], swing.damper[k], swing.gain[k], swing.jacobian[k])
+            of_arm = linked_receptance(*station, height, carrying.arm.base[k])
+    modes, turn = scenario.tool.modes, np.eye(3) if carrying.path is None else carrying.path.axes[k]
+    if of_arm is None and not modes:
+        return None
+
+    def receptance(omega: FloatArray) -> np.ndarray:
+        total = yielding.mode_receptance(modes, omega, turn)
+        return np.asarray(total if of_arm is None else total + of_arm(omega))
+
+    return receptance
+
+
+def outermost(scenario: MillingScenario) -> float:
+    """How far run-out carries the outermost flute [m]."""
+    tool = scenario.tool
+    return largest_radius(tool.runout, tool.runout_angle, tool.flutes) if tool.runout else 0.0
+
+
+def wall_and_floor(scenario: MillingScenario, done: Milled) -> tuple[FloatArray, FloatArray]:
+    """Error of wall and floor along the path [m], positive into the part: what the tool yields by and sags.
+
+    The wall is cut by the flute that run-out carries outermost; of a slot, this is the wall on the side of the work.
+    """
+    total = sum(done.moved.values(), np.zeros((len(done.at), 3)))
+    return outermost(scenario) - (total[:, 1] + done.sag[:, 1]), -(total[:, 2] + done.sag[:, 2])
+
+
+def cycle_time(scenario: MillingScenario, done: Milled) -> float:
+    """From the first to the last place of the path [s]."""
+    feeds = feeds_of(scenario, done.carriage)
+    if isinstance(feeds, float):
+        return float(done.path.at[-1]) / feeds
+    return float(carried.pace_of(done.path.at, feeds, scenario.operation.feed).at[-1])
+
+
+def _worst(scenario: MillingScenario, done: Milled) -> int:
+    """The place of the cut at which the wall is off most."""
+    off = np.abs(wall_and_floor(scenario, done)[0] - outermost(scenario))
+    return int(np.argmax(np.where(done.counted, off, -1.0)))
+
+
+def measures(scenario: MillingScenario, done: Milled) -> dict[str, float]:
+    """Measures in SI."""
+    wall, floor = (one[done.counted] for one in wall_and_floor(scenario, done))
+    operation, deeper, worst = scenario.operation, outermost(scenario), _worst(scenario, done)
+    found = {
+        "floor_error_min": float(floor.min()),
+        "floor_error_max": float(floor.max()),
+        "wall_tilt_max": float(np.abs(done.turned[done.counted]).max()),
+        "cycle_time": cycle_time(scenario, done),
+        "path_length": float(done.path.at[-1]),
+        "force_xy_mean_straight": float(np.hypot(done.force[:, 0], done.force[:, 1]).max()),
+        "engagement_angle_max": float(done.seen[:, 2].max()),
+    }
+    if _is_slot(scenario):
+        shift = float(np.abs(wall - deeper).max())  # moves one wall into the part and the other out of it
+        found["wall_error_min"], found["wall_error_max"] = deeper - shift, deeper + shift
+    else:
+        found["wall_error_min"], found["wall_error_max"] = float(wall.min()), float(wall.max())
+    found |= yielding.term_measures(done.moved, done.counted, worst)
+    each = [term for _, term in done.terms]
+    if each and all(isinstance(term, Compliance) for term in each) and scenario.numerics.mode == "still":
+        wrench = np.array([_wrench(force, done.height) for force in done.force])
+        twist = done.state.reshape(len(wrench), -1, 6).sum(axis=1)
+        found["energy_balance"] = yielding.energy_balance(each, done.at, wrench, twist)
+    if done.limits:
+        least = min(limit.depth for limit in done.limits)
+        if math.isfinite(least):
+            found["stable_depth_min"] = least
+            found["depth_margin"] = 1.0 - operation.axial_depth / least
+    found |= milling_spindle.measures(scenario, done.state)
+    arm = done.carriage.arm
+    if arm is None:
+        return found | yielding.normal_stiffness(each)
+    found |= carried.measures(arm, scenario.robot, operation.feed, limited=operation.limit_feed)
+    found["natural_frequency_min"] = float(
+        natural_frequencies(carried.swings_of(scenario.robot, arm, done.height)).min()
+    )
+    return found
+
+
+def findings(scenario: MillingScenario, done: Milled) -> Iterator[Finding]:
+    """At the stop, pistons or a displacement that were not found, a spindle that still moves, a mill that cuts nothing."""
+    if not done.seen[:, 2].any():
+        yield Finding("untouched")
+    if done.unsolved:
+        yield Finding("unsolved", value=float(done.unsolved), limit=0.0)
+    if scenario.compliant is not None:
+        off = done.moved["pistons"][:, 1]
+        yield from milling_spindle.findings(scenario, done.time, done.state, off, done.counted)
+
+
+def stages(scenario: MillingScenario, done: Milled) -> xr.DataTree:
+    """Histories along the path, with units."""
+    at = ("s", done.at, "m", "place along the path")
+    wall, floor = wall_and_floor(scenario, done)
+    twists = {
+        f"deflection_{name}": (value, "m", f"displacement by the term {name} where the wall is read")
+        for name, value in done.moved.items()
+    }
+    groups = {
+        "engagement": labelled(at, {
+            "radial_depth": (done.seen[:, 0], "m", "radial depth of cut, the tool displaced"),
+            "axial_depth": (done.seen[:, 1], "m", "axial depth of cut, the tool displaced"),
+            "immersion": (done.seen[:, 2], "rad", "immersion angle"),
+        }),
+        "cutting": labelled(at, {"force": (done.force, "N", "mean force on the tool")}, axis=list("xyz")),
+        "structure": labelled(at, twists, axis=list("xyz")),
+        "surface": labelled(at, {
+            "wall_error": (wall, "m", "error of the wall, positive into the part"),
+            "floor_error": (floor, "m", "error of the floor, positive into the part"),
+        }),
+        **_of_carrier(scenario, done),
+    }  # fmt: skip
+    if any(math.isfinite(one.depth) for one in done.limits):
+        limit = ("s_limit", done.limit_at, "m", "place along the path")
+        groups["stability"] = labelled(limit, {
+            "stable_depth": (np.array([one.depth for one in done.limits]), "m", "depth at which it chatters"),
+            "frequency": (np.array([one.frequency for one in done.limits]), "Hz", "frequency of that vibration"),
+        })  # fmt: skip
+    return xr.DataTree.from_dict(groups)
+
+
+def _of_carrier(scenario: MillingScenario, done: Milled) -> dict[str, xr.Dataset]:
+    """Postures of a robot, or the bodies of a machine one by one, station by station."""
+    at = ("s_station", done.path.at, "m", "place along the path")
+    arm, bodies = done.carriage.arm, done.carriage.bodies
+    if arm is not None:
+        joints = [joint.name or str(n) for n, joint in enumerate(scenario.robot.joints, 1)]
+        return {"motion": labelled(at, {
+            "joint_angles": (arm.postures.q, "rad", "angles of the joints"),
+            "redundancy_angle": (arm.postures.angle, "rad", "angle of the tool about its axis"),
+            "compliance": ((arm.joints + arm.base)[:, 1, 1], "m/N", "compliance normal to the wall"),
+        }, joint=joints)}  # fmt: skip
+    if bodies is None:
+        return {}
+    moved = done.moved["bodies"]
+    here = np.column_stack([np.interp(done.path.at, done.at, one) for one in moved.T])
+    parts = [
+        list(chain_compliance.parts_along(bodies, done.path.at, float(s), done.height, u).values())
+        for s, u in zip(done.path.at, here, strict=True)
+    ]
+    return {"bodies": labelled(at, {
+        "compliance": (translation_at(bodies.each, done.height)[:, :, 1, 1].T, "m/N", "compliance off the wall of each"),
+        "deflection": (np.array(parts), "m", "displacement off the wall by each under the force of the cut there"),
+    }, element=list(bodies.names))}  # fmt: skip
+
+
+def warnings(scenario: MillingScenario, done: Milled) -> tuple[str, ...]:
+    """What a user has to know about the run."""
+    said = list(notices(scenario))
+    if scenario.robot is not None:
+        said += carried.warnings(scenario.robot, done.carriage.arm, scenario.measured.get("robot"))
+    if scenario.block is not None:
+        said += chain_compliance.off_part(scenario.block, done.path.point, 0.5 * scenario.tool.diameter)
+    return tuple(said)
+
+
+def limits_of(scenario: MillingScenario) -> tuple[str, ...]:
+    """What the run leaves out."""
+    return (AT_REST if scenario.numerics.mode == "still" else STEPPED, *LIMITS)
+
+
+def notes(scenario: MillingScenario, done: Milled) -> dict[str, str]:
+    """Where the wall is off most and whose fault it is; what another angle of the tool would bring."""
+    wall, worst = wall_and_floor(scenario, done)[0], _worst(scenario, done)
+    parts = {name: value[worst, 1] for name, value in done.moved.items()}
+    shares = ", ".join(f"{name} {units.show(-float(value), 'small_length', 4)}" for name, value in parts.items())
+    said = {
+        "wall": f"The wall is off most at {units.show(float(done.at[worst]), 'length')} of the path: "
+        f"{units.show(float(wall[worst]), 'small_length', 4)} ({shares or 'nothing yields'}; positive is into the part)."
+    }
+    if done.carriage.bodies is not None:
+        each = chain_compliance.parts_along(
+            done.carriage.bodies, done.path.at, float(done.at[worst]), done.height, done.moved["bodies"][worst]
+        )
+        said["bodies"] = "Of the bodies there: " + ", ".join(
+            f"{name} {units.show(-value, 'small_length', 4)}"
+            for name, value in sorted(each.items(), key=lambda item: -abs(item[1]))
+        ) + "."  # fmt: skip
+    if done.carriage.arm is None:
+        return said
+    constant, turned = done.carriage.arm.constant, done.carriage.arm.turned
+    if math.isfinite(constant) and math.isfinite(turned) and turned < constant * (1 - 1e-6):
+        said["redundancy"] = (
+            f"With robot.redundancy_angle: along_path the arm would yield by {turned * 1e6:.4g} µm on average under the "
+            f"rigid cut, with the best single angle by {constant * 1e6:.4g} µm."
+        )
+    return said
+
+
+def unsound(found: Mapping[str, float]) -> Iterator[Finding]:
+    """A depth at which it chatters; the value is the depth over its limit."""
+    if found.get("depth_margin", 1.0) <= 0.0:
+        yield Finding("unstable", Place("arm"), 1.0 - found["depth_margin"], 1.0, measure="depth_margin")

@@ -1,0 +1,297 @@
+"""Turning a shaft: pass by pass and place by place at rest, with the shaft as it stands there, half turned."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterator, Mapping
+from itertools import pairwise
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from cutwise import units
+from cutwise.later import later
+from cutwise.loop import Cell
+from cutwise.maths.curves import FloatArray
+from cutwise.physics.cutting.insert import InsertEdge, chip_slopes
+from cutwise.physics.cutting.regeneration import depth_limit
+from cutwise.physics.engagement.insert import ELEMENTS, SEEN, Bar, Insert, edge_rows, ridge
+from cutwise.physics.structure.shaft import Shaft, Support, modes, shaft, yields
+from cutwise.physics.structure.terms import Compliance, in_series, relaxed, width
+from cutwise.process import yielding
+from cutwise.process.convergence import change_on_halved_step
+from cutwise.process.edges import edges_alike
+from cutwise.process.labels import labelled
+from cutwise.process.recipes import Outcome, Progress, Recipe, collect
+from cutwise.process.still_deburring import wrenches
+from cutwise.records import CONTACT
+from cutwise.results import Finding, Place, Result, SolverFailure
+from cutwise.spec.notices import notices
+from cutwise.spec.turning import TurningScenario
+from cutwise.still import Rest, rest
+
+if TYPE_CHECKING:
+    import xarray as xr
+else:
+    xr = later("xarray")
+
+LIMITS = (
+    "Every place is at rest under the mean force of the cut: run-in, ripple and built-up edge are left out.",
+    "The shaft bends in proportion to the force: no buckling by the centre, no weight, no heat; jaws alike all round.",
+    "The edge is sharp, without inclination and wear, and cuts the thinnest chip; a real one rubs below some micrometres.",
+    "Roughness is that of the geometry; the real one is higher, above all at small feeds.",
+    "Chatter is looked for where a pass meets most yielding, with its directions of force; the flank damps nothing.",
+)
+_PARABOLA = 4.0 / (9.0 * math.sqrt(3.0))  # mean deviation of a parabola over its height
+_MODES, _MESH = 10, 30  # modes of the shaft, and stations that they are found from
+_HIGHEST = 1.6  # times the lowest frequency, up to which chatter is looked for
+_NONE = np.zeros((1, 6, 6))
+
+
+class Setup(NamedTuple):
+    """A shaft in its lathe; places are distances from the headstock end [m]."""
+
+    scenario: TurningScenario
+    ends: FloatArray  # of the sections, shape (sections,)
+    marks: FloatArray  # both ends, those of the sections, the steady rest
+    z: FloatArray  # stations in the order of the feed, shape (n,)
+    supports: Mapping[str, Support]
+
+    def section(self, z: FloatArray) -> np.ndarray:
+        """Section at some places; where two meet, the far one."""
+        return np.minimum(np.searchsorted(self.ends, z + 1e-9, side="right"), len(self.ends) - 1)
+
+    def speed(self, radius: FloatArray) -> FloatArray:
+        """Spindle speed at some radii [rad/s]."""
+        operation = self.scenario.operation
+        return np.broadcast_to(operation.spindle_speed or operation.cutting_speed / radius, np.shape(radius))
+
+
+class Pass(NamedTuple):
+    """What a pass does with each section, shape (sections,)."""
+
+    before: FloatArray  # nominal radius [m]
+    goal: FloatArray  # radius at which the tool is led [m]
+    feed: FloatArray  # [m/rev]
+    turned: np.ndarray  # whether it is turned
+
+
+class Turned(NamedTuple):
+    """A finished pass at the m stations that it turns."""
+
+    plan: Pass
+    z: FloatArray  # [m], shape (m,)
+    goal: FloatArray  # radius at which the tool was led [m], shape (m,)
+    feed: FloatArray  # [m/rev], shape (m,)
+    parts: Mapping[str, FloatArray]  # compliance of each thing that yields, shape (m, 6, 6)
+    terms: tuple[Compliance, Compliance]  # the tool, and the shaft on its supports
+    rest: Rest
+    error: FloatArray  # of the diameter [m], shape (m,)
+
+    def moved(self) -> dict[str, FloatArray]:
+        """Displacement by each thing that yields [m], shape (m, 3)."""
+        return {k: np.einsum("nij,nj->ni", c[:, :3, :3], self.rest.total[:, :3]) for k, c in self.parts.items()}
+
+
+def setup(scenario: TurningScenario) -> Setup:
+    """Stations at the ends of sections, at a steady rest and between; what holds the shaft."""
+    lathe, rigid, step = scenario.lathe, math.inf, scenario.numerics.station
+    ends = np.cumsum([section.length for section in scenario.part.sections])
+    marks = np.unique(np.round([0.0, *ends, lathe.steady_position or 0.0], 9))
+    steps = [np.linspace(a, b, math.ceil((b - a) / step - 1e-9), endpoint=False) for a, b in pairwise(marks)]
+    z = np.append(np.concatenate(steps), marks[-1])
+    clamped = (lathe.headstock_angular_stiffness or rigid) if lathe.headstock == "chuck" else 0.0
+    supports = {"headstock": Support(0.0, lathe.headstock_stiffness or rigid, clamped)}
+    if lathe.tailstock == "centre":
+        supports["tailstock"] = Support(marks[-1], lathe.tailstock_stiffness or rigid, 0.0)
+    if lathe.steady_position is not None:
+        supports["steady"] = Support(lathe.steady_position, lathe.steady_stiffness or rigid, 0.0)
+    return Setup(scenario, ends, marks, z[::-1] if scenario.operation.towards == "headstock" else z, supports)
+
+
+def passes(scenario: TurningScenario) -> Iterator[Pass]:
+    """Equal levels down to the allowance of the last pass, the last pass, spring passes."""
+    operation, sections = scenario.operation, scenario.part.sections
+    final = np.array([0.5 * section.diameter for section in sections])
+    bar = now = np.full(len(final), 0.5 * scenario.part.stock_diameter)
+    allowance = operation.finish_depth or (bar - final).max() / operation.passes
+    for k in range(1, operation.passes):
+        level = bar - k / (operation.passes - 1) * ((bar - final).max() - allowance)
+        goal = np.minimum(now, np.maximum(level, final + allowance))
+        yield Pass(now, goal, np.full(len(final), operation.feed), goal < now)
+        now = goal
+    slow = np.array([section.feed or operation.finish_feed or operation.feed for section in sections])
+    for _ in range(1 + operation.spring_passes):
+        yield Pass(now, final, slow, final < bar)
+        now = final
+
+
+def half_turned(held: Setup, plan: Pass, z: float, goal: float, at: FloatArray) -> tuple[Shaft, float, float]:
+    """The shaft over some places when the tool has come to z; that place, and the lever of the feed force there."""
+    part, home = held.scenario.part, held.scenario.operation.towards == "headstock"
+    at = np.unique(np.round([*at, z], 9))
+    middle = 0.5 * (at[1:] + at[:-1])
+    here = held.section(middle)
+    diameter = 2.0 * np.where((middle > z) == home, plan.goal[here], plan.before[here])
+    material = (part.youngs_modulus, part.poisson_ratio, part.density or 0.0)
+    return shaft(at, diameter, *material, tuple(held.supports.values())), z, goal if home else -goal
+
+
+def parts_of(held: Setup, plan: Pass, z: FloatArray, goal: FloatArray) -> dict[str, FloatArray]:
+    """Compliance under the tool of each thing that yields, at some places, shape (m, 6, 6); none of what is rigid."""
+    tool = held.scenario.tool
+    found = {name: np.zeros((len(z), 6, 6)) for name in ("work", *held.supports, "tool")}
+    stiff = yielding.spring({1: tool.stiffness}) if tool.stiffness else yielding.modes_at_rest(tool.modes)
+    found["tool"] += stiff.matrix
+    for k in range(len(z)):
+        for name, part in zip(found, yields(*half_turned(held, plan, z[k], goal[k], held.marks)), strict=False):
+            found[name][k, :2, :2], found[name][k, 2, 2] = part, part[1, 1]
+    return {name: matrix for name, matrix in found.items() if matrix.any()}
+
+
+def run(held: Setup, off: float = 0.0) -> list[Turned]:
+    """All passes, on a bar whose radius is off by a little [m]."""
+    scenario, z, done = held.scenario, held.z, []
+    at, section = np.abs(z - z[0]), held.section(z)
+    bar = Bar(at, np.full(len(z), 0.5 * scenario.part.stock_diameter + off))
+    for plan in passes(scenario):
+        here = np.flatnonzero(plan.turned[section])
+        goal, feed = plan.goal[section[here]], plan.feed[section]
+        parts = parts_of(held, plan, z[here], goal)
+        tool = Compliance(np.zeros(1), parts.get("tool", _NONE)[:1])
+        terms = (tool, Compliance(at[here], sum(parts.values(), _NONE) - tool.matrix))
+        insert = Insert(scenario.tool.nose_radius, scenario.tool.lead_angle, feed)
+        cell = Cell((), insert, bar, InsertEdge(edges_alike(scenario.material)), in_series(list(terms)))
+        poses = np.zeros((len(here), 8))
+        poses[:, 1], poses[:, 3] = at[here], goal
+        columns = width(cell.structure)
+        found = rest(cell, relaxed(cell.structure), poses, seen=SEEN, state=columns, contacts=ELEMENTS)
+        if not found.found.all():
+            place = units.show(float(z[here][int(np.argmin(found.found))]), "length")
+            raise SolverFailure(
+                f"no equilibrium of force and displacement was found {place} from the headstock: the shaft is too soft for "
+                "this cut; reduce operation.feed, or support it (lathe.steady_position)"
+            )
+        error = 2.0 * (bar.radius[here] - goal)
+        done.append(Turned(plan, z[here], goal, feed[here], parts, terms, found, error))
+    return done
+
+
+def chatter(held: Setup, done: Turned) -> tuple[float, float]:
+    """Depth of cut of a pass where most yields, and the one at which that cut chatters there [m]."""
+    part, tool = held.scenario.part, held.scenario.tool
+    k = int(np.argmax(sum(c[:, 1, 1] for c in done.parts.values()) * (done.rest.seen[:, 0] > 0.0)))
+    mesh = np.append(held.marks, held.z[:: math.ceil(len(held.z) / _MESH)])
+    omega, shape = modes(*half_turned(held, done.plan, done.z[k], done.goal[k], mesh), _MODES)
+
+    def receptance(at: FloatArray) -> np.ndarray:
+        total = yielding.mode_receptance(tool.modes, at)
+        each = 1.0 / (omega**2 - at[:, None] ** 2 + 2j * part.damping * omega * at[:, None])
+        total[:, :2, :2] += np.einsum("wm,mi,mj->wij", each, shape, shape)
+        total[:, 2, 2] += each @ shape[:, 1] ** 2
+        return total
+
+    depth, rows = float(done.rest.seen[k, 0]), np.zeros((ELEMENTS, CONTACT))
+    edge_rows(rows, Insert(tool.nose_radius, tool.lead_angle, done.feed), done.feed[k], depth)
+    slopes = chip_slopes(rows, edges_alike(held.scenario.material)) / depth
+    highest = _HIGHEST * max([omega[0] / (2.0 * math.pi), *(mode.frequency for mode in tool.modes)])
+    return depth, depth_limit(receptance, slopes, 2.0 * math.pi / float(held.speed(done.goal[k])), highest).depth
+
+
+def measures(held: Setup, done: list[Turned]) -> dict[str, float]:
+    """Measures in SI: form and shares after the last pass, forces and time of all."""
+    last, part, tool = done[-1], held.scenario.part, held.scenario.tool
+    along = np.argsort(last.z)
+    near, middle, far = np.interp(np.linspace(*last.z[along[[0, -1]]], 3), last.z[along], last.error[along])
+    force = np.concatenate([one.rest.total[:, :3] for one in done])
+    speed = np.concatenate([one.goal * held.speed(one.goal) for one in done])
+    lengths, plans = np.diff([0.0, *held.ends]), [one.plan for one in done]
+    times = ((lengths / plan.feed / held.speed(plan.goal))[plan.turned].sum() for plan in plans)
+    rough = max(ridge(feed, tool.nose_radius, tool.trail_angle) for feed in last.feed)
+    found = {
+        "diameter_error_mean": float(last.error.mean()), "diameter_error_min": float(last.error.min()),
+        "diameter_error_max": float(last.error.max()), "cylindricity_error": 0.5 * float(np.ptp(last.error)),
+        "barrel": float(middle - 0.5 * (near + far)), "taper": float(far - near),
+        "roughness_rt": rough, "roughness_ra": _PARABOLA * rough,
+        "force_cutting_max": float(force[:, 2].max()), "force_passive_max": float(force[:, 1].max()),
+        "force_feed_max": float(-force[:, 0].min()), "cutting_power_max": float((force[:, 2] * speed).max()),
+        "cycle_time": 2.0 * math.pi * float(sum(times)),
+        **yielding.term_measures(last.moved(), slice(None), int(np.argmax(np.abs(last.error)))),
+        **yielding.normal_stiffness(last.terms),
+        "energy_balance": yielding.energy_balance(
+            last.terms, np.abs(last.z - held.z[0]), wrenches(last.rest), last.rest.state.reshape(-1, 2, 6).sum(axis=1)
+        ),
+    }  # fmt: skip
+    if part.runout is not None:
+        high, low = (run(held, 0.5 * side * part.runout)[-1].error for side in (1.0, -1.0))
+        found["roundness_error_max"] = 0.5 * float(np.abs(high - low).max())
+    if part.damping is not None:
+        pairs = [chatter(held, one) for one in done[: held.scenario.operation.passes] if one.rest.seen[:, 0].any()]
+        for depth, limit in sorted(pairs, key=lambda pair: pair[0] / pair[1])[-1:]:
+            found["depth_margin"] = 1.0 - depth / limit
+            found |= {"stable_depth_min": limit} if math.isfinite(limit) else {}
+    return found
+
+
+def stages(held: Setup, done: list[Turned]) -> xr.DataTree:
+    """What the passes did, over the distance from the headstock end; zero where one turns nothing."""
+    columns = {
+        ("engagement", "depth"): (lambda one: one.rest.seen[:, 0], "m", "depth of cut, shaft and tool bent"),
+        ("engagement", "chip"): (lambda one: one.rest.seen[:, 1], "m", "mean chip thickness"),
+        ("cutting", "force_cutting"): (lambda one: one.rest.total[:, 2], "N", "force along the cutting speed"),
+        ("cutting", "force_passive"): (lambda one: one.rest.total[:, 1], "N", "force on the tool, off the shaft"),
+        ("cutting", "force_feed"): (lambda one: -one.rest.total[:, 0], "N", "force on the tool against the feed"),
+        **{("structure", f"deflection_{name}"): (lambda one, name=name: one.moved()[name][:, 1], "m", f"off the shaft: {name}")
+           for name in done[-1].parts},
+        ("surface", "diameter_error"): (lambda one: one.error, "m", "diameter error; positive: too thick"),
+    }  # fmt: skip
+    z, groups = np.sort(held.z), {}
+    for (group, name), (read, unit, said) in columns.items():
+        table = np.zeros((len(z), len(done)))
+        for k, one in enumerate(done):
+            table[np.searchsorted(z, one.z), k] = read(one)
+        groups.setdefault(group, {})[name] = (table, unit, said)
+    at, cuts = ("z", z, "m", "distance from the headstock end"), range(1, len(done) + 1)
+    return xr.DataTree.from_dict({group: labelled(at, tables, cut=cuts) for group, tables in groups.items()})
+
+
+def told(held: Setup) -> tuple[list[Turned], Outcome]:
+    """All passes, and what studies need of them."""
+    done, material = run(held), held.scenario.material
+    found = measures(held, done)
+    chips = (one.rest.seen[one.rest.seen[:, 0] > 0.0, 1].min(initial=math.inf) for one in done)
+    beyond = (material.beyond(chip, "mean chip") for chip in chips if chip < math.inf)
+    said = dict.fromkeys(f"material: {text}" for text in beyond if text)
+    unsound = [Finding("untouched")] if found["force_cutting_max"] <= 0.0 else []
+    if found.get("depth_margin", 1.0) <= 0.0:
+        unsound.append(Finding("unstable", Place("shaft"), 1.0 - found["depth_margin"], 1.0, measure="depth_margin"))
+    return done, Outcome(found, tuple(unsound), (*notices(held.scenario), *said))
+
+
+def turn(scenario: TurningScenario, progress: Progress | None = None) -> Result:
+    """Turning of a shaft that yields: every pass at rest, and the depth at which shaft or tool chatters."""
+    held = setup(scenario)
+    done, outcome = told(held)
+    halved = scenario.numerics.model_copy(update={"station": 0.5 * scenario.numerics.station})
+    finer = told(setup(scenario.model_copy(update={"numerics": halved})))[1].measures
+    finer = {name: value for name, value in finer.items() if name[:6] != "share_" and name[-2:] != "_x"}
+    if progress is not None:
+        progress(1.0)
+    last, worst = done[-1], int(np.argmax(np.abs(done[-1].error)))
+    shares = ", ".join(f"{k} {units.show(float(v[worst, 1]), 'small_length', 3)}" for k, v in last.moved().items())
+    place, off = units.show(float(last.z[worst]), "length"), units.show(float(last.error[worst]), "small_length", 3)
+    return collect(
+        scenario, outcome.measures, stages=stages(held, done), findings=outcome.findings, warnings=outcome.warnings,
+        limits=LIMITS, convergence=change_on_halved_step(outcome.measures, finer), references=("altintas2012",),
+        notes={"worst": f"The diameter is off most {place} from the headstock, by {off}; radius: {shares or 'nothing yields'}."},
+    )  # fmt: skip
+
+
+def turn_quick(scenario: TurningScenario, wanted: Collection[str] = (), *, coarse: bool = False) -> Outcome:
+    """What studies need."""
+    del wanted
+    outcome = told(setup(scenario))[1]
+    return outcome._replace(warnings=()) if coarse else outcome
+
+
+RECIPE = Recipe(turn, turn_quick, setup)

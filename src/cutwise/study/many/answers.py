@@ -1,0 +1,230 @@
+"""What a study says, of whatever part of it is there: shares with intervals, quantiles, indices, the worst cases."""
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cutwise import units
+from cutwise.spec import fields
+from cutwise.spec.faults import split_dotted
+from cutwise.study.many import folder as at
+from cutwise.study.many.cases import BAD, FAILED, GOOD, INFEASIBLE
+from cutwise.study.many.definition import INDICES, MORRIS, SOBOL, Study, combinations, trajectories
+from cutwise.study.many.draws import MORRIS as MORRIS_DRAWS
+from cutwise.study.many.draws import NETS, generator
+from cutwise.study.many.statements import Effects, Indices, Share, elementary_effects, share_of, sobol_indices
+
+FloatArray = NDArray[np.float64]
+
+
+class Answers(NamedTuple):
+    """Everything that is said of a study."""
+
+    study: Study
+    table: Mapping[str, np.ndarray]  # columns of all finished cases of the prefix
+    done: int
+    shares: tuple[tuple[dict[str, Any], Share], ...]  # at each combination of design levers
+    failed: dict[str, int]  # reasons, with their numbers
+    infeasible: dict[str, int]
+    wrong: dict[str, int]  # requirement: cases that miss it
+    indices: Mapping[str, Indices | Effects]  # by measure, and of "good"
+
+    @property
+    def count_failed(self) -> int:
+        """Cases that came to no end."""
+        return sum(self.failed.values())
+
+
+def collected(study: Study, folder: Path, size: int) -> tuple[dict[str, np.ndarray], int]:
+    """The columns of the finished prefix of all cases, and its length."""
+    parts, done = [], 0
+    for first, count in at.chunks(study, size):
+        file = at.part_file(folder, first, count)
+        if not file.exists():
+            break
+        parts.append(at.read_part(file))
+        done = first + count
+    if not parts:
+        return {}, 0
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}, done
+
+
+def share_of_prefix(study: Study, folder: Path, size: int) -> Share | None:
+    """The widest interval over the design levers, as soon as there are enough cases for the stop rule."""
+    if study.stop is None:
+        return None
+    done = 0
+    for first, count in at.chunks(study, size):
+        if not at.part_file(folder, first, count).exists():
+            break
+        done = first + count
+    least = study.stop.at_least * study.combinations
+    if done < least or (study.method == SOBOL and (done // study.combinations) % NETS):
+        return None
+    table, _ = collected(study, folder, size)
+    return max((share for _, share in _shares(study, table, done)), key=lambda share: share.half_width)
+
+
+def _shares(study: Study, table: Mapping[str, np.ndarray], done: int) -> list[tuple[dict[str, Any], Share]]:
+    level = study.stop.level if study.stop is not None else 0.95
+    found = []
+    rows = done // study.combinations
+    usable = rows - rows % NETS if study.method == SOBOL else rows
+    for k, values in enumerate(combinations(study)):
+        state = table["state"][k : usable * study.combinations : study.combinations]
+        ended = state != FAILED
+        nets = study.method == SOBOL and bool(ended.all())
+        found.append((values, share_of(state[ended] == GOOD, nets=nets, level=level)))
+    return found
+
+
+def answers(study: Study, folder: Path, size: int) -> Answers:
+    """All answers of what is finished.
+
+    Raises
+    ------
+    ValueError
+        Nothing is.
+    """
+    table, done = collected(study, folder, size)
+    if not done:
+        raise ValueError("no case is finished yet")
+    state, said = table["state"], table["said"]
+    return Answers(
+        study, table, done, tuple(_shares(study, table, done)) if study.scenario.requirements and study.random else (),
+        _counted(said[state == FAILED]), _counted(said[state == INFEASIBLE]), _wrong(study, table),
+        _decides(study, table, done),
+    )  # fmt: skip
+
+
+def _counted(said: np.ndarray) -> dict[str, int]:
+    return {str(text): int((said == text).sum()) for text in dict.fromkeys(said.tolist())}
+
+
+def _wrong(study: Study, table: Mapping[str, np.ndarray]) -> dict[str, int]:
+    """Cases that miss each requirement, by the words of its limit."""
+    found = {}
+    bad = table["state"] == BAD
+    for name, limit in study.scenario.requirements.items():
+        dimension = study.scenario.measures[name].dimension
+        value = table[f"measure {name}"]
+        for bound, misses, words in ((limit.max, np.greater, "above"), (limit.min, np.less, "below")):
+            if bound is not None:
+                count = int((misses(value, bound) & bad).sum())
+                found[f"{name} {words} {units.show(bound, dimension, 4)}"] = count
+    return found
+
+
+def _decides(study: Study, table: Mapping[str, np.ndarray], done: int) -> dict[str, Indices | Effects]:
+    inputs = len(study.random)
+    if study.method not in (INDICES, MORRIS) or study.combinations != 1:
+        return {}
+    each = inputs + (2 if study.method == INDICES else 1)
+    rows = done // each
+    if rows < 2:
+        return {}
+    values = {name: table[f"measure {name}"][: rows * each] for name in study.measures}
+    if study.scenario.requirements:
+        values["good"] = (table["state"][: rows * each] == GOOD).astype(float)
+    found: dict[str, Indices | Effects] = {}
+    for name, column in values.items():
+        some = column.reshape(rows, each)
+        if not np.isfinite(some).all():
+            continue  # a case has no such number: no index of it
+        if study.method == INDICES:
+            found[name] = sobol_indices(some, study.seed)
+            continue
+        _, order, moved = trajectories(inputs, study.draws, study.levels, generator(study.seed, MORRIS_DRAWS))
+        before, after, step = (np.empty((rows, inputs)) for _ in range(3))
+        for r in range(rows):
+            for k, i in enumerate(order[r]):
+                before[r, i], after[r, i], step[r, i] = some[r, k], some[r, k + 1], moved[r, k]
+        found[name] = elementary_effects(before, after, step)
+    return found
+
+
+def worst(found: Answers, count: int) -> list[int]:
+    """Numbers of the cases that are farthest beyond a limit; without limits, with the largest value of the focus."""
+    study, table = found.study, found.table
+    beyond = np.full(found.done, -np.inf)
+    for name, limit in study.scenario.requirements.items():
+        value = table[f"measure {name}"]
+        for bound, sign in ((limit.max, 1.0), (limit.min, -1.0)):
+            if bound is not None:
+                beyond = np.fmax(beyond, sign * (value - bound) / (abs(bound) or 1.0))
+    if not study.scenario.requirements and study.measures:
+        beyond = np.abs(table[f"measure {study.measures[0]}"])
+    order = np.argsort(-np.where(np.isfinite(beyond), beyond, -np.inf), kind="stable")
+    return [int(i) for i in order[:count]]
+
+
+def command(found: Answers, case: int) -> str:
+    """How a case is run again."""
+    study = found.study
+    written = [f"{text.partition('=')[0]}='{text.partition('=')[2]}'" for text in study.given]
+    written += [f"{key}='{shown(study, key, found.table[f'lever {key}'][case], 8)}'" for key in study.keys]
+    return f"cutwise run {study.source} {' '.join(f'--set {one}' for one in written)}"
+
+
+def dimension_of(study: Study, key: str) -> str | None:
+    """The dimension of a lever; None if it is no quantity."""
+    info = fields.field_at(type(study.scenario), split_dotted(key))
+    return fields.dimension(info) if info is not None else None
+
+
+def shown(study: Study, key: str, value: Any, digits: int = 5) -> str:
+    """A value of a lever as people write it."""
+    dimension = dimension_of(study, key)
+    return str(value) if dimension is None or isinstance(value, str) else units.show(float(value), dimension, digits)
+
+
+def measures(found: Answers) -> dict[str, float]:
+    """The numbers of a study by name, SI."""
+    said: dict[str, float] = {"cases_done": float(found.done), "cases_failed": float(found.count_failed)}
+    if len(found.shares) == 1:
+        share = found.shares[0][1]
+        said |= {
+            "probability_good": share.value,
+            "probability_good_low": share.low,
+            "probability_good_high": share.high,
+        }
+    for name in found.study.measures:
+        values = found.table[f"measure {name}"]
+        values = values[np.isfinite(values)]
+        if values.size:
+            for percent in (5, 50, 95):
+                said[f"quantile_{percent:02d}_{name}"] = float(np.percentile(values, percent))
+        limit = found.study.scenario.requirements.get(name)
+        if limit is not None and values.size:
+            if limit.max is not None:
+                said[f"probability_above_{name}"] = float((values > limit.max).mean())
+            if limit.min is not None:
+                said[f"probability_below_{name}"] = float((values < limit.min).mean())
+    for name, one in found.indices.items():
+        for i, key in enumerate(found.study.random):
+            if isinstance(one, Indices):
+                said[f"index_first_{name}_{key}"] = float(one.first[i])
+                said[f"index_total_{name}_{key}"] = float(one.total[i])
+            else:
+                said[f"effect_{name}_{key}"] = float(one.strength[i])
+    return said
+
+
+def demanded(found: Answers) -> tuple[bool, str] | None:
+    """Whether the demanded share of good cases is reached, and what is said of it; None without a demand."""
+    least = found.study.demanded
+    if least is None or not found.shares:
+        return None
+    share = min((one for _, one in found.shares), key=lambda one: one.low)
+    if share.low >= least:
+        return True, f"P(good) of at least {least:g} is met"
+    if share.high < least:
+        return False, f"P(good) of at least {least:g} is not met"
+    gap = abs(share.value - least)
+    needed = math.ceil(found.done * (share.half_width / gap) ** 2) if gap > 0.0 else None
+    more = f"about {needed:,} would be needed" if needed is not None else "the estimate lies on it"
+    return False, f"whether P(good) reaches {least:g} cannot be told with {found.done:,} cases; {more}"

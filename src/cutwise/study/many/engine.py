@@ -1,0 +1,215 @@
+"""Running a study: chunks until nothing is left, here or in as many processes as are wanted, on one folder."""
+
+import json
+import multiprocessing
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from cutwise import __version__
+from cutwise.spec.faults import Fault, ScenarioFault
+from cutwise.study.many import folder as at
+from cutwise.study.many.answers import share_of_prefix
+from cutwise.study.many.cases import evaluate, step_errors
+from cutwise.study.many.definition import Study
+from cutwise.study.many.packing import pack, unpack
+
+_LASTS = 10.0  # [s] that a part should take
+_SMALLEST, _LARGEST = 32, 4096
+_LOOKED = 0.2  # [s] between two looks at what is finished
+
+Progress = Callable[[int, int], object]
+"""Called with the cases that are done, and with all."""
+
+
+class Ran(NamedTuple):
+    """How a run of a study ended."""
+
+    folder: Path
+    done: int  # cases
+    stopped: str  # why before all were done; empty: all are
+
+
+def chunk_size(study: Study) -> int:
+    """Cases of a part, so that it takes some seconds; found from a few of them."""
+    start, count = time.process_time(), min(4, study.cases)
+    evaluate(study, 0, count, {})  # compiles, too
+    start = time.process_time()
+    evaluate(study, 0, count, {})
+    each = max(1e-4, (time.process_time() - start) / count)
+    size = _SMALLEST
+    while size < _LARGEST and 2 * size * each < _LASTS:
+        size *= 2
+    return size
+
+
+def run_study(
+    study: Study, folder: Path, *, jobs: int = 1, resume: bool = False, progress: Progress | None = None,
+    chunk: int | None = None,
+) -> Ran:  # fmt: skip
+    """Run what is missing of a study.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    folder : Path
+        Where its parts are kept.
+    jobs : int
+        Processes.
+    resume : bool
+        Go on with the parts that are there.
+    progress : callable, optional
+        Told what is done.
+    chunk : int, optional
+        Cases of a part; left out, as many as take some seconds.
+
+    Raises
+    ------
+    ScenarioFault
+        The folder holds another study, or parts of this one without ``resume``.
+    """
+    known = at.identity_in(folder)
+    if known is None:
+        if (folder / "parts").exists() and any((folder / "parts").iterdir()):
+            raise _refused(folder, "holds parts of a study without its identity; take another folder (-o)")
+        errors = step_errors(study)
+        known = at.identity_of(study, __version__, chunk or chunk_size(study), errors)
+        at.started(folder, json.dumps(pack(study)), known)
+    else:
+        _same(study, folder, known, resume=resume)
+        at.started(folder, json.dumps(pack(study)), known)
+    size = int(known["chunk"])
+    if jobs <= 1:
+        return _alone(study, folder, size, known["step_errors"], progress)
+    return _together(study, folder, size, jobs, progress)
+
+
+def _refused(folder: Path, message: str) -> ScenarioFault:
+    return ScenarioFault([Fault((), message, file=str(folder))])
+
+
+def _same(study: Study, folder: Path, known: dict[str, Any], *, resume: bool) -> None:
+    """Whether the folder holds this study, and the user means to go on with it."""
+    mine = at.identity_of(study, __version__, int(known["chunk"]), known["step_errors"])
+    if known["version"] != mine["version"]:
+        raise ScenarioFault(
+            [
+                Fault(
+                    (),
+                    f"was begun with cutwise {known['version']}, this is {__version__}: take another folder (-o)",
+                    file=str(folder),
+                )
+            ]
+        )
+    if known["study"] != mine["study"]:
+        raise ScenarioFault(
+            [
+                Fault(
+                    (),
+                    "holds another study: scenario, levers, method, seed or measures differ; take another folder (-o)",
+                    file=str(folder),
+                )
+            ]
+        )
+    done = sum(count for _, count in at.finished(folder, study, int(known["chunk"])))
+    if done and not resume:
+        raise ScenarioFault(
+            [
+                Fault(
+                    (),
+                    f"{done:,} of {study.cases:,} cases are there: add --resume, or take another folder (-o)",
+                    file=str(folder),
+                )
+            ]
+        )
+
+
+def work(folder: Path, *, until: float | None = None, progress: Progress | None = None) -> int:
+    """Do parts of the study in a folder until none is left; returns the number of cases done here.
+
+    Parameters
+    ----------
+    folder : Path
+        Of a study that was begun.
+    until : float, optional
+        Time (:func:`time.monotonic`) after which no part is begun.
+
+    Raises
+    ------
+    ScenarioFault
+        There is no study in the folder.
+    """
+    known = at.identity_in(folder)
+    if known is None:
+        raise _refused(folder, "holds no study; cutwise study begins one")
+    study = unpack(json.loads((folder / "study.json").read_text(encoding="utf-8")))
+    size, done = int(known["chunk"]), 0
+    while True:
+        missing = [one for one in at.chunks(study, size) if not at.part_file(folder, *one).exists()]
+        mine = next((one for one in missing if at.take_lease(folder, one[0])), None)
+        if mine is None or (until is not None and time.monotonic() > until):
+            if mine is not None:
+                at.Lease(folder, mine[0]).give_back()
+            return done
+        lease = at.Lease(folder, mine[0])
+        try:
+            if not at.part_file(folder, *mine).exists():
+                at.write_part(
+                    folder, evaluate(study, *mine, known["step_errors"], lambda _, lease=lease: lease.touch())
+                )
+                done += mine[1]
+        finally:
+            lease.give_back()
+        if progress is not None:
+            progress(done, study.cases)
+
+
+def _alone(study: Study, folder: Path, size: int, errors: dict[str, float], progress: Progress | None) -> Ran:
+    done = 0
+    for first, count in at.chunks(study, size):
+        if not at.part_file(folder, first, count).exists():
+            told = None if progress is None else (lambda i, done=done: progress(done + i, study.cases))
+            at.write_part(folder, evaluate(study, first, count, errors, told))
+        done += count
+        if progress is not None:
+            progress(done, study.cases)
+        if _enough(study, folder, size):
+            return Ran(folder, done, "the interval is as narrow as the stop rule asks for")
+    return Ran(folder, done, "")
+
+
+def _together(study: Study, folder: Path, size: int, jobs: int, progress: Progress | None) -> Ran:
+    """Workers of their own on the folder; this process looks on."""
+    context = multiprocessing.get_context("spawn")  # a fork after compiled threads would hang
+    workers = [context.Process(target=work, args=(folder,), daemon=True) for _ in range(jobs)]
+    for worker in workers:
+        worker.start()
+    stopped = ""
+    try:
+        while any(worker.is_alive() for worker in workers):
+            time.sleep(_LOOKED)
+            if progress is not None:
+                progress(sum(count for _, count in at.finished(folder, study, size)), study.cases)
+            if _enough(study, folder, size):
+                stopped = "the interval is as narrow as the stop rule asks for"
+                break
+    finally:
+        for worker in workers:
+            worker.terminate()
+            worker.join()
+    done = sum(count for _, count in at.finished(folder, study, size))
+    if done < study.cases and not stopped and any(worker.exitcode not in (0, -15) for worker in workers):
+        stopped = "a worker ended before its time; --resume goes on"
+    return Ran(folder, done, stopped)
+
+
+def _enough(study: Study, folder: Path, size: int) -> bool:
+    """Whether the finished prefix satisfies the stop rule."""
+    if study.stop is None:
+        return False
+    share = share_of_prefix(study, folder, size)
+    return share is not None and bool(np.isfinite(share.half_width)) and share.half_width <= study.stop.half_width

@@ -1,0 +1,142 @@
+"""The folder of a study: what it is, its finished parts, and leases of those in work.
+
+A part is a pure function of the study and its first case, and is written whole or not at all: what is missing is done
+again, what is there twice is the same. A lease is a file that a worker makes for the part it works on and touches;
+one that nobody has touched for long is taken over.
+"""
+
+import hashlib
+import io
+import json
+import os
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from cutwise.disk import write_bytes, write_text
+from cutwise.spec.faults import Fault, ScenarioFault
+from cutwise.study.many.cases import Chunk
+from cutwise.study.many.definition import Study
+
+_STALE = 60.0  # [s] after which a lease that nobody touches is taken over
+
+
+def identity_of(study: Study, version: str, chunk: int, errors: dict[str, float]) -> dict[str, Any]:
+    """What has to be the same for parts to belong together; the number of cases, stop rule and demand are not in it."""
+    levers = [[key, repr(lever)] for group in (study.design, study.random) for key, lever in group.items()]
+    coarse = None if study.coarse is None else study.coarse.document()
+    plain = [study.scenario.document(), coarse, levers, study.method, study.seed, list(study.measures), study.levels]
+    if study.method in ("latin_hypercube", "morris"):
+        plain.append(study.draws)  # their points depend on how many there are
+    digest = hashlib.sha256(json.dumps(plain, sort_keys=True, default=str).encode()).hexdigest()
+    return {"study": digest, "version": version, "chunk": chunk, "step_errors": errors}
+
+
+def started(folder: Path, text: str, identity: dict[str, Any]) -> None:
+    """Write what a worker needs to go on with a study."""
+    for name in ("parts", "lease"):
+        (folder / name).mkdir(parents=True, exist_ok=True)
+    write_text(folder / "study.json", text)
+    write_text(folder / "identity.json", json.dumps(identity, indent=1))
+
+
+def identity_in(folder: Path) -> dict[str, Any] | None:
+    """The identity of the study in a folder; None if there is none.
+
+    Raises
+    ------
+    ScenarioFault
+        The file is damaged.
+    """
+    file = folder / "identity.json"
+    if not file.exists():
+        return None
+    try:
+        found = json.loads(file.read_text(encoding="utf-8"))
+        return {name: found[name] for name in ("study", "version", "chunk", "step_errors")}
+    except (OSError, ValueError, KeyError, TypeError):
+        raise ScenarioFault([Fault((), "is damaged; take another folder (-o)", file=str(file))]) from None
+
+
+def chunks(study: Study, size: int) -> Iterator[tuple[int, int]]:
+    """First case and number of cases of every part."""
+    for first in range(0, study.cases, size):
+        yield first, min(size, study.cases - first)
+
+
+def part_file(folder: Path, first: int, count: int) -> Path:
+    """Where a part stands."""
+    return folder / "parts" / f"part-{first:012d}-{count}.nc"
+
+
+def write_part(folder: Path, chunk: Chunk) -> Path:
+    """Write a part as netCDF-4, whole or not at all."""
+    stream = io.BytesIO()
+    with h5py.File(stream, "w") as file:
+        case = file.create_dataset("case", data=np.arange(chunk.first, chunk.first + chunk.count))
+        case.make_scale("case")
+        columns: dict[str, Any] = {f"lever {key}": values for key, values in chunk.levers.items()}
+        columns |= {f"measure {name}": values for name, values in chunk.measures.items()}
+        columns |= {"state": chunk.state, "finer": chunk.finer.astype(np.int8), "said": chunk.said}
+        for name, values in columns.items():
+            numbers = all(isinstance(v, float | int | np.number) and not isinstance(v, bool) for v in values)
+            data = np.asarray(values) if numbers else np.array([str(v) for v in values], dtype=h5py.string_dtype())
+            file.create_dataset(name, data=data).dims[0].attach_scale(case)
+    return write_bytes(part_file(folder, chunk.first, chunk.count), stream.getvalue())
+
+
+def read_part(file: Path) -> dict[str, np.ndarray]:
+    """The columns of a part."""
+    with h5py.File(file, "r") as opened:
+        return {
+            name: values.asstr()[:] if h5py.check_string_dtype(values.dtype) else values[:]
+            for name, values in opened.items()
+        }
+
+
+def finished(folder: Path, study: Study, size: int) -> list[tuple[int, int]]:
+    """The parts that are there."""
+    return [one for one in chunks(study, size) if part_file(folder, *one).exists()]
+
+
+def take_lease(folder: Path, first: int) -> bool:
+    """Whether a part is now ours to do."""
+    lease = folder / "lease" / str(first)
+    try:
+        os.close(os.open(lease, os.O_CREAT | os.O_EXCL | os.O_WRONLY))
+        return True
+    except FileExistsError:
+        pass
+    try:
+        mine = folder / "lease" / f"clock-{os.getpid()}"
+        mine.touch()  # by the clock of the file system, which every worker sees
+        age = mine.stat().st_mtime - lease.stat().st_mtime
+        mine.unlink(missing_ok=True)
+        if age < _STALE:
+            return False
+        lease.touch()
+        return True
+    except FileNotFoundError:  # given back meanwhile
+        return False
+
+
+class Lease:
+    """A lease that is touched now and then, and given back."""
+
+    def __init__(self, folder: Path, first: int) -> None:
+        self.file = folder / "lease" / str(first)
+        self._touched = time.monotonic()
+
+    def touch(self) -> None:
+        """Say that the work goes on."""
+        if time.monotonic() - self._touched > 0.1 * _STALE:
+            self._touched = time.monotonic()
+            self.file.touch()
+
+    def give_back(self) -> None:
+        """Let others see that it is done."""
+        self.file.unlink(missing_ok=True)

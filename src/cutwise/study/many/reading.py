@@ -1,0 +1,291 @@
+"""A study file: read as written, every fault at its line, all at once."""
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from difflib import get_close_matches
+from pathlib import Path
+
+import numpy as np
+
+from cutwise.io.files import as_text, read_bytes
+from cutwise.io.revision import Value, revisions
+from cutwise.io.scenario import load, read_document
+from cutwise.io.tree import Node, compose
+from cutwise.process.recipes import coarser
+from cutwise.spec import fields
+from cutwise.spec.faults import Fault, ScenarioFault, split_dotted
+from cutwise.spec.scenario import Scenario
+from cutwise.study.many.definition import GRID, INDICES, METHODS, MONTE_CARLO, SOBOL, Random, Stop, Study
+from cutwise.study.many.draws import NETS, next_size
+from cutwise.study.many.levers import LATER, Faults, levers_of
+
+_KEYS = ("name", "scenario", "set", "vary", "want", "method", "cases", "seed", "coarse", "stop", "levels")
+_BEYOND = 1e-9  # share of a distribution that may lie beyond what its key allows
+
+
+def read_study(
+    path: Path, overrides: Sequence[str] = (), *, cases: int | None = None, seed: int | None = None
+) -> Study:  # fmt: skip
+    """The study of a file; overrides are those of its scenario.
+
+    Raises
+    ------
+    ScenarioFault
+        Everything that is wrong with it.
+    """
+    tree, wrong = compose(as_text(read_bytes(path, str(path)), str(path)), str(path))
+    return study_of(tree, wrong, path, overrides, cases=cases, seed=seed)
+
+
+def study_of(
+    tree: Node | None, wrong: Sequence[Fault], path: Path, overrides: Sequence[str] = (), *, cases: int | None = None,
+    seed: int | None = None,
+) -> Study:  # fmt: skip
+    """The study of a tree; files are named beside ``path``."""
+    if tree is None or not isinstance(tree.value, dict):
+        raise ScenarioFault(
+            list(wrong) or [Fault((), "holds no study: write scenario, vary and method", file=str(path))]
+        )
+    faults = Faults()
+    faults.found += wrong
+    for key, node in tree.value.items():
+        if key in _KEYS:
+            continue
+        near = get_close_matches(key, _KEYS, n=1)
+        hint = f"; did you mean {near[0]}?" if near else f"; a study has {', '.join(_KEYS)}"
+        faults.at(node, (key,), "is not in this version" if key in LATER else f"unknown key{hint}", at_key=True)
+    scenario = _scenario(tree, path, overrides, faults)
+    if scenario is None or faults.found:
+        raise ScenarioFault(faults.found)
+    study = _study(tree, scenario, path, overrides, faults, cases=cases, seed=seed)
+    if faults.found or study is None:
+        raise ScenarioFault(faults.found)
+    return study
+
+
+def is_study(path: Path) -> bool:
+    """Whether a file is a study and no scenario: it names one, and what varies."""
+    try:
+        tree, _ = compose(as_text(read_bytes(path, str(path)), str(path)), str(path))
+    except ScenarioFault:
+        return False
+    return tree is not None and isinstance(tree.value, dict) and "scenario" in tree.value and "vary" in tree.value
+
+
+def _scenario(tree: Node, path: Path, overrides: Sequence[str], faults: Faults) -> Scenario | None:
+    node = tree.value.get("scenario")
+    if node is None or not isinstance(node.value, str):
+        faults.at(
+            tree if node is None else node,
+            ("scenario",),
+            "missing; name the scenario file, for example scenario: deburr.yaml",
+        )
+        return None
+    given = _plain_map(tree, "set", faults)
+    try:
+        return load(path.parent / node.value, [*(f"{key}={value}" for key, value in given.items()), *overrides])
+    except ScenarioFault as why:
+        faults.found += why.faults
+        return None
+
+
+def _plain_map(tree: Node, key: str, faults: Faults) -> dict[str, str]:
+    node = tree.value.get(key)
+    if node is None:
+        return {}
+    if not isinstance(node.value, dict):
+        faults.at(node, (key,), "expected keys and values, for example {operation.feed: 80 mm/s}")
+        return {}
+    return {name: one.text or str(one.plain()) for name, one in node.value.items()}
+
+
+def _study(
+    tree: Node,
+    scenario: Scenario,
+    path: Path,
+    overrides: Sequence[str],
+    faults: Faults,
+    *,
+    cases: int | None,
+    seed: int | None,
+) -> Study | None:
+    design, random = levers_of(tree, scenario, path.parent, faults)
+    method = _word(tree, "method", METHODS, SOBOL if random else GRID, faults)
+    if method == GRID and random:
+        faults.at(
+            tree.value["method"], ("method",), f"grid takes values alone; {next(iter(random))} scatters: take sobol"
+        )
+    if method not in (GRID, SOBOL, MONTE_CARLO) and not random and "method" in tree.value:
+        faults.at(tree.value["method"], ("method",), f"{method} needs something that scatters (vary)")
+    wanted = cases if cases is not None else _count(tree, "cases", 1024, faults)
+    draws = _rounded(method, wanted) if random else 1
+    measures, demanded = _wants(tree, scenario, faults)
+    chosen = seed if seed is not None else _count(tree, "seed", 0, faults, least=0)
+    coarse, stop, levels = (
+        _coarse(tree, scenario, faults),
+        _stop(tree, faults),
+        _count(tree, "levels", 4, faults, least=2),
+    )
+    if faults.found:
+        return None
+    found = Study(
+        str(tree.value["name"].plain()) if "name" in tree.value else path.stem, scenario,
+        coarse, design, random, method, draws, chosen, measures, demanded, stop, levels,
+        str(path.parent / tree.value["scenario"].value),
+        (*(f"{key}={value}" for key, value in _plain_map(tree, "set", faults).items()), *overrides),
+    )  # fmt: skip
+    _allowed(found, tree, faults)
+    return found
+
+
+def _rounded(method: str, wanted: int) -> int:
+    return next_size(wanted, NETS) if method == SOBOL else next_size(wanted, 1) if method == INDICES else wanted
+
+
+def _count(tree: Node, key: str, usual: int, faults: Faults, *, least: int = 1) -> int:
+    node = tree.value.get(key)
+    if node is None:
+        return usual
+    if isinstance(node.value, bool) or not isinstance(node.value, int) or node.value < least:
+        faults.at(node, (key,), f"{node.text or node.plain()} is no whole number from {least} on")
+        return usual
+    return int(node.value)
+
+
+def _word(tree: Node, key: str, known: Sequence[str], usual: str, faults: Faults) -> str:
+    node = tree.value.get(key)
+    if node is None:
+        return usual
+    if node.value not in known:
+        later = "is not in this version; " if node.value in LATER else ""
+        faults.at(node, (key,), f'{later}"{node.text or node.plain()}" is not one of {", ".join(known)}')
+        return usual
+    return str(node.value)
+
+
+def _stop(tree: Node, faults: Faults) -> Stop | None:
+    node = tree.value.get("stop")
+    if node is None:
+        return None
+    given = node.plain() if isinstance(node.value, dict) else {}
+    unknown = given.keys() - {"half_width", "level", "at_least"}
+    width, level, least = given.get("half_width"), given.get("level", 0.95), given.get("at_least", 1024)
+    numbers = all(isinstance(x, int | float) and not isinstance(x, bool) for x in (width, level, least))
+    if unknown or not numbers or not (0.0 < width < 0.5 and 0.5 < level < 1.0 and least >= 1):
+        faults.at(node, ("stop",), "expected for example {half_width: 0.01, level: 0.95, at_least: 1024}; a study that "
+                  "stops when its interval clears a limit would be wrong half of the time")  # fmt: skip
+        return None
+    return Stop(float(width), float(level), int(least))
+
+
+def _wants(tree: Node, scenario: Scenario, faults: Faults) -> tuple[tuple[str, ...], float | None]:
+    """Measures besides those of the requirements, and the share of good cases that is demanded."""
+    node = tree.value.get("want")
+    known, asked, demanded = type(scenario).measures, list(scenario.requirements), None
+    if node is None:
+        return tuple(asked or ([scenario.focus] if scenario.focus else [])), None
+    if not isinstance(node.value, dict):
+        faults.at(node, ("want",), "expected for example {measures: [cutting_power_mean], probability: {min: 0.99}}")
+        return tuple(asked), None
+    for key, one in node.value.items():
+        if key == "measures":
+            names = one.plain() if isinstance(one.value, list) else [one.plain()]
+            for name in known if names == ["all"] else names:
+                if name not in known:
+                    near = get_close_matches(str(name), list(known), n=1)
+                    faults.at(
+                        one,
+                        ("want", "measures"),
+                        f"{name}: unknown measure{f'; did you mean {near[0]}?' if near else ''}",
+                    )
+                asked.append(str(name))
+        elif key == "probability":
+            given = one.plain()
+            demanded = given.get("min") if isinstance(given, dict) else None
+            if not isinstance(demanded, float | int) or not 0.0 < demanded < 1.0:
+                faults.at(one, ("want", "probability"), "expected a share between 0 and 1, for example {min: 0.99}")
+            if not scenario.requirements:
+                faults.at(one, ("want", "probability"), "there are no requirements, so no case is good or bad")
+        else:
+            words = (
+                "is not in this version: method: indices"
+                if key == "indices"
+                else "unknown; write measures or probability"
+            )
+            faults.at(one, ("want", key), words, at_key=True)
+    return tuple(dict.fromkeys(asked or ([scenario.focus] if scenario.focus else []))), demanded
+
+
+def _coarse(tree: Node, scenario: Scenario, faults: Faults) -> Scenario | None:
+    """The scenario with the step of the bulk of the cases; None: none, or that of quick runs."""
+    given = _plain_map(tree, "coarse", faults)
+    if not given:
+        return None
+    try:
+        return read_document(scenario.document(), scenario.name, given)
+    except ScenarioFault as why:
+        faults.found += [
+            fault._replace(file=f"coarse: {fault.file}") if hasattr(fault, "_replace") else fault
+            for fault in why.faults
+        ]
+        return None
+
+
+def _allowed(study: Study, tree: Node, faults: Faults) -> None:
+    """Every distribution lies where its key may, and the ends of all levers make scenarios that can be run."""
+    revised = revisions(study.scenario)
+    for key, lever in study.random.items():
+        node = tree.value["vary"].value[key]
+        if not lever.words:
+            share = _beyond(study.scenario, key, lever)
+            if share > _BEYOND:
+                faults.at(
+                    node,
+                    ("vary", key),
+                    f"{100 * share:.2g} % of it lies beyond what {key} may be: add for example within: [0 mm, null]",
+                )
+                continue
+        for u in (1e-3, 0.5, 1 - 1e-3):
+            _tried(revised, key, lever.of(np.array([u]))[0], node, faults)
+    for key, design in study.design.items():
+        for value in dict.fromkeys(design.values):
+            _tried(revised, key, value, tree.value["vary"].value[key], faults)
+
+
+def _tried(
+    revised: Callable[[Mapping[str, Value]], Scenario], key: str, value: Value, node: Node, faults: Faults
+) -> None:
+    try:
+        revised({key: value})
+    except ScenarioFault as why:
+        said = {str(fault.message) for fault in faults.found}
+        for fault in why.faults:
+            if fault.message not in said:
+                faults.at(node, ("vary", key), fault.message)
+
+
+def _beyond(scenario: Scenario, key: str, lever: Random) -> float:
+    """Share of a distribution beyond the bounds that its key has by itself."""
+    info = fields.field_at(type(scenario), split_dotted(key))
+    low, high = -math.inf, math.inf
+    for kind, metadata in fields.of_field(info) if info is not None else ():
+        for bound in metadata if kind is float else ():
+            least = [getattr(bound, name, None) for name in ("gt", "ge")]
+            most = [getattr(bound, name, None) for name in ("lt", "le")]
+            low = max([low, *(float(end) for end in least if end is not None)])
+            high = min([high, *(float(end) for end in most if end is not None)])
+    below = lever.distribution.share_below(low - lever.added) if math.isfinite(low) else 0.0
+    above = 1.0 - lever.distribution.share_below(high - lever.added) if math.isfinite(high) else 0.0
+    return below + max(0.0, above)
+
+
+def takes_coarse_step(study: Study) -> bool:
+    """Whether the bulk of the cases is run with a larger step than the scenario's."""
+    return study.coarse is not None or coarser(study.scenario)
+
+
+def told(study: Study) -> Iterator[str]:
+    """What a study will do, in words."""
+    yield f"{study.cases} cases: {study.rows} draws" + (
+        f" at each of {study.combinations} combinations" if study.design else ""
+    )

@@ -1,0 +1,224 @@
+"""A study on disk: the same rows for any chunks, workers and restarts; faults of its file, all at once."""
+
+import json
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+from cutwise.app.cli import main
+from cutwise.io.scenario import load
+from cutwise.process.recipes import quick_outcome
+from cutwise.spec.faults import ScenarioFault
+from cutwise.study.many import engine
+from cutwise.study.many import folder as at
+from cutwise.study.many.answers import answers, command, measures
+from cutwise.study.many.packing import pack, unpack
+from cutwise.study.many.reading import read_study
+
+TEXT = """
+name: burrs
+scenario: {examples}/deburr_compliant_spindle.yaml
+set: {{operation.feed: 80 mm/s}}
+vary:
+  part.burr.height: {{normal: {{mean: 0.8 mm, deviation: 0.1 mm}}, within: [0 mm, null]}}
+  part.burr.width: {{lognormal: {{median: 1 mm, log_deviation: 0.15}}}}
+  spindle.pressure: {{uniform: [4.8 bar, 5.2 bar]}}
+want: {{measures: [cutting_power_mean]}}
+method: {method}
+cases: {cases}
+seed: 1
+"""
+
+
+@pytest.fixture
+def study(examples, tmp_path):
+    def make(text=TEXT, method="sobol", cases=32, **more):
+        file = tmp_path / "study.yaml"
+        file.write_text(text.format(examples=examples, method=method, cases=cases), encoding="utf-8")
+        return read_study(file, **more)
+
+    return make
+
+
+def rows(planned, folder):
+    return answers(planned, folder, at.identity_in(folder)["chunk"]).table
+
+
+def same(a, b):
+    return all(np.array_equal(a[name], b[name], equal_nan=a[name].dtype.kind == "f") for name in a)
+
+
+def test_rows_do_not_depend_on_chunks_or_on_a_restart(study, tmp_path):
+    planned = study()
+    engine.run_study(planned, tmp_path / "one", chunk=32)
+    engine.run_study(planned, tmp_path / "many", chunk=8)
+    whole, parts = rows(planned, tmp_path / "one"), rows(planned, tmp_path / "many")
+    assert same(whole, parts)
+    (at.part_file(tmp_path / "many", 8, 8)).unlink()
+    with pytest.raises(ScenarioFault, match="24 of 32 cases are there: add --resume"):
+        engine.run_study(planned, tmp_path / "many")
+    engine.run_study(planned, tmp_path / "many", resume=True)
+    assert same(whole, rows(planned, tmp_path / "many"))
+
+
+def test_a_longer_study_begins_with_the_shorter_one(study, tmp_path):
+    engine.run_study(study(cases=16), tmp_path / "s", chunk=8)
+    short = rows(study(cases=16), tmp_path / "s")
+    longer = study(cases=32)
+    engine.run_study(longer, tmp_path / "s", resume=True)
+    table = rows(longer, tmp_path / "s")
+    assert len(table["case"]) == 32
+    assert same(short, {name: values[:16] for name, values in table.items()})
+
+
+def test_case_nought_and_the_step_error_of_the_deburring_example(study, tmp_path):
+    planned = study()
+    engine.run_study(planned, tmp_path / "s", chunk=32)
+    table = rows(planned, tmp_path / "s")
+    assert 1e3 * table["lever part.burr.height"][0] == pytest.approx(0.7147830, abs=5e-8)
+    assert 1e3 * table["lever part.burr.width"][0] == pytest.approx(0.9955176, abs=5e-8)
+    assert 1e-5 * table["lever spindle.pressure"][0] == pytest.approx(5.1965863, abs=5e-8)
+    assert 1e3 * table["measure surface_error_max"][0] == pytest.approx(-0.04263, abs=5e-6)
+    assert at.identity_in(tmp_path / "s")["step_errors"]["surface_error_max"] == pytest.approx(0.346e-6, abs=1e-9)
+
+
+def test_a_case_is_what_its_own_run_gives(study, examples, tmp_path):
+    planned = study(cases=8)
+    engine.run_study(planned, tmp_path / "s", chunk=8)
+    found = answers(planned, tmp_path / "s", 8)
+    words = [one.replace("'", "") for one in command(found, 3).split(" --set ")[1:]]
+    alone = quick_outcome(load(examples / "deburr_compliant_spindle.yaml", words), coarse=True).measures
+    assert found.table["measure surface_error_max"][3] == pytest.approx(alone["surface_error_max"], rel=1e-5)
+
+
+def test_design_levers_see_the_same_draws(study, tmp_path):
+    planned = study(
+        TEXT.replace("  spindle.pressure: {{uniform: [4.8 bar, 5.2 bar]}}", "  spindle.pressure: [4 bar, 5 bar]"),
+        cases=8,
+    )
+    assert planned.cases == 16
+    engine.run_study(planned, tmp_path / "s", chunk=16)
+    table = rows(planned, tmp_path / "s")
+    assert table["lever spindle.pressure"][:4].tolist() == [4e5, 5e5, 4e5, 5e5]
+    assert np.array_equal(table["lever part.burr.height"][::2], table["lever part.burr.height"][1::2])
+    found = answers(planned, tmp_path / "s", 16)
+    assert [values for values, _ in found.shares] == [{"spindle.pressure": 4e5}, {"spindle.pressure": 5e5}]
+
+
+def test_other_studies_and_versions_are_refused(study, tmp_path):
+    engine.run_study(study(cases=8), tmp_path / "s", chunk=8)
+    with pytest.raises(ScenarioFault, match="holds another study"):
+        engine.run_study(study(cases=8, seed=2), tmp_path / "s", resume=True)
+    file = tmp_path / "s" / "identity.json"
+    file.write_text(json.dumps({**json.loads(file.read_text()), "version": "0.0"}))
+    with pytest.raises(ScenarioFault, match="was begun with cutwise"):
+        engine.run_study(study(cases=8), tmp_path / "s", resume=True)
+
+
+def test_a_study_can_be_handed_over(study):
+    planned = study()
+    again = unpack(json.loads(json.dumps(pack(planned))))
+    assert again.random == dict(planned.random)
+    assert pack(again) == pack(planned)
+
+
+def test_indices_and_effects_are_found(study, tmp_path):
+    for method in ("indices", "morris"):
+        planned = study(method=method, cases=8)
+        engine.run_study(planned, tmp_path / method, chunk=64)
+        told = measures(answers(planned, tmp_path / method, 64))
+        name = "index_total" if method == "indices" else "effect"
+        assert told[f"{name}_surface_error_max_part.burr.width"] > 0.0
+
+
+def test_the_stop_rule_looks_at_a_finished_prefix(study, tmp_path):
+    planned = study(TEXT + "stop: {{half_width: 0.3, at_least: 8}}\n", cases=64)
+    ran = engine.run_study(planned, tmp_path / "s", chunk=8)
+    assert ran.stopped
+    assert ran.done < 64
+
+
+@pytest.mark.slow
+def test_a_killed_worker_loses_nothing(study, tmp_path):
+    planned = study(cases=64)
+    engine.run_study(planned, tmp_path / "whole", chunk=8)
+    at.started(tmp_path / "s", json.dumps(pack(planned)), at.identity_in(tmp_path / "whole"))
+    code = f"from pathlib import Path; from cutwise.study.many.engine import work; work(Path({str(tmp_path / 's')!r}))"
+    for _ in range(2):
+        worker = subprocess.Popen([sys.executable, "-c", code])
+        parts = len(list((tmp_path / "s" / "parts").glob("*.nc")))
+        until = time.monotonic() + 60.0
+        while len(list((tmp_path / "s" / "parts").glob("*.nc"))) < parts + 2 and time.monotonic() < until:
+            time.sleep(0.02)
+        worker.kill()
+        worker.wait()
+    for lease in (tmp_path / "s" / "lease").iterdir():  # as if a minute had passed
+        lease.unlink()
+    engine.work(tmp_path / "s")
+    assert same(rows(planned, tmp_path / "whole"), rows(planned, tmp_path / "s"))
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (("part.burr.height", "part.burr.hight"), "vary.part.burr.hight: unknown key of the scenario; did you mean"),
+        (("method: {method}", "method: rare"), "is not in this version"),
+        (("cases: {cases}", "case: 8"), "case: unknown key; did you mean cases"),
+        (("cutting_power_mean", "cutting_power"), "unknown measure; did you mean cutting_power_mean"),
+        ((", within: [0 mm, null]", ""), ""),
+        (("deviation: 0.1 mm", "deviation: 0.5 mm"), ""),
+        (
+            ("deviation: 0.1 mm}}, within: [0 mm, null]", "deviation: 0.5 mm}}"),
+            "% of it lies beyond what part.burr.height may be",
+        ),
+        (("[4.8 bar, 5.2 bar]", "[5.2 bar, 4.8 bar]"), "the first end must not be above the second"),
+        (("uniform: [4.8 bar, 5.2 bar]", "uniform: [4.8 mm, 5.2 bar]"), '"mm" is not a unit of pressure'),
+        (("lognormal:", "field:"), "field is not in this version"),
+        (("seed: 1", "seed: 1\nwant2: 3"), "want2: unknown key; did you mean want"),
+        (("80 mm/s", "80 mm"), '"mm" is not a unit of speed'),
+    ],
+)
+def test_faults_are_told_in_words(study, change, words):
+    text = TEXT.replace(*change)
+    if not words:
+        study(text)
+        return
+    with pytest.raises(ScenarioFault) as found:
+        study(text)
+    assert words in str(found.value)
+
+
+def test_all_faults_at_once(study):
+    text = (
+        TEXT.replace("[4.8 bar, 5.2 bar]", "[5.2 bar, 4.8 bar]")
+        .replace("median: 1 mm", "median: 1 bar")
+        .replace("seed: 1", "seed: -1")
+    )
+    with pytest.raises(ScenarioFault) as found:
+        study(text)
+    assert len(found.value.faults) >= 3
+
+
+def test_from_the_command_line(examples, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "s.yaml").write_text(TEXT.format(examples=examples, method="sobol", cases=16), encoding="utf-8")
+
+    def call(*words):
+        with pytest.raises(SystemExit) as end:
+            main(list(map(str, words)))
+        return end.value.code, capsys.readouterr()
+
+    assert call("check", "s.yaml")[0] == 0
+    code, told = call("study", "s.yaml", "-o", "out", "--json", "--table", "all.csv")
+    assert code == 0
+    answer = json.loads(told.out)
+    assert answer["process"] == "study"
+    assert 0.0 <= answer["measures"]["probability_good_low"]["value"] <= answer["measures"]["probability_good"]["value"]
+    assert (tmp_path / "all.csv").read_text().splitlines()[0].startswith("case,part.burr.height [m],")
+    assert "http" not in (tmp_path / "out" / "report.html").read_text()
+    assert call("study", "s.yaml", "-o", "out")[0] == 2
+    assert call("worker", "out")[0] == 0
+    assert call("worker", "nowhere")[0] == 2

@@ -1,0 +1,123 @@
+"""The numbers of studies: the published words of the generator, nets that can be extended, distributions, intervals."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from cutwise.study.many import distributions as scatter
+from cutwise.study.many import draws
+from cutwise.study.many.definition import mixed, trajectories
+from cutwise.study.many.statements import clopper_pearson, elementary_effects, share_of, sobol_indices, wilson
+
+
+def ishigami(u):
+    x = -math.pi + 2 * math.pi * u
+    return np.sin(x[:, 0]) + 7 * np.sin(x[:, 1]) ** 2 + 0.1 * x[:, 2] ** 4 * np.sin(x[:, 0])
+
+
+def test_words_of_the_first_cases():
+    found = draws.uniforms(1, 5, 0, 2)
+    assert found[0, [0, 1, 4]] == pytest.approx([0.303568034306759, 0.848708749685777, 0.075151151095911], abs=1e-15)
+    assert found[1, [0, 1, 4]] == pytest.approx([0.900268453112419, 0.052066667550043, 0.858699577291366], abs=1e-15)
+
+
+def test_points_of_the_first_net():
+    found = draws.net_points(1, 3, 0, 0, 2)
+    assert found[0] == pytest.approx([0.197059839498252, 0.488053425680846, 0.991465739440173], abs=1e-15)
+    assert found[1] == pytest.approx([0.697059839498252, 0.988053425680846, 0.491465739440173], abs=1e-15)
+
+
+@pytest.mark.parametrize("make", [draws.uniforms, draws.shifted_nets])
+def test_a_part_of_a_study_is_what_it_is_in_a_longer_one(make):
+    whole = make(7, 6, 0, 64)
+    for first, count in ((0, 8), (8, 24), (13, 5), (63, 1)):
+        assert np.array_equal(make(7, 6, first, count), whole[first : first + count])
+
+
+@pytest.mark.parametrize(
+    ("ours", "theirs"),
+    [
+        (scatter.Normal(2.0, 0.3), stats.norm(2.0, 0.3)),
+        (scatter.LogNormal(1.5, 0.2), stats.lognorm(0.2, scale=1.5)),
+        (scatter.Uniform(-1.0, 3.0), stats.uniform(-1.0, 4.0)),
+        (scatter.Triangular(0.0, 0.2, 1.0), stats.triang(0.2)),
+        (scatter.Truncated(scatter.Normal(0.0, 1.0), -0.5, math.inf), stats.truncnorm(-0.5, math.inf)),
+    ],
+)
+def test_quantiles_against_scipy(ours, theirs):
+    u = np.linspace(1e-4, 1 - 1e-4, 101)
+    assert ours.quantile(u) == pytest.approx(theirs.ppf(u), rel=1e-9, abs=1e-12)
+    for x in theirs.ppf([0.02, 0.4, 0.97]):
+        assert ours.share_below(x) == pytest.approx(theirs.cdf(x), abs=1e-12)
+
+
+def test_measured_values_come_as_often_as_their_weights_say():
+    found = scatter.empirical(np.array([3.0, 1.0, 2.0]), np.array([1.0, 2.0, 1.0]))
+    assert found.quantile(np.array([0.1, 0.5, 0.6, 0.8, 0.999])).tolist() == [1.0, 1.0, 2.0, 3.0, 3.0]
+
+
+def test_a_deviation_of_nothing_is_the_mean():
+    assert scatter.Normal(2.0, 0.0).quantile(np.array([0.01, 0.99])).tolist() == [2.0, 2.0]
+    assert scatter.Uniform(2.0, 2.0).share_below(3.0) == 1.0
+
+
+def test_intervals_of_shares():
+    assert clopper_pearson(0, 1000).high == pytest.approx(0.003682, abs=5e-7)
+    assert clopper_pearson(990, 1000)[1:] == pytest.approx((0.981687, 0.995194), abs=1e-6)
+    assert wilson(990, 1000)[1:] == pytest.approx((0.981691, 0.994559), abs=1e-6)
+    few = share_of(np.arange(1024) != 5, nets=True)
+    assert few == clopper_pearson(1023, 1024)
+
+
+def test_the_interval_of_the_nets_covers_the_share():
+    """Ishigami above 5, P from 2^20 points: 95 % intervals of 60 seeds hold it about as often as they should."""
+    truth = float((ishigami(draws.uniforms(0, 3, 0, 2**18)) > 5.0).mean())
+    hits = [share_of(ishigami(draws.shifted_nets(seed, 3, 0, 1024)) > 5.0, nets=True) for seed in range(60)]
+    covered = sum(one.low <= truth <= one.high for one in hits)
+    assert covered >= 52
+    wide = wilson(int((ishigami(draws.uniforms(0, 3, 0, 1024)) > 5.0).sum()), 1024).half_width
+    assert np.median([one.half_width for one in hits]) < 0.6 * wide
+
+
+def test_indices_of_ishigami():
+    points = draws.net_points(1, 6, 0, 0, 4096)
+    rows = ishigami(mixed(points[:, :3], points[:, 3:])).reshape(4096, 5)
+    found = sobol_indices(rows, 1)
+    assert found.first == pytest.approx([0.31372, 0.44244, 0.00014], abs=2e-5)
+    assert found.total == pytest.approx([0.55690, 0.44245, 0.24400], abs=2e-5)
+    scaled = sobol_indices(3.0 * rows + 7.0, 1)
+    assert scaled.total == pytest.approx(found.total, abs=1e-12)
+
+
+def test_additive_functions_have_no_joint_share():
+    points = draws.net_points(3, 4, 0, 0, 1024)
+    rows = (mixed(points[:, :2], points[:, 2:]) @ np.array([1.0, 3.0])).reshape(1024, 4)
+    found = sobol_indices(rows, 0)
+    assert found.first == pytest.approx([0.1, 0.9], abs=5e-3)
+    assert found.total == pytest.approx([0.1, 0.9], abs=5e-3)
+
+
+def test_morris_of_a_linear_function_is_its_slopes():
+    points, order, moved = trajectories(3, 20, 4, draws.generator(1, draws.MORRIS))
+    assert ((points > 0.0) & (points < 1.0)).all()
+    value = (4.0 * points - 0.5) / 3.0 @ np.array([1.0, -2.0, 0.0])  # on the levels themselves
+    before, after, step = (np.empty((20, 3)) for _ in range(3))
+    rows = value.reshape(20, 4)
+    for r in range(20):
+        for k, i in enumerate(order[r]):
+            before[r, i], after[r, i], step[r, i] = rows[r, k], rows[r, k + 1], moved[r, k]
+    found = elementary_effects(before, after, step)
+    assert found.strength == pytest.approx([1.0, 2.0, 0.0], abs=1e-12)
+    assert found.deviation == pytest.approx([0.0, 0.0, 0.0], abs=1e-12)
+
+
+def test_morris_of_ishigami():
+    points, order, moved = trajectories(3, 500, 4, draws.generator(1, draws.MORRIS))
+    rows = ishigami((4.0 * points - 0.5) / 3.0).reshape(500, 4)
+    before, after, step = (np.empty((500, 3)) for _ in range(3))
+    for r in range(500):
+        for k, i in enumerate(order[r]):
+            before[r, i], after[r, i], step[r, i] = rows[r, k], rows[r, k + 1], moved[r, k]
+    assert elementary_effects(before, after, step).strength == pytest.approx([7.704, 7.875, 6.249], abs=0.6)
