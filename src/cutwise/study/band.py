@@ -73,7 +73,7 @@ def simulate(scenario: Scenario, progress: Progress | None = None) -> Result:
 def banded(result: Result, progress: Progress | None = None) -> Result:
     """The result with a band for each measure, by running again with its uncertain inputs moved."""
     scenario = result.scenario
-    if scenario.band.method == "none" or not result.measures or scenario.process not in recipes.OUTCOMES:
+    if scenario.band.method == "none" or not result.measures:
         return result
     scatter = scatter_of(scenario)
     asked = [name for name, limit in scenario.requirements.items() if limit.probability is not None]

@@ -9,9 +9,9 @@ import numpy as np
 
 from cutwise import units
 from cutwise.io.tree import from_data
-from cutwise.process.recipes import simulate
 from cutwise.results import Result
 from cutwise.spec.scenario import Scenario
+from cutwise.study.band import simulate
 from cutwise.study.many import engine
 from cutwise.study.many import folder as at
 from cutwise.study.many.answers import Answers, answers, dimension_of, measures, worst
