@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeAlias
 
 from annotated_types import Gt
 from pydantic import Discriminator, Field
@@ -53,9 +53,11 @@ def _corner_kind(value: Any) -> str:
 
 
 if TYPE_CHECKING:  # only a stock in 3D can be without them, and it is checked apart
-    _Mill, _Material = EndMill, Material
+    _Mill: TypeAlias = EndMill
+    _Material: TypeAlias = Material
 else:
-    _Mill, _Material = EndMill | None, Material | None
+    _Mill = EndMill | None
+    _Material = Material | None
 
 _LONG_FLUTES = 5.0  # diameters
 _STEP = 20e-6  # [s] where nothing else sets it
@@ -207,6 +209,10 @@ class MillingScenario(Scenario):
     measures: ClassVar[Mapping[str, MeasureSpec]] = MILLING
     needs: ClassVar[Needs] = needs.MILLING
     either: ClassVar[tuple[tuple[str, ...], ...]] = (("path",), ("program",))
+    refused: ClassVar[Mapping[str, str]] = {
+        "setups": "several set-ups are not supported yet: run each as a scenario of its own, the second with the stock that the "
+        "first has left (cutwise export RUN surface -o left.stl, then stock: {file: left.stl})",
+    }  # fmt: skip
     starts: ClassVar[Mapping[str, str]] = {
         "path.corner": "2 mm",
         "path.compare": "[sharp, 2 mm, 5 mm]",

@@ -16,6 +16,11 @@ def _carrier_faults(scenario: MillingScenario) -> Iterator[Notice]:
     """What cannot carry a tool through a stock in 3D."""
     if scenario.robot is not None:
         yield Notice(("robot",), "a stock in 3D is cut by a program on a machine; leave the robot out")
+    if scenario.compliant is not None:
+        yield Notice(
+            ("spindle",),
+            "a compliant spindle yields along a straight wall (path.line); in a stock in 3D nothing yields",
+        )
     if scenario.placement is not None:
         yield Notice(("placement",), "places a part before a robot; the nominal part has part.origin and part.rotation")
     if scenario.machine is not None and not isinstance(scenario.machine, CncMachine):
@@ -50,6 +55,10 @@ def _cut_faults(scenario: MillingScenario) -> Iterator[Notice]:
     for key in ("axial_depth", "radial_depth"):
         if getattr(scenario.operation, key) is not None:
             yield Notice(("operation", key), "the stock says what the program meets; leave it out")
+    if scenario.operation.limit_feed:
+        yield Notice(
+            ("operation", "limit_feed"), "lowers the feed where the joints of a robot cannot follow; there is none"
+        )
     if scenario.operation.milling == "up":
         yield Notice(("operation", "milling"), "is for a line; which side the work is on follows from the stock")
 
@@ -72,8 +81,9 @@ def _tool_faults(scenario: MillingScenario) -> Iterator[Notice]:
     if not scenario.tools and scenario.tool is None:
         yield Notice(("tools",), "missing; write the tools that the program calls, for example tools: [{number: 1, shape: flat, "
                      "diameter: 10 mm, flutes: 3, helix: 30 deg}]")  # fmt: skip
-    if scenario.tool is not None and scenario.tool.modes:
-        yield Notice(("tool", "modes"), "a tool that swings is not covered in a stock in 3D; leave them out")
+    for key in ("modes", "stiffness"):
+        if scenario.tool is not None and getattr(scenario.tool, key):
+            yield Notice(("tool", key), "a tool that bends or swings is not covered in a stock in 3D; leave it out")
     numbers = [tool.number for tool in scenario.tools]
     for number in sorted({n for n in numbers if numbers.count(n) > 1}):
         yield Notice(("tools",), f"tool {number} is there twice")
@@ -88,7 +98,8 @@ STOCK_CHECKS: tuple[Callable[[MillingScenario], Iterator[Notice]], ...] = (
 def stock_unused(scenario: MillingScenario) -> Iterator[Notice]:
     """Keys that turn nothing where the stock is in 3D."""
     map_alone = "a stock in 3D is cut along the planned path: drives are not stepped"
-    for key in ("substeps", "force", "discs", "settling_time", "station"):
+    yield Notice(("operation", "lead_in_time"), map_alone)
+    for key in ("substeps", "force", "discs", "settling_time", "station", "time_step"):
         yield Notice(("numerics", key), map_alone + (" (numerics.stock.station)" if key == "station" else ""))
     yield Notice(("stability",), "chatter is not looked at in a stock in 3D")
     yield Notice(("lobes",), "chatter is not looked at in a stock in 3D")
