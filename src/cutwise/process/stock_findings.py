@@ -9,6 +9,7 @@ import numpy as np
 from cutwise import units
 from cutwise.process.nominal_part import tolerance_of
 from cutwise.process.stock_deviation import Deviation, cut_off
+from cutwise.process.stock_material import room_for
 from cutwise.process.stock_milling import StockRunDone, events, move_time, station_moves, station_places
 from cutwise.programs.block_text import block_named, blocks_named
 from cutwise.results import Finding, Place
@@ -164,6 +165,7 @@ def notes(scenario: MillingScenario, done: StockRunDone, off: Deviation | None) 
             else "a nominal part, another form of stock or fixtures ask for it"
         ),
         "grid": f"grid {_mm(grid.dx)} x {_mm(grid.dy)}, {grid.across} x {grid.along} cells"
+        + f", about {_megabytes(scenario, done):.0f} MB with moves and samples"
         + (f" (halved once: the surface check at {_mm(done.grids[0])} was too large)" if len(done.grids) > 1 else ""),
         "sampling of the program": f"stations every {_mm(scenario.numerics.stock.station)}, {scenario.numerics.stock.elements} "
         f"elements below the cylinder, chords within {units.show(0.1 * tolerance_of(scenario), 'small_length', 3)}",
@@ -181,6 +183,12 @@ def notes(scenario: MillingScenario, done: StockRunDone, off: Deviation | None) 
     if off is not None:
         said |= _part_notes(done, off)
     return said
+
+
+def _megabytes(scenario: MillingScenario, done: StockRunDone) -> float:
+    """Memory of map, moves and samples."""
+    samples = scenario.nominal.samples if scenario.nominal is not None else 0
+    return 1e-6 * room_for(done.planned.raw, done.grid, done.moves.count, samples)
 
 
 def _heaviest(done: StockRunDone) -> dict[str, str]:

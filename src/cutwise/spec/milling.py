@@ -483,10 +483,10 @@ class MillingScenario(Scenario):
         if self.in_3d:
             yield from stock_unused(self)
             return
-        yield Notice(
-            ("numerics", "stock"),
-            "the stock is no map in 3D: that takes tools, a nominal part or another form of stock",
-        )
+        if self.numerics.stock != StockNumerics():
+            yield Notice(
+                ("numerics", "stock"), "the stock is no map in 3D: that takes tools, a nominal part or another stock"
+            )
         if self.stock is not None:
             yield Notice(("program", "top"), "the stock has its own top (stock.z)")
         if self.programmed or not self.tool.modes:
