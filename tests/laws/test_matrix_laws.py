@@ -372,5 +372,5 @@ def test_a_part_that_yields_off_its_wall_leaves_force_over_stiffness_more(loaded
     more = np.tile(force / 20e6 * np.array(base.surface.normal), (len(firm.deviation), 1))
     assert yielding.deviation - firm.deviation == pytest.approx(more, rel=1e-9, abs=1e-15)
     assert machine_pass.energy_balance(yielding) < 1e-12
-    with pytest.raises(cutwise.ScenarioFault, match="part.stiffness is that off the wall"):
+    with pytest.raises(cutwise.ScenarioFault, match=r"part\.stiffness is that off the wall"):
         revised(soft, ["surface=null"])
