@@ -434,7 +434,7 @@ class MachineScenario(Scenario):
             yield Notice(("robot", key), "a pass at rest knows no vibration")
         yield Notice(("robot", "sag"), "weights count as load.weights says, all of them")
         assert self.robot is not None
-        if self.robot.links is None and self.robot.tool_mass is None:
+        if self.load.weights and self.robot.links is None and self.robot.tool_mass is None:
             yield Notice(("load", "weights"), "no weight of links or tool is given (robot.links, robot.tool_mass)")
 
     def _of_bodies(self, keys: tuple[str, ...], reason: str) -> Iterator[Notice]:
