@@ -77,6 +77,18 @@ def test_scatter_of_the_measurement_widens_the_band(cutwise, rows, examples, tmp
     assert json.loads(one.out)["measures"]["thrust_max"]["inside"] == 0.5
 
 
+def test_without_standard_errors_the_scatter_of_the_measurement_is_the_band(cutwise, examples, tmp_path):
+    file = tmp_path / "drilled.csv"
+    file.write_text("operation.feed_per_rev [mm], thrust_max [N]\n0.1, 165\n0.1, 168\n0.1, 180\n")
+    found = cutwise("validate", file, examples / "drill_robot.yaml", "--set", "requirements={}", "--set", "validate.noise=3 N",
+                    "--json")  # fmt: skip
+    told = json.loads(found.out)
+    assert told["measures"]["thrust_max"]["inside"] == pytest.approx(2.0 / 3.0)
+    assert any("no value of the scenario has a standard error" in text for text in told["warnings"])
+    bare = cutwise("validate", file, examples / "drill_robot.yaml", "--set", "requirements={}", "--json")
+    assert "inside" not in json.loads(bare.out)["measures"]["thrust_max"]
+
+
 def test_words_and_elements_of_lists_are_keys(cutwise, examples, tmp_path):
     file = tmp_path / "two.csv"
     file.write_text(

@@ -70,6 +70,16 @@ def entry(kind: str, name: str) -> Entry:
     return read_entry(path, f"library/{kind}/{name}.yaml", kind)
 
 
+def is_file(label: str) -> bool:
+    """Whether an entry is named as a file of the engineer, and not one of the library."""
+    return "/" in label or "\\" in label or label.endswith((".yaml", ".yml"))
+
+
+def labelled(kind: str, label: str) -> Entry:
+    """The entry of a ``library`` key: of the library, or a file from where the engineer stands."""
+    return read_entry(Path(label), label, kind) if is_file(label) else entry(kind, label)
+
+
 def missing_entry(kind: str, name: str) -> str:
     """That there is no such entry, and what there is."""
     there = names(kind)

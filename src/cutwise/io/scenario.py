@@ -442,7 +442,7 @@ class _Assembly:
 
     def _entry(self, label: Node, shelf: str) -> library.Entry:
         name = label.text
-        if "/" not in name and "\\" not in name and not name.endswith((".yaml", ".yml")):
+        if not library.is_file(name):
             return library.entry(shelf, name)
         path = self._file(name, label)
         return library.read_entry(path, str(path), shelf)

@@ -95,7 +95,7 @@ def planned(scenario: MillingScenario) -> Planned:
     ScenarioFault
         All that is wrong with stock, tools and program.
     """
-    cutters = scenario.tools or ((scenario.mill,) if scenario.tool is not None else ())
+    cutters = scenario.tools or ((scenario.tool,) if scenario.tool is not None else ())
     tools = tool_set(cutters, scenario.numerics.stock.elements)
     all_faults(lambda: stock_key(scenario), lambda: _called(_first_reading(scenario), tools))
     raw = stock_key(scenario)

@@ -308,10 +308,17 @@ class LoggedDrive(Spec):
     )
 
 
+class CompletedMachine(LibrarySpec):
+    """The machine whose entry the new values complete."""
+
+    library_shelf: ClassVar[str] = "machines"
+
+
 class DriveLog(Calibration):
     """Settings of ``feed-drive``."""
 
     drive: LoggedDrive
+    machine: CompletedMachine = CompletedMachine()
 
 
 class VolumeSettings(Spec):
@@ -337,6 +344,7 @@ class VolumePrior(Spec):
 class MachineVolume(Calibration):
     """Settings of ``volumetric``."""
 
+    machine: CompletedMachine = CompletedMachine()
     volumetric: VolumePrior = VolumePrior()
     data: VolumeSettings = VolumeSettings()
 

@@ -17,7 +17,6 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy import stats
 
 from cutwise.bands import BandNote, Spread
 from cutwise.process import recipes
@@ -26,16 +25,14 @@ from cutwise.spec.scenario import PROBABILITY_ALL, Scenario
 from cutwise.spec.uncertain import stem
 from cutwise.study.case import cases
 from cutwise.study.inputs import FloatArray, Scatter, overrides, scatter_of, without_scatter
+from cutwise.study.spread import carried, directions, draws, probability, quantile, satterthwaite, variances
 
 LEVEL = (0.05, 0.95)
 _STEP = 0.5  # standard errors
-_RULED_OUT = 0.01  # least over largest eigenvalue of the correlations
-_NOTHING = 1e-12  # of the largest: a direction without scatter
 _BENDS = 0.5  # of the standard deviation
-_ROUNDING = 1e-9  # of the measure
+_ROUNDING = 1e-6  # of the measure: what bends by less is noise of the computation
 _LEAST = 0.05  # of a positive value, below which a draw is no such thing
 _TOGETHER = 100_000  # draws of the linearised measures
-_CARRIES = 0.005  # share of the variance that is worth telling
 
 Progress = Callable[[float], None]
 Measures = Mapping[str, float]
@@ -136,7 +133,7 @@ def _of_process(scenario: Scenario, f0: Measures) -> Moved:
 
     def kept(check: Check) -> float | None:
         variance = own.get(check.measure)
-        return None if variance is None else _probability(check, f0[check.measure], math.sqrt(variance), math.inf)
+        return None if variance is None else probability(check, f0[check.measure], math.sqrt(variance), math.inf)
 
     note = BandNote("linear", 0, (), residuals=_residuals(scenario))
     return Moved({}, kept, None, note, ())
@@ -203,23 +200,21 @@ def _linear(scenario: Scenario, scatter: Scatter, f0: Measures, progress: Progre
     slopes: dict[str, FloatArray] = {}
     own = _own_variances(scenario, f0)
     for n, name in enumerate(names):
-        variances = _variances(scatter, gradient[n])
-        sd = math.sqrt(max(sum(variances), 0.0)) if np.all(np.isfinite(gradient[n])) else math.nan
+        parts = variances(scatter, gradient[n])
+        sd = math.sqrt(max(sum(parts), 0.0)) if np.all(np.isfinite(gradient[n])) else math.nan
         rounding = _ROUNDING * max(abs(start[n]), float(np.max(np.abs(up[n]))))
         if not math.isfinite(sd) or np.any(bend[n] > max(_BENDS * sd, 0.0) + rounding):
             continue
-        slopes[name], freedom = gradient[n], _satterthwaite(scatter, variances)
+        slopes[name], freedom = gradient[n], satterthwaite(scatter, parts)
         low, high = (float(start[n] + sd * quantile(p, freedom)) for p in LEVEL)
-        spreads[name] = Spread(sd, low, high, _carried(scatter, gradient[n], sum(variances)))
+        spreads[name] = Spread(sd, low, high, carried(scatter, gradient[n], sum(parts)))
 
     def kept(check: Check) -> float | None:
         spread, more = spreads.get(check.measure), own.get(check.measure, 0.0)
         if spread is None:
             return None
-        variances = [*_variances(scatter, slopes[check.measure]), more]
-        return _probability(
-            check, f0[check.measure], math.sqrt(spread.sd**2 + more), _satterthwaite(scatter, variances)
-        )
+        parts = [*variances(scatter, slopes[check.measure]), more]
+        return probability(check, f0[check.measure], math.sqrt(spread.sd**2 + more), satterthwaite(scatter, parts))
 
     left_out = tuple(name for name in names if name not in spreads)
     note = BandNote(
@@ -227,27 +222,6 @@ def _linear(scenario: Scenario, scatter: Scatter, f0: Measures, progress: Progre
         tuple(without_scatter(scenario, scatter)), _residuals(scenario), seed=scenario.band.seed,
     )  # fmt: skip
     return Moved(spreads, kept, note.probability_all, note, (*_bent(scenario, left_out), *why.values()))
-
-
-def directions(scatter: Scatter) -> FloatArray:
-    """In which the inputs are moved, columns of one standard error each, shape (inputs, d).
-
-    One by one; but along the principal axes of a covariance whose correlations are so close to one that a single value
-    off by its standard error is a case that the data rule out.
-    """
-    found = []
-    for block in scatter.blocks:
-        sd = np.sqrt(np.diagonal(block.covariance))
-        values, vectors = np.linalg.eigh(block.covariance / np.outer(sd, sd))
-        apart = np.eye(len(sd))
-        if values[0] < _RULED_OUT * values[-1]:
-            kept = values > _NOTHING * values[-1]
-            apart = vectors[:, kept] * np.sqrt(values[kept])
-        for way in (sd[:, None] * apart).T:
-            column = np.zeros(len(scatter.inputs))
-            column[list(block.places)] = way
-            found.append(column)
-    return np.stack(found, axis=1)
 
 
 def _bent(scenario: Scenario, left_out: tuple[str, ...]) -> tuple[str, ...]:
@@ -260,65 +234,6 @@ def _bent(scenario: Scenario, left_out: tuple[str, ...]) -> tuple[str, ...]:
         f"no linear band for {', '.join(shown[:6])}{more}: within half a standard error they bend or jump by more than half "
         "of the standard deviation; --set band.method=sampled makes one by draws",
     )
-
-
-def _variances(scatter: Scatter, gradient: FloatArray) -> list[float]:
-    """What each covariance adds to the variance of a measure."""
-    found = []
-    for block in scatter.blocks:
-        own = gradient[list(block.places)]
-        found.append(float(own @ block.covariance @ own))
-    return found
-
-
-def _satterthwaite(scatter: Scatter, variances: list[float]) -> float:
-    """Degrees of freedom of the sum of variances, those beyond the covariances exactly known; infinite if all are."""
-    below = sum(v * v / b.degrees_of_freedom for v, b in zip(variances, scatter.blocks, strict=False))
-    return sum(variances) ** 2 / below if below > 0.0 else math.inf
-
-
-def _carried(scatter: Scatter, gradient: FloatArray, variance: float) -> dict[str, float]:
-    """Share of the variance that each input carries, with its correlations; the largest first."""
-    if variance <= 0.0:
-        return {}
-    shares = {}
-    for block in scatter.blocks:
-        own = gradient[list(block.places)]
-        for place, share in zip(block.places, own * (block.covariance @ own) / variance, strict=True):
-            if abs(share) >= _CARRIES:
-                shares[scatter.inputs[place].key] = float(share)
-    return dict(sorted(shares.items(), key=lambda item: -abs(item[1])))
-
-
-def quantile(probability: float, freedom: float = math.inf) -> float:
-    """Student's quantile; normal without an end of the degrees of freedom."""
-    law = stats.norm if math.isinf(freedom) else stats.t(freedom)
-    return float(law.ppf(probability))
-
-
-def _probability(check: Check, value: float, sd: float, freedom: float) -> float:
-    """That a measure keeps its limits."""
-    if sd <= 0.0:
-        return 1.0 if check.keeps(value) else 0.0
-    law = stats.norm if math.isinf(freedom) else stats.t(freedom)
-    above = 1.0 if check.maximum is None else float(law.cdf((check.maximum - value) / sd))
-    below = 0.0 if check.minimum is None else float(law.cdf((check.minimum - value) / sd))
-    return above - below
-
-
-def _draws(scatter: Scatter, count: int, seed: int) -> FloatArray:
-    """Errors of the inputs (count, p) in the quantity in which they are normal, Student's for each covariance."""
-    drawn = np.random.default_rng(seed)
-    errors = np.zeros((count, len(scatter.inputs)))
-    for block in scatter.blocks:
-        sd = np.sqrt(np.diagonal(block.covariance))
-        values, vectors = np.linalg.eigh(block.covariance / np.outer(sd, sd))
-        root = vectors * np.sqrt(np.maximum(values, 0.0))
-        own = drawn.normal(size=(count, len(sd))) @ root.T * sd
-        if math.isfinite(block.degrees_of_freedom):
-            own /= np.sqrt(drawn.chisquare(block.degrees_of_freedom, count) / block.degrees_of_freedom)[:, None]
-        errors[:, list(block.places)] = own
-    return errors
 
 
 def _limits(scenario: Scenario) -> dict[str, tuple[float, float]]:
@@ -334,7 +249,7 @@ def _together(scenario: Scenario, scatter: Scatter, f0: Measures, slopes: Mappin
     limits = _limits(scenario)
     if not limits or any(name not in slopes for name in limits):
         return None
-    errors = _draws(scatter, _TOGETHER, scenario.band.seed)
+    errors = draws(scatter, _TOGETHER, scenario.band.seed)
     kept = np.ones(_TOGETHER, dtype=bool)
     for name, (low, high) in limits.items():
         values = f0[name] + errors @ slopes[name]
@@ -351,7 +266,7 @@ def _sampled(scenario: Scenario, scatter: Scatter, f0: Measures, progress: Progr
     evaluate, given = cases(scenario, tuple(f0)), overrides(scenario, scatter.inputs)
     start = np.array([one.normal for one in scatter.inputs])
     count = scenario.band.samples
-    normal = start + _draws(scatter, count, scenario.band.seed)
+    normal = start + draws(scatter, count, scenario.band.seed)
     counts = np.array([one.kind != "log" and one.normal > 0.0 for one in scatter.inputs])
     thrown = np.any(normal[:, counts] < _LEAST * start[counts], axis=1)
     used = np.flatnonzero(~thrown)
@@ -378,9 +293,9 @@ def _sampled(scenario: Scenario, scatter: Scatter, f0: Measures, progress: Progr
             slope = np.linalg.lstsq(np.column_stack([errors[there], np.ones(there.sum())]), column[there], rcond=None)[
                 0
             ][:-1]
-            variance = float(sum(_variances(scatter, slope)))
+            variance = float(sum(variances(scatter, slope)))
             spreads[name] = Spread(
-                float(column[there].std(ddof=1)), float(low), float(high), _carried(scatter, slope, variance)
+                float(column[there].std(ddof=1)), float(low), float(high), carried(scatter, slope, variance)
             )
     left_out = tuple(name for name in names if name not in spreads)
 

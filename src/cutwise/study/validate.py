@@ -23,6 +23,7 @@ from cutwise.spec.scenario import Scenario
 from cutwise.study import band
 from cutwise.study.case import evaluated
 from cutwise.study.inputs import FloatArray, scatter_of
+from cutwise.study.spread import quantile
 
 GROUP = "group"
 _told = logging.getLogger("cutwise.validate")
@@ -141,14 +142,14 @@ def _half(spread: Any, noise: float | None) -> float:
     """Half-width of the band of a row, widened by the scatter of the measurement."""
     if spread is None and noise is None:
         return math.nan
-    sd, quantile = (0.0, band.quantile(band.LEVEL[1])) if spread is None else (spread.sd, _of(spread))
-    return quantile * math.hypot(sd, noise or 0.0)
+    sd, reach = (0.0, quantile(band.LEVEL[1])) if spread is None else (spread.sd, _of(spread))
+    return reach * math.hypot(sd, noise or 0.0)
 
 
 def _of(spread: Any) -> float:
     """Half-width over standard deviation of a band."""
     if spread.sd <= 0.0:
-        return band.quantile(band.LEVEL[1])
+        return quantile(band.LEVEL[1])
     return float(0.5 * (spread.high - spread.low) / spread.sd)
 
 

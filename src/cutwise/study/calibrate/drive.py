@@ -12,9 +12,10 @@ import numpy as np
 from scipy import signal
 
 from cutwise import units
+from cutwise.io import library
 from cutwise.io.measurements import Channel, Measurement
 from cutwise.spec.calibration import DriveLog
-from cutwise.spec.faults import ScenarioFault
+from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.study.calibrate.arm import folds
 from cutwise.study.calibrate.fit import CORRELATED, fitted
 from cutwise.study.calibrate.posed import Finding, Fit, FloatArray, Posed, Unknown, Value
@@ -48,16 +49,15 @@ class Log(NamedTuple):
 
 def calibrate(data: Measurement, settings: DriveLog) -> Finding:
     """Fit the plant over windows and the gains sample by sample."""
+    _gains_read_plainly(settings)
     log = _log(data, settings)
     fits = [_plant(data, log, settings, delay) for delay in (0, 1)]
     delay = 0 if fits[0].scale <= fits[1].scale else 1
     fit = fits[delay]
-    gains, doubt = _gains(log, settings)
+    gains, doubt, of_gains = _gains(log, settings)
     values = (*(plain(fit, k) for k in range(4)), *gains)
     axis = settings.drive.axis or "x"
     block: dict[str, Any] = written(values[:2], "plant", data.rows) | written(gains, "gains", data.rows)
-    for value in gains:
-        del block[value.name]["covariance"]
     block["friction"] = written(values[2:4], "plant", data.rows)
     negative = [f"{value.name} is negative" for value in values[:2] if value.value < 0.0]
     failed = list(negative)
@@ -70,8 +70,13 @@ def calibrate(data: Measurement, settings: DriveLog) -> Finding:
         ("delay", "rms of the windows"),
         *((str(k), units.show(one.scale, "moment", 4)) for k, one in enumerate(fits)),
     ]
+    covariances = {"plant": covariance_block(fit, names, DIMENSIONS)}
+    if gains:
+        covariances["gains"] = covariance_block(
+            of_gains, [f"{axis}.{value.name}" for value in gains], [value.dimension for value in gains]
+        )
     return Finding(
-        "coulomb", values, {axis: block}, {"plant": covariance_block(fit, names, DIMENSIONS)}, fit.scale, "moment",
+        "coulomb", values, {axis: block}, covariances, fit.scale, "moment",
         rms(fit.left_out),
         "rms of the mean torque of a window", "moment", fit, drawn(fit.posed, fit.residual), tuple(shown),
         (*(f"{text}, which no drive is; written as it is" for text in negative), *doubt,
@@ -80,6 +85,18 @@ def calibrate(data: Measurement, settings: DriveLog) -> Finding:
          "current, less whatever the cut takes", *poorly_seen(fit)),
         ("slow reversals, for static friction",), tuple(failed), fit.outliers, fit.condition, unknown_combinations(fit),
     )  # fmt: skip
+
+
+def _gains_read_plainly(settings: DriveLog) -> None:
+    """Refuse to put gains into an entry whose gains are not meant as they are printed."""
+    label = settings.machine.library
+    reading = library.labelled("machines", label).values.at(("reading",)) if label else None
+    if reading is not None and reading.value != "as_printed":
+        raise ScenarioFault([Fault(
+            ("machine", "library"),
+            f"the gains of {label} are read as {reading.value}, and fitted ones are meant as they are; leave machine.library out "
+            "and put the new values into an entry of your own, with reading: as_printed",
+        )])  # fmt: skip
 
 
 def _log(data: Measurement, settings: DriveLog) -> Log:
@@ -141,7 +158,7 @@ def _plant(data: Measurement, log: Log, settings: DriveLog, delay: int) -> Fit:
     return fitted(posed, loss=settings.fit.loss, level=settings.fit.level, prior=settings.fit.prior, folds=apart)
 
 
-def _gains(log: Log, settings: DriveLog) -> tuple[tuple[Value, ...], tuple[str, ...]]:
+def _gains(log: Log, settings: DriveLog) -> tuple[tuple[Value, ...], tuple[str, ...], Fit]:
     """PID gains where the output is not saturated, with the delay of the output that fits better."""
     error = log.command - log.position
     ts, limit = log.sample_time, settings.drive.saturation or np.inf
@@ -161,5 +178,5 @@ def _gains(log: Log, settings: DriveLog) -> tuple[tuple[Value, ...], tuple[str, 
         said: tuple[Any, ...] = (
             f"the output is not that of a PID controller on the position error: {fit.scale / size:.0%} of it are left",
         )
-        return (), said
-    return tuple(plain(fit, k) for k in range(3)), ()
+        return (), said, fit
+    return tuple(plain(fit, k) for k in range(3)), (), fit

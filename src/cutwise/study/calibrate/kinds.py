@@ -72,11 +72,12 @@ _ALL = (
     ),
     Kind(
         "feed-drive", "inertia, damping, friction and gains of a feed drive from a log", DriveLog, drive.channels, 60,
-        _few("a log of a few seconds, back and forth at more than 10 rad/s"), drive.calibrate, "machines",
+        _few("a log of a few seconds, back and forth at more than 10 rad/s"), drive.calibrate, "machines", (), "machine",
     ),
     Kind(
         "volumetric", "the 21 geometric errors of a three-axis machine", MachineVolume, volumetric.channels, 12,
-        _few("measure a plate, diagonals or a ball bar, 50 places and more"), volumetric.calibrate, "machines",
+        _few("measure a plate, diagonals or a ball bar, 50 places and more"), volumetric.calibrate, "machines", (), "machine",
+        ("geometry_errors",),
     ),
 )  # fmt: skip
 KINDS = {kind.name: kind for kind in _ALL}

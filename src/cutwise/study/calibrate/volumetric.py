@@ -17,9 +17,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from cutwise import units
+from cutwise.io import library
 from cutwise.io.measurements import Channel, Measurement
 from cutwise.spec.calibration import MachineVolume
-from cutwise.spec.faults import ScenarioFault
+from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.study.calibrate.arm import folds
 from cutwise.study.calibrate.fit import fitted, taken_apart
 from cutwise.study.calibrate.posed import Finding, Fit, FloatArray, Posed, Unknown, Value
@@ -105,6 +106,7 @@ def deviations(commands: FloatArray, tool_length: FloatArray, scales: FloatArray
 
 def calibrate(data: Measurement, settings: MachineVolume) -> Finding:
     """Fit all functions together; combinations that the data leave free get their smallest norm."""
+    _chain_fits(settings)
     commands = data.matrix("xyz")
     scales = np.abs(commands).max(axis=0)
     scales = np.array(settings.data.scale) if settings.data.scale is not None else np.where(scales > 0.0, scales, 1.0)
@@ -138,6 +140,23 @@ def calibrate(data: Measurement, settings: MachineVolume) -> Finding:
          *(poorly_seen(fit) if not fit.null.shape[1] else ())),
         (), failed, fit.outliers, fit.condition, unknown_combinations(fit),
     )  # fmt: skip
+
+
+_CHAIN = (("X", "part"), ("Y", "part"), ("Z", "tool"))
+
+
+def _chain_fits(settings: MachineVolume) -> None:
+    """Refuse a machine whose axes are not those of the fit: a table in x and y, a head in z."""
+    label = settings.machine.library
+    if not label:
+        return
+    chain = (library.labelled("machines", label).values.plain().get("chain") or [])[1:]
+    found = tuple((one.get("joint", {}).get("command"), one.get("joint", {}).get("side")) for one in chain)
+    if found != _CHAIN:
+        shown = ", ".join(f"{command} ({side})" for command, side in found) or "none"
+        raise ScenarioFault([Fault(
+            ("machine", "library"), f"the axes of {label} from the part on are {shown}; the fit is for X (part), Y (part), Z (tool)"
+        )])  # fmt: skip
 
 
 def _left_free(fit: Fit, settings: MachineVolume) -> Fit:
@@ -266,7 +285,7 @@ def _written(fit: Fit, values: tuple[Value, ...], scales: FloatArray, rows: int)
         if term.function not in found:
             nothing = [f"0.0 {unit}"] * 4
             polynomial = {"polynomial": list(nothing), "scale": units.text(float(scales[term.axis]), "length")}
-            found[term.function] = {"value": polynomial, "standard_error": list(nothing), **said}
+            found[term.function] = {"value": polynomial, "standard_error": {"polynomial": list(nothing)}, **said}
         found[term.function]["value"]["polynomial"][term.power] = f"{value.value!r} {unit}"
-        found[term.function]["standard_error"][term.power] = f"{float(se)!r} {unit}"
+        found[term.function]["standard_error"]["polynomial"][term.power] = f"{float(se)!r} {unit}"
     return found

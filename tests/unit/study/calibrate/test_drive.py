@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from cutwise import load
 from cutwise.io import library
 from cutwise.physics.motion.drives import Controller, Plant, advance, control, response_integrals
 from cutwise.spec.faults import ScenarioFault
@@ -124,3 +125,24 @@ def test_logs_that_cannot_be_used(tmp_path, log):
             calibrated("feed-drive", written(tmp_path, rows), DRIVE)
     with pytest.raises(ScenarioFault, match="needs a column torque"):
         calibrated("feed-drive", written(tmp_path, log[:, :4], TITLES.rpartition(",")[0]), DRIVE)
+
+
+def test_an_entry_completes_that_of_a_machine(tmp_path, log, examples):
+    """New values of one axis in the machine of the library, the rest of it as it was; a run has their scatter."""
+    whole = library.entry("machines", "fadal2216").file.read_text().replace("value: kp_ki_swapped", "value: as_printed")
+    (tmp_path / "machine.yaml").write_text(whole)
+    given = [*DRIVE, f"machine.library={tmp_path / 'machine.yaml'}", "drive.axis=x"]
+    file = tmp_path / "mine.yaml"
+    file.write_text(calibrated("feed-drive", written(tmp_path, log), given).entry("mine"))
+    scenario = load(examples / "mill_pocket_corner.yaml", {"machine.library": str(file), "requirements": "{}"})
+    assert pytest.approx(7.777e-3, rel=0.01) == scenario.machine.x.J
+    assert scenario.machine.x.K_a == 6.4898
+    assert scenario.machine.x.friction.coulomb_plus == pytest.approx(2.15, rel=0.02)
+    assert scenario.machine.x.friction.stiction_plus == 2.6256
+    assert scenario.machine.y.J == 0.0098109
+    assert {block.of[0] for block in scenario.covariances.values()} == {"machine.x.J", "machine.x.K_p"}
+
+
+def test_gains_that_are_read_in_another_way_are_not_mixed_with_fitted_ones(tmp_path, log):
+    with pytest.raises(ScenarioFault, match="are read as kp_ki_swapped"):
+        calibrated("feed-drive", written(tmp_path, log), [*DRIVE, "machine.library=fadal2216"])

@@ -5,10 +5,12 @@ import math
 import numpy as np
 import pytest
 
+from cutwise import load, simulate
 from cutwise.io import library
 from cutwise.spec.faults import ScenarioFault
 from cutwise.study.calibrate import volumetric
 from cutwise.study.calibrate.outcome import calibrated
+from cutwise.study.inputs import scatter_of
 
 SCALES = np.array([0.2, 0.15, 0.3])
 TERMS = volumetric.terms()
@@ -155,3 +157,23 @@ def test_columns_that_do_not_go_together(tmp_path):
     twice[:2, 5] = 1.0
     with pytest.raises(ScenarioFault, match="a set has one zero"):
         calibrated("volumetric", written(tmp_path, PLATE, twice), [])
+
+
+def test_a_run_with_the_fitted_errors_has_a_band(tmp_path, examples):
+    """The fit put into the chain of the library's machine; combinations that a plate leaves free keep their prior."""
+    found = calibrated("volumetric", written(tmp_path, PLATE, plate(noise=0.5e-6)), ["machine.library=three_axis_21"])
+    file = tmp_path / "machine.yaml"
+    file.write_text(found.entry("machine"))
+    given = {"machine.library": str(file), "requirements": "{}", "volume.points": 3, "volume.diagonal_points": 5}
+    scenario = load(examples / "machine_volumetric_map.yaml", given)
+    scatter = scatter_of(scenario)
+    assert len(scatter.inputs) == 51
+    free = next(k for k, one in enumerate(scatter.inputs) if one.key == "machine.geometry_errors.EAZ.polynomial[1]")
+    assert 5e-6 < scatter.standard_errors[free] < 20e-6
+    spread = simulate(scenario).measures["diagonal_range_max"].band
+    assert 0.0 < spread.sd < 5e-6
+
+
+def test_a_chain_of_other_axes_is_refused(tmp_path):
+    with pytest.raises(ScenarioFault, match=r"the fit is for X \(part\), Y \(part\), Z \(tool\)"):
+        calibrated("volumetric", written(tmp_path, PLATE, plate()), ["machine.library=five_axis_trunnion"])

@@ -8,11 +8,12 @@ import pytest
 
 from cutwise.io.scenario import load
 from cutwise.spec.faults import ScenarioFault
+from cutwise.study.calibrate import teeth as teeth_of
 from cutwise.study.calibrate import waveform
 from cutwise.study.calibrate.outcome import calibrated
 
 K = np.array([800e6, 240e6, 150e6, 16e3, 20e3, 5e3])
-SHAPE = waveform.Shape(1.1, 6003 * 2 * math.pi / 60, 8e-6, math.radians(40.0))
+SHAPE = teeth_of.Shape(1.1, 6003 * 2 * math.pi / 60, 8e-6, math.radians(40.0))
 SET = {
     "tool.diameter": "10 mm", "tool.helix": "30 deg", "operation.axial_depth": "3 mm", "operation.feed_per_tooth": "0.1 mm",
     "operation.spindle_speed": "6000 rpm", "cut.arc": "[0 deg, 180 deg]",
@@ -20,14 +21,14 @@ SET = {
 
 
 def mill(teeth, helix=30.0, arc=(0.0, math.pi)):
-    return waveform.Mill(teeth, 1e-4, 3e-3, 2 * math.tan(math.radians(helix)) / 10e-3, arc)
+    return teeth_of.Mill(teeth, 1e-4, 3e-3, 2 * math.tan(math.radians(helix)) / 10e-3, arc)
 
 
 def waves(teeth, noise=5.0, count=2000, drift=True, air=0, helix=30.0, arc=(0.0, math.pi), shape=SHAPE):
     """Forces of the specification: on the tool, with offset, slope and noise; the first samples in the air."""
     t = np.arange(count) / 1e4
     cutting = (np.arange(count) >= air).astype(float)
-    forces = (waveform.columns(mill(teeth, helix, arc), shape, t, cutting)[:, :6] @ K).reshape(-1, 3)
+    forces = (teeth_of.columns(mill(teeth, helix, arc), shape, t, cutting)[:, :6] @ K).reshape(-1, 3)
     if drift:
         forces = forces + np.array([3.0, -2.0, -1.0]) + t[:, None] * np.array([20.0, -15.0, -10.0])
     scatter = np.random.default_rng(11).normal(size=(count, 3)) * np.array([1.0, 1.0, -1.0])
@@ -102,14 +103,14 @@ def test_noise_free_waves_give_the_truth(tmp_path):
 def test_the_kernel_is_the_limit_of_many_discs(teeth):
     """Slices of the flutes, each a straight tooth: the difference falls with their number."""
     t = np.linspace(0.0, 0.011, 301)
-    exact = waveform.basis(mill(teeth), SHAPE, t)
+    exact = teeth_of.basis(mill(teeth), SHAPE, t)
     rms = []
     for count in (50, 400):
         total = np.zeros_like(exact)
         for k in range(count):
             z = (k + 0.5) * 3e-3 / count
             one = mill(teeth, helix=0.0)._replace(depth=3e-3 / count)
-            total += waveform.basis(one, SHAPE._replace(angle=SHAPE.angle - mill(teeth).lag * z), t)
+            total += teeth_of.basis(one, SHAPE._replace(angle=SHAPE.angle - mill(teeth).lag * z), t)
         rms.append(np.sqrt(np.mean((total - exact) ** 2, axis=1)) / np.sqrt(np.mean(exact**2, axis=1)))
     assert np.all(rms[1] < 0.4 * rms[0])
     assert np.all(rms[1] < 0.01)
