@@ -226,7 +226,15 @@ def check_part(scenario: MillingScenario) -> None:
 
 def run(scenario: MillingScenario, progress: Progress | None = None) -> StockRunDone:
     """Cut the stock; an automatic grid whose surface is too far from the truth is halved once."""
-    ready = planned(scenario)
+    try:
+        ready = planned(scenario)
+        for place, given in enumerate(scenario.fixtures):  # faults are told before anything is cut
+            raw_of(given, ("fixtures", place))
+        if scenario.nominal is not None:
+            check_part(scenario)
+    except ScenarioFault:
+        prepare(scenario)
+        raise
     numerics = scenario.numerics.stock
     grid, coarse = _sized(scenario, ready)
     done = _cut(scenario, ready, grid, coarse, progress)
