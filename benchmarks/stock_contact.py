@@ -1,6 +1,6 @@
 """Contact with the stock along dense programs: what preparing the moves and finding the places costs, and how it grows.
 
-    python benchmarks/stock_contact.py
+python benchmarks/stock_contact.py
 """
 
 import math

@@ -45,6 +45,24 @@ ALTINTAS2012 = register(
     )
 )
 
+ENGIN2001 = register(
+    Source(
+        "engin2001",
+        "S. Engin, Y. Altintas, Mechanics and dynamics of general milling cutters. Part I: helical end mills, International "
+        "Journal of Machine Tools and Manufacture 41 (2001) 2195-2212, doi 10.1016/S0890-6955(01)00045-1",
+        implements=("forces of edge elements along the meridian of a general end mill",),
+    )
+)
+
+GRADISEK2004 = register(
+    Source(
+        "gradisek2004",
+        "J. Gradišek, M. Kalveram, K. Weinert, Mechanistic identification of specific force coefficients for a general end mill, "
+        "International Journal of Machine Tools and Manufacture 44 (2004) 401-414, doi 10.1016/j.ijmachtools.2003.10.001",
+        implements=("mean forces of a general end mill over its contact arcs",),
+    )
+)
+
 BERSELLI2016 = register(
     Source(
         "berselli2016",

@@ -432,7 +432,7 @@ def judge(
     on the whole band fails where a part of it is outside, or not known.
     """
     bands = bands or {}
-    for name, limit in scenario.requirements.items():
+    for name, limit in scenario.asked.items():
         found = measures.get(name) or of_band(measures, name)
         check = Check(
             name, found.value if found else None, scenario.measures[name].dimension, limit.min, limit.max, False,  # type: ignore[arg-type]
@@ -467,6 +467,6 @@ def judge_values(scenario: Scenario, values: Mapping[str, float]) -> bool:
     """Whether bare values in SI meet every requirement on them; requirements on other measures do not count."""
     return all(
         (limit.min is None or values[name] >= limit.min) and (limit.max is None or values[name] <= limit.max)
-        for name, limit in scenario.requirements.items()
+        for name, limit in scenario.asked.items()
         if name in values
     )

@@ -61,6 +61,9 @@ CASES = {  # the examples, short and coarse
     "machine_volumetric_map": ("volume.points=3", "volume.diagonal_points=5"),
     "mill_on_machine": ("path.line.length=4 mm", "path.cut_from=1 mm", "numerics.settling_time=0.02 s", "numerics.substeps=4"),
     "mill_on_robot": (*_LINE, "numerics.station=8 mm"),
+    "mill_part": (
+        "numerics.stock={grid: 1 mm, station: 5 mm, elements: 4, check: 300}", "part.samples=3000",
+    ),
     "mill_pocket": ("program={program}", "numerics.settling_time=0.02 s", "numerics.substeps=4"),
     "mill_pocket_corner": (
         "path.lead=5 mm", "path.turn=120 deg", "path.compare=[2 mm]", "numerics.settling_time=0.02 s",
@@ -146,6 +149,10 @@ STILL = {  # keys that may move nothing: example, key, and why that is right
     ("deburr_rigid_on_machine", "part.slices"): "strips count by the tilt of the tool, which is 1e-8 here",
     ("deburr_rigid_on_machine", "tool.helix"): "the mean force over a revolution is the same for every helix",
     ("d*_on_machine", "part.block.weight"): "has to be there; weights do not count, as is said of machine.chain",
+    ("mill_part", "tools[[]*].shank_diameter"): "the flutes are longer than any cut of the example is deep",
+    ("mill_part", "tools[[]*].holder"): "the holder stays far above the stock",
+    ("mill_part", "part.solid"): "the file of the example has one solid",
+    ("mill_part", "numerics.stock.memory_limit"): "a limit of memory that the example does not come near",
     ("mill_on_machine", "path.orientation"): "on an arc only, and for a robot",
     ("mill_on_robot", "tool.helix"): "the mean force over a revolution is the same for every helix",
     ("machine_on_robot", "robot.modal_mass"): "has to be there; a pass at rest knows no mass",

@@ -37,6 +37,8 @@ WITHOUT_PHYSICS = {
     "shape", "lobes", "speeds", "depths",
     # programs: how they are written
     "dialect",
+    # a stock in 3D: no fixtures, no holder, how finely the surface is looked at
+    "tools", "fixtures", "holder", "stock", "grid", "check", "memory_limit",
     # how sure values are, and how that is carried on; errors of an arm that has none
     "band", "method", "covariances", "measured", "bodies", "joints", "gravity_compliance", "ranges", "compensated",
     "link_weights",

@@ -182,3 +182,12 @@ def test_out_of_reach_is_infeasible():
     result = cutwise.simulate(cutwise.load(EXAMPLE, (*COARSE, "placement.origin=[4000 mm, 0 mm, 800 mm]")))
     assert result.verdict == "fail"
     assert "cannot follow the path" in result.infeasible[0]
+
+
+def test_every_sample_of_a_coarse_path_has_its_balance(rigid_spindle):
+    """The force does not jump where the ball passes from one sample to the next: at such a place nothing would balance."""
+    found = passed(rigid_spindle, (("arm", spring(2.0 * some_compliance())),), yielding_at_rest)
+    assert found.unsolved == 0
+    scenario, done = planned("path.points=120")
+    assert scenario.robot is not None
+    assert all(one.moves.unsolved == 0 for one in done.deflected)  # one of 120 before

@@ -12,7 +12,7 @@ from cutwise.app import calibrating, exits, inspection, interrupt, outputs, stud
 from cutwise.app.exits import INTERRUPTED, NOBODY_READS, OK, REQUIREMENT_FAILED, TERMINATED, explain, refuse
 from cutwise.app.options import SET, Overrides, ScenarioFile
 from cutwise.app.writing import REPORT, RUN, programs, written
-from cutwise.disk import create_text, file_name, write_text, write_together
+from cutwise.disk import create_text, file_name, write_bytes, write_text, write_together
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -175,15 +175,29 @@ def report(
 @app.command()
 def export(
     run_file: Annotated[Path, typer.Argument(metavar="RUN", help="run file, or the folder that holds run.nc")],
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="DIR", help="where to write; default: export beside it")
+    what: Annotated[
+        str | None,
+        typer.Argument(metavar="[WHAT]", help="lines: load, volume and deviation line by line as CSV; surface: the machined stock "
+                       "as .ply, .vtk or .stl; left out: every array of the run"),
     ] = None,
-) -> None:
-    """Write the arrays of a finished run as CSV tables, and maps of the working space as VTK."""
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="PATH", help="folder, or file of WHAT; default: beside the run")
+    ] = None,
+) -> None:  # fmt: skip
+    """Write the arrays of a finished run as CSV tables, maps of the working space as VTK, the machined stock as a solid."""
+    from cutwise.app.exporting import NothingThere, one_file
     from cutwise.io.export import tables
     from cutwise.run_file import tree_of
 
     source, content = _run_file(run_file)
+    if what is not None:
+        try:
+            target, found = _of_run(source, content, lambda: one_file(what, tree_of(content), source, output))
+        except NothingThere as fault:
+            refuse(str(fault))
+        outputs.checked([target], [source])
+        print(write_bytes(target, found))
+        return
     target = output or source.with_name("export")
     outputs.checked([], [source], target)
     texts = _of_run(source, content, lambda: tables(tree_of(content)))

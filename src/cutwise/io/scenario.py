@@ -322,8 +322,9 @@ class _Assembly:
             node = self._with_library(node, section, path)
         if "urdf" in section.model_fields and isinstance(node.value, dict):
             node = self._with_urdf(node, path)
-        if "step" in section.model_fields and isinstance(node.value, dict):
-            node = self._with_step(node, path)
+        for key in section.beside or (("step",) if "step" in section.model_fields else ()):
+            if isinstance(node.value, dict):
+                node = self._with_file_beside(node, key, path)
         if not isinstance(node.value, dict):
             return node
         value = dict(node.value)
@@ -421,16 +422,16 @@ class _Assembly:
         inlined = {key: replace(item, origin=origin) for key, item in inlined.items()}
         return replace(node, value={**node.value, **inlined})
 
-    def _with_step(self, node: Node, path: spec_faults.Path) -> Node:
-        """The section with its STEP file found beside the scenario."""
-        file = node.value.get("step")
+    def _with_file_beside(self, node: Node, key: str, path: spec_faults.Path) -> Node:
+        """The section with a file found beside the scenario."""
+        file = node.value.get(key)
         if file is None or not isinstance(file.value, str):
             return node
         place = self._file(file.value, file)
         if not place.exists():
-            self.faults.append(file.fault((*path, "step"), f"{place}: no such file"))
+            self.faults.append(file.fault((*path, key), f"{place}: no such file"))
             return node
-        return replace(node, value={**node.value, "step": replace(file, value=str(place))})
+        return replace(node, value={**node.value, key: replace(file, value=str(place))})
 
     def _with_solid(self, node: Node, path: spec_faults.Path) -> Node:
         node, faults, known = spindle_nodes.with_solid(node, path)

@@ -93,6 +93,11 @@ def internal(function: Function) -> Function:
     return _compiled(function, no_cpython_wrapper=True)
 
 
+def unlocked(function: Function) -> Function:
+    """As :func:`compiled`, for a kernel that several threads may run side by side."""
+    return _compiled(function, nogil=True)
+
+
 def compiled_sums(function: Function) -> Function:
     """As :func:`compiled`, but sums may be taken in any order, so that loops over short arrays run in vector lanes.
 

@@ -37,7 +37,7 @@ def program_path(scenario: MillingScenario, program: Interpreted | None) -> Prog
         assert scenario.program is not None
         return moves_path(
             program, feed=operation.feed, turning=operation.spindle_speed is not None, mode=mode,
-            top=top_of(scenario.program, scenario.stock), pace=_pace(scenario.drives),
+            top=top_of(scenario.program, scenario.stock), pace=pace_of(scenario.drives),
         )  # fmt: skip
     assert operation.feed is not None
     if scenario.line is not None:
@@ -74,7 +74,7 @@ def motion_limits(machine: CncMachine) -> tuple[Limits, AxisLimits | None]:
     return Limits(math.inf, math.inf, math.inf), AxisLimits(*(np.full(3, value) for value in values))
 
 
-def _pace(machine: CncMachine) -> Pace:
+def pace_of(machine: CncMachine) -> Pace:
     """What the path may do in any direction."""
     given = machine.limits
     return Pace(given.velocity, given.acceleration, given.jerk)

@@ -210,7 +210,7 @@ def wedge_of(section: Section, path: ChamferPath, local: PassFrames, axis: Float
     return Wedge(
         Round(ball.ball_radius, ball.flutes, ball.spindle_speed), slices, path.centre @ axes, frame,
         np.ascontiguousarray(section.wedge), np.ascontiguousarray(section.burr), faster, section.speed, section.rise,
-        path.frames.closed,
+        _slopes(path.centre @ axes, closed=path.frames.closed), path.frames.closed,
     )  # fmt: skip
 
 
@@ -218,6 +218,15 @@ def _speed_across(path: ChamferPath, local: PassFrames, run: Pass) -> FloatArray
     """Speed of the ball centre across the rod, at the samples [m/s]."""
     speed = run.centre_speed if path.frames.closed else np.append(run.centre_speed, run.centre_speed[-1])
     return np.asarray(speed * np.sqrt(np.maximum(0.0, 1.0 - local.plunge**2)))
+
+
+def _slopes(place: FloatArray, *, closed: bool) -> FloatArray:
+    """Way along the rod for way across it at the samples of a path (n, 3) in process axes, by central differences."""
+    ahead, behind = np.roll(place, -1, axis=0), np.roll(place, 1, axis=0)
+    if not closed:
+        ahead[-1], behind[0] = place[-1], place[0]
+    across = np.hypot(*(ahead - place)[:, :2].T) + np.hypot(*(place - behind)[:, :2].T)
+    return np.asarray((ahead - behind)[:, 2] / np.maximum(across, 1e-15))
 
 
 def led_along(path: ChamferPath, local: PassFrames, axis: FloatArray, run: Pass, off_work: float, run_in: int) -> Led:
@@ -228,8 +237,7 @@ def led_along(path: ChamferPath, local: PassFrames, axis: FloatArray, run: Pass,
     if not closed:
         spans = np.append(spans, spans[-1])
     feed, off, place = local.feed @ axes[:, :2], local.off @ axes[:, :2], path.centre @ axes
-    height = place[:, 2]
-    climb = np.diff(height, append=height[0] if closed else 2.0 * height[-1] - height[-2]) / spans
+    climb = _slopes(place, closed=closed) * _speed_across(path, local, run)
     if closed:
         before = np.roll(spans, 1)
         turn = (np.roll(off, -1, axis=0) - np.roll(off, 1, axis=0)) / (before + spans)[:, None]

@@ -89,9 +89,11 @@ def stock_contact(path: ProgramPath, reference: Reference, radius: float, stock:
     patches[rapid | upright] = 0.0
     angle = np.where(rapid | upright, 0.0, angle)
     flat = np.hypot(reference.direction[:, 0], reference.direction[:, 1])  # of a ramp only what it goes in the plane
-    return Contact(
-        patches, angle, float(angle.max()), removal_area(patches, radius) * flat, moves_into_stock(path, swept, stock)
+    ramps = (reference.direction[:, 2] < -FLAT) & (angle > 0.0)
+    into = moves_into_stock(path, swept, stock)._replace(
+        ramps=tuple(int(line) for line in np.unique(path.source[reference.block[ramps]]))
     )
+    return Contact(patches, angle, float(angle.max()), removal_area(patches, radius) * flat, into)
 
 
 class SteadyCuts(NamedTuple):

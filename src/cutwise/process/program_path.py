@@ -29,6 +29,10 @@ class ProgramPath(NamedTuple):
     still: tuple[int, ...]  # lines of moves that would cut if the spindle turned
     cut_short: int  # blends that are smaller than their tolerance allows, because the blocks are short
     kept_feed: tuple[float, int]  # largest tolerance that G64 without P was given [m], and the line; 0 where it is not
+    tool: npt.NDArray[np.int64] = np.zeros(
+        0, np.int64
+    )  # in the spindle, 0: none was called; of a program only, shape (n,)
+    spindle: FloatArray = np.zeros(0)  # [rad/s], positive clockwise, 0 stopped; of a program only, shape (n,)
 
     @property
     def blended(self) -> bool:
@@ -109,7 +113,8 @@ def moves_path(
     still = tuple(int(line) for line in np.unique(table.lines[keep[within & ~turns]]))
     if rotary:
         path = path._replace(rotary=table.rotary(keep)[path.origin])
-    return path._replace(still=still)
+    tools, speeds = table.tools[keep][path.origin].astype(np.int64), table.spindles[keep][path.origin]
+    return path._replace(still=still, tool=tools, spindle=speeds)
 
 
 def _check_covered(program: Interpreted, rotary: bool) -> None:

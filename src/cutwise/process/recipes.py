@@ -43,6 +43,11 @@ if TYPE_CHECKING:
         milling_stability,
         programmed_milling,
         still_deburring,
+        stock_deviation,
+        stock_findings,
+        stock_measures,
+        stock_milling,
+        stock_stages,
     )
     from cutwise.spec.chamfer import ChamferScenario
     from cutwise.spec.deburring import DeburringScenario
@@ -76,6 +81,11 @@ else:  # a run imports its own process, not those of the others
     edge_findings = later("cutwise.process.edge_findings")
     milling_findings = later("cutwise.process.milling_findings")
     still_deburring = later("cutwise.process.still_deburring")
+    stock_deviation = later("cutwise.process.stock_deviation")
+    stock_findings = later("cutwise.process.stock_findings")
+    stock_measures = later("cutwise.process.stock_measures")
+    stock_milling = later("cutwise.process.stock_milling")
+    stock_stages = later("cutwise.process.stock_stages")
 
 Progress = Callable[[float], None]
 
@@ -194,6 +204,8 @@ def machine_errors(scenario: MachineScenario, progress: Progress | None = None) 
 
 def mill(scenario: MillingScenario, progress: Progress | None = None) -> Result:
     """Milling with CNC drives: look-ahead, drives and forces in one loop (Ozcan et al. 2017, sec. 2-3)."""
+    if scenario.in_3d:
+        return mill_in_3d(scenario, progress)
     if scenario.programmed:
         return mill_programmed(scenario, progress)
     program = assemble_mill.read_program(scenario)
@@ -224,6 +236,25 @@ def mill(scenario: MillingScenario, progress: Progress | None = None) -> Result:
     )
 
 
+def mill_in_3d(scenario: MillingScenario, progress: Progress | None = None) -> Result:
+    """A program in a stock in 3D: contact, force and events move by move, and the surface held against the part."""
+    done = stock_milling.run(scenario, progress)
+    off = stock_deviation.deviation(scenario, done)
+    if progress is not None:
+        progress(1.0)
+    found = stock_measures.measures(scenario, done, off)
+    return collect(
+        scenario,
+        found,
+        stages=stock_stages.stages(done, off),
+        findings=stock_findings.findings(done),
+        warnings=tuple(stock_findings.warnings(scenario, done, off)),
+        limits=stock_findings.LIMITS,
+        notes=stock_findings.notes(scenario, done, off),
+        references=("altintas2012", "engin2001", "gradisek2004"),
+    )
+
+
 def mill_programmed(scenario: MillingScenario, progress: Progress | None = None) -> Result:
     """A mill that goes as programmed: each place of its path at rest, or stepped, and the depth at which it chatters."""
     done = programmed_milling.run(scenario, progress=_part(progress, 0.0, 1.0 / 3.0))
@@ -249,6 +280,11 @@ def mill_programmed(scenario: MillingScenario, progress: Progress | None = None)
 def mill_quick(scenario: MillingScenario, wanted: Collection[str] = (), *, coarse: bool = False) -> Outcome:
     """What studies need; whether the tool chatters always belongs to it."""
     del wanted
+    if scenario.in_3d:
+        cut = stock_milling.run(scenario)
+        off = stock_deviation.deviation(scenario, cut)
+        about = () if coarse else tuple(stock_findings.warnings(scenario, cut, off))
+        return Outcome(stock_measures.measures(scenario, cut, off), tuple(stock_findings.findings(cut)), about)
     if scenario.programmed:
         fed = programmed_milling.run(scenario)
         of_fed = programmed_milling.measures(scenario, fed)
@@ -400,7 +436,11 @@ DEBURR = Recipe(deburr, deburring_quick, lambda scenario: assemble.edge_cut(debu
 DRILL = Recipe(drill, drilling_quick, lambda scenario: drilling.drill_cell(scenario))
 MACHINE = Recipe(machine_errors, machine_quick, lambda scenario: machine.prepare(scenario))
 MILL = Recipe(
-    mill, mill_quick, lambda scenario: (programmed_milling if scenario.programmed else milling).prepare(scenario)
+    mill,
+    mill_quick,
+    lambda scenario: (
+        stock_milling if scenario.in_3d else programmed_milling if scenario.programmed else milling
+    ).prepare(scenario),
 )
 RECIPES: Mapping[str, Recipe] = Registered("recipe")
 

@@ -40,6 +40,7 @@ class StockMoves(NamedTuple):
 
     collisions: tuple[int, ...] = ()  # of rapid moves through the stock
     plunges: tuple[int, ...] = ()  # of feed moves straight down into it
+    ramps: tuple[int, ...] = ()  # of feed moves that go down at a slope in it
 
 
 def moves_into_stock(path: ProgramPath, swept: Swept, stock: Stock) -> StockMoves:
@@ -103,6 +104,12 @@ def said(moves: StockMoves, text: str) -> Iterator[str]:
     if moves.plunges:
         named = blocks_named(text, moves.plunges)
         yield f"plunges straight into the stock have no force here (end cutting is not modelled): {named}"
+    if moves.ramps:
+        named = blocks_named(text, moves.ramps)
+        yield (
+            f"ramps into the stock have no force at the end of the mill, and no volume of it, here: {named} (a stock in 3D has "
+            "both: write the mill under tools)"
+        )
 
 
 def collisions(lines: tuple[int, ...]) -> Iterator[Finding]:

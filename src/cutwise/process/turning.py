@@ -43,8 +43,7 @@ LIMITS = (
     "Chatter is looked for where a pass meets most yielding, with its directions of force; the flank damps nothing.",
 )
 _PARABOLA = 4.0 / (9.0 * math.sqrt(3.0))  # mean deviation of a parabola over its height
-_MODES, _MESH = 10, 30  # modes of the shaft, and stations that they are found from
-_HIGHEST = 1.6  # times the lowest frequency, up to which chatter is looked for
+_MODES, _MESH, _HIGHEST = 8, 16, 1.6  # modes; stations they are found from; times the lowest frequency looked at
 _NONE = np.zeros((1, 6, 6))
 
 
@@ -131,8 +130,7 @@ def half_turned(held: Setup, plan: Pass, z: float, goal: float, at: FloatArray) 
     part, home = held.scenario.part, held.scenario.operation.towards == "headstock"
     at = np.unique(np.round([*at, z], 9))
     middle = 0.5 * (at[1:] + at[:-1])
-    here = held.section(middle)
-    diameter = 2.0 * np.where((middle > z) == home, plan.goal[here], plan.before[here])
+    diameter = 2.0 * np.where((middle > z) == home, plan.goal[here := held.section(middle)], plan.before[here])
     material = (part.youngs_modulus, part.poisson_ratio, part.density or 0.0)
     return shaft(at, diameter, *material, tuple(held.supports.values())), z, goal if home else -goal
 
@@ -149,15 +147,15 @@ def parts_of(held: Setup, plan: Pass, z: FloatArray, goal: FloatArray) -> dict[s
     return {name: matrix for name, matrix in found.items() if matrix.any()}
 
 
-def run(held: Setup, off: float = 0.0) -> list[Turned]:
-    """All passes, on a bar whose radius is off by a little [m]."""
+def run(held: Setup, off: float = 0.0, like: list[Turned] | None = None) -> list[Turned]:
+    """All passes, on a bar whose radius is off by a little [m]; ``like``: the run on the nominal bar, which yields alike."""
     scenario, z, done = held.scenario, held.z, []
     at, section = np.abs(z - z[0]), held.section(z)
     bar = Bar(at, np.full(len(z), 0.5 * scenario.part.stock_diameter + off))
-    for plan in passes(scenario):
+    for count, plan in enumerate(passes(scenario)):
         here = np.flatnonzero(plan.turned[section])
         goal, feed = plan.goal[section[here]], plan.feed[section]
-        parts = parts_of(held, plan, z[here], goal)
+        parts = like[count].parts if like else parts_of(held, plan, z[here], goal)
         tool = Compliance(np.zeros(1), parts.get("tool", _NONE)[:1])
         terms = (tool, Compliance(at[here], sum(parts.values(), _NONE) - tool.matrix))
         insert = Insert(scenario.tool.nose_radius, scenario.tool.lead_angle, feed)
@@ -223,7 +221,7 @@ def measures(held: Setup, done: list[Turned]) -> dict[str, float]:
         ),
     }  # fmt: skip
     if part.runout is not None:
-        high, low = (run(held, 0.5 * side * part.runout)[-1].error for side in (1.0, -1.0))
+        high, low = (run(held, 0.5 * side * part.runout, done)[-1].error for side in (1.0, -1.0))
         found["roundness_error_max"] = 0.5 * float(np.abs(high - low).max())
     if part.damping is not None:
         pairs = [chatter(held, one) for one in done[: held.scenario.operation.passes] if one.rest.seen[:, 0].any()]
@@ -262,10 +260,9 @@ def told(held: Setup) -> tuple[list[Turned], Outcome]:
     chips = (one.rest.seen[one.rest.seen[:, 0] > 0.0, 1].min(initial=math.inf) for one in done)
     beyond = (material.beyond(chip, "mean chip") for chip in chips if chip < math.inf)
     said = dict.fromkeys(f"material: {text}" for text in beyond if text)
-    unsound = [Finding("untouched")] if found["force_cutting_max"] <= 0.0 else []
-    if found.get("depth_margin", 1.0) <= 0.0:
-        unsound.append(Finding("unstable", Place("shaft"), 1.0 - found["depth_margin"], 1.0, measure="depth_margin"))
-    return done, Outcome(found, tuple(unsound), (*notices(held.scenario), *said))
+    over = 1.0 - found.get("depth_margin", 1.0)
+    unsound = (Finding("unstable", Place("shaft"), over, 1.0, measure="depth_margin"),) if over >= 1.0 else ()
+    return done, Outcome(found, unsound, (*notices(held.scenario), *said))
 
 
 def turn(scenario: TurningScenario, progress: Progress | None = None) -> Result:

@@ -49,6 +49,9 @@ class Spec(BaseModel):
     refused: ClassVar[Mapping[str, str]] = {}
     """Keys that an engineer may well write here and that physics forbids, each with the reason and what to do."""
 
+    beside: ClassVar[tuple[str, ...]] = ()
+    """Keys that name files which stand beside the scenario."""
+
     many_lines: ClassVar[tuple[str, ...]] = ()
     """Keys whose texts have lines; all others are written into comments, titles and tables, where a line end is harm."""
 

@@ -78,6 +78,33 @@ DEBURRING: Mapping[str, MeasureSpec] = {
     **CARRIED,
 }
 
+STOCK: Mapping[str, MeasureSpec] = {
+    "cutting_power_max": MeasureSpec("power", "largest mean power of the cut over a revolution"),
+    "spindle_torque_max": MeasureSpec("moment", "largest mean torque of the cut over a revolution"),
+    "chip_thickness_max": MeasureSpec("small_length", "largest chip thickness in contact"),
+    "plunge_force_max": MeasureSpec("force", "largest mean force along the axis where the tool goes straight down"),
+    "air_cut_time": MeasureSpec("time", "time of feed moves without contact"),
+    "rapids_in_stock": MeasureSpec("dimensionless", "lines whose rapid move runs through the stock"),
+    "collisions": MeasureSpec(
+        "dimensionless", "lines in which shank or holder run into the stock, or the tool into a fixture"
+    ),
+    "collision_depth_max": MeasureSpec("length", "how deep the worst of them goes"),
+    "surface_check_max": MeasureSpec(
+        "small_length", "how far the surface between cells stands above that of all moves at random points: a check"
+    ),
+    "deviation_min": MeasureSpec(
+        "small_length", "least deviation of the surface from the part; negative: cut into the part"
+    ),
+    "deviation_max": MeasureSpec(
+        "small_length", "largest deviation of the surface from the part; positive: material left"
+    ),
+    "deviation_rms": MeasureSpec("small_length", "root mean square of the deviation over the judged area"),
+    "fraction_in_tolerance": MeasureSpec("dimensionless", "share of the judged area within the tolerance of the part"),
+    "gouge_volume": MeasureSpec("volume", "volume cut into the part"),
+    "excess_volume": MeasureSpec("volume", "volume of material left on the judged faces"),
+    "scallop_max": MeasureSpec("small_length", "largest scallop that a ball or bull-nose leaves on a face"),
+}
+
 ROBOT_MILLING: Mapping[str, MeasureSpec] = {
     **CARRIED,
     "stroke_margin": MeasureSpec("length", "stroke minus the largest piston travel"),
@@ -119,7 +146,8 @@ MILLING: Mapping[str, MeasureSpec] = {
     "engagement_angle_straight": MeasureSpec("angle", "immersion angle on the straight"),
     "removed_volume": MeasureSpec(
         "volume",
-        "volume of the stock that the flutes take sideways; what the end of the mill takes in plunges and ramps does not count",
+        "volume taken of the stock; by exact arcs that of the flutes sideways, without what the end of the mill "
+        "takes in plunges and ramps, in 3D all of it",
     ),
     "removal_rate_max": MeasureSpec("removal_rate", "largest volume taken per time, at the planned speed"),
     "drive_torque_max_x": MeasureSpec("moment", "largest motor torque of the x axis"),
@@ -142,6 +170,7 @@ MILLING: Mapping[str, MeasureSpec] = {
         "small_length", "least error of the wall left, drives and tip, positive into the wall"
     ),
     "wall_error_max": MeasureSpec("small_length", "greatest error of the wall left, drives and tip, into the wall"),
+    **STOCK,
     "path_length": MeasureSpec("length", "length of the commanded path"),
     **ROBOT_MILLING,
     **_deflections("bodies", "displacement by the bodies of the machine and the part where the wall is read"),

@@ -2,7 +2,8 @@
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import Annotated, Any, ClassVar, Literal
+from contextlib import suppress
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeAlias
 
 from annotated_types import Gt
 from pydantic import Discriminator, Field
@@ -22,6 +23,7 @@ from cutwise.spec.base import (
 )
 from cutwise.spec.carrier import CarriedPath, CarryingRobot, Standing, limited_feed
 from cutwise.spec.chained import what_yields_alone
+from cutwise.spec.cutter import Cutter
 from cutwise.spec.drives import CncMachine
 from cutwise.spec.fields import tag
 from cutwise.spec.material import Material
@@ -29,10 +31,12 @@ from cutwise.spec.measures import MILLING
 from cutwise.spec.milled_path import MilledPath, machine_faults
 from cutwise.spec.milling_machine import MillingLoad, MillingMachine, ToolMachine, drives_key, drives_of
 from cutwise.spec.needs import Needs
-from cutwise.spec.part_block import PartBlock, PartSpring, YieldingPart
+from cutwise.spec.part_block import PartBlock, PartSpring
 from cutwise.spec.program import Blend, PathMode, Program, StockBlock
-from cutwise.spec.scenario import MeasureSpec, Scenario
+from cutwise.spec.scenario import Limit, MeasureSpec, Scenario
 from cutwise.spec.spindle import CompliantSpindle, Spindle
+from cutwise.spec.stock import AnyFixture, AnyPart, AnyStock, NominalPart, StockNumerics
+from cutwise.spec.stock_milling import STOCK_CHECKS, stock_notices, stock_unused
 from cutwise.spec.tool import EndMill
 
 
@@ -47,6 +51,13 @@ def _corner_kind(value: Any) -> str:
         return "<blend>"
     return "<sharp>" if value == "sharp" else "<fillet>"
 
+
+if TYPE_CHECKING:  # only a stock in 3D can be without them, and it is checked apart
+    _Mill: TypeAlias = EndMill
+    _Material: TypeAlias = Material
+else:
+    _Mill = EndMill | None
+    _Material = Material | None
 
 _LONG_FLUTES = 5.0  # diameters
 _STEP = 20e-6  # [s] where nothing else sets it
@@ -189,6 +200,7 @@ class DriveStepping(Spec):
     settling_time: Time = Field(
         default=1.0, description="time at the end point in which settling is watched", examples=["1 s"], ge=0
     )
+    stock: StockNumerics = Field(default_factory=StockNumerics, description="how a stock in 3D is computed")
 
 
 class MillingScenario(Scenario):
@@ -197,6 +209,10 @@ class MillingScenario(Scenario):
     measures: ClassVar[Mapping[str, MeasureSpec]] = MILLING
     needs: ClassVar[Needs] = needs.MILLING
     either: ClassVar[tuple[tuple[str, ...], ...]] = (("path",), ("program",))
+    refused: ClassVar[Mapping[str, str]] = {
+        "setups": "several set-ups are not supported yet: run each as a scenario of its own, the second with the stock that the "
+        "first has left (cutwise export RUN surface -o left.stl, then stock: {file: left.stl})",
+    }  # fmt: skip
     starts: ClassVar[Mapping[str, str]] = {
         "path.corner": "2 mm",
         "path.compare": "[sharp, 2 mm, 5 mm]",
@@ -223,6 +239,8 @@ class MillingScenario(Scenario):
 
     def turned(self) -> Mapping[str, tuple[str, str]]:
         """What this cut has: a program or a line no corner, a stock no depths; a corner no blend unless it is asked for."""
+        if self.in_3d:
+            return {key: self.levers[key] for key in ("operation.feed", "operation.spindle_speed")}
         idle = {"path.corner"} if not isinstance(self.path, CornerPath) else set()
         if self.stock is not None:
             idle |= {"operation.axial_depth", "operation.radial_depth"}
@@ -234,6 +252,8 @@ class MillingScenario(Scenario):
         """A program takes seconds, one that is followed through its stock or on a vibrating tip many."""
         if self.program is None:
             return 100
+        if self.in_3d:
+            return 0
         return 5 if self.stock is not None or self.tool.modes else 12
 
     process: Literal["mill"] = Field(description="which operation is simulated", examples=["mill"])
@@ -246,30 +266,42 @@ class MillingScenario(Scenario):
         default=None, description="the robot that carries the mill instead of a machine"
     )
     program: Program | None = Field(default=None, description="an NC program (or give path)")
-    stock: StockBlock | None = Field(
+    stock: AnyStock | None = Field(
         default=None,
-        description="the block that a program cuts: contact then follows from what its moves have left, the depths of "
-        "the operation are not needed",
+        description="what a program cuts, a block, a cylinder, a file or what an earlier run left: contact then follows from what "
+        "its moves have left, the depths of the operation are not needed",
     )
+    tools: tuple[Cutter, ...] = Field(
+        default=(), description="tools that the program calls, by their profiles (instead of tool): the stock is then cut in 3D",
+        examples=["[{number: 1, shape: flat, diameter: 10 mm, flutes: 3, helix: 30 deg}]"],
+    )  # fmt: skip
+    fixtures: tuple[AnyFixture, ...] = Field(
+        default=(), description="clamps and jaws that no tool may touch: blocks, STEP or STL files",
+        examples=["[{x: [-30 mm, -5 mm], y: [0 mm, 20 mm], z: [-20 mm, 10 mm]}]"],
+    )  # fmt: skip
     path_mode: PathMode = Field(
         default="exact_path",
         description="corners between blocks: exact_path (G61), exact_stop (G61.1) or {blend: tolerance} (G64 P)",
         examples=["exact_path"],
     )
     operation: MillingOperation = Field(default_factory=MillingOperation, description="the cut")
-    tool: EndMill = Field(description="the end mill")
+    tool: _Mill = Field(default=None, description="the end mill (or give tools)")  # type: ignore[assignment]
     spindle: Spindle = Field(
         default="rigid", description="rigid, or a compliant spindle, whose pistons yield along a straight wall",
         examples=["{library: berselli2016}"],
     )  # fmt: skip
-    material: Material = Field(description="cutting coefficients of the material with this tool")
+    material: _Material = Field(  # type: ignore[assignment]
+        default=None,
+        description="cutting coefficients of the material with this tool; of a stock in 3D left out: no forces",
+    )
     machine: ToolMachine | None = Field(
         default=None,
         description="the machine: its drives, or bodies that yield, with or without drives (or give robot)",
     )
-    part: YieldingPart | None = Field(
-        default=None, description="the part: a block on a machine with bodies, or one stiffness; left out: rigid"
-    )
+    part: AnyPart | None = Field(
+        default=None, description="the part: a block on a machine with bodies, or one stiffness, left out: rigid; or the nominal "
+        "part that a program is to leave of its stock (file)",
+    )  # fmt: skip
     load: MillingLoad = Field(default_factory=MillingLoad, description="loads on the machine besides the cut")
     lobes: LobeDiagram = Field(
         default_factory=LobeDiagram, description="map of stability, drawn where the tool has modes"
@@ -283,12 +315,16 @@ class MillingScenario(Scenario):
 
     @property
     def focus(self) -> str:  # type: ignore[override]
-        """How far drives leave the path, or the wall of a tool that goes as programmed."""
+        """How far drives leave the path, the wall of a tool that goes as programmed, or the surface of a stock in 3D."""
+        if self.in_3d:
+            return "deviation_max" if self.nominal is not None else "cutting_power_max"
         return "wall_error_max" if self.programmed else "contour_error_max"
 
     @property
     def programmed(self) -> bool:
         """Whether the tool goes as programmed: nothing has feed drives."""
+        if self.in_3d:
+            return False
         if self.robot is not None or "machine" not in vars(
             self
         ):  # a machine with faults of its own has drives, probably
@@ -325,6 +361,36 @@ class MillingScenario(Scenario):
         return self.numerics.time_step or (_STEP if asked else math.inf)
 
     @property
+    def in_3d(self) -> bool:
+        """Whether the stock is a map in 3D, because tools, part, stock or fixtures ask for it; otherwise arcs are exact.
+
+        Of a scenario that is only partly right, sections that are not there have faults of their own: they were written.
+        """
+        there = vars(self)
+        odd = not isinstance(there.get("stock"), StockBlock | None)
+        nominal = isinstance(there.get("part"), NominalPart) or (
+            "part" not in there and there.get("program") is not None
+        )
+        return bool(there.get("tools", True)) or bool(there.get("fixtures", True)) or nominal or odd
+
+    @property
+    def nominal(self) -> NominalPart | None:
+        """The part that the program is to leave, if it is given."""
+        return self.part if isinstance(self.part, NominalPart) else None
+
+    @property
+    def asked(self) -> Mapping[str, Limit]:
+        """A tolerance of the nominal part asks for the deviation to be within it, unless a requirement says otherwise."""
+        tolerance = self.nominal.tolerance if self.nominal is not None else None
+        if tolerance is None:
+            return self.requirements
+        implied = {"deviation_min": Limit(min=-tolerance), "deviation_max": Limit(max=tolerance)}
+        return {
+            **{name: limit for name, limit in implied.items() if name not in self.requirements},
+            **self.requirements,
+        }
+
+    @property
     def drives(self) -> CncMachine:
         """The feed drives: those of the machine, or the machine itself where it is nothing else."""
         found = drives_of(self.machine)
@@ -349,14 +415,25 @@ class MillingScenario(Scenario):
     def contradictions(self) -> Iterator[Notice]:
         """What carries the tool; path and program, feed and speed missing, depths that engagement or tool do not cover."""
         for check in self.checks():
-            yield from check
+            with suppress(AttributeError):  # of a tool that is missing, which is told
+                yield from check
 
     def checks(self) -> Iterator[Iterator[Notice]]:
         """A fault within the machine hides none of those of the cut."""
+        if self.in_3d:
+            yield from (check(self) for check in STOCK_CHECKS)
+            return
+        yield self._missing()
         yield milling_carriers.carrier_faults(self)
         yield milling_carriers.yielding_faults(self)
         yield limited_feed(self)
         yield self._cut_faults()
+
+    def _missing(self) -> Iterator[Notice]:
+        """What only a stock in 3D can do without."""
+        for key, sample in (("tool", "tool: {library: endmill_20_3}"), ("material", "material: {library: al7075t6}")):
+            if getattr(self, key) is None:
+                yield Notice((key,), f"missing; write it, for example {sample}")
 
     def _cut_faults(self) -> Iterator[Notice]:
         """Path and program, feed and speed, depths."""
@@ -403,6 +480,13 @@ class MillingScenario(Scenario):
     def unused(self) -> Iterator[Notice]:
         """What belongs to a tool that vibrates, to time stepping or to a robot; the group of the material."""
         yield from super().unused()
+        if self.in_3d:
+            yield from stock_unused(self)
+            return
+        if self.numerics.stock != StockNumerics():
+            yield Notice(
+                ("numerics", "stock"), "the stock is no map in 3D: that takes tools, a nominal part or another stock"
+            )
         if self.stock is not None:
             yield Notice(("program", "top"), "the stock has its own top (stock.z)")
         if self.programmed or not self.tool.modes:
@@ -429,6 +513,9 @@ class MillingScenario(Scenario):
 
     def notices(self) -> Iterator[Notice]:
         """Feed per tooth, depth and sampling that are unusual; what does not count."""
+        if self.in_3d:
+            yield from stock_notices(self)
+            return
         if isinstance(self.machine, MillingMachine):
             yield from what_yields_alone(self.machine, weights=False)
         if self.compliant is not None and self.tool.modes:

@@ -68,6 +68,21 @@ DRILLING: Needs = {
 }
 MILLING: Needs = {
     "chatter_growth_*": ("tool.modes",),
+    **dict.fromkeys(
+        ("cutting_power_max", "spindle_torque_max", "chip_thickness_max", "plunge_force_max"),
+        ("stock", "program", "material"),
+    ),
+    **dict.fromkeys(
+        ("air_cut_time", "rapids_in_stock", "collisions", "collision_depth_max", "surface_check_max"),
+        ("stock", "program"),
+    ),
+    **dict.fromkeys(
+        ("deviation_min", "deviation_max", "deviation_rms", "gouge_volume", "excess_volume", "scallop_max"),
+        ("part.file or part.step",),
+    ),
+    "fraction_in_tolerance": ("part.tolerance",),
+    "cycle_time_ideal": ("no robot",),
+    "stops": ("no robot",),
     "stable_depth_straight": ("tool.modes",),
     "stable_depth_corner": ("tool.modes",),
     **_ARM,
@@ -90,7 +105,6 @@ MILLING: Needs = {
     **dict.fromkeys(
         (
             "contour_error_*",
-            "cycle_time_ideal",
             "tracking_error_*",
             "settling_*",
             "drive_voltage_max",
@@ -99,9 +113,8 @@ MILLING: Needs = {
             "feed_min",
             "bandwidth_*",
             "phase_margin_*",
-            "stops",
         ),
-        ("no robot",),
+        ("no robot", "no tools"),
     ),
     "tip_deflection_max": ("tool.modes or robot", f"{_TOOTH} or robot"),
     "wall_error_*": ("tool.modes or robot or path.line", f"{_TOOTH} or robot or path.line"),

@@ -126,6 +126,11 @@ class Scenario(Spec):
         """Codes of the findings that shall not decide; the run has no verdict then, or fails."""
         return frozenset()
 
+    @property
+    def asked(self) -> Mapping[str, Limit]:
+        """The requirements, and those that follow from other keys, such as a tolerance of the part."""
+        return self.requirements
+
     def lacking(self, measure: str) -> tuple[str, ...]:
         """The keys without which this scenario cannot have a measure; none if it can."""
         banded = stem(measure)

@@ -48,9 +48,7 @@ class TurnedPart(Spec):
     poisson_ratio: Annotated[Number, Usual(0.2, 0.4)] = _key("Poisson's ratio", 0.3, gt=-1, lt=0.5)
     density: base.Density | None = _optional("density, for chatter", "7850 kg/m^3")
     damping: Annotated[Number, Usual(0.003, 0.1)] | None = _optional("damping ratio, for chatter", 0.02, lt=1)
-    runout: Annotated[base.SmallLength, Usual(None, "1 mm")] | None = _key(
-        "run-out of the bar, full indicator reading", "200 um", default=None, ge=0
-    )
+    runout: base.SmallLength | None = _key("run-out of the bar, full indicator", "200 um", default=None, ge=0)
 
     def contradictions(self) -> Iterator[Notice]:
         """A shaft that is not in the bar; half of what chatter needs."""
@@ -115,14 +113,10 @@ class TurningOperation(Spec):
         "spindle speed, instead of a cutting speed (G97)", "1200 rpm"
     )
     feed: _Feed = _key("feed per revolution", "0.25 mm/rev", gt=0)
-    passes: Annotated[Count, Usual(1, 20)] = _key("passes to size, all but the last equally deep", 2, ge=1, le=100)
-    finish_depth: Annotated[Length, Usual("0.05 mm", "3 mm")] | None = _optional(
-        "depth of the last of them; left out: all alike", "0.3 mm"
-    )
+    passes: Count = _key("passes to size, all but the last equally deep", 2, ge=1, le=100)
+    finish_depth: Length | None = _optional("depth of the last of them; left out: all alike", "0.3 mm")
     finish_feed: _Feed | None = _optional("feed of the last and of spring passes; left out: the feed", "0.1 mm/rev")
-    spring_passes: Annotated[Count, Usual(0, 5)] = _key(
-        "passes without new depth, which cut what deflection left", 1, default=0, ge=0, le=20
-    )
+    spring_passes: Count = _key("passes without new depth, for what bending left", 1, default=0, ge=0, le=20)
     towards: Literal["headstock", "tailstock"] = _key("where the feed goes", "headstock", default="headstock")
 
     def contradictions(self) -> Iterator[Notice]:
@@ -139,9 +133,7 @@ class TurningOperation(Spec):
 class Stations(Spec):
     """Places along the shaft."""
 
-    station: Annotated[Length, Usual("0.5 mm", "50 mm")] = _key(
-        "largest step between places", "5 mm", default=5e-3, gt=0
-    )
+    station: Length = _key("largest step between the places looked at", "5 mm", default=5e-3, gt=0)
 
 
 class TurningScenario(Scenario):
@@ -178,11 +170,9 @@ class TurningScenario(Scenario):
     def contradictions(self) -> Iterator[Notice]:
         """Feeds beyond the nose, depths beyond the bar, a rest beside the shaft."""
         operation, part, nose = self.operation, self.part, self.tool.nose_radius
-        feeds: dict[Path, float | None] = {
-            ("operation", key): getattr(operation, key) for key in ("feed", "finish_feed")
-        }
-        feeds |= {("part", "sections", place, "feed"): one.feed for place, one in enumerate(part.sections)}
-        for path, feed in feeds.items():
+        fed: dict[Path, float | None] = {("operation", key): getattr(operation, key) for key in ("feed", "finish_feed")}
+        fed |= {("part", "sections", place, "feed"): one.feed for place, one in enumerate(part.sections)}
+        for path, feed in fed.items():
             if feed is not None and feed > nose:
                 yield Notice(path, f"is more than the nose radius ({_mm(nose)}), which no longer shapes the ridges")
         rooms = [0.5 * d for one in part.sections if (d := part.stock_diameter - one.diameter) > 0.0]
@@ -191,8 +181,7 @@ class TurningScenario(Scenario):
             yield Notice(
                 ("operation", "finish_depth"), f"is all that the bar has over the shaft, or more ({_mm(min(rooms))})"
             )
-        length = sum(section.length for section in part.sections)
-        if self.lathe.steady_position is not None and self.lathe.steady_position >= length:
+        if (self.lathe.steady_position or 0.0) >= (length := sum(section.length for section in part.sections)):
             yield Notice(("lathe", "steady_position"), f"is beyond the shaft, {_mm(length)} long")
 
     def unused(self) -> Iterator[Notice]:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from cutwise.app.plots import arm
+from cutwise.app.plots import arm, stock
 from cutwise.app.plots.figures import (
     BAD,
     GOOD,
@@ -282,6 +282,7 @@ def vibration(result: "Result") -> Figure:
 _ERROR = "surface/contour_error"
 PLOTS: list[Plot] = [
     *arm.PLOTS,
+    *stock.PLOTS,
     Plot("Where the path is left most", "Commanded and actual path of the tool centre; the error is magnified.",
          worst_place, (_ERROR, "motion/actual", "measures/contour_error_max")),
     Plot("Corner strategies", "The same corner run in other ways. The contour error of a blend is measured from the corner "

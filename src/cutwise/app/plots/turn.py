@@ -1,15 +1,12 @@
 """Plots of a turned shaft: its diameter after each pass, and what yielded in the last one."""
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from cutwise.app.plots.figures import SERIES, Plot, curve, figure, legend_above, scale
-
-if TYPE_CHECKING:
-    from cutwise.results import Result
+from cutwise.results import Result
 
 
 def _along(z: np.ndarray, columns: Iterable[tuple[str, np.ndarray]], axis: str) -> Figure:
@@ -25,17 +22,17 @@ def _along(z: np.ndarray, columns: Iterable[tuple[str, np.ndarray]], axis: str) 
     return drawn
 
 
-def diameter(result: "Result") -> Figure:
+def diameter(result: Result) -> Figure:
     """Diameter error along the shaft after each of the last passes."""
     error = result["surface"]["diameter_error"]
-    columns = [(f"pass {cut}", error.sel(cut=cut).values) for cut in error["cut"].values[-len(SERIES) :]]
-    return _along(error["z"].values, columns, "diameter error")
+    last = error["cut"].values[-len(SERIES) :]
+    return _along(error["z"].values, [(f"pass {cut}", error.sel(cut=cut).values) for cut in last], "diameter error")
 
 
-def yielding(result: "Result") -> Figure:
+def yielding(result: Result) -> Figure:
     """Displacement off the shaft in the last pass by each thing that yields."""
     table = result["structure"].dataset
-    columns = [(str(name).removeprefix("deflection_"), table[name].values[:, -1]) for name in table.data_vars]
+    columns = [(str(name).partition("_")[2], table[name].values[:, -1]) for name in table.data_vars]
     return _along(table["z"].values, columns, "off the shaft")
 
 

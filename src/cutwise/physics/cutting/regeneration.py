@@ -24,6 +24,7 @@ Receptance = Callable[[FloatArray], np.ndarray]  # angular frequency (m,) [rad/s
 
 _POINTS = 4000  # of the search over frequency
 _LOWEST = 0.5  # [Hz]
+_BETWEEN = 1.5  # by which 1 / a_p between two points of the search may exceed that at both
 
 
 class DepthLimit(NamedTuple):
@@ -146,9 +147,11 @@ def depth_limit(receptance: Receptance, directions: FloatArray, tooth_period: fl
     best = DepthLimit(math.inf, math.nan)
     for branch in range(2):
         imaginary, real = values[:, branch].imag, values[:, branch].real
-        for k in np.flatnonzero(
-            (np.sign(imaginary[1:]) != np.sign(imaginary[:-1])) & (np.maximum(real[1:], real[:-1]) > 0)
-        ):
+        high_end = np.maximum(real[1:], real[:-1])
+        crossings = np.flatnonzero((np.sign(imaginary[1:]) != np.sign(imaginary[:-1])) & (high_end > 0))
+        for k in crossings[np.argsort(-high_end[crossings], kind="stable")]:
+            if _BETWEEN * high_end[k] * best.depth < 1.0:
+                break  # nor does any later one come below the least depth so far
             near = values[k, branch]
 
             def part(w: float, near: complex = near) -> complex:

@@ -36,6 +36,7 @@ class Wedge(NamedTuple):
     contact: FloatArray  # speed of the contact over that of the ball centre, shape (n,)
     speed: FloatArray  # [m/s] of the contact across the rod, shape (n,)
     rise: FloatArray  # [m/s] of the contact along the rod, shape (n,)
+    slope: FloatArray  # of the path of the ball: way along the rod for way across it, shape (n,)
     closed: bool
 
 
@@ -63,7 +64,7 @@ def most_discs(engagement: Wedge) -> int:
     Ten slices of a wedge without a burr, three planes with the one ahead:
 
     >>> table, at = np.zeros((2, 2, 4)), np.zeros(2)
-    >>> most_discs(Wedge(Round(1e-3, 2, 100.0), 10, at, at, table, np.zeros((2, 0, 4)), at, at, at, False))
+    >>> most_discs(Wedge(Round(1e-3, 2, 100.0), 10, at, at, table, np.zeros((2, 0, 4)), at, at, at, at, False))
     40
     """
     return engagement.slices * (4 + (6 if engagement.burr.shape[1] else 0))
@@ -242,9 +243,11 @@ def _(engagement, stock, pose, structure, flexed, contact):
     vx = foot_speed * (engagement.contact[j] + share * (engagement.contact[k] - engagement.contact[j]))
     vy = ux * ox + uy * oy
     vz = pose.vz + tip.vz
-    length = math.hypot(place[k, 0] - place[j, 0], place[k, 1] - place[j, 1])
-    if engagement.speed[j] > 0.0 and length > 0.0:
-        vz += engagement.rise[j] * vx / engagement.speed[j] - (place[k, 2] - place[j, 2]) / length * foot_speed
+    speed, rise, slope = engagement.speed, engagement.rise, engagement.slope
+    if speed[j] > 0.0 and speed[k] > 0.0:  # straight between samples: a jump of the force there would have no balance
+        lifted = rise[j] / speed[j]
+        lifted += share * (rise[k] / speed[k] - lifted)
+        vz += lifted * vx - (slope[j] + share * (slope[k] - slope[j])) * foot_speed
     seen = contact.seen
     seen[0], seen[1], seen[2], seen[3] = j, share, dy, dz
     count = 0

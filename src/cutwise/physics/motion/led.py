@@ -26,7 +26,7 @@ class Led(NamedTuple):
     off: FloatArray  # direction off the work, x and y, shape (n, 2)
     lead: FloatArray  # [m] from there to where the tool is led, shape (n, 3)
     velocity: FloatArray  # [m/s] with which it is led across the rod, shape (n, 2)
-    climb: FloatArray  # [m/s] along the rod, from each sample on, shape (n,)
+    climb: FloatArray  # [m/s] along the rod, shape (n,)
 
 
 @moved.of(Led)
@@ -48,7 +48,8 @@ def _(motion, time):
     y += pulled * (stay * off[i, 1] + part * off[onward, 1])
     vx = stay * velocity[i, 0] + part * velocity[onward, 0]
     vy = stay * velocity[i, 1] + part * velocity[onward, 1]
-    return Pose(time, motion.along[knot] + part * motion.stretch[knot], x, y, z, vx, vy, motion.climb[i], 0.0)
+    vz = stay * motion.climb[i] + part * motion.climb[onward]
+    return Pose(time, motion.along[knot] + part * motion.stretch[knot], x, y, z, vx, vy, vz, 0.0)
 
 
 @driven.of(Led)

@@ -4,17 +4,11 @@ Timoshenko elements, exact at their ends where diameters step there. A shaft tur
 the work. A feed force :math:`F_x` at the radius r of the cut bends it with :math:`r F_x`.
 """
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from cutwise.later import later
 from cutwise.maths.curves import FloatArray
-
-if TYPE_CHECKING:
-    from scipy import linalg
-else:
-    linalg = later("scipy.linalg")
 
 
 class Support(NamedTuple):
@@ -98,5 +92,6 @@ def modes(beam: Shaft, z: float, lever: float, count: int) -> tuple[FloatArray, 
     """Lowest natural frequencies [rad/s], (count,), and what these modes of unit mass move at a tool, (count, 2)."""
     whole, _, free = _held(beam)
     keep = np.ix_(free, free)
-    square, shape = linalg.eigh(whole[keep], beam.mass[keep], subset_by_index=[0, min(count, len(free)) - 1])
-    return np.sqrt(square), shape.T @ _pushed(beam, z, lever)[free]
+    lower = np.linalg.inv(np.linalg.cholesky(beam.mass[keep]))
+    square, shape = np.linalg.eigh(lower @ whole[keep] @ lower.T)
+    return np.sqrt(square[:count]), (lower.T @ shape[:, :count]).T @ _pushed(beam, z, lever)[free]

@@ -1,0 +1,157 @@
+r"""Forces of edges along the meridian of a tool: bottom, corner, ball, cone and cylinder through the one flute kernel.
+
+An element whose outward normal stands at kappa from down is a disc with turned coefficients, as on a ball; at 90 degrees it is
+the helical flute, at 0 the bottom edge. Forces are on the tool, in the frame (feed, left, up). In the angle psi from the feed to
+the left a flute's own angle is :math:`\phi = \pi/2 - \psi`.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from cutwise.maths.compiled import compiled, inlined, internal
+from cutwise.maths.profiles import Meridian
+from cutwise.physics.cutting.ball import disc_coefficients
+from cutwise.physics.cutting.flute import EdgeCoefficients, Mill, mean_force, tooth_force
+
+FloatArray = npt.NDArray[np.float64]
+
+CYLINDER = -1  # element of a row on the cylinder
+_ANGLES = 60  # of the tool in a tooth period, at which the peak is looked for
+_FINER = 16
+
+
+class Chip(NamedTuple):
+    """Feed of one tooth."""
+
+    across: float  # horizontal [m]
+    along: float  # up, negative where the tool goes down [m]
+
+
+class MeridianForce(NamedTuple):
+    """Mean force of all teeth on the tool."""
+
+    x: float  # along the feed [N]
+    y: float  # to its left [N]
+    z: float  # up [N]
+    torque: float  # about the axis, against the turning [N m]
+    end: float  # up, of the bottom edges alone [N]
+
+
+@inlined
+def _pulling(k: EdgeCoefficients, thick: float) -> EdgeCoefficients:
+    """Coefficients of an element with a chip that is the same all round added to its edge force; the axial ones turned.
+
+    The flute kernel counts axial coefficients upward; a right-hand helix pulls the tool down.
+    """
+    return EdgeCoefficients(
+        k.K_tc, k.K_rc, -k.K_ac, k.K_te + k.K_tc * thick, k.K_re + k.K_rc * thick, -(k.K_ae + k.K_ac * thick)
+    )
+
+
+@compiled
+def meridian_force(
+    rows: FloatArray, count: int, edge: Meridian, radius: float, flutes: int, chip: Chip, k: EdgeCoefficients
+) -> MeridianForce:
+    r"""Force averaged over a revolution, from rows of contact.
+
+    .. math:: dF_t = (K_{tc} h + K_{te})\,ds,\quad dF_n = (K_{rc} h + K_{re})\,ds,\quad dF_a = (K_{ac} h + K_{ae})\,ds
+
+    against the motion of the tooth, along -n and along -e, with :math:`h = c \cdot n`,
+    :math:`n = (\sin\kappa\cos\psi, \sin\kappa\sin\psi, -\cos\kappa)` and
+    :math:`e = (\cos\kappa\cos\psi, \cos\kappa\sin\psi, \sin\kappa)`.
+
+    Parameters
+    ----------
+    rows, count : array (m, 5), int
+        Element (-1: the cylinder), arc from, to [rad], heights from, to [m].
+    edge : Meridian
+        Elements below the cylinder.
+    radius : float
+        Of the cylinder [m].
+    flutes : int
+        Teeth N.
+    chip : Chip
+        Feed of a tooth.
+    k : EdgeCoefficients
+        Of material and tool; for bottom edges the same, the radial ones along the axis.
+
+    References
+    ----------
+    Engin and Altintas 2001; Gradisek, Kalveram and Weinert 2004 (the general end mill).
+    """
+    x = y = z = torque = end = 0.0
+    for n in range(count):
+        element = int(rows[n, 0])
+        low, high = 0.5 * math.pi - rows[n, 2], 0.5 * math.pi - rows[n, 1]
+        if element == CYLINDER:
+            f = mean_force(low, high, chip.across, 0.0, rows[n, 4] - rows[n, 3], flutes, _pulling(k, 0.0))
+            torque += radius * f.tangential
+        else:
+            sine, cosine = edge.sine[element], edge.cosine[element]
+            turned = disc_coefficients(math.atan2(sine, -cosine), _pulling(k, -chip.along * cosine))
+            f = mean_force(low, high, chip.across * sine, 0.0, edge.length[element], flutes, turned)
+            torque += edge.radius[element] * f.tangential
+            if sine == 0.0:
+                end += f.z
+        x, y, z = x + f.x, y + f.y, z + f.z
+    return MeridianForce(x, y, z, torque, end)
+
+
+@internal
+def _force_at(
+    rotation: float, rows: FloatArray, count: int, edge: Meridian, mill: Mill, chip: Chip, k: EdgeCoefficients
+) -> float:
+    """Force in the plane with the teeth at an angle [N]."""
+    x = y = 0.0
+    pitch = 2.0 * math.pi / mill.flutes
+    for n in range(count):
+        element = int(rows[n, 0])
+        low, high = 0.5 * math.pi - rows[n, 2], 0.5 * math.pi - rows[n, 1]
+        if element == CYLINDER:
+            f = tooth_force(rotation, low, high, chip.across, 0.0, rows[n, 3], rows[n, 4], mill, _pulling(k, 0.0))
+            x, y = x + f.x, y + f.y
+            continue
+        sine, cosine, ds = edge.sine[element], edge.cosine[element], edge.length[element]
+        start = rotation - math.tan(mill.helix) * edge.height[element] / mill.radius
+        for tooth in range(math.ceil((low - start) / pitch), math.floor((high - start) / pitch) + 1):
+            phi = start + tooth * pitch
+            s, c = math.sin(phi), math.cos(phi)
+            h = chip.across * sine * s - chip.along * cosine
+            ft, fn, fa = k.K_tc * h + k.K_te, k.K_rc * h + k.K_re, k.K_ac * h + k.K_ae
+            inward = fn * sine + fa * cosine
+            x += ds * (-ft * c - inward * s)
+            y += ds * (ft * s - inward * c)
+    return math.hypot(x, y)
+
+
+@compiled
+def peak_force(rows: FloatArray, count: int, edge: Meridian, mill: Mill, chip: Chip, k: EdgeCoefficients) -> float:
+    """Largest force in the plane over a tooth period [N]; teeth are looked at in 60 places and closer round the largest."""
+    if count == 0:
+        return 0.0
+    step = 2.0 * math.pi / (mill.flutes * _ANGLES)
+    best, at = 0.0, 0
+    for i in range(_ANGLES):
+        force = _force_at(step * i, rows, count, edge, mill, chip, k)
+        if force > best:
+            best, at = force, i
+    for i in range(-_FINER + 1, _FINER):
+        best = max(best, _force_at(step * (at + i / _FINER), rows, count, edge, mill, chip, k))
+    return best
+
+
+@compiled
+def thickest_chip(rows: FloatArray, count: int, edge: Meridian, chip: Chip) -> float:
+    r"""Largest chip thickness :math:`h = c \cdot n` in contact [m]."""
+    thickest = 0.0
+    for n in range(count):
+        element, low, high = int(rows[n, 0]), rows[n, 1], rows[n, 2]
+        ahead = 1.0 if low <= 0.0 <= high else max(math.cos(low), math.cos(high))
+        if element == CYLINDER:
+            thickest = max(thickest, chip.across * ahead)
+        else:
+            thickest = max(thickest, chip.across * edge.sine[element] * ahead - chip.along * edge.cosine[element])
+    return thickest

@@ -1,0 +1,163 @@
+r"""How far a machined surface stands off the nominal one, at points of the nominal with their outward normals.
+
+Positive is material left. The sign is that of :math:`h - z` at the point; the size the least of the distance along the normal to
+the first crossing of the surface, of the gap along the tool axis, and, where these are above a tolerance, of eight level rays that
+start a little off the face: at the foot and at the rim of a wall a normal runs far before it meets anything.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from cutwise.maths.compiled import compiled, stepping
+from cutwise.maths.height_map import STOCK
+from cutwise.maths.map_surface import Index, Solid, shaped
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+
+REACH = 1e-3  # [m] beyond which a distance is not followed
+BEHIND = -1e-6  # of a normal along the tool axis: faces below it are seen from behind
+_OFF = 2e-6  # [m] off the face, where level rays start
+_FIRST = 1e-6  # [m] first step along a ray
+_FINE = 1e-11  # [m] to which a crossing is found
+_STEPS = 60
+_RAYS = 8
+
+
+class _Crossing(NamedTuple):
+    away: float  # [m]; infinite: none within the reach
+    owner: int  # the segment that made the surface there
+
+
+@stepping
+def _gap(solid: Solid, index: Index, x: float, y: float, z: float) -> tuple[float, int]:
+    """Height of the material over a point [m], bounded, and its owner."""
+    height, owner = shaped(solid, index, x, y)
+    return min(max(height - z, -1.0), 1.0), owner
+
+
+@stepping
+def _crossing(
+    solid: Solid, index: Index, p: FloatArray, v: tuple[float, float, float], inside: bool, most: float, cell: float
+) -> _Crossing:
+    """First place of a ray where it leaves the material (from inside) or enters it."""
+    low, high = 0.0, min(_FIRST, most)
+    g_low, owner_low = _gap(solid, index, p[0], p[1], p[2])
+    if (g_low > 0.0) != inside:  # off the face the point is on the other side already
+        return _Crossing(0.0, owner_low)
+    if most <= 0.5 * cell:
+        high = most
+    g_high, owner_high = _gap(solid, index, p[0] + high * v[0], p[1] + high * v[1], p[2] + high * v[2])
+    while (g_high > 0.0) == inside:
+        if high >= most:
+            return _Crossing(math.inf, STOCK)
+        low, g_low, owner_low = high, g_high, owner_high
+        high = min(high + min(max(high, _FIRST), 0.5 * cell), most)
+        g_high, owner_high = _gap(solid, index, p[0] + high * v[0], p[1] + high * v[1], p[2] + high * v[2])
+    side = 0
+    for step in range(_STEPS):
+        if high - low <= _FINE:
+            break
+        at = 0.5 * (low + high)
+        if step % 3 != 2 and g_high != g_low:
+            at = low - g_low * (high - low) / (g_high - g_low)
+            at = min(max(at, low + 1e-3 * (high - low)), high - 1e-3 * (high - low))
+        g, owner = _gap(solid, index, p[0] + at * v[0], p[1] + at * v[1], p[2] + at * v[2])
+        if (g > 0.0) == inside:
+            low, g_low, owner_low = at, g, owner
+            g_high = 0.5 * g_high if side == 1 else g_high
+            side = 1
+        else:
+            high, g_high, owner_high = at, g, owner
+            g_low = 0.5 * g_low if side == -1 else g_low
+            side = -1
+        if abs(g) <= _FINE:
+            low = high = at
+    return _Crossing(0.5 * (low + high), owner_high if inside else owner_low)  # of the side in air
+
+
+@stepping
+def _deviation(
+    solid: Solid, index: Index, p: FloatArray, n: FloatArray, tolerance: float, cell: float, q: FloatArray
+) -> tuple[float, int]:
+    """Deviation at one point [m], and the segment that made the surface there."""
+    over, owner = _gap(solid, index, p[0], p[1], p[2])
+    inside = over > 0.0
+    best = min(abs(over), REACH)
+    if best <= _FINE:
+        return 0.0, owner
+    sense = 1.0 if inside else -1.0
+    along = _crossing(solid, index, p, (sense * n[0], sense * n[1], sense * n[2]), inside, best, cell)
+    if along.away < best:
+        best, owner = along.away, along.owner
+    if best > tolerance:
+        for k in range(3):
+            q[k] = p[k] + sense * _OFF * n[k]
+        for ray in range(_RAYS):
+            turn = 2.0 * math.pi * ray / _RAYS
+            level = _crossing(solid, index, q, (math.cos(turn), math.sin(turn), 0.0), inside, best, cell)
+            lean = sense * (n[0] * math.cos(turn) + n[1] * math.sin(turn))
+            away = math.sqrt(level.away * level.away + _OFF * _OFF + 2.0 * level.away * _OFF * lean)
+            if away < best:
+                best, owner = away, level.owner
+    return sense * best, owner
+
+
+@compiled
+def deviations(
+    solid: Solid,
+    index: Index,
+    point: FloatArray,
+    normal: FloatArray,
+    tolerance: float,
+    out: FloatArray,
+    owner: IntArray,
+) -> None:
+    """Deviation at points of the nominal surface.
+
+    Parameters
+    ----------
+    solid, index : Solid, Index
+        What is left, and the segments that shaped it.
+    point, normal : array (n, 3)
+        Points [m] and outward unit normals.
+    tolerance : float
+        Above it level rays are looked along too [m].
+    out, owner : array (n,)
+        Deviation [m], positive where material is left, cut at 1 mm; NaN where the face is seen from behind. The segment that
+        made the surface there, -1 where it is the stock.
+    """
+    q = np.empty(3)
+    cell = max(solid.map.layout.dx, solid.map.layout.dy)
+    for i in range(point.shape[0]):
+        if normal[i, 2] < BEHIND:
+            out[i], owner[i] = math.nan, STOCK
+        else:
+            out[i], owner[i] = _deviation(solid, index, point[i], normal[i], tolerance, cell, q)
+
+
+class Fit(NamedTuple):
+    """Shift and turn of the machined surface off the nominal one, by least squares."""
+
+    shift: FloatArray  # [m], shape (3,)
+    turn: FloatArray  # [rad], shape (3,)
+    centre: FloatArray  # about which it turns [m], shape (3,)
+    before: float  # root mean square of the deviation [m]
+    after: float  # of what is left of it
+
+
+def fitted(point: FloatArray, normal: FloatArray, deviation: FloatArray, weight: FloatArray) -> Fit:
+    r"""Least squares of the deviation on :math:`(n, p \times n)`, p from the centroid."""
+    whole = weight.sum()
+    centre = weight @ point / whole
+    arm = point - centre
+    size = max(float(np.sqrt((weight @ (arm * arm)).sum() / whole)), 1e-12)
+    columns = np.hstack([normal, np.cross(arm, normal) / size])
+    scaled = columns * weight[:, None]
+    found = np.linalg.lstsq(scaled.T @ columns, scaled.T @ deviation, rcond=1e-9)[0]
+    left = deviation - columns @ found
+    mean = [math.sqrt(float(weight @ (d * d)) / whole) for d in (deviation, left)]
+    return Fit(found[:3], found[3:] / size, centre, *mean)

@@ -1,0 +1,254 @@
+"""Warnings, limits and notes of a program in a stock in 3D."""
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from cutwise import units
+from cutwise.process.nominal_part import tolerance_of
+from cutwise.process.stock_deviation import Deviation, cut_off
+from cutwise.process.stock_material import room_for
+from cutwise.process.stock_milling import StockRunDone, events, move_time, station_moves, station_places
+from cutwise.programs.block_text import block_named, blocks_named
+from cutwise.results import Finding, Place
+from cutwise.spec.milling import MillingScenario
+from cutwise.spec.notices import notices
+
+LIMITS = (
+    "The stock is a height map seen along the tool axis: undercuts cannot be held; tool, machine and part are rigid, and the "
+    "planned path is swept (no drives, no deflection).",
+    "Forces are means over a revolution of a sharp, even tool at the programmed feed, no more than the machine allows; peaks are "
+    "those of the teeth without run-out or vibration.",
+    "Bottom edges cut with the coefficients of the flutes; measured ones depend on the radial engagement.",
+    "Deviation of faces seen from behind along the tool axis is not judged.",
+)
+_DEEP_ENOUGH = 1e-13  # [m^3] that count as removed
+_OFFSET = 0.5  # of the rms that a shift and turn take: then the part looks misplaced
+_INCH = 25.4
+_STAND_OUT = 1e-6  # [m]
+
+
+def findings(done: StockRunDone) -> Iterator[Finding]:
+    """What leaves nothing to be judged."""
+    if not (done.volume > _DEEP_ENOUGH).any():
+        yield Finding("untouched")
+    for line in done.planned.path.still:
+        yield Finding("at_rest", Place(line=line))
+        break
+
+
+_EVENT = {
+    "rapid": "rapid moves run through the stock",
+    "shank": "shank or holder runs into the stock",
+    "fixture": "the tool runs into a fixture",
+    "core": "a tool that does not cut over centre goes down into material",
+}
+
+
+def warnings(scenario: MillingScenario, done: StockRunDone, off: Deviation | None) -> Iterator[str]:
+    """What should make the engineer doubt or change something."""
+    yield from notices(scenario)
+    text = done.planned.program.text
+    happened = events(done)
+    for kind, words in _EVENT.items():
+        some = [event for event in happened if event.kind == kind]
+        if some:
+            worst = max(some, key=lambda event: event.depth)
+            named = blocks_named(text, [event.line for event in some])
+            depth = f", {_mm(worst.depth)} deep in line {worst.line} at {_at(worst.place)}" if worst.depth > 0.0 else ""
+            yield f"{words}: {named}{depth}"
+    if done.start[1] > _STAND_OUT:
+        yield f"the tool stands in the stock where the program begins, {_mm(float(done.start[1]))} deep at {_at(done.start[2:5])}"
+    yield from _extents(done)
+    yield from _grid(scenario, done)
+    yield from _no_shank(scenario)
+    if done.filled > _DEEP_ENOUGH:
+        yield (
+            f"the stock has hollows that are closed from above ({units.show(done.filled, 'volume', 3)}): the map fills them up, so "
+            "that the removed volume and the contact count them as material"
+        )
+    if off is not None:
+        yield from _part_warnings(off)
+
+
+def _extents(done: StockRunDone) -> Iterator[str]:
+    """A program that never meets the stock, or goes through its bottom."""
+    moves, raw = done.moves, done.planned.raw
+    cuts = done.volume > _DEEP_ENOUGH
+    feed = ~moves.rapid[np.searchsorted(moves.path.first, np.arange(len(moves.start)), side="right") - 1]
+    if not cuts.any():
+        ends = np.concatenate([moves.start[feed], moves.end[feed]]) if feed.any() else moves.end
+        low, high = ends.min(axis=0), ends.max(axis=0)
+        said = ", ".join(
+            f"{axis} {_span(low[k], high[k])} (stock {_span(*raw.box[k])})" for k, axis in enumerate("xyz")
+        )
+        yield f"the program never meets the stock: its feed moves reach {said}"
+        ratio = max(high[:2] - low[:2]) / max(b - a for a, b in raw.box[:2])
+        if 0.3 < ratio * _INCH < 3.0 or 0.3 < ratio / _INCH < 3.0:
+            yield "the sizes of program and stock differ by a factor near 25.4: one of them may be in inches (G20, G21)"
+        return
+    bottom = raw.box[2][0]
+    lowest = np.minimum.reduceat(np.minimum(moves.start[:, 2], moves.end[:, 2]), moves.path.first[:-1])
+    through = np.flatnonzero(cuts & (lowest < bottom - _STAND_OUT))
+    if through.size:
+        lines = np.unique(moves.line[through]).tolist()
+        deepest = int(through[np.argmin(lowest[through])])
+        yield (
+            f"moves go below the bottom of the stock, by {_mm(bottom - float(lowest[deepest]))} in line {int(moves.line[deepest])} "
+            f"(is there a table?): {blocks_named(done.planned.program.text, lines)}"
+        )
+
+
+def _grid(scenario: MillingScenario, done: StockRunDone) -> Iterator[str]:
+    allowed = 0.1 * tolerance_of(scenario)
+    if done.coarsened:
+        yield (
+            f"the grid of {_mm(done.grid)} is wider than a quarter of the smallest tool radius and a hundredth of the stock: "
+            "memory allows no more (numerics.stock.memory_limit)"
+        )
+    if done.check is not None and done.check.largest > allowed:
+        x, y = done.check.x, done.check.y
+        yield (
+            f"the surface between cells is up to {units.show(done.check.largest, 'small_length', 3)} too high at "
+            f"({1e3 * x:.4g}, {1e3 * y:.4g}) mm, more than a tenth of the tolerance: contact and force near there are uncertain; "
+            f"write a finer grid (numerics.stock.grid, now {_mm(done.grid)})"
+        )
+
+
+def _no_shank(scenario: MillingScenario) -> Iterator[str]:
+    blind = [
+        str(tool.number)
+        for tool in scenario.tools
+        if tool.flute_length is None or (not tool.holder and tool.shank_diameter is None)
+    ]
+    if blind:
+        yield (
+            f"of tool {', '.join(blind)} nothing is known above the edges (flute_length, shank_diameter, holder): its shank is "
+            "not looked at"
+        )
+    if scenario.tool is not None:
+        yield "nothing is known of the tool above its edges: shank and holder are not looked at (write it under tools)"
+
+
+def _part_warnings(off: Deviation) -> Iterator[str]:
+    yield from off.samples.notices
+    away, place = off.outside
+    if away > max(off.tolerance or 0.0, _STAND_OUT):
+        yield f"the part stands out of the stock by {_mm(away)} at {_at(place)}: check part.origin and part.rotation"
+    fit = off.fit
+    if fit is not None and fit.before > 1e-7 and fit.after < (1.0 - _OFFSET) * fit.before:
+        shift = ", ".join(f"{1e3 * v:.3g}" for v in fit.shift)
+        turn = math.degrees(float(np.linalg.norm(fit.turn)))
+        turned = f", turned by {turn:.2g}°" if turn > 1e-3 else ""
+        yield (
+            f"the deviation looks like an offset of ({shift}) mm{turned} of the machined surface, which takes "
+            f"{100 * (1 - fit.after / fit.before):.0f} % of its rms: check part.origin and the work offset (G54)"
+        )
+    raw = [face.name for face in off.faces if not face.cut and max(abs(face.least), abs(face.most)) > _STAND_OUT]
+    if raw:
+        yield f"not machined, but off the part: {', '.join(raw)}"
+    worst = max((abs(v) for face in off.faces for v in (face.least, face.most)), default=0.0)
+    if cut_off(worst):
+        yield "distances of more than 1 mm are told as 1 mm: gouge and excess volumes are too small there"
+
+
+def notes(scenario: MillingScenario, done: StockRunDone, off: Deviation | None) -> dict[str, str]:
+    """What the report says beside the numbers."""
+    grid = done.solid.map.layout
+    said = {
+        "method": "the stock is a map in 3D: "
+        + (
+            "tools are given by their profiles"
+            if scenario.tools
+            else "a nominal part, another form of stock or fixtures ask for it"
+        ),
+        "grid": f"grid {_mm(grid.dx)} x {_mm(grid.dy)}, {grid.across} x {grid.along} cells"
+        + f", about {_megabytes(scenario, done):.0f} MB with moves and samples"
+        + (f" (halved once: the surface check at {_mm(done.grids[0])} was too large)" if len(done.grids) > 1 else ""),
+        "sampling of the program": f"stations every {_mm(scenario.numerics.stock.station)}, {scenario.numerics.stock.elements} "
+        f"elements below the cylinder, chords within {units.show(0.1 * tolerance_of(scenario), 'small_length', 3)}",
+    }
+    if done.check is not None:
+        said["surface check"] = (
+            f"at {done.check.points} points of the cut surface the map is at most "
+            f"{units.show(done.check.largest, 'small_length', 3)} above all moves together"
+        )
+    if done.planned.said:
+        said["taken for granted"] = "; ".join(done.planned.said)
+    if done.planned.program.notices:
+        said["program"] = "; ".join(done.planned.program.notices)
+    said |= _heaviest(done)
+    if off is not None:
+        said |= _part_notes(done, off)
+    return said
+
+
+def _megabytes(scenario: MillingScenario, done: StockRunDone) -> float:
+    """Memory of map, moves and samples."""
+    samples = scenario.nominal.samples if scenario.nominal is not None else 0
+    return 1e-6 * room_for(done.planned.raw, done.grid, done.moves.count, samples)
+
+
+def _heaviest(done: StockRunDone) -> dict[str, str]:
+    """Where the load is largest."""
+    said, move = {}, station_moves(done)
+    for name, column, dimension in (
+        ("largest torque", "torque", "moment"), ("largest force in the plane", "force_xy_peak", "force"),
+        ("thickest chip", "chip_thickness", "small_length"),
+    ):  # fmt: skip
+        values = done.stations(column)
+        if values.size and values.max() > 0.0:
+            at = int(np.argmax(values))
+            line = block_named(done.planned.program.text, int(done.moves.line[move[at]]))
+            said[name] = (
+                f"{name} {units.show(float(values[at]), dimension, 3)} at {_at(station_places(done)[at])}, {line}"
+            )
+    return said
+
+
+def _part_notes(done: StockRunDone, off: Deviation) -> dict[str, str]:
+    said = {
+        "samples of the part": f"the part is looked at in {len(off.value)} points, about {_mm(off.samples.step)} apart; "
+        f"judged area {1e6 * off.judged:.6g} mm²; positive is material left",
+    }
+    for name, gouge in (("deepest gouge", True), ("most material left", False)):
+        at = off.worst(gouge)
+        value = float(off.value[at])
+        if (value < 0.0) if gouge else (value > 0.0):
+            said[name] = f"{name}: {units.show(value, 'small_length', 4)} {made_by(done, off, at)}"
+    if off.fit is not None:
+        shift = ", ".join(f"{1e3 * v:.4g}" for v in off.fit.shift)
+        turn = ", ".join(f"{math.degrees(v):.3g}" for v in off.fit.turn)
+        before, after = (units.show(rms, "small_length", 3) for rms in (off.fit.before, off.fit.after))
+        said["best fit"] = (
+            f"best fit: shift ({shift}) mm, turn ({turn})° of the machined surface; rms {before} before, {after} after "
+            "(nothing was aligned)"
+        )
+    return said
+
+
+def made_by(done: StockRunDone, off: Deviation, sample: int) -> str:
+    """Where a sample is and which line, tool and time made the surface there."""
+    place = f"at {_at(off.samples.point[sample])} on {off.samples.names[off.samples.face[sample]]}"
+    segment = int(off.segment[sample])
+    if segment < 0:
+        return f"{place}: the stock as it was"
+    line = int(done.planned.path.source[done.moves.block[segment]])
+    move = int(np.searchsorted(done.moves.path.first, segment, side="right") - 1)
+    tool = done.planned.tools.numbers
+    named = f", T{tool[int(done.moves.tool[move])]}" if tool else ""
+    return f"{place}: {block_named(done.planned.program.text, line)}{named}, {units.show(float(move_time(done, move)), 'time', 4)}"
+
+
+def _mm(value: float) -> str:
+    return units.show(value, "length", 3)
+
+
+def _span(low: float, high: float) -> str:
+    return f"{1e3 * low:.4g} to {1e3 * high:.4g} mm"
+
+
+def _at(place: Any) -> str:
+    return "(" + ", ".join(f"{1e3 * float(v) + 0.0:.4g}" for v in place) + ") mm"

@@ -1,0 +1,204 @@
+"""The loop over the moves of a program in a stock in 3D: contact and force at stations of a move, then its sweep."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from cutwise.maths.compiled import compiled, stepping
+from cutwise.maths.envelopes import LINE
+from cutwise.maths.height_map import RINGS, SIDE, HeightMap, Room, cut_by, overlap_by, room
+from cutwise.maths.map_surface import Solid, surface_within
+from cutwise.maths.profiles import Cutters
+from cutwise.physics.cutting.flute import EdgeCoefficients, Mill
+from cutwise.physics.cutting.meridian import Chip, meridian_force, peak_force, thickest_chip
+from cutwise.physics.engagement.map_contact import Edge, Fan, Place, angle_of_contact, contact_rows, fan_room, removal
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+
+STATION = (
+    "share", "contact", "angle", "removal", "force_x", "force_y", "force_z", "torque", "end_force", "force_xy_peak",
+    "chip_thickness", "over_centre",
+)  # fmt: skip
+_ROWS = 4096  # of contact at one place
+_UPRIGHT = 1e-12
+_AHEAD = 1e-8  # [m] of the start of a segment
+
+
+class Teeth(NamedTuple):
+    """A tool in a material."""
+
+    edge: Edge
+    mill: Mill  # radius, flutes and helix
+    core: float  # radius inside which no edge of the bottom cuts [m]; negative where there is no bottom to speak of
+    coefficients: EdgeCoefficients
+    forces: bool  # whether coefficients and a spindle speed are known
+
+
+class Run(NamedTuple):
+    """A stretch of moves with one tool, and what is found of them."""
+
+    start: FloatArray  # tip at the start of each segment [m], shape (n, 3)
+    end: FloatArray
+    way: FloatArray  # length of each segment [m], shape (n,)
+    rapid: npt.NDArray[np.bool_]  # of each move
+    feed: FloatArray  # [m/s]
+    spindle: FloatArray  # [rad/s]
+    station: IntArray  # first station of each move, and their number at the end, shape (moves + 1,)
+    found: FloatArray  # of each station, columns STATION
+    segment: IntArray  # on which each station is
+    taken: IntArray  # heights taken off by each move, units of 2**-40 m
+    hit: FloatArray  # of each move: volume in cells [m], depth [m], place (3) of what shank and holder run into
+    through: FloatArray  # the same of the cutter of rapid moves
+
+
+@stepping
+def _highest_near(stock: HeightMap, x: float, y: float, radius: float) -> float:
+    """Highest of the blocks that a tool at a place may reach [m]."""
+    grid = stock.layout
+    wide, tall = grid.dx * SIDE, grid.dy * SIDE
+    x0, y0 = grid.x - RINGS * grid.dx, grid.y - RINGS * grid.dy
+    a, b = max(0, math.floor((x - radius - x0) / wide)), min(grid.columns - 1, math.floor((x + radius - x0) / wide))
+    c, d = max(0, math.floor((y - radius - y0) / tall)), min(grid.rows - 1, math.floor((y + radius - y0) / tall))
+    top = -math.inf
+    for j in range(c, d + 1):
+        for i in range(a, b + 1):
+            top = max(top, float(stock.highest[j * grid.columns + i]))
+    return top
+
+
+@stepping
+def _place(solid: Solid, run: Run, move: int, segment: int, share: float) -> Place:
+    """Where the tool is on a segment."""
+    row, start, end = solid.path.row[segment], run.start[segment], run.end[segment]
+    first = solid.path.first[move]
+    if row[0] != LINE:
+        angle, side = row[13] + share * row[14], math.copysign(1.0, row[14])
+        return Place(
+            row[2] + row[7] * math.cos(angle), row[3] + row[7] * math.sin(angle), row[4],
+            -side * math.sin(angle), side * math.cos(angle), 0.0, segment, first, share, move,
+        )  # fmt: skip
+    x, y = start[0] + share * (end[0] - start[0]), start[1] + share * (end[1] - start[1])
+    z = start[2] + share * (end[2] - start[2])
+    slope = row[8]
+    if row[7] <= _UPRIGHT:
+        slope = -math.inf if end[2] < start[2] else math.inf
+    return Place(x, y, z, row[5], row[6], slope, segment, first, share, move)
+
+
+@stepping
+def _station(
+    solid: Solid,
+    teeth: Teeth,
+    run: Run,
+    move: int,
+    place: Place,
+    refine: bool,
+    fan: Fan,
+    rows: FloatArray,
+    out: FloatArray,
+) -> None:
+    """Contact and force at one place into a row of stations."""
+    out[:] = 0.0
+    out[0] = place.share
+    if place.z >= _highest_near(solid.map, place.x, place.y, teeth.edge.radius):
+        return
+    count = contact_rows(solid, place, teeth.edge, fan, rows, refine)
+    level, climb = 1.0, 0.0
+    if math.isinf(place.slope):
+        level, climb = 0.0, math.copysign(1.0, place.slope)
+    else:
+        level = 1.0 / math.sqrt(1.0 + place.slope * place.slope)
+        climb = place.slope * level
+    out[1] = count
+    speed = run.feed[move]
+    if not math.isinf(place.slope):
+        out[2] = angle_of_contact(rows, count, teeth.edge)
+    out[3] = removal(rows, count, teeth.edge, place.slope) * (abs(climb) if level == 0.0 else level)
+    if climb < 0.0 and teeth.core > 0.0:
+        height, _ = surface_within(solid, move, place.x, place.y, fan.found)
+        out[11] = 1.0 if height > place.z else 0.0
+    if not teeth.forces or count == 0 or run.spindle[move] <= 0.0:
+        return
+    tooth = 2.0 * math.pi * speed / (run.spindle[move] * teeth.mill.flutes)
+    chip = Chip(tooth * level, tooth * climb)
+    mer = teeth.edge.meridian
+    force = meridian_force(rows, count, mer, teeth.edge.radius, teeth.mill.flutes, chip, teeth.coefficients)
+    out[4], out[5], out[6], out[7], out[8] = force.x, force.y, force.z, force.torque, force.end
+    if refine:
+        out[9] = peak_force(rows, count, mer, teeth.mill, chip, teeth.coefficients)
+    out[10] = thickest_chip(rows, count, mer, chip)
+
+
+@stepping
+def _stations(solid: Solid, teeth: Teeth, run: Run, move: int, refine: bool, fan: Fan, rows: FloatArray) -> None:
+    """All stations of a move, evenly along it."""
+    first, last = solid.path.first[move], solid.path.first[move + 1]
+    begin, end = run.station[move], run.station[move + 1]
+    if end == begin:
+        return
+    length = 0.0
+    for segment in range(first, last):
+        length += run.way[segment]
+    segment, before = first, 0.0
+    for n in range(begin, end):
+        at = length * (n - begin) / (end - begin - 1)
+        while segment < last - 1 and at > before + run.way[segment] * (1.0 + 1e-12):
+            before += run.way[segment]
+            segment += 1
+        share = 1.0 if n == end - 1 else min((at - before) / run.way[segment], 1.0)
+        share = max(share, min(_AHEAD / run.way[segment], 1.0))  # at its start a rim lies on what it has swept before
+        run.segment[n] = segment
+        _station(solid, teeth, run, move, _place(solid, run, move, segment, share), refine, fan, rows, run.found[n])
+
+
+@stepping
+def _overlap(stock: HeightMap, solid: Solid, tools: Cutters, move: int, hit: FloatArray, work: Room) -> None:
+    """What the pieces of a tool table overlap with material along a move."""
+    for segment in range(solid.path.first[move], solid.path.first[move + 1]):
+        overlap_by(stock, solid.path, tools, segment, hit, work)
+
+
+@compiled
+def run_moves(
+    solid: Solid, shanks: Cutters, teeth: Teeth, run: Run, moves: tuple[int, int], look: bool, refine: bool
+) -> None:
+    """Run moves with one tool: stations, then what rapid moves hit, the sweep, and what shank and holder hit.
+
+    Parameters
+    ----------
+    solid : Solid
+        The stock, which is cut.
+    shanks : Cutters
+        What is above the cutting edges of each tool; tools without have no pieces.
+    teeth : Teeth
+        The tool.
+    run : Run
+        Moves, and room for what is found.
+    moves : tuple of int
+        First move, and the one behind the last.
+    look, refine : bool
+        Whether stations are looked at, and how closely.
+    """
+    fan, rows, work = fan_room(), np.empty((_ROWS, 5)), room(solid.map.layout)
+    for move in range(moves[0], moves[1]):
+        tool = int(solid.path.row[solid.path.first[move], 1])
+        if look and not run.rapid[move]:
+            _stations(solid, teeth, run, move, refine, fan, rows)
+        if run.rapid[move]:
+            _overlap(solid.map, solid, solid.tools, move, run.through[move], work)
+        run.taken[move] = cut_by(solid.map, solid.path, solid.tools, move, work)
+        if shanks.first[tool + 1] > shanks.first[tool]:
+            _overlap(solid.map, solid, shanks, move, run.hit[move], work)
+
+
+@compiled
+def run_into(stock: HeightMap, solid: Solid, tools: Cutters, moves: tuple[int, int], hit: FloatArray) -> None:
+    """What a table of tools overlaps with a solid that stays as it is, a fixture, move by move."""
+    work = room(stock.layout)
+    for move in range(moves[0], moves[1]):
+        tool = int(solid.path.row[solid.path.first[move], 1])
+        if tools.first[tool + 1] > tools.first[tool]:
+            _overlap(stock, solid, tools, move, hit[move], work)

@@ -1,0 +1,98 @@
+"""The numbers of a program in a stock in 3D."""
+
+import math
+
+import numpy as np
+
+from cutwise.maths.curves import FloatArray
+from cutwise.physics.motion.lookahead import time_without_limits
+from cutwise.process.stock_deviation import Deviation
+from cutwise.process.stock_milling import StockRunDone, events, station_moves, station_times
+from cutwise.spec.milling import MillingScenario
+
+
+def measures(scenario: MillingScenario, done: StockRunDone, off: Deviation | None) -> dict[str, float]:
+    """All measures in SI; one that does not apply is left out."""
+    found = _motion(done)
+    volume = done.volume
+    found["removed_volume"] = float(volume.sum())
+    if scenario.numerics.stock.engagement != "none":
+        found |= _cutting(scenario, done)
+    happened = events(done)
+    hits = [event for event in happened if event.kind in ("shank", "fixture")]
+    found["rapids_in_stock"] = float(sum(event.kind == "rapid" for event in happened))
+    found["collisions"] = float(len(hits))
+    if hits:
+        found["collision_depth_max"] = max(event.depth for event in hits)
+    if done.check is not None:
+        found["surface_check_max"] = done.check.largest
+    return found | (_of_part(off) if off is not None else {})
+
+
+def _motion(done: StockRunDone) -> dict[str, float]:
+    ready = done.planned
+    found = {
+        "cycle_time": float(ready.block_time[-1]),
+        "path_length": float(ready.path.curve.knots[-1]),
+    }
+    if ready.plan is not None:
+        found["cycle_time"] = ready.plan.profile.duration
+        found["cycle_time_ideal"] = time_without_limits(ready.path.curve, ready.feed) + float(
+            ready.path.dwell_after.sum()
+        )
+        found["stops"] = float(ready.plan.stops)
+    return found
+
+
+def plunging(done: StockRunDone) -> FloatArray:
+    """Whether each station goes straight down."""
+    row = done.moves.path.row[done.run.segment]
+    start, end = done.moves.start[done.run.segment], done.moves.end[done.run.segment]
+    return np.asarray((row[:, 0] == 0.0) & (row[:, 7] <= 1e-12) & (end[:, 2] < start[:, 2]))
+
+
+def _cutting(scenario: MillingScenario, done: StockRunDone) -> dict[str, float]:
+    """Contact and forces at stations."""
+    move = station_moves(done)
+    feed = done.moves.feed[move]
+    found: dict[str, float] = {"air_cut_time": _air_time(done)}
+    if not move.size:
+        return found
+    found["engagement_angle_max"] = float(done.stations("angle").max())
+    found["removal_rate_max"] = float((done.stations("removal") * feed).max())
+    turning = done.moves.spindle[move]
+    if scenario.material is None or not (turning > 0.0).any():
+        return found
+    torque = done.stations("torque")
+    found["spindle_torque_max"] = float(torque.max())
+    found["cutting_power_max"] = float((torque * turning).max())
+    found["chip_thickness_max"] = float(done.stations("chip_thickness").max())
+    if scenario.numerics.stock.engagement == "refined":
+        found["force_xy_peak"] = float(done.stations("force_xy_peak").max())
+    down = plunging(done) & (done.stations("contact") > 0.0)
+    if down.any():
+        found["plunge_force_max"] = float(done.stations("force_z")[down].max())
+    return found
+
+
+def _air_time(done: StockRunDone) -> float:
+    """Time of feed moves without contact: of each stretch between two stations that have none [s]."""
+    move, times = station_moves(done), station_times(done)
+    air = done.stations("contact") == 0.0
+    beside = (move[1:] == move[:-1]) & air[1:] & air[:-1]
+    return float(np.diff(times)[beside].sum())
+
+
+def _of_part(off: Deviation) -> dict[str, float]:
+    value = off.value[off.judged_samples]
+    found = {
+        "deviation_min": float(value.min()) if value.size else 0.0,
+        "deviation_max": float(value.max()) if value.size else 0.0,
+        "deviation_rms": off.rms,
+        "gouge_volume": sum(face.gouge for face in off.faces),
+        "excess_volume": sum(face.excess for face in off.faces),
+    }
+    if off.tolerance is not None:
+        found["fraction_in_tolerance"] = off.within
+    scallops = [face.scallop for face in off.faces if math.isfinite(face.scallop)]
+    return found | ({"scallop_max": max(scallops)} if scallops else {})

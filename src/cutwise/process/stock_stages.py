@@ -1,0 +1,172 @@
+"""The arrays of a program in a stock in 3D, labelled."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from cutwise.later import later
+from cutwise.maths.curves import FloatArray
+from cutwise.maths.height_map import RINGS, cell_middles, in_rows
+from cutwise.maths.map_surface import corner_heights
+from cutwise.process.labels import labelled
+from cutwise.process.stock_deviation import Deviation
+from cutwise.process.stock_milling import StockRunDone, move_time, station_moves, station_places, station_times
+
+if TYPE_CHECKING:
+    import xarray as xr
+else:
+    xr = later("xarray")
+
+IntArray = npt.NDArray[np.int64]
+
+
+def stages(done: StockRunDone, off: Deviation | None) -> xr.DataTree:
+    """Stations, moves, the map, faces and samples of the part."""
+    groups = {"motion": _stations(done), "lines": _lines(done, off), "stock": _map(done)}
+    if off is not None:
+        groups |= {"surface": _samples(done, off), "faces": _faces(off)}
+        groups["surface"].attrs["tolerance"] = off.tolerance or 0.0
+    return xr.DataTree.from_dict(groups)
+
+
+def _stations(done: StockRunDone) -> xr.Dataset:
+    move = station_moves(done)
+    row = ("station", np.arange(move.size), "1", "place along the program")
+    force = np.column_stack([done.stations(f"force_{axis}") for axis in "xyz"])
+    power = done.stations("torque") * done.moves.spindle[move]
+    return labelled(row, {
+        "time": (station_times(done), "s", "time"),
+        "line": (done.moves.line[move], "1", "line of the program"),
+        "tip": (station_places(done), "m", "tip of the tool"),
+        "immersion": (done.stations("angle"), "rad", "largest sum of contact arcs at one height"),
+        "removal": (done.stations("removal"), "m**2", "volume taken per length of feed"),
+        "force": (force, "N", "mean force on the tool along the feed, to its left, up"),
+        "force_end": (done.stations("end_force"), "N", "part of the bottom edges in the force up"),
+        "force_xy_peak": (done.stations("force_xy_peak"), "N", "largest force in the plane over a tooth period"),
+        "torque": (done.stations("torque"), "N*m", "mean torque of the cut"),
+        "power": (power, "W", "mean power of the cut"),
+        "chip_thickness": (done.stations("chip_thickness"), "m", "thickest chip"),
+    }, axis=["x", "y", "z"])  # fmt: skip
+
+
+def _lines(done: StockRunDone, off: Deviation | None) -> xr.Dataset:
+    """Moves with their lines: load, volume, events and the extremes of the deviation that they made."""
+    moves, count = done.moves, done.moves.count
+    station = done.run.station
+    numbers = np.array(done.planned.tools.numbers or (0,))
+    found: dict[str, Any] = {
+        "line": (moves.line, "1", "line of the program"),
+        "last_line": (moves.last_line, "1", "last line of short moves that go together"),
+        "tool": (numbers[moves.tool], "1", "number of the tool"),
+        "rapid": (moves.rapid.astype(np.int64), "1", "whether it is a rapid move"),
+        "time": (move_time(done, np.arange(count)), "s", "time at which it begins"),
+        "feed": (np.where(moves.rapid, np.nan, moves.feed), "m/s", "feed"),
+        "removed_volume": (done.volume, "m**3", "volume taken"),
+    }
+    turning = np.repeat(moves.spindle, np.diff(station))
+    for name, values, unit, text in (
+        ("immersion_max", done.stations("angle"), "rad", "largest contact angle"),
+        (
+            "removal_rate_max",
+            done.stations("removal") * np.repeat(moves.feed, np.diff(station)),
+            "m**3/s",
+            "largest removal rate",
+        ),
+        ("chip_thickness_max", done.stations("chip_thickness"), "m", "thickest chip"),
+        ("force_xy_peak", done.stations("force_xy_peak"), "N", "largest force in the plane"),
+        ("torque_max", done.stations("torque"), "N*m", "largest mean torque"),
+        ("power_max", done.stations("torque") * turning, "W", "largest mean power"),
+    ):
+        found[name] = (_largest(values, station), unit, text)
+    found["rapid_depth"] = (done.run.through[:, 1], "m", "how deep a rapid move runs into the stock")
+    found["collision_depth"] = (
+        np.maximum(done.run.hit[:, 1], done.fixed[:, 1]),
+        "m",
+        "how deep shank, holder or fixture overlap",
+    )
+    if off is not None:
+        low, high = _made(done, off)
+        found["deviation_min"] = (low, "m", "least deviation of the surface that it made")
+        found["deviation_max"] = (high, "m", "largest deviation of the surface that it made, positive: material left")
+    return labelled(("move", np.arange(count), "1", "move"), found)
+
+
+def _largest(values: FloatArray, first: IntArray) -> FloatArray:
+    """Largest value of each move's stations; 0 without stations."""
+    out = np.zeros(len(first) - 1)
+    there = np.flatnonzero(np.diff(first) > 0)
+    if there.size:
+        out[there] = np.maximum.reduceat(values, first[:-1][there])
+    return out
+
+
+def _made(done: StockRunDone, off: Deviation) -> tuple[FloatArray, FloatArray]:
+    low, high = np.full(done.moves.count, np.nan), np.full(done.moves.count, np.nan)
+    made = off.judged_samples & (off.segment >= 0)
+    move = np.searchsorted(done.moves.path.first, off.segment[made], side="right") - 1
+    np.fmin.at(low, move, off.value[made])
+    np.fmax.at(high, move, off.value[made])
+    return low, high
+
+
+def _map(done: StockRunDone) -> xr.Dataset:
+    """The height map, what cut it last, and the heights at the corners of its cells."""
+    grid = done.solid.map.layout
+    x, y = (c[RINGS : RINGS + n] for c, n in zip(cell_middles(grid), (grid.across, grid.along), strict=True))
+    xc, yc = grid.x + grid.dx * np.arange(grid.across + 1), grid.y + grid.dy * np.arange(grid.along + 1)
+    height = in_rows(grid, done.solid.map.height).astype(np.float32)
+    share, bottom = in_rows(grid, done.solid.map.share), done.solid.map.bottom
+    floor = in_rows(grid, bottom) if bottom.size > 1 else np.full(height.shape, bottom[0])
+    gone = (share <= 0.0) | (height <= floor)
+    cutter = in_rows(grid, done.solid.map.cutter)
+    line = np.where(cutter >= 0, done.moves.line[np.maximum(cutter, 0)], 0)
+    at_x, at_y = np.meshgrid(xc, yc)
+    above, below = np.empty(at_x.size), np.empty(at_x.size)
+    corner_heights(done.solid, at_x.ravel(), at_y.ravel(), above, below)
+    cells, corners = ("y", "x"), ("y_corner", "x_corner")
+    return xr.Dataset(
+        {
+            "height": (cells, np.where(gone, np.nan, height), _unit("m", "height of what is left")),
+            "bottom": (cells, np.where(gone, np.nan, floor).astype(np.float32), _unit("m", "underside")),
+            "line": (cells, line.astype(np.int32), _unit("1", "line that cut it last, 0: the stock")),
+            "height_corner": (corners, above.reshape(at_x.shape).astype(np.float32), _unit("m", "height at the corners of cells")),
+            "bottom_corner": (corners, below.reshape(at_x.shape).astype(np.float32), _unit("m", "underside there")),
+        },
+        {
+            "x": ("x", x, _unit("m", "x")), "y": ("y", y, _unit("m", "y")),
+            "x_corner": ("x_corner", xc, _unit("m", "x")), "y_corner": ("y_corner", yc, _unit("m", "y")),
+        },
+    )  # fmt: skip
+
+
+def _unit(unit: str, name: str) -> dict[str, str]:
+    return {"units": unit, "long_name": name}
+
+
+def _samples(done: StockRunDone, off: Deviation) -> xr.Dataset:
+    judged = off.judged_samples
+    segment = off.segment[judged]
+    line = np.where(segment >= 0, done.planned.path.source[done.moves.block[np.maximum(segment, 0)]], 0)
+    row = ("sample", np.arange(int(judged.sum())), "1", "point of the nominal part")
+    return labelled(row, {
+        "point": (off.samples.point[judged].astype(np.float32), "m", "point of the nominal part"),
+        "deviation": (off.value[judged].astype(np.float32), "m", "deviation, positive: material left"),
+        "line": (line.astype(np.int32), "1", "line that made the surface there, 0: the stock"),
+        "face": ((off.samples.face[judged] + 1).astype(np.int32), "1", "face of the part"),
+    }, axis=["x", "y", "z"])  # fmt: skip
+
+
+def _faces(off: Deviation) -> xr.Dataset:
+    table = off.faces
+    row = ("face", np.array([face.face + 1 for face in table]), "1", "face of the part")
+    columns = {
+        "area": ("m**2", "judged area"), "least": ("m", "least deviation"), "most": ("m", "largest deviation"),
+        "mean": ("m", "mean deviation"), "rms": ("m", "root mean square"), "gouge": ("m**3", "volume cut into the part"),
+        "excess": ("m**3", "volume of material left"), "scallop": ("m", "largest scallop of ball or bull-nose"),
+    }  # fmt: skip
+    return labelled(row, {
+        name: (np.array([getattr(face, name) for face in table], float), unit, text) for name, (unit, text) in columns.items()
+    })  # fmt: skip
