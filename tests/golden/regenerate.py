@@ -1,4 +1,4 @@
-"""Write the golden files anew: python tests/golden/regenerate.py. Read the diff before you commit it."""
+"""Write golden files anew: python tests/golden/regenerate.py [EXAMPLE ...]. Read the diff before you commit it."""
 
 import json
 import sys
@@ -30,7 +30,7 @@ def examples() -> list[Path]:
 
 
 if __name__ == "__main__":
-    for path in examples():
+    for path in (one for one in examples() if one.stem in sys.argv[1:] or not sys.argv[1:]):
         target = HERE / f"{path.stem}.json"
         target.write_text(json.dumps(golden(path), indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
         print(target.name)
