@@ -5,6 +5,7 @@ Coefficients, offsets and slopes are linear and solved inside; outside are the a
 """
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +14,7 @@ from cutwise import units
 from cutwise.io.measurements import Channel, Measurement
 from cutwise.spec.calibration import MINUS, ForceWaves
 from cutwise.spec.faults import Fault, ScenarioFault
-from cutwise.study.calibrate.fit import fitted
+from cutwise.study.calibrate.fit import CORRELATED, fitted
 from cutwise.study.calibrate.posed import Finding, Fit, FloatArray, Posed, Unknown
 from cutwise.study.calibrate.teeth import Mill, Shape, chip, columns
 from cutwise.study.calibrate.told import (
@@ -29,12 +30,16 @@ from cutwise.study.calibrate.told import (
 COEFFICIENTS = ("K_tc", "K_rc", "K_ac", "K_te", "K_re", "K_ae")
 _FORCES = ("force_x", "force_y", "force_z")
 _OFF = 0.01  # share by which the speed may be off the nominal one
+_FAR_OFF, _STRONGER = (0.6, 1.7), 1.1  # where else the speed is looked for, and how much more power counts there
 _SPEEDS, _ANGLES, _STEPS = 401, 24, 12
 _FIRST = 3  # steps from every start, before the best goes on
+_SIZES = np.array([0.3, 0.7, 1.1])  # run-outs to start with where the first start ends in a wrong valley, over the feed
+_WAYS = np.arange(8) * math.pi / 4.0
 _ENOUGH = 4000  # samples to find the starts with
 _START = 0.05  # run-out from which the fit starts, over the feed per tooth
 _NOT_EXPLAINED = 0.2  # of the signal, beyond which nothing is written
 _UNEVEN = 1e-3  # of a sample
+_STEEP = 0.02  # [rad] of lag over the depth, below which a tooth enters within a sample or so
 
 
 def channels(_settings: ForceWaves | None) -> tuple[Channel, ...]:
@@ -173,7 +178,7 @@ def _refined(case: Case, x: FloatArray, steps: int = _STEPS) -> tuple[FloatArray
 
 
 def _solved(case: Case, data: Measurement, settings: ForceWaves) -> tuple[FloatArray, FloatArray]:
-    """Speed by the power at tooth passing, angle by trial, run-out from several directions; then all together."""
+    """Speed by the power at the orders of a turn, angle by trial, run-out from several directions; then all together."""
     speed = _speed(case, data, settings)
     whole, case = case, case.begun()
     straight = case._replace(runout=False)
@@ -195,10 +200,30 @@ def _solved(case: Case, data: Measurement, settings: ForceWaves) -> tuple[FloatA
         starts = [np.array([*begin, size, k * math.pi / 2.0]) for k in range(4)]
     else:
         starts = [np.array([*begin, sign * size])[: case.bent] for sign in (1.0, -1.0)[: case.bent - 1]]
-    best, _, _ = min((_refined(case, start, _FIRST) for start in starts), key=lambda one: one[2])
-    x = _refined(case, best)[0] if case is not whole else best
-    x = _renumbered(whole, _refined(whole, x)[0])
+    x, linear, left = _best(case, starts)
+    if (
+        case.bent > 2 and _left_over(case, x, linear) > CORRELATED
+    ):  # another valley: look for it over all of the run-outs
+        sizes = _SIZES * case.mill.feed
+        ways = [(size, way) for size in sizes for way in _WAYS] if case.bent == 4 else [(s,) for s in (*sizes, *-sizes)]
+        other = _best(case, [np.array([*begin, *way]) for way in ways])
+        x = other[0] if other[2] < left else x
+    x = _renumbered(whole, _refined(whole, x)[0] if case is not whole else x)
     return x, _linear(whole, x)[0]
+
+
+def _best(case: Case, starts: Sequence[FloatArray]) -> tuple[FloatArray, FloatArray, float]:
+    """A few steps from every start, the two best of them to the end: the way down has kinks where teeth begin to miss."""
+    begun = sorted((_refined(case, start, _FIRST) for start in starts), key=lambda one: one[2])
+    return min((_refined(case, one[0]) for one in begun[:2]), key=lambda one: one[2])
+
+
+def _left_over(case: Case, x: FloatArray, linear: FloatArray) -> float:
+    """Correlation of neighbouring residuals, the largest of the three channels."""
+    rest = (case.forces.reshape(-1) - case.matrix(x) @ linear).reshape(-1, 3)
+    squares = np.maximum(np.sum(rest**2, axis=0), 1e-300)
+    signal = 1e-9 * max(float(np.sum(case.forces**2)), 1e-300)
+    return float(np.max(np.where(squares > signal, np.sum(rest[1:] * rest[:-1], axis=0) / squares, 0.0)))
 
 
 def _renumbered(case: Case, x: FloatArray) -> FloatArray:
@@ -217,7 +242,8 @@ def _renumbered(case: Case, x: FloatArray) -> FloatArray:
 
 
 def _speed(case: Case, data: Measurement, settings: ForceWaves) -> float:
-    """Where the power at tooth passing and its double is largest [rad/s]."""
+    """Where the power at the orders of a turn is largest, up to twice the passing of teeth [rad/s]."""
+    case = case.begun()
     cut = case.cutting > 0.0
     time = case.time[cut]
     matrix = np.column_stack([np.ones_like(time), time])
@@ -226,18 +252,29 @@ def _speed(case: Case, data: Measurement, settings: ForceWaves) -> float:
     span = float(np.ptp(time)) or 1.0
     wide = max(_OFF, 0.5 * 2.0 * math.pi / (case.mill.teeth * span * nominal))  # no finer than the record can tell
     speeds = nominal * np.linspace(1.0 - 2.0 * wide, 1.0 + 2.0 * wide, 2 * _SPEEDS - 1)
-    power = np.zeros(len(speeds))
-    for order in (1, 2):
-        wave = np.exp(-1j * order * case.mill.teeth * speeds[:, None] * time)
-        power += np.sum(np.abs(wave @ forces) ** 2, axis=1)
+    power = _power(speeds, case.mill.teeth, time, forces)
     best = float(speeds[int(np.argmax(power))])
+    far = nominal * np.linspace(*_FAR_OFF, max(64, math.ceil(3.0 * nominal * span * case.mill.teeth)))
+    elsewhere = _power(far, case.mill.teeth, time, forces)
+    if np.max(elsewhere) > _STRONGER * np.max(power):
+        best = float(far[int(np.argmax(elsewhere))])
     if abs(best / nominal - 1.0) > wide * (1.0 + 1e-9):
         raise ScenarioFault([data.fault(
-            f"the teeth pass at {units.show(best, 'angular_speed', 5)} or further off, more than "
+            f"the teeth pass as at {units.show(best, 'angular_speed', 5)} or further off, more than "
             f"{wide:.1%} from operation.spindle_speed, {units.show(nominal, 'angular_speed', 5)}: is it right, and "
             "tool.flutes?"
         )])  # fmt: skip
     return best
+
+
+def _power(speeds: FloatArray, teeth: int, time: FloatArray, forces: FloatArray) -> FloatArray:
+    """Power of forces at the orders of a turn, up to twice the passing of teeth, for each speed."""
+    power, turn = np.zeros(len(speeds)), np.exp(-1j * speeds[:, None] * time)
+    wave = np.ones_like(turn)
+    for _ in range(2 * teeth):  # run-out shows at every turn, where teeth that overlap leave nothing to see
+        wave *= turn
+        power += np.sum(np.abs(wave @ forces) ** 2, axis=1)
+    return power
 
 
 def _names(case: Case) -> list[tuple[str, str, float]]:
@@ -302,6 +339,11 @@ def _found(
         advice.append(
             "record an air cut first (column cutting: 0 there) which fixes the offsets, or cut with part of the width"
         )
+    if case.mill.lag * case.mill.depth < _STEEP:
+        warnings.append(
+            "flutes as straight as these enter and leave in a jump: where it falls between two samples nobody knows, and the "
+            "standard errors are too small by a factor of several"
+        )
     block = written(values[:6], "coefficients", data.rows) if entry else {}
     if entry:
         largest = chip(case.mill, case.shape(fit.x[12:]))
@@ -313,7 +355,7 @@ def _found(
         ("with run-out", *(units.show(float(fit.x[k]), "stress", 5) for k in range(3)), units.show(rms, "force", 4)),
         ("without", *(units.show(float(plainer[1][k]), "stress", 5) for k in range(3)), units.show(left, "force", 4)),
     )  # fmt: skip
-    if fit.lag_1 > 0.2:
+    if fit.lag_1 > CORRELATED:
         failed.append(f"neighbouring residuals correlate by {fit.lag_1:.2f}: the residual is not noise")
     names, dimensions = fit.posed.names[:6], [u.dimension for u in fit.posed.unknowns[:6]]
     return Finding(

@@ -136,6 +136,7 @@ def test_part_immersion_straight_flutes_and_a_turned_dynamometer(tmp_path):
     for name, value in zip(waveform.COEFFICIENTS, K, strict=True):
         assert values[name][0] == pytest.approx(value, abs=4.0 * values[name][1]), name
     assert not outcome.reasons
+    assert any("enter and leave in a jump" in text for text in outcome.warnings)
 
 
 def test_neighbours_that_correlate_widen_the_errors(tmp_path):
@@ -217,3 +218,23 @@ def test_bad_records(tmp_path, kind, said):
     with pytest.raises(ScenarioFault) as caught:
         found(write(tmp_path, *spoiled(kind)), 3)
     assert said in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("teeth", "arc", "shape"),
+    [
+        (6, (0.0, math.pi / 2), teeth_of.Shape(2.0, SHAPE.speed, 1.0e-4, -2.0)),  # some teeth never cut
+        (
+            4,
+            (0.0, math.pi),
+            teeth_of.Shape(0.4, SHAPE.speed, 6e-5, 2.5),
+        ),  # four teeth in a slot: no force at tooth passing
+    ],
+)
+def test_a_run_out_as_large_as_the_feed(tmp_path, teeth, arc, shape):
+    t, forces, _ = waves(teeth, 3.0, count=1200, arc=arc, shape=shape)
+    degrees = f"[{math.degrees(arc[0])} deg, {math.degrees(arc[1])} deg]"
+    values = told(found(write(tmp_path, t, forces), teeth, **{"cut.arc": degrees}))
+    for name, value in zip(waveform.COEFFICIENTS, K, strict=True):
+        assert values[name][0] == pytest.approx(value, abs=4.0 * values[name][1]), name
+    assert values["rho"][0] == pytest.approx(shape.runout, rel=0.01)
