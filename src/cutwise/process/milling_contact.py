@@ -89,7 +89,9 @@ def stock_contact(path: ProgramPath, reference: Reference, radius: float, stock:
     patches[rapid | upright] = 0.0
     angle = np.where(rapid | upright, 0.0, angle)
     flat = np.hypot(reference.direction[:, 0], reference.direction[:, 1])  # of a ramp only what it goes in the plane
-    ramps = (reference.direction[:, 2] < -FLAT) & (angle > 0.0)
+    told = path.programmed  # a blend from a plunge into a level line goes down too, and is no ramp
+    falls = (told.along[:, 2] + told.climb[:, 2] < -FLAT) & (np.hypot(told.along[:, 0], told.along[:, 1]) > FLAT)
+    ramps = falls[path.origin[reference.block]] & (angle > 0.0)
     into = moves_into_stock(path, swept, stock)._replace(
         ramps=tuple(int(line) for line in np.unique(path.source[reference.block[ramps]]))
     )

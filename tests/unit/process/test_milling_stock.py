@@ -112,3 +112,11 @@ def test_the_example_agrees_with_its_lobes(examples):
     assert found["stable_depth_corner"] > 5e-3
     assert found["removed_volume"] == pytest.approx((6000 - (4 - math.pi) * 225 - math.pi * 100) * 5e-9, rel=2e-3)
     assert quick_measures(wild)["tip_deflection_max"] > 2.5 * found["tip_deflection_max"]
+
+
+def test_a_ramp_is_told_and_a_level_slot_is_not(tmp_path):
+    """Exact arcs leave out what the end of the mill takes."""
+    ramp = "G21 G90 S8000 M3\nG0 X-10 Y0 Z5\nZ-1\nG1 X30 F1200\nX50 Z-3\nG0 Z5\nM30\n"
+    for text, told in ((ramp, True), (SLOT, False)):
+        said = simulate(scenario(tmp_path, text, "numerics.force=averaged", "numerics.settling_time=0.02 s")).warnings
+        assert any("ramps into the stock" in words and "line 5" in words for words in said) == told
