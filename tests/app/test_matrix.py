@@ -99,6 +99,7 @@ LEGAL = {
     "machine x base": ((*PASS_ARM, BASE), "share_base"),
     "machine x bodies": (PASS, "share_table"),
     "machine x part": (PASS_ARM, "share_part"),
+    "machine x part, one stiffness": ((*PASS, "part={stiffness: 20 N/um}"), "share_part"),
 }  # fmt: skip
 
 ILLEGAL = {

@@ -68,3 +68,18 @@ def test_what_is_wrong_is_said_at_once(cutwise, tmp_path):
         "not supported yet",
     ):
         assert words in refused.err
+
+
+def test_faults_of_files_are_told_together_by_check_and_run(cutwise, examples, tmp_path):
+    """Files of entries of a list stand beside the scenario too."""
+    (tmp_path / "open.stl").write_text(
+        "solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\n"
+    )
+    text = (examples / "mill_part.yaml").read_text(encoding="utf-8").replace("mill_part.", f"{examples}/mill_part.")
+    text = text.replace("tolerance: 50 um", "tolerance: 50 um, solid: 3") + "fixtures: [{file: open.stl}]\n"
+    (tmp_path / "bad.yaml").write_text(text.replace("- number: 1", "- number: 3"))
+    for command in (("check", tmp_path / "bad.yaml"), ("run", tmp_path / "bad.yaml", "-o", tmp_path / "out")):
+        refused = cutwise(*command)
+        assert refused.code == 2
+        for words in ("T1, which is not among them", "has no solid 3", "open.stl: is not closed"):
+            assert words in refused.err, refused.err

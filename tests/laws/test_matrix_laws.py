@@ -357,3 +357,20 @@ def test_weights_of_the_links_sag_as_the_specification_says(loaded):
     middle = run.cell.way.marks[1]
     assert run.deviation[middle, [0, 2]] / UM == pytest.approx([-694.593, -1769.550], abs=1e-3)
     assert machine_pass.energy_balance(run) < 1e-12
+
+
+@pytest.mark.parametrize("carrier", ["machine", "robot"])
+def test_a_part_that_yields_off_its_wall_leaves_force_over_stiffness_more(loaded, carrier, robot_pass):
+    base = (
+        robot_pass[0] if carrier == "robot" else loaded("machine_error_budget", "uncertainty=null", "part=null", FREE)
+    )
+    from cutwise.io.scenario import revised
+
+    soft = revised(base, ["part={stiffness: 20 N/um}"])
+    firm, yielding = (machine_pass.run_pass(machine_assemble.machine_cell(one)) for one in (base, soft))
+    force = firm.cell.cut.force[0] @ np.array(base.surface.normal)
+    more = np.tile(force / 20e6 * np.array(base.surface.normal), (len(firm.deviation), 1))
+    assert yielding.deviation - firm.deviation == pytest.approx(more, rel=1e-9, abs=1e-15)
+    assert machine_pass.energy_balance(yielding) < 1e-12
+    with pytest.raises(cutwise.ScenarioFault, match=r"part\.stiffness is that off the wall"):
+        revised(soft, ["surface=null"])

@@ -1,15 +1,13 @@
 """The page of a calibration: data with the fit, residuals, intervals, correlations; one file without outside requests."""
 
-from functools import lru_cache
-from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
-import jinja2
 import numpy as np
 
 import cutwise
 from cutwise import units
 from cutwise.app.calibrating import line_of
+from cutwise.app.pages import template
 from cutwise.app.plots import figures
 
 if TYPE_CHECKING:
@@ -26,23 +24,13 @@ def page(found: "Outcome") -> str:
     left_out = "" if error is None else f"{error:.2%}" if relative else units.show(error, finding.left_out_dimension)
     drawings = (("Measured and fitted", _against, "fit"), ("Residuals", _left, "rest")) if finding.drawn else ()
     plots = [(title, figures.svg(draw, found, name, title)) for title, draw, name in drawings]  # type: ignore[arg-type]
-    return _template().render(
+    return template("calibration").render(
         found=found, finding=finding, version=cutwise.__version__, colours=figures.COLOURS,
         rows=[line_of(value) for value in finding.values], left_out=left_out,
         residual=units.show(finding.residual, finding.residual_dimension), plots=plots,
         correlations=_correlations(found), reasons=found.reasons, level=f"{found.settings.fit.level:.0%}",
         date=found.settings.measured.date or found.data.date or "not stated",
     )  # fmt: skip
-
-
-@lru_cache(maxsize=1)
-def _template() -> jinja2.Template:
-    environment = jinja2.Environment(
-        autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined
-    )
-    return environment.from_string(
-        (files("cutwise.app") / "templates" / "calibration.html.j2").read_text(encoding="utf-8")
-    )
 
 
 def _correlations(found: "Outcome") -> list[list[str]]:

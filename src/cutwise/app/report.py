@@ -3,11 +3,7 @@
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from datetime import datetime
-from functools import lru_cache
-from importlib.resources import files
 from typing import TYPE_CHECKING, Any, NamedTuple
-
-import jinja2
 
 import cutwise
 from cutwise import references, units
@@ -15,6 +11,7 @@ from cutwise.app import inputs, surety
 from cutwise.app.findings import notices, reasons
 from cutwise.app.measured import Line, listed, rows
 from cutwise.app.numbers import titled
+from cutwise.app.pages import template
 from cutwise.app.plots import PLOTS
 from cutwise.app.plots.figures import COLOURS, Plot, svg
 from cutwise.app.verdict_text import against, compared, doubted, improbable, margin, verdict_line
@@ -49,7 +46,7 @@ def render(result: "Result", *, written: datetime | None = None) -> str:
     """
     scenario = result.scenario
     given = list(inputs.inputs(scenario))
-    return _template().render(
+    return template("report").render(
         version=cutwise.__version__,
         written=(written or datetime.now().astimezone()).strftime("%Y-%m-%d %H:%M"),
         scenario=scenario,
@@ -87,22 +84,6 @@ def _by_section(rows: Iterable[inputs.Input]) -> dict[str, list[inputs.Input]]:
     for row in rows:
         found.setdefault(row.section, []).append(row)
     return found
-
-
-@lru_cache(maxsize=1)
-def _template() -> jinja2.Template:
-    environment = jinja2.Environment(
-        autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined
-    )
-    environment.filters["breakable"] = _breakable
-    return environment.from_string((files("cutwise.app") / "templates" / "report.html.j2").read_text(encoding="utf-8"))
-
-
-def _breakable(name: str) -> str:
-    """A long name that may break after an underscore or a dot."""
-    from markupsafe import Markup, escape
-
-    return Markup(re.sub(r"([_.])", r"\1<wbr>", str(escape(name))))
 
 
 def _checked(line: Line, result: "Result") -> dict[str, Any]:

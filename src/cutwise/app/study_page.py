@@ -1,14 +1,12 @@
 """The page of a study: shares, distributions with their limits, what decides, the worst cases; no outside requests."""
 
 from collections.abc import Sequence
-from functools import lru_cache
-from importlib.resources import files
 from typing import TYPE_CHECKING
 
-import jinja2
 import numpy as np
 
 import cutwise
+from cutwise.app.pages import template
 from cutwise.app.plots import figures
 from cutwise.study.many.cases import BAD, GOOD
 from cutwise.study.many.statements import Indices
@@ -33,17 +31,9 @@ def page(found: "Answers", lines: Sequence[str]) -> str:
     if len(found.shares) > 1:
         drawings.append(("Share of good cases over the design levers", _over_design, "design"))
     plots = [(title, figures.svg(draw, found, name, title)) for title, draw, name in drawings]  # type: ignore[arg-type]
-    return _template().render(
+    return template("study").render(
         found=found, lines=lines, plots=plots, version=cutwise.__version__, colours=figures.COLOURS
     )
-
-
-@lru_cache(maxsize=1)
-def _template() -> jinja2.Template:
-    environment = jinja2.Environment(
-        autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined
-    )
-    return environment.from_string((files("cutwise.app") / "templates" / "study.html.j2").read_text(encoding="utf-8"))
 
 
 def _drawn(found: "Answers") -> list[str]:

@@ -1,13 +1,11 @@
 """The page of a validation: measured over predicted with bands, or a recording laid over its run."""
 
-from functools import lru_cache
-from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
-import jinja2
 import numpy as np
 
 import cutwise
+from cutwise.app.pages import template
 from cutwise.app.plots import figures
 from cutwise.app.validating import table
 
@@ -29,21 +27,11 @@ def page(found: "Recording | Validation") -> str:
         for k, name in enumerate(names)
     ]
     head, *rows = table(found)
-    return _template().render(
+    return template("validation").render(
         found=found, version=cutwise.__version__, colours=figures.COLOURS, head=head, rows=rows, plots=plots,
         over_time=over_time, failed=getattr(found, "failed", ()),
         name=found.result.scenario.name if over_time else found.scenario.name,
     )  # fmt: skip
-
-
-@lru_cache(maxsize=1)
-def _template() -> jinja2.Template:
-    environment = jinja2.Environment(
-        autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined
-    )
-    return environment.from_string(
-        (files("cutwise.app") / "templates" / "validation.html.j2").read_text(encoding="utf-8")
-    )
 
 
 def _overlay(found: "Recording", name: str) -> "Figure":

@@ -348,6 +348,8 @@ class _Assembly:
                 value[name] = self.complete(value[name], sections[0], here)
             elif sections:
                 value[name] = self.complete(value[name], _fitting(sections, self._written(value[name], sections)), here)
+            elif isinstance(value[name].value, list) and any(kind.beside for kind in fields.inner(info)):
+                value[name] = self._entries_with_files(value[name], info, here)
             elif value[name].value is None and value[name].layer == _OVERRIDE:
                 del value[name]
             elif value[name].value is None:
@@ -421,6 +423,16 @@ class _Assembly:
         origin = Origin("user", source=f"URDF {file.text}")
         inlined = {key: replace(item, origin=origin) for key, item in inlined.items()}
         return replace(node, value={**node.value, **inlined})
+
+    def _entries_with_files(self, node: Node, info: FieldInfo, path: spec_faults.Path) -> Node:
+        """A list of sections, the files that its entries name found beside the scenario."""
+        entries = []
+        for place, entry in enumerate(node.value):
+            if isinstance(entry.value, dict):
+                for key in _fitting(list(fields.inner(info)), set(entry.value)).beside:
+                    entry = self._with_file_beside(entry, key, (*path, place))
+            entries.append(entry)
+        return replace(node, value=entries)
 
     def _with_file_beside(self, node: Node, key: str, path: spec_faults.Path) -> Node:
         """The section with a file found beside the scenario."""

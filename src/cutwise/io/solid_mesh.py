@@ -71,11 +71,9 @@ def solid_triangles(file: str | Path, number: int | None, chord: float) -> Float
         The file or its solid cannot be used.
     """
     part = read_step(file)
-    shape = part.shape
-    if number is not None or part.solids != 1:
-        shape = solid_of(part, number)
-    else:
-        solid_of(part, None)
+    shape = part.shape  # all solids, together
+    if number is not None or part.solids < 2 or part.open_shells:
+        shape = solid_of(part, number or 1)
     meshed(shape, chord)
     found = [np.zeros((0, 3, 3))]
     for face in explored(shape, occ("TopAbs").TopAbs_ShapeEnum.TopAbs_FACE):

@@ -76,8 +76,8 @@ def open_edges(corner: FloatArray) -> int:
     there, count = np.unique(start * most + end, return_counts=True)
     back, counted = np.unique(end * most + start, return_counts=True)
     if there.size == back.size and (there == back).all():
-        return int((count != counted).sum())
-    return int(np.setxor1d(there, back).size)
+        return int((count != counted).sum()) // 2  # an edge is met in both senses
+    return int(np.setxor1d(there, back).size) // 2
 
 
 def stl_bytes(corner: FloatArray) -> bytes:

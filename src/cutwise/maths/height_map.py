@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from cutwise.maths.compiled import compiled, inlined_stepping, stepping, unlocked
 from cutwise.maths.envelopes import LINE, Segments
-from cutwise.maths.profiles import CONE, DISC, Cutters
+from cutwise.maths.profiles import CONE, DISC, Cutters, profile_height
 
 FloatArray = npt.NDArray[np.float64]
 Float32Array = npt.NDArray[np.float32]
@@ -588,7 +588,13 @@ def lower_by(
             if stock.highest[block] <= lowest:
                 continue
             x = first_x + c * wide
-            if _apart(row, x + 0.5 * grid.dx * (SIDE - 1), y + 0.5 * grid.dy * (SIDE - 1)) > far:
+            away = _apart(row, x + 0.5 * grid.dx * (SIDE - 1), y + 0.5 * grid.dy * (SIDE - 1))
+            if away > far:
+                continue
+            rises = away > far - radius and stock.highest[block] <= lowest + profile_height(
+                tools, tool, away + radius - far
+            )
+            if rises:  # the tool is higher than the block there
                 continue
             _level_of(row, tools, tool, x, y, reach, work)
             taken += _lowered(stock, block, move, work.level, work.other)

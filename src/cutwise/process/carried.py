@@ -286,7 +286,7 @@ def _chosen(
     few = CarriedPath(path.at[tried], path.point[tried], path.axes[tried], path.followed)
     angles = np.arange(-math.pi, math.pi - 0.5 * GRID, GRID)
     q, cost = _all(robot, arm, few, angles, wrench, height)
-    reach = speed * np.diff(few.at).min() / feed
+    reach = np.diff(few.at)[:, None] * speed / feed
     one = _best_constant(q, cost, reach)
     way = cheapest_way(cost, q, reach)
     picked = np.arange(len(few.at))
@@ -363,7 +363,7 @@ def jacobians_of(arm: Arm, q: FloatArray) -> FloatArray:
 
 def _best_constant(q: FloatArray, cost: FloatArray, reach: FloatArray) -> tuple[int, int, float] | None:
     """The single angle and branch with the least mean cost that leads all along; None without one."""
-    slow = (np.abs(np.diff(q, axis=0)) <= reach).all(axis=(0, 3))
+    slow = (np.abs(np.diff(q, axis=0)) <= reach[:, None, None]).all(axis=(0, 3))
     mean = np.where(slow, cost.mean(axis=0), math.inf)
     if not np.isfinite(mean).any():
         return None

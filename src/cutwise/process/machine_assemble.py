@@ -20,15 +20,15 @@ from cutwise.physics.structure.pads import ContactPads, pad_compliance
 from cutwise.physics.surface import probability
 from cutwise.process import machine_robot
 from cutwise.process.machine_force import cut_force
-from cutwise.process.machine_pass import ElasticElement, FlexiblePart, MachineCell, Weight
-from cutwise.process.machine_path import ToolPath, points_tool_path
+from cutwise.process.machine_pass import ElasticElement, FlexiblePart, MachineCell, SpringPart, Weight
+from cutwise.process.machine_path import ToolPath, points_tool_path, wall_normal
 from cutwise.process.yielding import modes_at_rest, spring
 from cutwise.spec.carrier import CarryingRobot, Standing
 from cutwise.spec.geometry_errors import COMPONENTS, LINEAR_AXES, SQUARENESS
 from cutwise.spec.machine import Beam, ContactGroup, Drive, Joint, Machine
 from cutwise.spec.machine import ElasticElement as ElementSpec
 from cutwise.spec.machine_scenario import MachineScenario, MachineTool
-from cutwise.spec.part_block import PartBlock
+from cutwise.spec.part_block import PartBlock, PartSpring
 from cutwise.spec.tables import Table
 
 if TYPE_CHECKING:
@@ -68,7 +68,7 @@ def machine_cell(scenario: MachineScenario, *, samples: int | None = None) -> Ma
         np.array(scenario.tool.tip),
         _elements(scenario),
         _weights(scenario),
-        part_block(scenario.part),
+        _part(scenario, way, at),
         way,
         cut,
         scenario.convention == "paper_literal",
@@ -89,7 +89,8 @@ def _robot_cell(scenario: MachineScenario, robot: CarryingRobot, samples: int | 
     if scenario.program is not None:
         far = np.linalg.norm(np.cross(way.direction, up), axis=1)
         way = way._replace(cuts=way.cuts & (far > _PLUNGE))
-    cut = cut_force(led, way, chains.Frames(steady, np.zeros((*steady.shape[:2], 3))))
+    upright = chains.Frames(steady, np.zeros((*steady.shape[:2], 3)))
+    cut = cut_force(led, way, upright)
     if cut.immersion is not None:
         way = way._replace(cuts=way.cuts & (cut.immersion > 0.0))
     along = machine_robot.joints_along(robot, standing, way, cut, up)
@@ -99,7 +100,7 @@ def _robot_cell(scenario: MachineScenario, robot: CarryingRobot, samples: int | 
     weights = machine_robot.weights_of(robot, standing) if scenario.load.weights else ()
     return MachineCell(
         scenario.bodies, machine_robot.axes_of(along.arm, standing), 0, np.zeros(3), tuple(elements), weights,
-        part_block(scenario.part), way._replace(commands=machine_robot.commands_of(along, way)), cut, False,
+        _part(scenario, way, upright), way._replace(commands=machine_robot.commands_of(along, way)), cut, False,
         scenario.load.feed_moment, along,
     )  # fmt: skip
 
@@ -244,12 +245,21 @@ def _weights(scenario: MachineScenario) -> tuple[Weight, ...]:
     machine = scenario.carrying
     down = np.array(machine.gravity) / math.hypot(*machine.gravity)
     found = []
-    if scenario.part is not None:
-        found.append(Weight(0, scenario.part.weight * down, np.array([0.0, 0.0, 0.5 * scenario.part.height])))
+    block = scenario.block
+    if block is not None:
+        found.append(Weight(0, block.weight * down, np.array([0.0, 0.0, 0.5 * block.height])))
     for place, body in enumerate(machine.ordered):
         if body.weight is not None:
             found.append(Weight(place, body.weight * down, np.array(body.weight_at)))
     return tuple(found)
+
+
+def _part(scenario: MachineScenario, way: ToolPath, at: chains.Frames) -> FlexiblePart | SpringPart | None:
+    """The part as it yields: as a block, or by one stiffness off the wall."""
+    if not isinstance(scenario.part, PartSpring):
+        return part_block(scenario.block)
+    assert scenario.surface is not None
+    return SpringPart(wall_normal(scenario.surface, way.direction, at.rotations[:, -1, :, 2]), scenario.part.stiffness)
 
 
 def part_block(part: PartBlock | None) -> FlexiblePart | None:

@@ -49,6 +49,13 @@ class FlexiblePart(NamedTuple):
     shear_modulus: float  # [Pa]
 
 
+class SpringPart(NamedTuple):
+    """The part as one spring off its wall, wherever it stands."""
+
+    normal: FloatArray  # of the wall at the places of the pass, from the part to the tool, shape (m, 3)
+    stiffness: float  # [N/m]
+
+
 class MachineCell(NamedTuple):
     """A machine, what acts on it, and the pass that it makes."""
 
@@ -58,7 +65,7 @@ class MachineCell(NamedTuple):
     tip: FloatArray  # [m] tool point in the last frame, shape (3,)
     elements: tuple[ElasticElement, ...]
     weights: tuple[Weight, ...]
-    part: FlexiblePart | None
+    part: FlexiblePart | SpringPart | None
     way: ToolPath
     cut: CutForce
     literal: bool  # errors of table-side bodies added as Eq. (2) reads; not physical
@@ -183,6 +190,10 @@ def _part_displacement(cell: MachineCell, tool: FloatArray) -> tuple[FloatArray,
     """Displacement of the material under the tool [m] and the work in the part [J]."""
     if cell.part is None:
         return np.zeros_like(tool), np.zeros(len(tool))
+    if isinstance(cell.part, SpringPart):
+        pushed = np.einsum("mi,mi->m", cell.cut.force, cell.part.normal)
+        yielded = pushed / cell.part.stiffness
+        return -yielded[:, None] * cell.part.normal, pushed * yielded
     block = block_under(cell.part, tool)
     wrench, twist = bodies.part_twist(block, cell.cut.force, tool)
     return bodies.point_displacement(block.point, twist, tool), np.einsum("mi,mi->m", wrench, twist)

@@ -12,7 +12,7 @@ from cutwise.physics.motion.volumetric import Axes
 from cutwise.process.stock_moves import StockMoves
 from cutwise.spec.geometry_errors import LINEAR_AXES
 from cutwise.spec.machine import Machine
-from cutwise.spec.machine_pass import FromCutting, MachinePath
+from cutwise.spec.machine_pass import CutSurface, FromCutting, MachinePath
 from cutwise.spec.machine_scenario import MachineScenario
 
 IntArray = npt.NDArray[np.int64]
@@ -155,3 +155,18 @@ def along_rates(axes: Axes, commands: FloatArray, tip: FloatArray, rates: FloatA
 def given_speed(scenario: MachineScenario) -> float | None:
     """Spindle speed of the cut [rad/s], if the scenario gives one."""
     return scenario.load.force.spindle_speed if isinstance(scenario.load.force, FromCutting) else None
+
+
+def wall_normal(surface: CutSurface, direction: FloatArray, axis: FloatArray) -> FloatArray:
+    """Unit normal of the wall from the part to the tool at places of a pass, shape (m, 3).
+
+    Parameters
+    ----------
+    direction, axis : array (m, 3)
+        Of the feed, and of the tool toward its motor, in the part.
+    """
+    if surface.normal is not None:
+        return np.tile(np.array(surface.normal) / np.linalg.norm(surface.normal), (len(axis), 1))
+    left = np.cross(axis, direction)
+    left /= np.maximum(np.linalg.norm(left, axis=1, keepdims=True), 1e-300)
+    return left if surface.side == "right" else -left

@@ -192,7 +192,7 @@ def _cut_warnings(scenario: MachineScenario, run: MachineRun) -> Iterator[str]:
         assert scenario.material is not None
         if beyond := scenario.material.beyond(greatest):
             yield beyond
-    part = scenario.part
+    part = scenario.block
     if part is None:
         return
     yield from off_part(part, run.ideal[run.counted], 0.5 * scenario.tool.diameter)

@@ -11,8 +11,8 @@ from cutwise.physics.engagement.path_sweep import swept_path
 from cutwise.physics.engagement.stock import contact_patches
 from cutwise.physics.surface import wall
 from cutwise.process.machine_pass import MachineRun
+from cutwise.process.machine_path import wall_normal
 from cutwise.process.stock_moves import stock_of
-from cutwise.spec.machine_pass import CutSurface
 from cutwise.spec.machine_scenario import MachineScenario
 
 BoolArray = npt.NDArray[np.bool_]
@@ -46,7 +46,7 @@ def wall_map(scenario: MachineScenario, run: MachineRun) -> WallMap | None:
         return None
     height = np.linspace(0.0, surface.depth, _GENERATOR_POINTS)
     axis = run.at.rotations[:, -1, :, 2]
-    normal = _normal(surface, run, axis)
+    normal = wall_normal(surface, run.cell.way.direction, axis)
     stands = run.cell.way.cuts & _stands_at_the_end(scenario, run, normal)
     if not stands.any():
         return None
@@ -62,15 +62,6 @@ def measures(surface: WallMap) -> dict[str, float]:
     low, high = surface.ends
     found = {"wall_error_min": low, "wall_error_max": high}
     return found if surface.flatness is None else {**found, "wall_flatness": surface.flatness}
-
-
-def _normal(surface: CutSurface, run: MachineRun, axis: FloatArray) -> FloatArray:
-    """Unit normal of the wall from the part to the tool at every place, shape (m, 3)."""
-    if surface.normal is not None:
-        return np.tile(np.array(surface.normal) / np.linalg.norm(surface.normal), (len(axis), 1))
-    left = np.cross(axis, run.cell.way.direction)
-    left /= np.maximum(np.linalg.norm(left, axis=1, keepdims=True), 1e-300)
-    return left if surface.side == "right" else -left
 
 
 def _stands_at_the_end(scenario: MachineScenario, run: MachineRun, normal: FloatArray) -> BoolArray:

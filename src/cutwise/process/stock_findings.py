@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from cutwise import units
+from cutwise.maths.map_surface import CELLS
 from cutwise.process.nominal_part import tolerance_of
 from cutwise.process.stock_deviation import Deviation, cut_off
 from cutwise.process.stock_material import room_for
@@ -170,6 +171,10 @@ def notes(scenario: MillingScenario, done: StockRunDone, off: Deviation | None) 
         "sampling of the program": f"stations every {_mm(scenario.numerics.stock.station)}, {scenario.numerics.stock.elements} "
         f"elements below the cylinder, chords within {units.show(0.1 * tolerance_of(scenario), 'small_length', 3)}",
     }
+    if done.planned.raw.kind == CELLS:
+        said["outline"] = (
+            f"the outline of the stock, from a file, holds to half a cell ({_mm(0.5 * max(grid.dx, grid.dy))})"
+        )
     if done.check is not None:
         said["surface check"] = (
             f"at {done.check.points} points of the cut surface the map is at most "

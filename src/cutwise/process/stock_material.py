@@ -23,7 +23,7 @@ _FINE = 16  # parts of a cell's side with which the share of a round bar is told
 _CHORD = 1e-5  # [m] of the triangles of a STEP model
 _CELL_BYTES = 12  # heights, ids and shares
 _FILE_CELL_BYTES = 36  # and tops and bottoms
-_MOVE_BYTES, _SAMPLE_BYTES = 180, 40
+_MOVE_BYTES, _SAMPLE_BYTES = 400, 40  # a move with its first stations
 
 Box = tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
 

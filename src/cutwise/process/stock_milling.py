@@ -27,7 +27,7 @@ from cutwise.programs.interpreter import Interpreted, interpret
 from cutwise.spec.drives import CncMachine
 from cutwise.spec.faults import Fault, ScenarioFault, all_faults
 from cutwise.spec.milling import MillingScenario
-from cutwise.spec.program import StartPosition
+from cutwise.spec.program import Program, ProgramTool, StartPosition
 from cutwise.spec.stock import StockRun
 
 IntArray = npt.NDArray[np.int64]
@@ -95,7 +95,7 @@ def planned(scenario: MillingScenario) -> Planned:
     ScenarioFault
         All that is wrong with stock, tools and program.
     """
-    cutters = scenario.tools or ((scenario.mill,) if scenario.tool is not None else ())
+    cutters = scenario.tools or ((scenario.tool,) if scenario.tool is not None else ())
     tools = tool_set(cutters, scenario.numerics.stock.elements)
     all_faults(lambda: stock_key(scenario), lambda: _called(_first_reading(scenario), tools))
     raw = stock_key(scenario)
@@ -124,8 +124,25 @@ def planned(scenario: MillingScenario) -> Planned:
 
 
 def _first_reading(scenario: MillingScenario) -> Interpreted:
+    """The program as it is given, to see which tools it calls."""
     assert scenario.program is not None
     return interpret(scenario.program.text, scenario.program.file, setup_of(scenario.program))
+
+
+def _with_diameters(scenario: MillingScenario, called: tuple[int, ...]) -> Program:
+    """The program with a diameter for every tool that cuts: cutter compensation takes that of ``tools`` unless it is given."""
+    program = scenario.program
+    assert program is not None
+    sizes = {tool.number: tool.diameter for tool in scenario.tools}
+    if not scenario.tools:
+        sizes = dict.fromkeys((number for number in called if number > 0), scenario.tool.diameter)
+    given = {tool.number: tool for tool in program.tools or ()}
+    entries = []
+    for number in sorted({*sizes, *given, *(number for number in called if number > 0)}):
+        entry = given.get(number) or ProgramTool(number=number)
+        own = entry.diameter is not None or number not in sizes
+        entries.append(entry if own else entry.model_copy(update={"diameter": sizes[number]}))
+    return program.model_copy(update={"tools": tuple(entries) or None})
 
 
 def _called(program: Interpreted, tools: ToolSet) -> None:
@@ -157,11 +174,12 @@ def _tool_rows(called: IntArray, tools: ToolSet) -> tuple[IntArray, tuple[str, .
 
 def _read(scenario: MillingScenario, raw: Raw) -> tuple[Interpreted, tuple[str, ...]]:
     """The program; a start that is not said is taken above the stock, over the first place that the program names."""
-    given = scenario.program
-    assert given is not None
+    assert scenario.program is not None
+    given = _with_diameters(scenario, _first_reading(scenario).tools)
+    first = interpret(given.text, given.file, setup_of(given))
     if given.start is not None:
-        return _first_reading(scenario), ()
-    table = _first_reading(scenario).moves
+        return first, ()
+    table = first.moves
     ends = table.ends
     inside = np.flatnonzero((ends[:, :2] != 0.0).any(axis=1))
     x, y = (float(v) for v in ends[inside[0], :2]) if inside.size else (0.0, 0.0)
@@ -208,7 +226,15 @@ def check_part(scenario: MillingScenario) -> None:
 
 def run(scenario: MillingScenario, progress: Progress | None = None) -> StockRunDone:
     """Cut the stock; an automatic grid whose surface is too far from the truth is halved once."""
-    ready = planned(scenario)
+    try:
+        ready = planned(scenario)
+        for place, given in enumerate(scenario.fixtures):  # faults are told before anything is cut
+            raw_of(given, ("fixtures", place))
+        if scenario.nominal is not None:
+            check_part(scenario)
+    except ScenarioFault:
+        prepare(scenario)
+        raise
     numerics = scenario.numerics.stock
     grid, coarse = _sized(scenario, ready)
     done = _cut(scenario, ready, grid, coarse, progress)

@@ -31,7 +31,7 @@ from cutwise.spec.machine_pass import AxisPosition, CutSurface, FromCutting, Mac
 from cutwise.spec.material import Material
 from cutwise.spec.measures import MACHINE
 from cutwise.spec.needs import Needs
-from cutwise.spec.part_block import PartBlock
+from cutwise.spec.part_block import PartBlock, PartSpring, YieldingPart
 from cutwise.spec.program import StockBlock, top_of
 from cutwise.spec.scenario import MeasureSpec, Scenario
 from cutwise.spec.tables import Table
@@ -181,7 +181,9 @@ class MachineScenario(Scenario):
     )
     placement: Standing | None = Field(default=None, description="where the part stands before the robot")
     tool: MachineTool = Field(description="the tool")
-    part: PartBlock | None = Field(default=None, description="the part; left out: rigid and without weight")
+    part: YieldingPart | None = Field(
+        default=None, description="the part, a block or one stiffness off its wall; left out: rigid and without weight"
+    )
     path: MachinePath | None = Field(
         default=None, description="the pass as moves of the axes (or give program; neither: a volumetric map only)"
     )
@@ -208,6 +210,11 @@ class MachineScenario(Scenario):
     def carrying(self) -> Machine:
         """The machine; for a robot, three axes that are the places of its tool point in the part."""
         return self.machine if self.machine is not None else _GANTRY
+
+    @property
+    def block(self) -> PartBlock | None:
+        """The part, if it is a block."""
+        return self.part if isinstance(self.part, PartBlock) else None
 
     @property
     def bodies(self) -> tuple[str, ...]:
@@ -270,7 +277,10 @@ class MachineScenario(Scenario):
                 yield Notice(("machine", *notice.path), notice.message)
 
     def _carrier_faults(self) -> Iterator[Notice]:
-        """One carrier; what a robot does not have."""
+        """One carrier; what a robot does not have; a part that yields off a wall that is not there."""
+        if isinstance(self.part, PartSpring) and self.surface is None:
+            yield Notice(("surface",), "missing; part.stiffness is that off the wall, for example surface: {normal: [0, 1, 0], "
+                         "depth: 5 mm}")  # fmt: skip
         if self.robot is None:
             if self.machine is None:
                 yield Notice(("machine",), "missing; write machine.library (or robot.library for a robot)")
@@ -408,8 +418,8 @@ class MachineScenario(Scenario):
                 yield Notice(("load", "force", depth), "the stock says what the program meets")
             yield Notice(("program", "top"), "the stock has its own top (stock.z)")
         yield from _rigid("tool", ("overhang", "filling"), self.tool.flexible)
-        if self.part is not None:
-            yield from _rigid("part", (), self.part.flexible)
+        if self.block is not None:
+            yield from _rigid("part", (), self.block.flexible)
         if self.robot is not None:
             yield from self._of_robot()
             return
@@ -424,7 +434,7 @@ class MachineScenario(Scenario):
             yield Notice(("robot", key), "a pass at rest knows no vibration")
         yield Notice(("robot", "sag"), "weights count as load.weights says, all of them")
         assert self.robot is not None
-        if self.robot.links is None and self.robot.tool_mass is None:
+        if self.load.weights and self.robot.links is None and self.robot.tool_mass is None:
             yield Notice(("load", "weights"), "no weight of links or tool is given (robot.links, robot.tool_mass)")
 
     def _of_bodies(self, keys: tuple[str, ...], reason: str) -> Iterator[Notice]:
@@ -466,10 +476,10 @@ class MachineScenario(Scenario):
 
     def _zero_on_part(self) -> Iterator[Notice]:
         """A program whose material does not end where the part does, or a stock that the part does not hold."""
-        if self.program is None or self.part is None or self.program.words != "part":
+        if self.program is None or self.block is None or self.program.words != "part":
             return
         x, y, z = self.program.zero
-        top, height = top_of(self.program, self.stock) + z, self.part.height
+        top, height = top_of(self.program, self.stock) + z, self.block.height
         if abs(top - height) > _ON_TOP:
             key = "stock.z" if self.stock is not None else "program.top"
             yield Notice(
@@ -479,7 +489,7 @@ class MachineScenario(Scenario):
             )
         if self.stock is None:
             return
-        for axis, shift, size in (("x", x, self.part.width_x), ("y", y, self.part.width_y)):
+        for axis, shift, size in (("x", x, self.block.width_x), ("y", y, self.block.width_y)):
             low, high = (end + shift for end in getattr(self.stock, axis))
             if low < -0.5 * size - _ON_TOP or high > 0.5 * size + _ON_TOP:
                 yield Notice(

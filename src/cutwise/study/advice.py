@@ -102,6 +102,11 @@ def consult(
     sentences += [proposal.text for proposal in proposals]
     if not met and not proposals:
         sentences += _no_way(trials, levers, pairs=pairs, complete=complete)
+    chances = [name for name, limit in scenario.requirements.items() if limit.probability is not None]
+    if chances:
+        sentences.append(
+            f"this looks at values: with which probability {', '.join(chances)} keep their limits, cutwise run tells"
+        )
     if not complete:
         sentences.append(f"stopped after {trials.runs} runs; cutwise advise with a larger budget looks further")
     return Advice(met, tuple(sentences), tuple(proposals), trials.runs, trials.seconds, complete)

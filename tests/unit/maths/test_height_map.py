@@ -147,3 +147,20 @@ def test_an_overlap_takes_nothing():
     assert np.array_equal(stock.height, kept)
     assert 1e3 * found[1] == pytest.approx(4.0, abs=1e-6)
     assert 1e9 * found[0] == pytest.approx(8.0 * 40.0, rel=0.03)  # 8 mm^2 a length; its walls fall on cells
+
+
+def test_a_map_moves_and_grows_with_its_lengths():
+    """Moved by whole cells the same bits; everything twice as large, eight times the volume."""
+    pieces = profiles.bull_nose(3 * MM, 0.8 * MM)
+    points = ((-9, -3, -0.5), (6, 4, -2.3), (6, 4, -4), (-3.1, 7.3, -0.05))
+    plain, volume = swept(block((-8, 8), (-8, 8), (-6, 0), 0.25), lines(*points), tool(pieces))
+    shifted = tuple((x + 16, y - 8, z) for x, y, z in points)
+    moved, same = swept(block((8, 24), (-16, 0), (-6, 0), 0.25), lines(*shifted), tool(pieces))
+    assert np.array_equal(plain.map.cutter, moved.map.cutter)
+    assert np.abs(plain.map.height - moved.map.height).max() < 1e-9
+    assert same == pytest.approx(volume, rel=1e-6)
+    twice = tuple((2 * x, 2 * y, 2 * z) for x, y, z in points)
+    _, larger = swept(
+        block((-16, 16), (-16, 16), (-12, 0), 0.5), lines(*twice), tool(profiles.bull_nose(6 * MM, 1.6 * MM))
+    )
+    assert larger == pytest.approx(8 * volume, rel=1e-6)

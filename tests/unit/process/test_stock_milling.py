@@ -263,3 +263,19 @@ def test_a_round_bar_and_a_file_as_stock(tmp_path):
     done = stock_milling.run(given)
     assert 1e9 * done.volume.sum() == pytest.approx(6 * 2 * 40, rel=1e-3)
     assert done.stations("angle").max() == pytest.approx(math.pi)
+
+
+@pytest.mark.parametrize("entry", ["", "diameter: 8 mm"])
+def test_cutter_compensation_takes_the_diameter_of_the_tool(entry):
+    """Along a wall at y = 5 the centre runs a radius away from it; an entry of program.tools wins."""
+    text = "G21 G90 G17 T1 M6\nG0 X-20 Y-8 Z5\nG1 Z-2 F600\nG42 D1 G1 X-10 Y5\nG1 X50\nG40 G1 X60 Y-8\n"
+    listed = f", tools: [{{number: 1, {entry}}}]" if entry else ""
+    given = parse(f"{HEAD}tools: [{FLAT}]\nprogram: {{file: t.nc, text: {json.dumps(text)}{listed}}}\n")
+    done = stock_milling.run(given)
+    y = (
+        1e3
+        * done.moves.start[
+            done.moves.line[np.searchsorted(done.moves.path.first, np.arange(len(done.moves.start)), "right") - 1] == 5
+        ]
+    )
+    assert y[0, 1] == pytest.approx(5 - (4 if entry else 3), abs=1e-9)

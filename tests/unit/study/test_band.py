@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from cutwise import Result, load, simulate
+from cutwise import Result, advise, load, simulate
 from cutwise.io import library
 from cutwise.io.scenario import read_document, revised
 from cutwise.process import recipes
@@ -329,3 +329,9 @@ def test_values_that_only_their_sum_is_known_of(examples, monkeypatch):
     found = made_up(monkeypatch, scenario, lambda web, thickness: (((web + thickness) / total) ** 40,))
     spread = found.measures["compliance_axial"].band
     assert spread.sd == pytest.approx(40.0 / total * math.sqrt(2.0 * plus), rel=1e-3)
+
+
+def test_advice_says_that_it_looks_at_values(examples):
+    asked = {"compliance_axial": {"max": "2.7 um/N", "probability": 0.9}}
+    scenario = load(examples / "drill_robot.yaml", {"robot.library": "fanuc_r2000ic", "requirements": asked})
+    assert any("this looks at values" in text for text in advise(scenario, {}, runs=3))

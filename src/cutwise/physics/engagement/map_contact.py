@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from cutwise.maths.compiled import compiled, inlined_stepping, stepping
 from cutwise.maths.envelopes import ARC, begun_height, segment_height
-from cutwise.maths.map_surface import Solid, nearest, surface
+from cutwise.maths.map_surface import Solid, nearest, surface, within
 from cutwise.maths.profiles import Meridian
 
 FloatArray = npt.NDArray[np.float64]
@@ -189,7 +189,7 @@ def _spread(fan: Fan, half: float) -> int:
 def _by_cells(solid: Solid, place: Place, radius: float, level: float, fan: Fan, refine: bool) -> None:
     """The fan by the cells in which its points are; where one is near the level, exactly."""
     grid = solid.map.layout
-    near = 0.5 * max(grid.dx, grid.dy)
+    near = max(grid.dx, grid.dy)  # of material that rises by no more than 55 degrees
     step = fan.angle[1] - fan.angle[0]  # points are turned on from one to the next: no sine for each
     turn_c, turn_s = math.cos(step), math.sin(step)
     c, s = math.cos(fan.angle[0]), math.sin(fan.angle[0])
@@ -198,8 +198,10 @@ def _by_cells(solid: Solid, place: Place, radius: float, level: float, fan: Fan,
     for i in range(FAN + 1):
         x, y = place.x + out_x, place.y + out_y
         out_x, out_y = out_x * turn_c - out_y * turn_s, out_y * turn_c + out_x * turn_s
-        at = nearest(solid, x, y)
-        over = -_FAR if at < 0 else _bounded(float(solid.map.height[at]) - level)
+        if not within(solid, x, y):  # the rings of cells round the stock are no material
+            fan.above[i], fan.exact[i] = -_FAR, True
+            continue
+        over = _bounded(float(solid.map.height[nearest(solid, x, y)]) - level)
         fan.exact[i] = False
         if (refine and abs(over) < near) or (over > 0.0 and own):
             over = _bounded(_stands(solid, place, x, y, fan.found) - level)

@@ -77,8 +77,8 @@ def cheapest_way(cost: FloatArray, q: FloatArray, reach: FloatArray) -> np.ndarr
         Of each station, angle and branch; infinite where it may not be taken.
     q : array (n, a, b, 6)
         Joint angles [rad].
-    reach : array (6,)
-        Largest turn of each joint between two stations [rad].
+    reach : array (n - 1, 6) or (6,)
+        Largest turn of each joint from each station to the next [rad].
 
     Returns
     -------
@@ -95,13 +95,14 @@ def cheapest_way(cost: FloatArray, q: FloatArray, reach: FloatArray) -> np.ndarr
     Bellman 1957, Dynamic Programming.
     """
     count, angles, branches = cost.shape
+    reach = np.broadcast_to(reach, (count - 1, np.shape(reach)[-1]))
     total, came = cost[0].copy(), np.zeros((count, angles, branches), dtype=np.int8)
     for k in range(1, count):
         best, step = np.full((angles, branches), math.inf), np.zeros((angles, branches), dtype=np.int8)
         for shift in (-1, 0, 1):
             before = np.roll(total, shift, axis=0)
             turned = np.abs(q[k] - np.roll(q[k - 1], shift, axis=0))
-            tried = np.where((turned <= reach).all(axis=-1), before, math.inf)
+            tried = np.where((turned <= reach[k - 1]).all(axis=-1), before, math.inf)
             better = tried < best
             best, step = np.where(better, tried, best), np.where(better, shift, step)
         total, came[k] = best + cost[k], step
