@@ -76,6 +76,38 @@ def tube_sine(k2: float, p: float, flat: float, tube: float, most: float) -> flo
     The root of :math:`F(t) = (1 + k^2) t^2 r^2 - p^2 t^2 - k^2 r^2,\ r = R_f + r_c t`. F is convex right of it, so that
     Newton's rule falls onto it from the right: from 1, or where p lies within the flat from
     :math:`|k| / \sqrt{1 + k^2 - p^2 / R_f^2}`.
+
+    Parameters
+    ----------
+    k2 : float
+        Square of the slope :math:`k^2` [-].
+    p : float
+        Distance :math:`p` beside the line [m], 0 to :math:`R_f + r_c`.
+    flat, tube : float
+        Radius :math:`R_f` of the flat and :math:`r_c` of the tube [m], both positive.
+    most : float
+        Sine at the outer radius of the piece, at most 1 [-].
+
+    Returns
+    -------
+    float
+        The sine :math:`t`, 0 to ``most`` [-].
+
+    Notes
+    -----
+    Valid for a positive flat radius: a ball has a closed form of its own. The root is found to 1e-13.
+
+    Examples
+    --------
+    A slope of 3/4, a flat of 3 mm and a tube of 4 mm: at t = 3/4 the radius is 6 mm, and p = 6 mm * 3/4 fulfils F = 0.
+    Under the axis t is :math:`k / \sqrt{1 + k^2}`.
+
+    >>> [round(tube_sine(0.5625, p, 3e-3, 4e-3, 1.0), 9) for p in (4.5e-3, 0.0)]
+    [0.75, 0.6]
+
+    References
+    ----------
+    Derived here: :math:`p^2 = r^2 (1 - k^2 / f'^2)` with :math:`f' = t / \sqrt{1 - t^2}`.
     """
     t = 1.0
     if p < flat:
@@ -95,7 +127,48 @@ def tube_sine(k2: float, p: float, flat: float, tube: float, most: float) -> flo
 
 @inlined_stepping
 def touching(kind: float, inner: float, outer: float, shape: float, k: float, p: float) -> float:
-    """Radius r* at which a piece of a tool touches what it leaves on a slope k, at p beside the line [m]."""
+    r"""Radius r* at which a piece of a tool touches what it leaves on a slope k, at p beside the line [m].
+
+    .. math:: p^2 = r_*^2 \left(1 - k^2 / f'(r_*)^2\right)
+
+    so that a cone of slope m touches at :math:`p / \sqrt{1 - k^2 / m^2}`, a ball at :math:`r_*^2 = (p^2 + k^2 R^2) / (1 + k^2)`,
+    a torus as :func:`tube_sine` says, and a flat at its rim.
+
+    Parameters
+    ----------
+    kind : float
+        ``DISC``, ``CONE`` or ``TUBE``.
+    inner, outer : float
+        Radii between which the piece stands [m]; a tube with an inner radius of 0 is a ball.
+    shape : float
+        Slope :math:`m` of a cone [-], or radius of a tube or ball [m].
+    k : float
+        Slope of the line [-], not 0.
+    p : float
+        Distance beside the line [m], 0 to the outer radius.
+
+    Returns
+    -------
+    float
+        The radius :math:`r_*` [m], no larger than the outer one.
+
+    Notes
+    -----
+    Valid for convex pieces. On a line steeper than a cone, and beyond the end of a ball, the tool touches at the outer radius.
+
+    Examples
+    --------
+    On a slope of 3/4 a cone of slope 5/4 touches at p / 0.8, and a ball of 5 mm under its axis at k R / 1.25.
+
+    >>> from cutwise.maths.profiles import TUBE
+    >>> cases = ((CONE, 1e-3, 1e-2, 1.25, 4e-3), (TUBE, 0.0, 5e-3, 5e-3, 0.0))
+    >>> [round(1e3 * touching(kind, inner, outer, shape, 0.75, p), 9) for kind, inner, outer, shape, p in cases]
+    [5.0, 3.0]
+
+    References
+    ----------
+    Derived here: the height :math:`k s + f(\sqrt{(q - s)^2 + p^2})` is stationary in s.
+    """
     if kind == DISC:
         return outer
     if kind == CONE:
@@ -143,7 +216,41 @@ def _arc_distance(row: FloatArray, x: float, y: float) -> float:
 
 @stepping
 def segment_height(path: Segments, tools: Cutters, segment: int, x: float, y: float) -> float:
-    """Height that a segment leaves at a point [m]; infinite where the tool does not come."""
+    r"""Height that a segment leaves at a point [m]; infinite where the tool does not come.
+
+    .. math:: z = \min_s A_z + k s + f(|P - A - s u|), \qquad z = A_z + f(d) \text{ of a level arc at the distance } d
+
+    Parameters
+    ----------
+    path, tools : Segments, Cutters
+        The path of the tips, and the profiles f of the tools.
+    segment : int
+        Which line or arc of it.
+    x, y : float
+        The point P [m].
+
+    Returns
+    -------
+    float
+        Height [m].
+
+    Notes
+    -----
+    Valid for profiles that never fall outward, pieces each convex; arcs are level. Exact to rounding.
+
+    Examples
+    --------
+    A ball of 5 mm up a slope of 3/4: under its axis at q = 10 mm it leaves :math:`k q + R - R \sqrt{1 + k^2}`, 7.5 - 1.25 mm.
+
+    >>> from cutwise.maths.profiles import ball, cutters
+    >>> path = segments([line_row(0, np.zeros(3), np.array([20e-3, 0.0, 15e-3]))], [1])
+    >>> round(1e3 * segment_height(path, cutters([ball(5e-3)]), 0, 10e-3, 0.0), 9)
+    6.25
+
+    References
+    ----------
+    Derived here.
+    """
     row = path.row[segment]
     tool = int(row[1])
     least = math.inf
@@ -165,7 +272,39 @@ def segment_height(path: Segments, tools: Cutters, segment: int, x: float, y: fl
 
 @stepping
 def begun_height(path: Segments, tools: Cutters, segment: int, share: float, x: float, y: float) -> float:
-    """As :func:`segment_height`, of a segment that has been run as far as a share of it."""
+    """As :func:`segment_height`, of a segment that has been run as far as a share of it.
+
+    Parameters
+    ----------
+    path, tools, segment
+        As there.
+    share : float
+        Part of its length that has been run, 0 to 1 [-].
+    x, y : float
+        The point [m].
+
+    Returns
+    -------
+    float
+        Height [m]; infinite where the tool has not come yet.
+
+    Notes
+    -----
+    Valid as :func:`segment_height`.
+
+    Examples
+    --------
+    A flat mill of 1 mm half way along 10 mm has its front at 6 mm.
+
+    >>> from cutwise.maths.profiles import cutters, flat
+    >>> path = segments([line_row(0, np.array([0.0, 0.0, -2e-3]), np.array([10e-3, 0.0, -2e-3]))], [1])
+    >>> [begun_height(path, cutters([flat(1e-3)]), 0, 0.5, x, 0.0) for x in (5.9e-3, 6.1e-3)]
+    [-0.002, inf]
+
+    References
+    ----------
+    Derived here.
+    """
     row = path.row[segment]
     tool = int(row[1])
     least = math.inf
@@ -196,7 +335,40 @@ def begun_height(path: Segments, tools: Cutters, segment: int, share: float, x: 
 
 @stepping
 def move_height(path: Segments, tools: Cutters, move: int, x: float, y: float) -> float:
-    """Height that all segments of a move leave at a point [m]."""
+    r"""Height that all segments of a move leave at a point [m].
+
+    Parameters
+    ----------
+    path, tools : Segments, Cutters
+        The path of the tips, and the profiles of the tools.
+    move : int
+        Which move.
+    x, y : float
+        The point [m].
+
+    Returns
+    -------
+    float
+        Least of :func:`segment_height` [m]; infinite where the tool does not come.
+
+    Notes
+    -----
+    Valid as :func:`segment_height`. The time it takes grows with the segments of the move.
+
+    Examples
+    --------
+    A flat mill of 1 mm along x at -1 mm, then along y down a slope of 1/10: at (10, 5) mm it is lowest as it leaves, at y = 6 mm.
+
+    >>> from cutwise.maths.profiles import cutters, flat
+    >>> a, b, c = np.array([[0.0, 0.0, -1e-3], [10e-3, 0.0, -1e-3], [10e-3, 10e-3, -2e-3]])
+    >>> path = segments([line_row(0, a, b), line_row(0, b, c)], [2])
+    >>> [round(1e3 * move_height(path, cutters([flat(1e-3)]), 0, x, y), 9) for x, y in ((5e-3, 0.0), (10e-3, 5e-3))]
+    [-1.0, -1.6]
+
+    References
+    ----------
+    Derived here.
+    """
     least = math.inf
     for segment in range(path.first[move], path.first[move + 1]):
         least = min(least, segment_height(path, tools, segment, x, y))
@@ -205,7 +377,39 @@ def move_height(path: Segments, tools: Cutters, move: int, x: float, y: float) -
 
 @compiled
 def heights_left(path: Segments, tools: Cutters, x: FloatArray, y: FloatArray) -> FloatArray:
-    """Least height that any move leaves at points [m], shape (n,): the plain rule that maps are held against."""
+    r"""Least height that any move leaves at points [m], shape (n,): the plain rule that maps are held against.
+
+    Parameters
+    ----------
+    path, tools : Segments, Cutters
+        The path of the tips, and the profiles of the tools.
+    x, y : array (n,)
+        The points [m].
+
+    Returns
+    -------
+    array (n,)
+        Least of :func:`segment_height` over all segments [m]; infinite where no tool comes.
+
+    Notes
+    -----
+    Valid as :func:`segment_height`; the stock and its outline are not looked at.
+
+    Examples
+    --------
+    A ball of 5 mm stands :math:`R - \sqrt{R^2 - p^2}` = 1 mm high at p = 3 mm. It runs along x at -1 mm and along y at -0.5 mm.
+
+    >>> from cutwise.maths.profiles import ball, cutters
+    >>> ends = np.array([[-20.0, 0.0, -1.0], [20.0, 0.0, -1.0], [0.0, -20.0, -0.5], [0.0, 20.0, -0.5]]) * 1e-3
+    >>> path = segments([line_row(0, ends[0], ends[1]), line_row(0, ends[2], ends[3])], [1, 1])
+    >>> x, y = np.array([8e-3, 0.0, 8e-3]), np.array([3e-3, 3e-3, 6e-3])
+    >>> (1e3 * heights_left(path, cutters([ball(5e-3)]), x, y)).round(9).tolist()
+    [0.0, -0.5, inf]
+
+    References
+    ----------
+    Derived here.
+    """
     out = np.full(x.shape[0], math.inf)
     for i in range(x.shape[0]):
         for segment in range(path.row.shape[0]):

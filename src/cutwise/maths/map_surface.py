@@ -45,7 +45,37 @@ class Solid(NamedTuple):
 
 @stepping
 def within(solid: Solid, x: float, y: float) -> bool:
-    """Whether a point is inside the outline of the stock."""
+    r"""Whether a point is inside the outline of the stock.
+
+    Parameters
+    ----------
+    solid : Solid
+        The material; its outline is a rectangle, a circle :math:`(x - x_0)^2 + (y - y_0)^2 \le r^2`, or cells.
+    x, y : float
+        The point [m].
+
+    Returns
+    -------
+    bool
+        True on the outline too.
+
+    Notes
+    -----
+    Valid for any point. An outline of cells is true to the size of a cell.
+
+    Examples
+    --------
+    A block of 8 x 4 mm, and a bar of 4 mm radius about its lower edge's middle: (7, 3) mm is 4.24 mm from it.
+
+    >>> from cutwise.maths.envelopes import segments
+    >>> from cutwise.maths.height_map import height_map, layout
+    >>> from cutwise.maths.profiles import cutters, flat
+    >>> stock = height_map(layout((0.0, 8e-3), (0.0, 4e-3), 1e-3), np.ones((4, 8)), -5e-3, 0.0)
+    >>> block = Solid(stock, Outline(RECTANGLE, 0.0, 0.0, 0.0), segments([], []), cutters([flat(1e-3)]))
+    >>> bar = block._replace(outline=Outline(CIRCLE, 4e-3, 0.0, 4e-3))
+    >>> within(block, 7e-3, 3e-3), within(block, 8.1e-3, 3e-3), within(bar, 7e-3, 3e-3)
+    (True, False, False)
+    """
     grid, outline = solid.map.layout, solid.outline
     u, v = (x - grid.x) / grid.dx, (y - grid.y) / grid.dy
     if not (0.0 <= u <= grid.across and 0.0 <= v <= grid.along):
@@ -59,7 +89,37 @@ def within(solid: Solid, x: float, y: float) -> bool:
 
 @stepping
 def cell(grid: Layout, i: int, j: int) -> int:
-    """Number of a cell of the stock, counted along x and y; rings have negative numbers or those beyond."""
+    r"""Number of a cell of the stock, counted along x and y; rings have negative numbers or those beyond.
+
+    .. math:: 256 \left(\lfloor b / 16 \rfloor n_b + \lfloor a / 16 \rfloor\right) + 16\,(b \bmod 16) + a \bmod 16
+
+    with :math:`a = i + 2`, :math:`b = j + 2` and :math:`n_b` blocks along x.
+
+    Parameters
+    ----------
+    grid : Layout
+        The cells.
+    i, j : int
+        Cell along x and along y, -2 and more.
+
+    Returns
+    -------
+    int
+        Its place in the arrays of a map.
+
+    Notes
+    -----
+    Valid within the stock and its two rings; nothing is checked.
+
+    Examples
+    --------
+    The first cell stands behind two rings, at 2 * 16 + 2. Cell (20, 0) is the seventh of that row in the second block.
+
+    >>> from cutwise.maths.height_map import layout
+    >>> grid = layout((0.0, 30e-3), (0.0, 4e-3), 1e-3)
+    >>> cell(grid, 0, 0), cell(grid, 20, 0)
+    (34, 294)
+    """
     a, b = i + RINGS, j + RINGS
     block = (b // SIDE) * grid.columns + a // SIDE
     return (block * SIDE + b % SIDE) * SIDE + a % SIDE
@@ -67,7 +127,36 @@ def cell(grid: Layout, i: int, j: int) -> int:
 
 @stepping
 def nearest(solid: Solid, x: float, y: float) -> int:
-    """Number of the cell in which a point is; -1 beyond the rings."""
+    r"""Number of the cell in which a point is; -1 beyond the rings.
+
+    Parameters
+    ----------
+    solid : Solid
+        The material.
+    x, y : float
+        The point [m].
+
+    Returns
+    -------
+    int
+        :func:`cell` of :math:`\lfloor (x - x_0) / \Delta x \rfloor, \lfloor (y - y_0) / \Delta y \rfloor`.
+
+    Notes
+    -----
+    Valid for any point; one on the border of two cells is of the upper one.
+
+    Examples
+    --------
+    In cells of 1 mm: the first, the fourth of the third row (34 + 3 + 2 * 16), and 3 mm outside.
+
+    >>> from cutwise.maths.envelopes import segments
+    >>> from cutwise.maths.height_map import height_map, layout
+    >>> from cutwise.maths.profiles import cutters, flat
+    >>> stock = height_map(layout((0.0, 8e-3), (0.0, 4e-3), 1e-3), np.ones((4, 8)), -5e-3, 0.0)
+    >>> block = Solid(stock, Outline(RECTANGLE, 0.0, 0.0, 0.0), segments([], []), cutters([flat(1e-3)]))
+    >>> nearest(block, 0.5e-3, 0.5e-3), nearest(block, 3.5e-3, 2.5e-3), nearest(block, -3e-3, 0.5e-3)
+    (34, 69, -1)
+    """
     grid = solid.map.layout
     i, j = math.floor((x - grid.x) / grid.dx), math.floor((y - grid.y) / grid.dy)
     if not (-RINGS <= i < grid.across + RINGS and -RINGS <= j < grid.along + RINGS):
@@ -77,7 +166,41 @@ def nearest(solid: Solid, x: float, y: float) -> int:
 
 @stepping
 def top_at(solid: Solid, x: float, y: float) -> float:
-    """Upper side of the uncut stock, bilinear between the middles of its cells [m]."""
+    r"""Upper side of the uncut stock, bilinear between the middles of its cells [m].
+
+    .. math:: z = \frac{\sum w_c z_c}{\sum w_c}, \qquad w_c = (1 - |u - u_c|)(1 - |v - v_c|)
+
+    over those of the four cells around that are stock or a ring round it, u and v counted in cells.
+
+    Parameters
+    ----------
+    solid : Solid
+        The material.
+    x, y : float
+        The point [m].
+
+    Returns
+    -------
+    float
+        Height [m]; minus infinity where none of them is.
+
+    Notes
+    -----
+    Valid for tops of one height anywhere; for others within the stock and its rings.
+
+    Examples
+    --------
+    Two cells of 1 mm, at 0 and at -1 mm: a quarter and half of the way between their middles.
+
+    >>> from cutwise.maths.envelopes import segments
+    >>> from cutwise.maths.height_map import height_map, layout
+    >>> from cutwise.maths.profiles import cutters, flat
+    >>> top = np.array([[0.0, -1e-3]])
+    >>> stock = height_map(layout((0.0, 2e-3), (0.0, 1e-3), 1e-3), np.ones((1, 2)), -5e-3, top)
+    >>> raw = Solid(stock, Outline(CELLS, 0.0, 0.0, 0.0), segments([], []), cutters([flat(1e-3)]))
+    >>> [round(1e3 * top_at(raw, x, 0.5e-3), 6) for x in (0.75e-3, 1e-3)]
+    [-0.25, -0.5]
+    """
     top, grid = solid.map.top, solid.map.layout
     if top.size == 1:
         return float(top[0])
@@ -97,7 +220,37 @@ def top_at(solid: Solid, x: float, y: float) -> float:
 
 @stepping
 def bottom_at(solid: Solid, x: float, y: float) -> float:
-    """Underside of the stock at a point [m]; of one with an underside per cell that of the cell."""
+    """Underside of the stock at a point [m]; of one with an underside per cell that of the cell.
+
+    Parameters
+    ----------
+    solid : Solid
+        The material.
+    x, y : float
+        The point [m].
+
+    Returns
+    -------
+    float
+        Height [m]; infinite beyond the rings of a stock with an underside per cell.
+
+    Notes
+    -----
+    Valid to the size of a cell where cells have undersides of their own.
+
+    Examples
+    --------
+    Two cells of 1 mm with undersides at -5 and -6 mm.
+
+    >>> from cutwise.maths.envelopes import segments
+    >>> from cutwise.maths.height_map import height_map, layout
+    >>> from cutwise.maths.profiles import cutters, flat
+    >>> top, under = np.zeros((1, 2)), np.array([[-5e-3, -6e-3]])
+    >>> stock = height_map(layout((0.0, 2e-3), (0.0, 1e-3), 1e-3), np.ones((1, 2)), under, top)
+    >>> raw = Solid(stock, Outline(CELLS, 0.0, 0.0, 0.0), segments([], []), cutters([flat(1e-3)]))
+    >>> [bottom_at(raw, x, 0.5e-3) for x in (0.9e-3, 1.1e-3, 9e-3)]
+    [-0.005, -0.006, inf]
+    """
     bottom = solid.map.bottom
     if bottom.size == 1:
         return bottom[0]
@@ -132,6 +285,46 @@ def surface(solid: Solid, done: int, x: float, y: float, found: IntArray) -> tup
     """Height of what is left at a point [m], and the move that made it (-1: the stock itself).
 
     Outside of the stock the height is minus infinity. ``done``: how many moves have been run; ``found``: room for 16 ids.
+
+    Parameters
+    ----------
+    solid : Solid
+        What is left of a stock.
+    done : int
+        How many moves have been run.
+    x, y : float
+        The point [m].
+    found : array (16,)
+        Room for ids, integers.
+
+    Returns
+    -------
+    tuple
+        Height [m] and move.
+
+    Notes
+    -----
+    Valid above the underside, which is not looked at. Never below the truth; above it only where a move that shaped the point
+    owns none of the four cells around, or, where these differ, none of the sixteen around nor is next in time to one that does.
+
+    Examples
+    --------
+    A slot 1 mm deep whose wall is at y = 3 mm: exact to the side of it, although cells are 1 mm wide.
+
+    >>> from cutwise.maths.envelopes import line_row, segments
+    >>> from cutwise.maths.height_map import cut_by, height_map, layout, room
+    >>> from cutwise.maths.profiles import cutters, flat
+    >>> grid, tools = layout((0.0, 8e-3), (0.0, 4e-3), 1e-3), cutters([flat(1e-3)])
+    >>> stock = height_map(grid, np.ones((4, 8)), -5e-3, 0.0)
+    >>> path = segments([line_row(0, np.array([-2e-3, 2e-3, -1e-3]), np.array([10e-3, 2e-3, -1e-3]))], [1])
+    >>> taken = cut_by(stock, path, tools, 0, room(grid))
+    >>> slot = Solid(stock, Outline(RECTANGLE, 0.0, 0.0, 0.0), path, tools)
+    >>> [surface(slot, 1, x, y, np.empty(16, np.int64)) for x, y in ((4e-3, 2.999e-3), (4e-3, 3.001e-3), (9e-3, 2e-3))]
+    [(-0.001, 0), (0.0, -1), (-inf, -1)]
+
+    References
+    ----------
+    Derived here.
     """
     if not within(solid, x, y):
         return -math.inf, STOCK
@@ -140,7 +333,41 @@ def surface(solid: Solid, done: int, x: float, y: float, found: IntArray) -> tup
 
 @stepping
 def surface_within(solid: Solid, done: int, x: float, y: float, found: IntArray) -> tuple[float, int]:
-    """As :func:`surface`, of the stock carried on beyond its outline."""
+    """As :func:`surface`, of the stock carried on beyond its outline.
+
+    Parameters
+    ----------
+    solid, done, x, y, found
+        As there.
+
+    Returns
+    -------
+    tuple
+        Height [m] and move.
+
+    Notes
+    -----
+    Valid to the two rings of cells round the stock.
+
+    Examples
+    --------
+    The slot of :func:`surface`, 8 mm long, goes on at x = 8.5 mm.
+
+    >>> from cutwise.maths.envelopes import line_row, segments
+    >>> from cutwise.maths.height_map import cut_by, height_map, layout, room
+    >>> from cutwise.maths.profiles import cutters, flat
+    >>> grid, tools = layout((0.0, 8e-3), (0.0, 4e-3), 1e-3), cutters([flat(1e-3)])
+    >>> stock = height_map(grid, np.ones((4, 8)), -5e-3, 0.0)
+    >>> path = segments([line_row(0, np.array([-2e-3, 2e-3, -1e-3]), np.array([10e-3, 2e-3, -1e-3]))], [1])
+    >>> taken = cut_by(stock, path, tools, 0, room(grid))
+    >>> slot = Solid(stock, Outline(RECTANGLE, 0.0, 0.0, 0.0), path, tools)
+    >>> [surface_within(slot, 1, 8.5e-3, y, np.empty(16, np.int64)) for y in (2.999e-3, 3.001e-3)]
+    [(-0.001, 0), (0.0, -1)]
+
+    References
+    ----------
+    As :func:`surface`.
+    """
     grid = solid.map.layout
     i = math.floor((x - grid.x) / grid.dx - 0.5)
     j = math.floor((y - grid.y) / grid.dy - 0.5)
@@ -172,7 +399,42 @@ def surface_within(solid: Solid, done: int, x: float, y: float, found: IntArray)
 
 @compiled
 def surfaces(solid: Solid, x: float, y: float, height: FloatArray, owner: IntArray) -> None:
-    """:func:`surface` at many points [m]: arrays of shape (n,)."""
+    """:func:`surface` at many points [m]: arrays of shape (n,).
+
+    Parameters
+    ----------
+    solid : Solid
+        What is left when all moves have been run.
+    x, y : array (n,)
+        The points [m].
+    height, owner : array (n,)
+        Heights [m] and moves, which are written.
+
+    Notes
+    -----
+    Valid as :func:`surface`.
+
+    Examples
+    --------
+    A ball of 5 mm at -2 mm stands 1 mm higher at 3 mm beside its line.
+
+    >>> from cutwise.maths.envelopes import line_row, segments
+    >>> from cutwise.maths.height_map import cut_by, height_map, layout, room
+    >>> from cutwise.maths.profiles import ball, cutters
+    >>> grid, tools = layout((0.0, 8e-3), (0.0, 4e-3), 1e-3), cutters([ball(5e-3)])
+    >>> stock = height_map(grid, np.ones((4, 8)), -5e-3, 0.0)
+    >>> path = segments([line_row(0, np.array([-9e-3, 0.0, -2e-3]), np.array([20e-3, 0.0, -2e-3]))], [1])
+    >>> taken = cut_by(stock, path, tools, 0, room(grid))
+    >>> height, owner = np.empty(2), np.empty(2, np.int64)
+    >>> groove = Solid(stock, Outline(RECTANGLE, 0.0, 0.0, 0.0), path, tools)
+    >>> surfaces(groove, np.array([4e-3, 4e-3]), np.array([0.0, 3e-3]), height, owner)
+    >>> (1e3 * height).round(9).tolist(), owner.tolist()
+    ([-2.0, -1.0], [0, 0])
+
+    References
+    ----------
+    As :func:`surface`.
+    """
     found = np.empty(16, np.int64)
     for i in range(x.shape[0]):
         height[i], owner[i] = surface(solid, solid.path.first.size - 1, x[i], y[i], found)
@@ -180,7 +442,42 @@ def surfaces(solid: Solid, x: float, y: float, height: FloatArray, owner: IntArr
 
 @compiled
 def corner_heights(solid: Solid, x: FloatArray, y: FloatArray, top: FloatArray, bottom: FloatArray) -> None:
-    """Upper and lower side of what is left at points on the outline or within it [m]: arrays of shape (n,)."""
+    """Upper and lower side of what is left at points on the outline or within it [m]: arrays of shape (n,).
+
+    Parameters
+    ----------
+    solid : Solid
+        What is left when all moves have been run.
+    x, y : array (n,)
+        The points [m].
+    top, bottom : array (n,)
+        Heights [m], which are written; the upper one is never below the lower one.
+
+    Notes
+    -----
+    Valid as :func:`surface_within`.
+
+    Examples
+    --------
+    A corner of a block from -5 to 0 mm, and the end of a slot in it at -1 mm.
+
+    >>> from cutwise.maths.envelopes import line_row, segments
+    >>> from cutwise.maths.height_map import cut_by, height_map, layout, room
+    >>> from cutwise.maths.profiles import cutters, flat
+    >>> grid, tools = layout((0.0, 8e-3), (0.0, 4e-3), 1e-3), cutters([flat(1e-3)])
+    >>> stock = height_map(grid, np.ones((4, 8)), -5e-3, 0.0)
+    >>> path = segments([line_row(0, np.array([-2e-3, 2e-3, -1e-3]), np.array([10e-3, 2e-3, -1e-3]))], [1])
+    >>> taken = cut_by(stock, path, tools, 0, room(grid))
+    >>> top, bottom = np.empty(2), np.empty(2)
+    >>> slot = Solid(stock, Outline(RECTANGLE, 0.0, 0.0, 0.0), path, tools)
+    >>> corner_heights(slot, np.array([0.0, 8e-3]), np.array([0.0, 2e-3]), top, bottom)
+    >>> top.tolist(), bottom.tolist()
+    ([0.0, -0.001], [-0.005, -0.005])
+
+    References
+    ----------
+    As :func:`surface`.
+    """
     found = np.empty(16, np.int64)
     for i in range(x.shape[0]):
         floor = bottom_at(solid, x[i], y[i])
@@ -308,7 +605,46 @@ def _highest_of(height: FloatArray, grid: Layout, size: float, across: int, alon
 
 @stepping
 def shaped(solid: Solid, index: Index, x: float, y: float) -> tuple[float, int]:
-    """Height of what is left at a point [m] and the segment that made it, -1 the stock; minus infinity outside of the stock."""
+    """Height of what is left at a point [m] and the segment that made it, -1 the stock; minus infinity outside of the stock.
+
+    Parameters
+    ----------
+    solid : Solid
+        What is left when all moves have been run.
+    index : Index
+        The segments that may have shaped it, from :func:`shaping_index`.
+    x, y : float
+        The point [m].
+
+    Returns
+    -------
+    tuple
+        Height [m] and segment.
+
+    Notes
+    -----
+    Valid above the underside, which is not looked at. Exact where what stands between cells is no more than half a cell higher than
+    the cells around.
+
+    Examples
+    --------
+    A slot 1 mm deep whose wall is at y = 3 mm.
+
+    >>> from cutwise.maths.envelopes import line_row, segments
+    >>> from cutwise.maths.height_map import cut_by, height_map, layout, room
+    >>> from cutwise.maths.profiles import cutters, flat
+    >>> grid, tools = layout((0.0, 8e-3), (0.0, 4e-3), 1e-3), cutters([flat(1e-3)])
+    >>> stock = height_map(grid, np.ones((4, 8)), -5e-3, 0.0)
+    >>> path = segments([line_row(0, np.array([-2e-3, 2e-3, -1e-3]), np.array([10e-3, 2e-3, -1e-3]))], [1])
+    >>> taken = cut_by(stock, path, tools, 0, room(grid))
+    >>> slot = Solid(stock, Outline(RECTANGLE, 0.0, 0.0, 0.0), path, tools)
+    >>> [shaped(slot, shaping_index(slot), 4e-3, y) for y in (2.999e-3, 3.001e-3, 4.001e-3)]
+    [(-0.001, 0), (0.0, -1), (-inf, -1)]
+
+    References
+    ----------
+    Derived here.
+    """
     if not within(solid, x, y):
         return -math.inf, STOCK
     i = min(max(math.floor((x - index.x) / index.size), 0), index.across - 1)
@@ -324,7 +660,43 @@ def shaped(solid: Solid, index: Index, x: float, y: float) -> tuple[float, int]:
 
 @stepping
 def least_height(solid: Solid, index: Index, x: float, y: float) -> float:
-    """Height that all moves together leave at a point, and the stock [m]: the truth, by the index of all segments."""
+    r"""Height that all moves together leave at a point, and the stock [m]: the truth, by the index of all segments.
+
+    Parameters
+    ----------
+    solid : Solid
+        The stock, and its moves; the heights of its cells are not looked at.
+    index : Index
+        All segments, from :func:`index_of`.
+    x, y : float
+        The point [m].
+
+    Returns
+    -------
+    float
+        Height [m].
+
+    Notes
+    -----
+    Valid inside of the outline and above the underside, neither of which is looked at.
+
+    Examples
+    --------
+    Balls of 5 mm at -2 mm, 6 mm apart: midway a ridge of :math:`R - \sqrt{R^2 - p^2}` = 1 mm is left.
+
+    >>> from cutwise.maths.envelopes import line_row, segments
+    >>> from cutwise.maths.height_map import height_map, layout
+    >>> from cutwise.maths.profiles import ball, cutters
+    >>> stock = height_map(layout((0.0, 8e-3), (0.0, 6e-3), 1e-3), np.ones((6, 8)), -5e-3, 0.0)
+    >>> rows = [line_row(0, np.array([-9e-3, y, -2e-3]), np.array([20e-3, y, -2e-3])) for y in (0.0, 6e-3)]
+    >>> solid = Solid(stock, Outline(RECTANGLE, 0.0, 0.0, 0.0), segments(rows, [1, 1]), cutters([ball(5e-3)]))
+    >>> [round(1e3 * least_height(solid, index_of(solid), 4e-3, y), 9) for y in (3e-3, 6e-3)]
+    [-1.0, -2.0]
+
+    References
+    ----------
+    Derived here.
+    """
     i = min(max(math.floor((x - index.x) / index.size), 0), index.across - 1)
     j = min(max(math.floor((y - index.y) / index.size), 0), index.along - 1)
     height = top_at(solid, x, y)

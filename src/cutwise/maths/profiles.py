@@ -92,7 +92,44 @@ def cutters(tools: Sequence[Sequence[Piece]]) -> Cutters:
 
 @inlined_stepping
 def piece_height(kind: float, inner: float, foot: float, shape: float, r: float) -> float:
-    """Height of a piece at a distance from the axis, within its outer radius [m]; inside it is prolonged as a constant."""
+    r"""Height of a piece at a distance from the axis, within its outer radius [m]; inside it is prolonged as a constant.
+
+    .. math:: z_0, \qquad z_0 + m (r - r_0), \qquad z_0 + r_c - \sqrt{r_c^2 - (r - r_0)^2}
+
+    of a disc, a cone and a tube.
+
+    Parameters
+    ----------
+    kind : float
+        ``DISC``, ``CONE`` or ``TUBE``.
+    inner, foot : float
+        Inner radius :math:`r_0` and the height :math:`z_0` there [m].
+    shape : float
+        Slope :math:`m` of a cone [-], or radius :math:`r_c` of a tube [m].
+    r : float
+        Distance from the axis [m].
+
+    Returns
+    -------
+    float
+        Height above the tip [m].
+
+    Notes
+    -----
+    Valid up to the outer radius of the piece, which the caller knows; a tube is held at its full radius beyond.
+
+    Examples
+    --------
+    A ball of 5 mm is 1 mm high at 3 mm; a cone of slope 2 from 1 mm out is 4 mm high there, and 0 within its tip.
+
+    >>> cases = ((TUBE, 0.0, 5e-3, 3e-3), (CONE, 1e-3, 2.0, 3e-3), (CONE, 1e-3, 2.0, 0.5e-3))
+    >>> [round(1e3 * piece_height(kind, inner, 0.0, shape, r), 9) for kind, inner, shape, r in cases]
+    [1.0, 4.0, 0.0]
+
+    References
+    ----------
+    Derived here.
+    """
     if kind == DISC or r <= inner:
         return foot
     if kind == CONE:
@@ -103,7 +140,38 @@ def piece_height(kind: float, inner: float, foot: float, shape: float, r: float)
 
 @stepping
 def profile_height(tools: Cutters, tool: int, r: float) -> float:
-    r"""Height :math:`f(r)` of a tool above its tip at a distance from its axis [m]; infinite beyond its radius."""
+    r"""Height :math:`f(r)` of a tool above its tip at a distance from its axis [m]; infinite beyond its radius.
+
+    Parameters
+    ----------
+    tools : Cutters
+        Profiles.
+    tool : int
+        Which of them.
+    r : float
+        Distance from the axis [m].
+
+    Returns
+    -------
+    float
+        Least of :func:`piece_height` over the pieces that reach so far out [m].
+
+    Notes
+    -----
+    Valid for profiles that never fall outward.
+
+    Examples
+    --------
+    A holder whose radius grows from 10 to 20 mm between 45 and 70 mm above the tip.
+
+    >>> tools = cutters([revolved([(45e-3, 10e-3), (70e-3, 20e-3)])])
+    >>> [round(1e3 * profile_height(tools, 0, 1e-3 * r), 9) for r in (5.0, 15.0, 20.0, 21.0)]
+    [45.0, 57.5, 70.0, inf]
+
+    References
+    ----------
+    Derived here.
+    """
     height = math.inf
     for i in range(tools.first[tool], tools.first[tool + 1]):
         row = tools.piece[i]

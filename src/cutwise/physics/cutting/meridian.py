@@ -78,6 +78,35 @@ def meridian_force(
     k : EdgeCoefficients
         Of material and tool; for bottom edges the same, the radial ones along the axis.
 
+    Returns
+    -------
+    MeridianForce
+        On the tool [N], and torque [N m].
+
+    Notes
+    -----
+    Valid for evenly spaced teeth without run-out, feeds per tooth small against the radius, and rows in which h is not negative,
+    as those of contact are. Bottom edges with the coefficients of the flutes are an assumption.
+
+    Examples
+    --------
+    A slot 1 mm deep with two teeth and 0.1 mm a tooth: :math:`N b c / 4` of :math:`-K_{rc}` and :math:`K_{tc}`,
+    :math:`N b c / \pi` of :math:`-K_{ac}` and, on 5 mm, of :math:`K_{tc}`.
+
+    >>> from cutwise.maths.profiles import flat, meridian
+    >>> k = EdgeCoefficients(1e9, 5e8, 2e8, 0.0, 0.0, 0.0)
+    >>> slot = np.array([[CYLINDER, -0.5 * math.pi, 0.5 * math.pi, 0.0, 1e-3]])
+    >>> force = meridian_force(slot, 1, meridian(flat(5e-3), 5e-3, 1), 5e-3, 2, Chip(1e-4, 0.0), k)
+    >>> [round(f, 4) for f in force]
+    [-25.0, 50.0, -12.7324, 0.3183, 0.0]
+
+    A plunge of 0.01 mm a tooth, edges to the middle: :math:`N K_{rc} f R` up, and :math:`N K_{tc} f R^2 / 2` about the axis.
+
+    >>> bottom = np.array([[0, -math.pi, math.pi, 0.0, 0.0]])
+    >>> force = meridian_force(bottom, 1, meridian(flat(5e-3), 0.0, 1), 5e-3, 2, Chip(0.0, -1e-5), k)
+    >>> round(force.z, 6), round(force.end, 6), round(force.torque, 6)
+    (50.0, 50.0, 0.25)
+
     References
     ----------
     Engin and Altintas 2001; Gradisek, Kalveram and Weinert 2004 (the general end mill).
@@ -129,7 +158,45 @@ def _force_at(
 
 @compiled
 def peak_force(rows: FloatArray, count: int, edge: Meridian, mill: Mill, chip: Chip, k: EdgeCoefficients) -> float:
-    """Largest force in the plane over a tooth period [N]; teeth are looked at in 60 places and closer round the largest."""
+    r"""Largest force in the plane over a tooth period [N]; teeth are looked at in 60 places and closer round the largest.
+
+    .. math:: \max_\phi \sqrt{F_x^2 + F_y^2}
+
+    Parameters
+    ----------
+    rows, count : array (m, 5), int
+        Contact, as for :func:`meridian_force`.
+    edge : Meridian
+        Elements below the cylinder.
+    mill : Mill
+        Radius of the cylinder, teeth and helix.
+    chip, k
+        As there.
+
+    Returns
+    -------
+    float
+        Force across the axis [N]; 0 without contact.
+
+    Notes
+    -----
+    Valid as :func:`meridian_force`. The lag of the helix is that of the cylinder, :math:`z \tan\beta / R`, on all elements. The
+    places are a 960th of a tooth period apart round the largest of 60, so a second peak as high as that may be missed.
+
+    Examples
+    --------
+    A straight tooth in the slot of :func:`meridian_force` has its whole chip ahead: :math:`b c \sqrt{K_{tc}^2 + K_{rc}^2}`.
+
+    >>> from cutwise.maths.profiles import flat, meridian
+    >>> slot = np.array([[CYLINDER, -0.5 * math.pi, 0.5 * math.pi, 0.0, 1e-3]])
+    >>> mill, k = Mill(5e-3, 2, 0.0), EdgeCoefficients(4e9, 3e9, 0.0, 0.0, 0.0, 0.0)
+    >>> round(peak_force(slot, 1, meridian(flat(5e-3), 5e-3, 1), mill, Chip(1e-4, 0.0), k), 6)
+    500.0
+
+    References
+    ----------
+    As :func:`meridian_force`.
+    """
     if count == 0:
         return 0.0
     step = 2.0 * math.pi / (mill.flutes * _ANGLES)
@@ -145,7 +212,42 @@ def peak_force(rows: FloatArray, count: int, edge: Meridian, mill: Mill, chip: C
 
 @compiled
 def thickest_chip(rows: FloatArray, count: int, edge: Meridian, chip: Chip) -> float:
-    r"""Largest chip thickness :math:`h = c \cdot n` in contact [m]."""
+    r"""Largest chip thickness :math:`h = c \cdot n` in contact [m].
+
+    .. math:: h = c_x \sin\kappa \max_\psi \cos\psi - c_z \cos\kappa
+
+    Parameters
+    ----------
+    rows, count : array (m, 5), int
+        Contact, as for :func:`meridian_force`.
+    edge : Meridian
+        Elements below the cylinder.
+    chip : Chip
+        Feed of a tooth.
+
+    Returns
+    -------
+    float
+        Thickness [m]; 0 without contact.
+
+    Notes
+    -----
+    Valid for evenly spaced teeth without run-out, and feeds per tooth small against the radius.
+
+    Examples
+    --------
+    0.1 mm a tooth, from the right side to :math:`\cos\psi = 0.8` short of ahead; and a plunge of 0.01 mm on the bottom.
+
+    >>> from cutwise.maths.profiles import flat, meridian
+    >>> rows = np.array([[CYLINDER, -0.5 * math.pi, -math.acos(0.8), 0.0, 1e-3], [0, -math.pi, math.pi, 0.0, 0.0]])
+    >>> edge = meridian(flat(5e-3), 0.0, 1)
+    >>> [round(1e3 * thickest_chip(r, 1, edge, c), 9) for r, c in ((rows, Chip(1e-4, 0.0)), (rows[1:], Chip(0.0, -1e-5)))]
+    [0.08, 0.01]
+
+    References
+    ----------
+    As :func:`meridian_force`.
+    """
     thickest = 0.0
     for n in range(count):
         element, low, high = int(rows[n, 0]), rows[n, 1], rows[n, 2]

@@ -69,7 +69,23 @@ class Fan(NamedTuple):
 
 @compiled
 def fan_room() -> Fan:
-    """Room for one fan."""
+    """Room for one fan.
+
+    Returns
+    -------
+    Fan
+        Arrays to work in, their values not set: 65 directions, of which all round the last is the first again, and 16 ids.
+
+    Notes
+    -----
+    Valid for one place at a time.
+
+    Examples
+    --------
+    >>> fan = fan_room()
+    >>> fan.angle.size, fan.found.size
+    (65, 16)
+    """
     return Fan(
         np.empty(FAN + 1),
         np.empty(FAN + 1),
@@ -362,7 +378,9 @@ def _cylinder_rows(solid: Solid, place: Place, edge: Edge, fan: Fan, rows: Float
 
 @stepping
 def contact_rows(solid: Solid, place: Place, edge: Edge, fan: Fan, rows: FloatArray, refine: bool) -> int:
-    """Rows of contact of a tool at a place; their number.
+    r"""Rows of contact of a tool at a place; their number.
+
+    An element cuts where :math:`\cos\psi > k \cot\kappa` and where the material stands higher than its rim.
 
     Parameters
     ----------
@@ -376,6 +394,37 @@ def contact_rows(solid: Solid, place: Place, edge: Edge, fan: Fan, rows: FloatAr
         Element (-1: the cylinder), arc from, to [rad], heights above the tip from, to [m].
     refine : bool
         Find the ends of arcs to 1e-7 rad; otherwise to half the distance of the 64 directions.
+
+    Returns
+    -------
+    int
+        How many rows were written.
+
+    Notes
+    -----
+    Valid for arcs no narrower than a 64th of the cutting range: one between two directions is not seen. Arcs beyond the last row
+    are left out. An arc that reaches behind the tool is split at :math:`\pm\pi`.
+
+    Examples
+    --------
+    A flat mill of 5 mm along x, 3 mm outside of a block and 2 mm deep: the block begins at :math:`\sin\psi = 3/5` to its left.
+
+    >>> from cutwise.maths.envelopes import line_row, segments
+    >>> from cutwise.maths.height_map import height_map, layout
+    >>> from cutwise.maths.map_surface import RECTANGLE, Outline
+    >>> from cutwise.maths.profiles import cutters, flat, meridian
+    >>> stock = height_map(layout((0.0, 40e-3), (0.0, 20e-3), 1e-3), np.ones((20, 40)), -9e-3, 0.0)
+    >>> path = segments([line_row(0, np.array([0.0, -3e-3, -2e-3]), np.array([40e-3, -3e-3, -2e-3]))], [1])
+    >>> block = Solid(stock, Outline(RECTANGLE, 0.0, 0.0, 0.0), path, cutters([flat(5e-3)]))
+    >>> place = Place(20e-3, -3e-3, -2e-3, 1.0, 0.0, 0.0, 0, 0, 0.5, 0)
+    >>> edge, rows = Edge(meridian(flat(5e-3), 5e-3, 1), 5e-3, 0.0, 10e-3), np.zeros((8, 5))
+    >>> count = contact_rows(block, place, edge, fan_room(), rows, True)
+    >>> count, np.degrees(rows[0, 1:3]).round(4).tolist(), (1e3 * rows[0, 3:]).round(6).tolist()
+    (1, [36.8699, 90.0], [0.0, 2.0])
+
+    References
+    ----------
+    Derived here.
     """
     count = 0
     for element in range(edge.meridian.height.shape[0]):
@@ -388,6 +437,40 @@ def removal(rows: FloatArray, count: int, edge: Edge, slope: float) -> float:
     r"""Volume that rows of contact take per horizontal length, straight down per depth [m^2].
 
     .. math:: \sum r\,ds \int (\sin\kappa \cos\psi - k \cos\kappa)\,d\psi
+
+    Parameters
+    ----------
+    rows, count : array (m, 5), int
+        Contact, from :func:`contact_rows`.
+    edge : Edge
+        Where the tool cuts.
+    slope : float
+        Rise per horizontal length :math:`k` [-]; infinite: straight down, where the term of :math:`\cos\kappa` alone counts.
+
+    Returns
+    -------
+    float
+        Area [m^2].
+
+    Notes
+    -----
+    Valid to the width of the elements: one that is partly in contact counts whole or not at all.
+
+    Examples
+    --------
+    The mill of :func:`contact_rows` takes 2 mm of the block 2 mm deep; straight down the whole of its bottom takes
+    :math:`\pi R^2`.
+
+    >>> from cutwise.maths.profiles import flat, meridian
+    >>> edge = Edge(meridian(flat(5e-3), 0.0, 1), 5e-3, 0.0, 10e-3)
+    >>> side = np.array([[CYLINDER, math.asin(0.6), 0.5 * math.pi, 0.0, 2e-3]])
+    >>> bottom = np.array([[0, -math.pi, math.pi, 0.0, 0.0]])
+    >>> round(1e6 * removal(side, 1, edge, 0.0), 6), round(1e6 * removal(bottom, 1, edge, -math.inf), 6)
+    (4.0, 78.539816)
+
+    References
+    ----------
+    Derived here: the flow of the feed through the surface in contact.
     """
     mer, area = edge.meridian, 0.0
     for n in range(count):
@@ -407,7 +490,39 @@ def removal(rows: FloatArray, count: int, edge: Edge, slope: float) -> float:
 
 @stepping
 def angle_of_contact(rows: FloatArray, count: int, edge: Edge) -> float:
-    """Largest sum of arcs at one height, of flute elements with kappa of at least 45 degrees [rad]."""
+    """Largest sum of arcs at one height, of flute elements with kappa of at least 45 degrees [rad].
+
+    Parameters
+    ----------
+    rows, count : array (m, 5), int
+        Contact, from :func:`contact_rows`: arcs at one height follow one another.
+    edge : Edge
+        Where the tool cuts.
+
+    Returns
+    -------
+    float
+        Angle [rad]; 0 without contact.
+
+    Notes
+    -----
+    Valid for any tool; of a flat one the cylinder alone counts, of a ball the upper part.
+
+    Examples
+    --------
+    Two arcs of 30 and of 40 degrees in one layer, and one of 60 in the layer above; the bottom does not count.
+
+    >>> from cutwise.maths.profiles import flat, meridian
+    >>> layers = [[CYLINDER, -90, -60, 0, 1e-3], [CYLINDER, 20, 60, 0, 1e-3], [CYLINDER, 0, 60, 1e-3, 2e-3]]
+    >>> rows = np.array([[0, -180, 180, 0, 0], *layers])
+    >>> rows[:, 1:3] = np.radians(rows[:, 1:3])
+    >>> round(math.degrees(angle_of_contact(rows, 4, Edge(meridian(flat(5e-3), 0.0, 1), 5e-3, 0.0, 10e-3))), 9)
+    70.0
+
+    References
+    ----------
+    Derived here.
+    """
     largest = here = 0.0
     for n in range(count):
         element = int(rows[n, 0])
