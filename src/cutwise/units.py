@@ -65,6 +65,7 @@ _ALL = (
     Dimension("derivative_gain", "V*s/m", "V*s/mm", "0.3 V s/mm"),
     Dimension("acceleration_gain", "V*s**2/m", "V*s**2/mm", "0.0016 V s^2/mm"),
     Dimension("compliance", "m/N", "µm/N", "0.7 um/N"),
+    Dimension("accelerance", "m/(s**2*N)", "m/(s**2*N)", "3 m/s^2/N"),
     Dimension("angular_compliance", "rad/(N*m)", "µrad/(N*m)", "0.02 urad/(N m)"),
     Dimension("elasticity", "Pa", "kN/mm**2", "210 kN/mm^2"),
     Dimension("energy", "J", "J", "2.5 J"),
@@ -141,6 +142,15 @@ def factor(unit: str, dimension: str) -> float:
     if not parsed.is_compatible_with(wanted.si or "dimensionless"):
         raise UnitFault(f'"{unit}" is not a unit of {wanted.name.replace("_", " ")}, expected {expected}')
     return float(pint_registry.Quantity(1.0, parsed).to(wanted.si or "dimensionless").magnitude)
+
+
+def fits(unit: str, dimension: str) -> bool:
+    """Whether a text is a unit of a dimension."""
+    try:
+        factor(unit, dimension)
+    except UnitFault:
+        return False
+    return True
 
 
 def _names_angle(unit: "pint.Unit") -> bool:

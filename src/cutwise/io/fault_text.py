@@ -1,6 +1,6 @@
 """Faults in plain words: from what pydantic found to what the engineer has to change."""
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from difflib import get_close_matches
 from typing import Annotated, Any, Literal, get_args, get_origin
 
@@ -29,7 +29,7 @@ def faults_of(error: ValidationError, model: type[Spec], root: Node) -> Iterator
     suggested: set[Path] = set()
     found: list[tuple[Path, str, bool]] = []
     between: set[tuple[Path, str]] = set()  # faults of values that do not go together
-    for item in error.errors():
+    for item in _nearest_alternatives(error.errors()):
         path = fields.without_tags(item["loc"])
         kind, context = item["type"], item.get("ctx") or {}
         if kind == "contradiction":
@@ -52,6 +52,18 @@ def faults_of(error: ValidationError, model: type[Spec], root: Node) -> Iterator
                 yield _between(root, path, message, at_key)
             else:
                 yield root.nearest(path).fault(path, message, at_key=at_key)
+
+
+def _nearest_alternatives(items: Sequence[Any]) -> list[Any]:
+    """The errors without those of alternatives of another kind, where one is only out of bounds: it was meant."""
+    out_of_bounds = {fields.without_tags(item["loc"]) for item in items if item["type"] in _BOUNDS}
+    return [
+        item
+        for item in items
+        if item["type"] in _BOUNDS
+        or item["type"] != "literal_error"
+        or fields.without_tags(item["loc"]) not in out_of_bounds
+    ]
 
 
 def _between(root: Node, path: Path, message: str, at_key: bool) -> Fault:

@@ -22,6 +22,7 @@ FloatArray = npt.NDArray[np.float64]
 _DATE = re.compile(r"#\s*date\s*:\s*(\S+)\s*", re.IGNORECASE)
 _MOST_FAULTS = 20
 WORDS = "words"
+ONE = ("-", "1")  # how people write that a number has no unit; or nothing between the brackets
 
 
 class Channel(NamedTuple):
@@ -33,6 +34,7 @@ class Channel(NamedTuple):
     largest: float = math.inf  # SI; beyond it the unit is probably wrong
     hint: str = ""  # what to say then
     unit: str = ""  # an example of one; left out: that of the dimension
+    other: str = ""  # another dimension that the unit may have; the column is then in `in_other`
 
 
 @dataclass(frozen=True)
@@ -47,6 +49,7 @@ class Measurement:
     lines: tuple[int, ...]  # line of each row
     unused: tuple[str, ...]  # titles that were passed over
     labels: dict[str, tuple[str, ...]] = field(default_factory=dict)  # columns of words
+    in_other: frozenset[str] = frozenset()  # columns whose unit has the other dimension of their channel
 
     @property
     def rows(self) -> int:
@@ -107,7 +110,7 @@ def read_measurement(
     columns = {name: np.array(values, dtype=float) for name, values in sheet.values.items()}
     return Measurement(
         shown, hashlib.sha256(content).hexdigest(), date, columns, sheet.units, tuple(sheet.lines), tuple(sheet.unused),
-        {name: tuple(words) for name, words in sheet.words.items()},
+        {name: tuple(words) for name, words in sheet.words.items()}, frozenset(sheet.in_other),
     )  # fmt: skip
 
 
@@ -120,7 +123,7 @@ def titles_of(path: Path) -> list[tuple[str, str | None]]:
 
 def example_title(channel: Channel) -> str:
     """How a title may be written: ``force_x [N]``."""
-    if channel.dimension in ("", WORDS):
+    if channel.dimension in ("", WORDS, "dimensionless"):
         return channel.name
     return f"{channel.name} [{_unit(channel)}]"
 
@@ -157,6 +160,7 @@ class _Sheet:
         self.places: dict[int, tuple[Channel, float]] = {}
         self.units: dict[str, str] = {}
         self.unused: list[str] = []
+        self.in_other: set[str] = set()
         self.lines: list[int] = []
         known = {channel.name.casefold(): channel for channel in channels}
         for place, (text, column) in enumerate(self.header):
@@ -181,7 +185,7 @@ class _Sheet:
 
     def scale(self, channel: Channel, unit: str | None, column: int) -> float:
         """How many SI units one of the column is."""
-        if channel.dimension in ("", WORDS) or (channel.dimension == "dimensionless" and unit is None):
+        if channel.dimension in ("", WORDS) or (channel.dimension == "dimensionless" and (unit or "-").strip() in ONE):
             return 1.0
         if not unit:
             self.fault(channel.name, f"no unit; write {example_title(channel)}", self.line, column)
@@ -190,6 +194,9 @@ class _Sheet:
         try:
             return units.factor(unit, channel.dimension)
         except units.UnitFault:
+            if channel.other and units.fits(unit, channel.other):
+                self.in_other.add(channel.name)
+                return units.factor(unit, channel.other)
             kind = channel.dimension.replace("_", " ")
             message = f'"{unit}" is not a unit of {kind}; write for example {example_title(channel)}'
             self.fault(channel.name, message, self.line, column)
@@ -220,7 +227,7 @@ class _Sheet:
             self.fault(channel.name, f"{what}; every row needs a number", number, cell[1])
             return math.nan
         found = found * scale if scale >= 1.0 else found / (1.0 / scale)
-        if abs(found) > channel.largest:
+        if abs(found) > channel.largest and channel.name not in self.in_other:
             unit = self.units.get(channel.name, "")
             self.fault(channel.name, f"{cell[0]} {unit} {channel.hint}", number, cell[1])
         return found

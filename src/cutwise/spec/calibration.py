@@ -279,6 +279,11 @@ class ResponseSettings(Spec):
     noise_relative: Annotated[Number, Field(gt=0, lt=1)] = Field(
         default=0.01, description="scatter over magnitude (assumed)", examples=[0.01]
     )
+    averages: Annotated[Count, Field(ge=1)] | None = Field(
+        default=None,
+        description="averages of the response: with a column coherence they give its scatter",
+        examples=[16],
+    )
     noise_floor: Annotated[Number, Field(ge=0)] = Field(default=0.0, description="least scatter [m/N]", examples=[1e-9])
 
 

@@ -1,5 +1,6 @@
 """What the specification says about a key: its field, its dimension, its alternatives."""
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from types import NoneType, UnionType
 from typing import Annotated, Any, Union, get_args, get_origin
@@ -10,6 +11,10 @@ from pydantic.fields import FieldInfo
 from cutwise.spec.base import Quantity, Spec, Usual
 from cutwise.spec.faults import Path, split_dotted
 
+# how pydantic names the alternatives of a union that has no tags: literal['auto'], tuple[str, str, str], function-after[...]
+_ALTERNATIVE = re.compile(r"<|(?:literal|tuple|list|dict|union|nullable|function-[a-z]+)\[")
+_PLAIN = ("int", "float", "str", "bool")  # the same, where the alternative is a plain type
+
 
 def tag(name: str) -> Tag:
     """Name of an alternative of a key; :func:`without_tags` knows it in the location of a pydantic error."""
@@ -17,8 +22,9 @@ def tag(name: str) -> Tag:
 
 
 def without_tags(location: Sequence[str | int]) -> Path:
-    """The path in the scenario of a pydantic error location."""
-    return tuple(step for step in location if not (isinstance(step, str) and step.startswith("<")))
+    """The path in the scenario of a pydantic error location: without the alternative of a union that was tried."""
+    steps = tuple(step for step in location if not (isinstance(step, str) and _ALTERNATIVE.match(step)))
+    return steps[:-1] if len(steps) > 1 and steps[-1] in _PLAIN else steps
 
 
 def alternatives(annotation: Any, metadata: Sequence[Any] = ()) -> Iterator[tuple[Any, tuple[Any, ...]]]:

@@ -114,7 +114,8 @@ def _log(data: Measurement, settings: DriveLog) -> Log:
     if "torque" not in columns and "current" in columns and settings.drive.K_t is None:
         faults.append(data.fault("current alone needs the torque per ampere: --set drive.K_t='0.4769 N m/A'"))
     output, limit = columns["output"], settings.drive.saturation
-    if limit is not None and np.mean(np.abs(output) >= limit * (1.0 - 1e-9)) > 0.5:
+    limit = float(np.max(np.abs(output))) if limit is None else limit  # an output that is cut off stands at its largest
+    if limit > 0.0 and np.mean(np.abs(output) >= limit * (1.0 - 1e-9)) > 0.5:
         shown = units.show(limit, "voltage")
         faults.append(data.fault(f"the output is saturated for more than half of the log ({shown}): move slower"))
     if faults:

@@ -6,7 +6,7 @@ r"""Modes of a tool tip from its frequency response.
 from typing import Any
 
 import numpy as np
-from scipy import signal
+from scipy import ndimage, signal
 
 from cutwise import units
 from cutwise.io.measurements import Channel, Measurement
@@ -27,15 +27,17 @@ from cutwise.study.calibrate.told import (
 
 _HINT = "is more than 1 mm/N; is the unit right?"
 _STANDS = 0.05  # prominence of a peak over the largest, to be taken for a mode
+_ABOVE_NOISE = 6.0  # prominence of a peak over the scatter near it
+_NEAR = 41  # samples over which the scatter is judged
 _NOT_NOISE = 2.0  # chi squared over its degrees of freedom
 
 
 def channels(_settings: FrequencyResponse | None) -> tuple[Channel, ...]:
-    """Columns of the response: real and imaginary part, or magnitude and phase."""
+    """Columns of the response: real and imaginary part, or magnitude and phase; as compliance, or acceleration over force."""
     return (
         Channel("frequency", "frequency", unit="Hz"),
-        Channel("real", "compliance", False, 1e-3, _HINT, "um/N"), Channel("imaginary", "compliance", False, 1e-3, _HINT, "um/N"),
-        Channel("magnitude", "compliance", False, 1e-3, _HINT, "um/N"), Channel("phase", "angle", False, unit="deg"),
+        *(Channel(name, "compliance", False, 1e-3, _HINT, "um/N", "accelerance") for name in ("real", "imaginary", "magnitude")),
+        Channel("phase", "angle", False, unit="deg"), Channel("coherence", "dimensionless", False),
     )  # fmt: skip
 
 
@@ -43,7 +45,7 @@ def calibrate(data: Measurement, settings: FrequencyResponse) -> Finding:
     """Fit all modes and the residual together."""
     frequency, response = _response(data)
     starts = _starts(data, frequency, response, settings)
-    posed = _posed(frequency, response, starts, settings)
+    posed = _posed(frequency, response, starts, settings, _relative(data, settings))
     share = 0.0 if settings.fit.hold_out is None else settings.fit.hold_out
     fit = fitted(
         posed, loss=settings.fit.loss, level=settings.fit.level, prior=settings.fit.prior, folds=folds(share, data.rows)
@@ -64,6 +66,8 @@ def calibrate(data: Measurement, settings: FrequencyResponse) -> Finding:
         )
     values = tuple(plain(fit, k) for k in range(len(posed.unknowns)))
     direction = settings.data.direction or "x"
+    if "coherence" in data.columns and settings.data.averages is None:
+        warnings.append("the coherence is not used: how many averages is not given (data.averages)")
     if settings.data.direction is None:
         warnings.append("data.direction is not given: the modes are written as those along x")
     listed = [{"direction": direction, **mode} for mode in _told(fit.posed, fit.x, modes)]
@@ -76,8 +80,7 @@ def calibrate(data: Measurement, settings: FrequencyResponse) -> Finding:
         f"{modes} mode{'s' if modes != 1 else ''}", values, block,
         {"modes": covariance_block(fit, posed.names[:-1], dimensions)}, float(np.sqrt(np.mean(fit.residual**2))), "compliance",
         rms(fit.left_out), "rms of real and imaginary part", "compliance", fit, drawn(posed, fit.residual), (), tuple(warnings),
-        (f"chi squared over its degrees of freedom {fit.scale**2:.4g} "
-         f"(data.noise_relative {settings.data.noise_relative:g}, assumed)",
+        (f"chi squared over its degrees of freedom {fit.scale**2:.4g} ({_noise(data, settings)}, assumed)",
          "modes outside of the measured frequencies: they are in the residual", *poorly_seen(fit)), (), tuple(failed),
         fit.outliers, fit.condition, unknown_combinations(fit),
     )  # fmt: skip
@@ -104,9 +107,36 @@ def _response(data: Measurement) -> tuple[FloatArray, Any]:
         faults.append(data.fault(f"frequency {np.sort(frequency)[repeated]:g} Hz is there twice"))
     if faults:
         raise ScenarioFault(faults)
-    if {"real", "imaginary"} <= there:
-        return frequency, data.columns["real"] + 1j * data.columns["imaginary"]
-    return frequency, data.columns["magnitude"] * np.exp(1j * data.columns["phase"])
+    cartesian = {"real", "imaginary"} <= there
+    if cartesian and len({"real", "imaginary"} & data.in_other) == 1:
+        raise ScenarioFault(
+            [data.fault("real and imaginary are a compliance and an acceleration over force; one of both")]
+        )
+    if cartesian:
+        found = data.columns["real"] + 1j * data.columns["imaginary"]
+    else:
+        found = data.columns["magnitude"] * np.exp(1j * data.columns["phase"])
+    turned = ("real" if cartesian else "magnitude") in data.in_other  # accelerance is -(2 pi f)^2 times the compliance
+    return frequency, found / -((2.0 * np.pi * frequency) ** 2) if turned else found
+
+
+def _relative(data: Measurement, settings: FrequencyResponse) -> FloatArray:
+    r"""Scatter over magnitude (n,): :math:`\sqrt{(1-\gamma^2)/(n \gamma^2)}` of n averages with a coherence, else as set."""
+    coherence = data.columns.get("coherence")
+    if coherence is None or settings.data.averages is None:
+        return np.full(data.rows, settings.data.noise_relative)
+    wrong = np.flatnonzero((coherence <= 0.0) | (coherence > 1.0))
+    if len(wrong):
+        raise ScenarioFault([
+            data.fault("coherence: must be above 0, and at most 1", int(row)) for row in wrong[:5]
+        ])  # fmt: skip
+    return np.asarray(np.sqrt((1.0 - coherence) / (settings.data.averages * coherence)))
+
+
+def _noise(data: Measurement, settings: FrequencyResponse) -> str:
+    if "coherence" in data.columns and settings.data.averages is not None:
+        return f"scatter by the coherence and {settings.data.averages} averages"
+    return f"data.noise_relative {settings.data.noise_relative:g}"
 
 
 def _starts(
@@ -116,7 +146,8 @@ def _starts(
     order = np.argsort(frequency)
     f, imaginary = frequency[order], response.imag[order]
     height = np.abs(imaginary)
-    peaks, found = signal.find_peaks(height, prominence=_STANDS * height.max())
+    stands = np.maximum(_STANDS * height.max(), _ABOVE_NOISE * _noise_of(imaginary))
+    peaks, found = signal.find_peaks(height, prominence=stands)
     if len(peaks) == 0:
         raise ScenarioFault([data.fault(
             "has no peak of the imaginary part: is it a compliance (displacement over force), and do the frequencies reach "
@@ -142,10 +173,19 @@ def _starts(
     return starts
 
 
+def _noise_of(values: FloatArray) -> FloatArray:
+    """Scatter about a smooth curve, near each sample (n,): of second differences, whose variance is six times that."""
+    bend = np.abs(np.diff(values, 2, prepend=values[:1], append=values[-1:]))
+    width = min(_NEAR, len(bend))
+    return np.asarray(ndimage.median_filter(bend, size=width, mode="nearest") / (0.6745 * np.sqrt(6.0)))
+
+
 def _posed(
-    frequency: FloatArray, response: Any, starts: list[tuple[float, float, float]], settings: FrequencyResponse
-) -> Posed:
+    frequency: FloatArray, response: Any, starts: list[tuple[float, float, float]], settings: FrequencyResponse,
+    relative: FloatArray | None = None,
+) -> Posed:  # fmt: skip
     rows, count = len(frequency), len(starts)
+    spread = settings.data.noise_relative if relative is None else relative
     unknowns = []
     for k, (f, stiffness, damping) in enumerate(starts):
         unknowns += [
@@ -179,7 +219,7 @@ def _posed(
 
     def sigma(modelled: FloatArray) -> FloatArray:
         size = np.linalg.norm(modelled.reshape(rows, 2), axis=1)
-        level = np.sqrt(((settings.data.noise_relative * size) ** 2 + settings.data.noise_floor**2) / 2.0)
+        level = np.sqrt(((spread * size) ** 2 + settings.data.noise_floor**2) / 2.0)
         return np.repeat(np.maximum(level, 1e-6 * scale), 2)
 
     return Posed(

@@ -22,10 +22,13 @@ from cutwise.spec.faults import ScenarioFault
 from cutwise.study.calibrate.arm import folds, in_last_frame, joint_angles, joint_channels, serial
 from cutwise.study.calibrate.fit import fitted
 from cutwise.study.calibrate.posed import Finding, Fit, FloatArray, Posed, Unknown, Value
+from cutwise.study.calibrate.told import poorly_seen, unknown_combinations
 
 MODELS = ("joints", "joints+base", "bodies")
 _AXES = "xyz"
 _RESAMPLED = 1000
+_UNLOADED = 1e-12  # of the column of the joint that is loaded most
+_ROUNDING = 1e-9  # of a value
 _TURNED = 0.25  # of the squares that are left when an axis is turned: beyond chance
 
 
@@ -58,6 +61,7 @@ def calibrate(data: Measurement, settings: ArmStiffness) -> Finding:
         data.matrix([f"deflection_{axis}" for axis in _AXES]),
     )
     arms = spring_columns(settings, tests)
+    _loaded(data, tests, arms.joints, settings)
     _signs(data, tests, arms.joints)
     apart = folds(settings.fit.hold_out, len(tests.angles))
     joints = _linear(tests, arms.joints, _joint_names(count), settings, apart)
@@ -117,6 +121,26 @@ def _joint_names(count: int) -> list[str]:
 
 def _base_names() -> list[str]:
     return [f"base_compliance[{k}]" for k in range(3)]
+
+
+def _loaded(data: Measurement, tests: Tests, columns: FloatArray, settings: ArmStiffness) -> None:
+    """Refuse loads that leave a joint without any moment: of its stiffness nothing could be written, not even a guess."""
+    if not np.any(tests.forces):
+        raise ScenarioFault([data.fault("the force is 0 in all rows: nothing is known of any stiffness")])
+    moved = np.linalg.norm(columns, axis=(0, 1))
+    names = _joint_names(columns.shape[2])
+    unloaded = np.flatnonzero(moved <= _UNLOADED * moved.max())
+    faults = [
+        data.fault(
+            f"no force has a moment about the axis of joint {k + 1}, so that nothing is known of {names[k]}: load it from "
+            f"another side or in another posture, or say what is known of it beforehand: --set "
+            f"fit.prior='{{\"{names[k]}\": [1e6 N m/rad, 5e5 N m/rad]}}' (value, standard deviation)"
+        )
+        for k in map(int, unloaded)
+        if names[k] not in settings.fit.prior
+    ]
+    if faults:
+        raise ScenarioFault(faults)
 
 
 def _signs(data: Measurement, tests: Tests, columns: FloatArray) -> None:
@@ -221,7 +245,7 @@ def _as_springs(
     errors = fit.standard_errors
     other = both[1] if fit is both[0] else both[0]
     shift = {
-        name: (other.x[other.posed.names.index(name)] - fit.x[k]) / errors[k]
+        name: _beyond_rounding(other.x[other.posed.names.index(name)], float(fit.x[k])) / errors[k]
         for k, name in enumerate(fit.posed.names)
         if name in other.posed.names
     }
@@ -244,9 +268,14 @@ def _as_springs(
         compared, tuple(warnings),
         ("how stiff the arm is at other postures than those tested: see the ranges",
          "a spring of the base, the links or the flange is counted to the joints"
-         if model == "joints" else "a spring of the links or the flange is counted to joints and base"),
-        failed=tuple(failed), outliers=fit.outliers, condition=fit.condition,
+         if model == "joints" else "a spring of the links or the flange is counted to joints and base", *poorly_seen(fit)),
+        failed=tuple(failed), outliers=fit.outliers, condition=fit.condition, unknown=unknown_combinations(fit),
     )  # fmt: skip
+
+
+def _beyond_rounding(other: float, value: float) -> float:
+    """How far two models are apart; noise-free data leave errors that are rounding, and so is the rest then."""
+    return 0.0 if abs(other - value) <= _ROUNDING * abs(value) else other - value
 
 
 def _spring(fit: Fit, k: int) -> Value:

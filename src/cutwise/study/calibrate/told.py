@@ -92,8 +92,12 @@ def _offer(fit: Fit, combination: Mapping[str, float]) -> str:
     """How a prior of the parameter with the largest share would be written: value and standard deviation."""
     name = max(combination, key=lambda one: abs(combination[one]), default=fit.posed.names[0])
     unknown = fit.posed.unknowns[fit.posed.names.index(name)]
-    value = float(fit.x[fit.posed.names.index(name)]) or unknown.zero_scale or 1.0
-    ends = [units.text(float(f"{end:.3g}"), unknown.dimension) for end in (value, abs(value) / 3.0)]
+    place = fit.posed.names.index(name)
+    found = 0.0 if fit.undetermined[place] and unknown.zero_scale else float(fit.x[place])  # a value without basis
+    value, dimension = found or unknown.zero_scale or 1.0, unknown.dimension
+    if dimension == "angular_compliance" and value > 0.0:  # a spring is known by its stiffness
+        value, dimension = 1.0 / value, "angular_stiffness"
+    ends = [units.text(float(f"{end:.3g}"), dimension) for end in (value, abs(value) / 3.0)]
     return f"--set fit.prior='{{\"{name}\": [{', '.join(ends)}]}}' (value, standard deviation)"
 
 

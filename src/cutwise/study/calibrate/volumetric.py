@@ -18,7 +18,7 @@ import numpy as np
 
 from cutwise import units
 from cutwise.io import library
-from cutwise.io.measurements import Channel, Measurement
+from cutwise.io.measurements import WORDS, Channel, Measurement
 from cutwise.spec.calibration import MachineVolume
 from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.study.calibrate.arm import folds
@@ -70,7 +70,7 @@ def channels(_settings: MachineVolume | None) -> tuple[Channel, ...]:
         *(Channel(axis, "length", unit="mm") for axis in "xyz"), Channel("tool_length", "length", unit="mm"),
         *(Channel(name, "length", False, 1e-3, hint, "um") for name in _ERRORS),
         *(Channel(f"direction_{axis}", "dimensionless", False) for axis in "xyz"),
-        Channel("error", "length", False, 1e-3, hint, "um"), Channel("set", "", False), Channel("zero", "", False),
+        Channel("error", "length", False, 1e-3, hint, "um"), Channel("set", WORDS, False), Channel("zero", "", False),
     )  # fmt: skip
 
 
@@ -195,7 +195,7 @@ def _equations(data: Measurement, commands: FloatArray, scales: FloatArray) -> E
         raise ScenarioFault(faults)
     length = columns["tool_length"]
     moved = deviations(commands, length, scales)
-    label = columns.get("set", np.zeros(data.rows))
+    label = np.unique(data.labels.get("set", ("",) * data.rows), return_inverse=True)[1]
     _, of_set = np.unique(np.column_stack([label, length]), axis=0, return_inverse=True)
     of_set = of_set.reshape(-1)
     if along:

@@ -123,6 +123,8 @@ def test_logs_that_cannot_be_used(tmp_path, log):
     ):
         with pytest.raises(ScenarioFault, match=said):
             calibrated("feed-drive", written(tmp_path, rows), DRIVE)
+    with pytest.raises(ScenarioFault, match="saturated"):  # its limit need not be known: it stands at its largest
+        calibrated("feed-drive", written(tmp_path, saturated), [one for one in DRIVE if "saturation" not in one])
     with pytest.raises(ScenarioFault, match="needs a column torque"):
         calibrated("feed-drive", written(tmp_path, log[:, :4], TITLES.rpartition(",")[0]), DRIVE)
 

@@ -116,3 +116,53 @@ def test_an_entry_gives_the_mill_its_modes(tmp_path, examples):
     first = scenario.tool.modes[0]
     assert (first.direction, first.frequency) == ("y", pytest.approx(1243.0675, rel=1e-6))
     assert scenario.origins["tool.modes[0].frequency"].status == "measured"
+
+
+def test_an_accelerance_is_the_compliance_over_minus_omega_squared(tmp_path):
+    """Acceleration over force, told by its unit: the same modes; one part of each kind is refused."""
+    a = response() * -((2 * np.pi * F) ** 2)
+    titles = "frequency [Hz], real [mm/s^2/N], imaginary [m/(s^2 N)]"
+    found = calibrated("modal", written(tmp_path, a, titles, lambda g: (1e3 * g.real, g.imag)), [])
+    assert [value.value for value in found.finding.values] == pytest.approx(list(TRUTH), rel=1e-8)
+    titles = "frequency [Hz], magnitude [m/s^2/N], phase [deg]"
+    polar = written(tmp_path, a, titles, lambda g: (np.abs(g), np.degrees(np.angle(g))))
+    assert [value.value for value in calibrated("modal", polar, []).finding.values] == pytest.approx(
+        list(TRUTH), rel=1e-8
+    )
+    mixed = written(tmp_path, a, "frequency [Hz], real [m/s^2/N], imaginary [um/N]", lambda g: (g.real, 0.1 * g.real))
+    with pytest.raises(ScenarioFault, match="one of both"):
+        calibrated("modal", mixed, [])
+
+
+def test_a_coherence_gives_the_scatter(tmp_path):
+    """sigma^2 = (1 - gamma^2)/(2 n gamma^2) |G|^2 of each part: chi squared is 1 where the noise is that."""
+    rng, g, averages = np.random.default_rng(3), response(), 12
+    square = np.clip(1.0 - 0.3 * np.abs(F - 1500.0) / 1500.0, 0.1, 0.99)
+    s = np.sqrt((1.0 - square) / (2.0 * averages * square)) * np.abs(g)
+    noisy = g + s * (rng.normal(size=len(F)) + 1j * rng.normal(size=len(F)))
+    titles = "frequency [Hz], real [um/N], imaginary [um/N], coherence []"
+    file = written(tmp_path, noisy, titles, lambda g: (1e6 * g.real, 1e6 * g.imag, square))
+    found = calibrated("modal", file, [f"data.averages={averages}"])
+    assert found.finding.fit.scale**2 == pytest.approx(1.0, abs=0.1)
+    assert any("data.averages" in text for text in calibrated("modal", file, []).warnings)
+    bad = written(tmp_path, g, titles, lambda g: (1e6 * g.real, 1e6 * g.imag, 1.2 + 0 * F))
+    with pytest.raises(ScenarioFault, match="coherence: must be above 0, and at most 1"):
+        calibrated("modal", bad, [f"data.averages={averages}"])
+
+
+@pytest.mark.parametrize(
+    ("setting", "said"),
+    [
+        ("fit.hold_out=0.9", ["0.9 is impossible; it must be at most 0.5"]),
+        (
+            "fit.hold_out=abc",
+            ['"abc" is not one of leave_one_out', '"abc" is not a plain number; this one has no unit'],
+        ),
+    ],
+)
+def test_a_key_of_several_kinds_is_told_in_words(tmp_path, setting, said):
+    """Not in the words of the validator: the key, without the alternative that it tried."""
+    with pytest.raises(ScenarioFault) as caught:
+        calibrated("modal", written(tmp_path, response()), [setting])
+    assert [fault.path for fault in caught.value.faults] == [("fit", "hold_out")] * len(said)
+    assert [fault.message for fault in caught.value.faults] == said

@@ -81,12 +81,14 @@ def test_bodies_predict_left_out_tests_to_ten_percent():
     assert not found.reasons  # it predicts better than the joints alone
 
 
-def springs(tmp_path, compliance, noise=0.0, seed=0, sign=(1, 1, 1), rows=60):
+def springs(tmp_path, compliance, noise=0.0, seed=0, sign=(1, 1, 1), rows=60, posture=None, load=(1, 1, 1)):
     """Load tests made up from known springs."""
     rng = np.random.default_rng(seed)
     arm = outcome().settings.robot
     q = rng.uniform(-1.0, 1.0, size=(rows, 6))
-    force = rng.uniform(-800.0, 800.0, size=(rows, 3))
+    if posture is not None:
+        q[:, 1:] = posture
+    force = rng.uniform(-800.0, 800.0, size=(rows, 3)) * load
     v = jacobian(serial(arm), q, in_last_frame(arm, arm.tool_position))[:, :3]
     moved = np.einsum("nci,nc,i,ndi->nd", v, force, compliance, v) + noise * rng.normal(size=(rows, 3))
     titles = [f"joint{k} [rad]" for k in range(1, 7)] + [f"force_{a} [N]" for a in "xyz"]
@@ -103,6 +105,7 @@ TRUTH = 1.0 / np.array([3.8e6, 6.6e6, 3.9e6, 5.6e5, 6.6e5, 4.7e5])
 def test_springs_come_back(tmp_path):
     found = outcome(file=springs(tmp_path, TRUTH))
     assert [1.0 / v.value for v in found.finding.values] == pytest.approx(TRUTH, rel=1e-8)
+    assert not found.reasons  # the models differ by rounding, not by two of errors that are rounding
     noisy = outcome(file=springs(tmp_path, TRUTH, 2e-5))
     assert all(v.low < 1.0 / c < v.high for v, c in zip(noisy.finding.values, TRUTH, strict=True))
     assert not noisy.reasons
@@ -169,3 +172,28 @@ def test_a_model_that_a_kind_does_not_have_is_refused(kind, tmp_path):
 
 def test_a_loss_that_does_not_act_is_told():
     assert any("fit.loss acts on joints" in text for text in outcome("fit.model=bodies", "fit.loss=soft_l1").warnings)
+
+
+UNDER_THE_WEIGHT = {"posture": (0.2, 0.1, 0.0, 0.0, 0.0), "load": (0, 0, 1)}
+
+
+def test_a_joint_that_no_force_loads_is_refused(tmp_path):
+    """Weights hung from the tool say nothing of an upright axis: named, with a prior that then is taken."""
+    file = springs(tmp_path, TRUTH, 1e-6, **UNDER_THE_WEIGHT)
+    with pytest.raises(ScenarioFault, match="axis of joint 1, so that nothing is known of") as caught:
+        outcome(file=file)
+    assert len(caught.value.faults) == 1
+    known = outcome('fit.prior={"joint_stiffness[0]": [3.8e6 N m/rad, 5e5 N m/rad]}', file=file)
+    assert known.finding.values[0].value == pytest.approx(3.8e6)
+    with pytest.raises(ScenarioFault, match="the force is 0 in all rows"):
+        outcome(file=springs(tmp_path, TRUTH, 1e-6, load=(0, 0, 0)))
+
+
+def test_what_load_tests_leave_free_is_named(tmp_path):
+    """Axes 4 and 6 in line: their combination, and how a prior would be written, as a stiffness."""
+    found = outcome(file=springs(tmp_path, TRUTH, 1e-6, posture=(0.2, 0.1, 0.3, 0.0, 0.5)))
+    (combination,) = found.finding.unknown
+    assert set(combination) == {"joint_stiffness[3]", "joint_stiffness[5]"}
+    said = next(text for text in found.finding.cannot_tell if "do not determine" in text)
+    assert "fit.prior=" in said
+    assert "N*m/rad" in said

@@ -177,3 +177,19 @@ def test_a_run_with_the_fitted_errors_has_a_band(tmp_path, examples):
 def test_a_chain_of_other_axes_is_refused(tmp_path):
     with pytest.raises(ScenarioFault, match=r"the fit is for X \(part\), Y \(part\), Z \(tool\)"):
         calibrated("volumetric", written(tmp_path, PLATE, plate()), ["machine.library=five_axis_trunnion"])
+
+
+@pytest.mark.parametrize("title", ["direction_x", "direction_x []", "direction_x [-]", "direction_x [1]"])
+def test_directions_and_names_of_sets(tmp_path, title):
+    """Numbers without a unit as people title them, and sets that have words for names, are what numbers are."""
+    rows = diagonals()
+    names = [f"from corner {'ABCD'[int(k)]}" for k in rows[:, 4]]
+    file = tmp_path / "words.csv"
+    lines = [
+        ", ".join([*(repr(float(v)) for v in row[:4]), name, *(repr(float(v)) for v in row[5:])])
+        for row, name in zip(rows, names, strict=True)
+    ]
+    file.write_text("\n".join([DIRECTED.replace("direction_x", title), *lines]))
+    words = calibrated("volumetric", file, []).finding
+    numbers = calibrated("volumetric", written(tmp_path, DIRECTED, rows), []).finding
+    assert [v.value for v in words.values] == [v.value for v in numbers.values]
