@@ -22,7 +22,7 @@ STATION = (
     "share", "contact", "angle", "removal", "force_x", "force_y", "force_z", "torque", "end_force", "force_xy_peak",
     "chip_thickness", "over_centre",
 )  # fmt: skip
-_ROWS = 4096  # of contact at one place
+PIECES = 4096  # of contact at one place
 _UPRIGHT = 1e-12
 _AHEAD = 1e-8  # [m] of the start of a segment
 
@@ -182,7 +182,7 @@ def run_moves(
     look, refine : bool
         Whether stations are looked at, and how closely.
     """
-    fan, rows, work = fan_room(), np.empty((_ROWS, 5)), room(solid.map.layout)
+    fan, rows, work = fan_room(), np.empty((PIECES, 5)), room(solid.map.layout)
     for move in range(moves[0], moves[1]):
         tool = int(solid.path.row[solid.path.first[move], 1])
         if look and not run.rapid[move]:

@@ -19,11 +19,12 @@ from cutwise.process.assemble_mill import motion_limits, pace_of
 from cutwise.process.edges import linear_coefficients
 from cutwise.process.nominal_part import nominal_samples, tolerance_of
 from cutwise.process.program_path import ProgramPath, moves_path
-from cutwise.process.stock_loop import STATION, Run, run_into, run_moves
+from cutwise.process.stock_loop import PIECES, STATION, Run, run_into, run_moves
 from cutwise.process.stock_material import Material, Raw, automatic_grid, chosen_grid, material_of, raw_of
 from cutwise.process.stock_path import Moves, moves_of
 from cutwise.process.stock_tools import ToolSet, tool_set
 from cutwise.programs.interpreter import Interpreted, interpret
+from cutwise.results import SolverFailure
 from cutwise.spec.drives import CncMachine
 from cutwise.spec.faults import Fault, ScenarioFault, all_faults
 from cutwise.spec.milling import MillingScenario
@@ -267,11 +268,28 @@ def _cut(
         run_moves(solid, ready.tools.shanks, teeth, run_, (first, last), look, numerics.engagement == "refined")
         if progress is not None:
             progress(0.9 * last / moves.count)
+    _all_contact(run_)
     fixed = _fixtures(scenario, solid, ready.tools, moves, grid)
     check = surface_check(solid, numerics.check) if numerics.check else None
     return StockRunDone(
         ready, moves, solid, run_, grid, coarse, before, left.filled, fixed, start, check, (grid,)
     )  # fmt: skip
+
+
+def _all_contact(run_: Run) -> None:
+    """Nothing of a contact may be lost for lack of room.
+
+    Raises
+    ------
+    SolverFailure
+        A contact in more pieces than there is room for.
+    """
+    full = np.flatnonzero(run_.found[:, STATION.index("contact")] >= PIECES)
+    if full.size:
+        raise SolverFailure(
+            f"the contact of {full.size} stations is in more than {PIECES} pieces: fewer numerics.stock.elements, or "
+            "numerics.stock.engagement: none"
+        )
 
 
 def _stretches(tool: IntArray) -> Iterator[tuple[int, int]]:

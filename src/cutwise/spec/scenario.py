@@ -150,8 +150,9 @@ class Scenario(Spec):
     def unused(self) -> Iterator[Notice]:
         """How a band is made, where nothing has a standard error."""
         yield from super().unused()
-        if not self.covariances and not self.own_scatter():
-            for key in ("method", "samples", "seed"):
+        if not self.covariances:
+            asked = self.own_scatter() and any(limit.probability is not None for limit in self.requirements.values())
+            for key in ("samples", "seed") if asked else ("method", "samples", "seed"):
                 yield Notice(("band", key), "no value of the scenario has a standard error")
 
     def own_scatter(self) -> Mapping[str, str]:

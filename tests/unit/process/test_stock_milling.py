@@ -4,6 +4,7 @@ import json
 import math
 from functools import cache
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,7 +16,10 @@ from cutwise.physics.engagement.path_sweep import swept_path
 from cutwise.physics.engagement.stock import contact_patches, immersion
 from cutwise.process import stock_deviation, stock_findings, stock_measures, stock_milling
 from cutwise.process.recipes import prepare, simulate
+from cutwise.process.stock_loop import PIECES, STATION
+from cutwise.process.stock_milling import _all_contact
 from cutwise.process.stock_moves import stock_of
+from cutwise.results import SolverFailure
 from cutwise.spec.faults import ScenarioFault
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
@@ -279,3 +283,11 @@ def test_cutter_compensation_takes_the_diameter_of_the_tool(entry):
         ]
     )
     assert y[0, 1] == pytest.approx(5 - (4 if entry else 3), abs=1e-9)
+
+
+def test_a_contact_in_more_pieces_than_there_is_room_for_is_no_result():
+    found = np.zeros((3, len(STATION)))
+    _all_contact(SimpleNamespace(found=found))
+    found[1, STATION.index("contact")] = PIECES
+    with pytest.raises(SolverFailure, match="1 stations is in more than 4096 pieces"):
+        _all_contact(SimpleNamespace(found=found))
