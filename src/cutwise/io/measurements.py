@@ -92,7 +92,8 @@ def read_measurement(
     lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and line.lstrip()[0] != "#"]
     example = ", ".join(example_title(channel) for channel in channels if channel.needed)
     if not lines:
-        raise ScenarioFault([Fault((), f'is empty; it needs a title line such as "{example}"', file=shown)])
+        such = f' such as "{example}"' if example else ""
+        raise ScenarioFault([Fault((), f"is empty; it needs a title line{such}", file=shown)])
     wrong = wrong_separator(lines, f'"{example}"')
     if wrong is not None:
         raise ScenarioFault([Fault((), wrong, lines[0][0], 1, shown)])

@@ -18,7 +18,7 @@ from cutwise import units
 from cutwise.io.measurements import WORDS, Channel, Measurement, read_measurement, titles_of
 from cutwise.io.revision import Value, revisions
 from cutwise.spec import fields
-from cutwise.spec.faults import Fault, ScenarioFault, split_dotted
+from cutwise.spec.faults import Fault, ScenarioFault, dotted, split_dotted
 from cutwise.spec.scenario import Scenario
 from cutwise.study import band
 from cutwise.study.case import evaluated
@@ -116,7 +116,7 @@ def validated(
         try:
             one = revised(given) if given else scenario
         except ScenarioFault as why:
-            raise ScenarioFault([data.fault(str(fault), row) for fault in why.faults]) from None
+            raise ScenarioFault([data.fault(_said(fault), row) for fault in why.faults]) from None
         case = evaluated(one, given, measures)
         if case.failure is not None or case.outcome.infeasible:
             failed.append(f"line {data.lines[row]}: {case.failure or case.outcome.infeasible[0]}".splitlines()[0])
@@ -244,6 +244,11 @@ def _noises(
     if wrong:
         raise ScenarioFault([Fault((), f"{noise} is below zero; a standard deviation is not", file=place)])
     return found
+
+
+def _said(fault: Fault) -> str:
+    """A fault of a value that a row sets: its key, for the place is the row; others with their own place."""
+    return str(fault) if fault.line is not None or not fault.path else f"{dotted(fault.path)}: {fault.message}"
 
 
 def _warnings(
