@@ -7,19 +7,24 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from scipy import optimize
 
 from cutwise import units
 from cutwise.io.measurements import Channel, Measurement, read_measurement, titles_of
+from cutwise.later import later
 from cutwise.process import recipes
 from cutwise.results import Result
 from cutwise.spec.calibration import MINUS, ForceSettings
 from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.spec.scenario import Scenario
 from cutwise.study.inputs import FloatArray
+
+if TYPE_CHECKING:
+    from scipy import optimize
+else:
+    optimize = later("scipy.optimize")
 
 TIME = "time"
 _AXES = "xyz"

@@ -1,12 +1,18 @@
 """Statistics of a band: variances from covariances, Student's ends and probabilities, draws."""
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy import stats
 
+from cutwise.later import later
 from cutwise.results import Check
 from cutwise.study.inputs import FloatArray, Scatter
+
+if TYPE_CHECKING:
+    from scipy import stats
+else:
+    stats = later("scipy.stats")
 
 _RULED_OUT = 0.01  # least over largest eigenvalue of the correlations
 _NOTHING = 1e-12  # of the largest: a direction without scatter
