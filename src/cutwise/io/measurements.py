@@ -22,6 +22,10 @@ FloatArray = npt.NDArray[np.float64]
 _DATE = re.compile(r"#\s*date\s*:\s*(\S+)\s*", re.IGNORECASE)
 _MOST_FAULTS = 20
 WORDS = "words"
+_LARGEST = {  # SI, by dimension: beyond it no machine of cutwise measures
+    "force": (1e6, "is more than a meganewton; is the unit right?"),
+    "moment": (1e6, "is more than a meganewton metre; is the unit right?"),
+}
 ONE = ("-", "1")  # how people write that a number has no unit; or nothing between the brackets
 
 
@@ -228,7 +232,8 @@ class _Sheet:
             self.fault(channel.name, f"{what}; every row needs a number", number, cell[1])
             return math.nan
         found = found * scale if scale >= 1.0 else found / (1.0 / scale)
-        if abs(found) > channel.largest and channel.name not in self.in_other:
+        largest, hint = min((channel.largest, channel.hint), _LARGEST.get(channel.dimension, (math.inf, "")))
+        if abs(found) > largest and channel.name not in self.in_other:
             unit = self.units.get(channel.name, "")
-            self.fault(channel.name, f"{cell[0]} {unit} {channel.hint}", number, cell[1])
+            self.fault(channel.name, f"{cell[0]} {unit} {hint}", number, cell[1])
         return found
