@@ -286,8 +286,10 @@ class DrillingScenario(Scenario):
         return {key: ends for key, ends in self.levers.items() if key not in idle}
 
     def unasked(self) -> int:
-        """A pattern drills every hole, and looks for its place."""
-        return 100 if self.hole.grid is None and not self.hole.others and self.part.placement is None else 10
+        """A pattern drills every hole, a part may be placed, and the best posture is found by drilling: seconds a run."""
+        if self.hole.grid is not None or self.hole.others or self.part.placement is not None:
+            return 10
+        return 12 if self.robot is not None and self.robot.redundancy_angle == "best" else 100
 
     process: Literal["drill"] = Field(description="which operation is simulated", examples=["drill"])
     operation: DrillingOperation = Field(description="feed and speed")
