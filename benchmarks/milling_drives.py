@@ -19,11 +19,12 @@ from cutwise.physics.cutting.stability import Milling, Tip, arc_of, lobes
 from cutwise.physics.cutting.uneven import even_edges
 from cutwise.physics.cutting.wall import AVERAGED, DISCS, FLUTES
 from cutwise.physics.engagement.wall import wall_patches
+from cutwise.physics.motion.driven import SetPoints
 from cutwise.physics.motion.drives import Controller, Drive, Plant
 from cutwise.physics.motion.loop import sampled_loop
 from cutwise.physics.motion.reference import central_difference
 from cutwise.physics.structure.modes import free_motion, modes
-from cutwise.process.loops_drives import NO_FORCE, Commands, Cut, run_drives
+from cutwise.process.loops_drives import NO_FORCE, Cut, run_drives
 
 FRICTION = (2.6256, -1.8672, 2.1529, -1.4730, 3.88, -3.51, 4.20, -3.52)
 METAL = EdgeCoefficients(767.01e6, 168.8e6, 222e6, 27.7e3, 26.6e3, 0.7e3)
@@ -31,29 +32,28 @@ MINUTES = 10.0
 FloatArray = npt.NDArray[np.float64]
 
 
-def job(seconds: float) -> tuple[Commands, tuple[Drive, ...]]:
+def job(seconds: float) -> tuple[SetPoints, FloatArray, tuple[Drive, ...]]:
     """Round and round a circle of 60 mm at 40 mm/s, which makes both drives reverse."""
     t = np.arange(round(seconds / 1e-3)) * 1e-3
     phase = 40.0 / 30.0 * t
     point = 0.03 * np.column_stack((np.cos(phase) - 1.0, np.sin(phase)))
     velocity = central_difference(point, 1e-3)
     acceleration = central_difference(velocity, 1e-3)
-    commands = Commands(
-        point, velocity, acceleration, phase + 0.5 * math.pi, wall_patches(np.full(t.size, 0.927), 5e-3)
-    )
+    order = SetPoints(point, velocity, acceleration, phase + 0.5 * math.pi, np.zeros(t.size))
+    patches = wall_patches(np.full(t.size, 0.927), 5e-3)
     x = Plant(6.4898, 0.4769, 0.0077736, 0.019811, 1.5915e-3, *FRICTION, 0.0)
     y = Plant(7.5768, 0.4769, 0.0098109, 0.28438, 1.5915e-3, *FRICTION, 0.0)
     law = Controller(70e3, 500e3, 300.0, 0.0, 0.0, 1e-3, 10.0, 0.0, 0.0)
-    return commands, (Drive(x, law), Drive(y, law))
+    return order, patches, (Drive(x, law), Drive(y, law))
 
 
 def main() -> None:
     """Print the times."""
-    warm, pair = job(0.1)
-    commands, _ = job(60.0 * MINUTES)
+    warm, warm_patches, pair = job(0.1)
+    order, patches, _ = job(60.0 * MINUTES)
     mill = Mill(0.01, 3, math.radians(30))
     sliced = discs(0.01, mill.helix, 5e-3, 3, 20)
-    peer = _linear_drives(commands, pair)
+    peer = _linear_drives(order, pair)
     print(f"{MINUTES:g} minutes of machining, 2 axes, 1 ms, 10 substeps; CPU seconds (SciPy, linear, no force = 1)")
     print(f"  {'SciPy dlsim':15s} {peer:6.2f}")
     for name, law in (
@@ -63,8 +63,8 @@ def main() -> None:
         ("20 discs", DISCS),
     ):
         cut = Cut(law, mill, sliced, even_edges(METAL), 837.758)
-        run_drives(warm, pair, cut, 10)
-        taken = _cpu(lambda cut=cut: run_drives(commands, pair, cut, 10))
+        run_drives(warm, warm_patches, pair, cut, 10)
+        taken = _cpu(lambda cut=cut: run_drives(order, patches, pair, cut, 10))
         print(f"  {name:15s} {taken:6.2f} ({taken / peer:.3f})")
     _lobe_diagram()
 
@@ -75,13 +75,13 @@ def _cpu(job: Callable[[], object]) -> float:
     return time.process_time() - start
 
 
-def _linear_drives(commands: Commands, pair: tuple[Drive, ...]) -> float:
+def _linear_drives(order: SetPoints, pair: tuple[Drive, ...]) -> float:
     """Both closed loops without friction or force, sample by sample."""
     loops = []
     for plant, law in pair:
         numerator, denominator = sampled_loop(plant, law)
         loops.append(dlti(numerator, np.polyadd(numerator, denominator), dt=law.sample_time))
-    return _cpu(lambda: [dlsim(loop, commands.point[:, i]) for i, loop in enumerate(loops)])
+    return _cpu(lambda: [dlsim(loop, order.point[:, i]) for i, loop in enumerate(loops)])
 
 
 def _lobe_diagram() -> None:

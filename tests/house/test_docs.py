@@ -19,7 +19,7 @@ PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), *(ROOT / "be
 _BLOCK = re.compile(r"^```(\w*)\n(.*?)^```", re.DOTALL | re.MULTILINE)
 _LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
 _COMMAND = re.compile(r"^(?:\$ )?(cutwise .*)$", re.MULTILINE)
-_REGISTRY = re.compile(r"pypi\.|simple/|--index-url|--find-links|conda\.|npmjs|crates\.io", re.IGNORECASE)
+_REGISTRY = re.compile(r"/simple/|index-url|--find-links|registry\.", re.IGNORECASE)
 _MACHINE = re.compile(r"(?<![\w.])/(?:work|root|home|tmp|opt|Users)/|\b[A-Z]:\\")
 
 

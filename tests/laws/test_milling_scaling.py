@@ -12,11 +12,12 @@ from cutwise.physics.cutting.flute import EdgeCoefficients, Mill
 from cutwise.physics.cutting.uneven import even_edges
 from cutwise.physics.cutting.wall import FLUTES
 from cutwise.physics.engagement.wall import path_contact, wall_patches
+from cutwise.physics.motion.driven import SetPoints
 from cutwise.physics.motion.drives import Drive
 from cutwise.physics.motion.lookahead import plan
 from cutwise.physics.motion.profile import Limits
 from cutwise.physics.motion.reference import central_difference, sampled
-from cutwise.process.loops_drives import STANDSTILL, Commands, Cut, run_drives
+from cutwise.process.loops_drives import STANDSTILL, Cut, run_drives
 from peers.corner import AL7075, LIMITS, X, Y, laws
 
 
@@ -53,7 +54,7 @@ def scaled_run(length, mass, time):
     velocity = central_difference(point, step)
     heading = np.arctan2(reference.direction[:, 1], reference.direction[:, 0])
     patches = wall_patches(arcs, 0.005 * length)
-    commands = Commands(point, velocity, central_difference(velocity, step), heading, patches)
+    order = SetPoints(point, velocity, central_difference(velocity, step), heading, np.zeros(len(point)))
     x, y = (law(c) for c in laws("kp_ki_swapped"))
     stress = force / length**2
     metal = EdgeCoefficients(*(k * stress for k in AL7075[:3]), *(k * stress * length for k in AL7075[3:]))
@@ -66,7 +67,7 @@ def scaled_run(length, mass, time):
         837.758 / time,
         STANDSTILL * speed,
     )
-    history = run_drives(commands, (Drive(plant(X), x), Drive(plant(Y), y)), cut, 10)
+    history = run_drives(order, patches, (Drive(plant(X), x), Drive(plant(Y), y)), cut, 10)
     return history.position / length, history.force / force, history.voltage
 
 

@@ -12,11 +12,12 @@ from cutwise.physics.cutting.uneven import even_edges
 from cutwise.physics.cutting.wall import AVERAGED, DISCS
 from cutwise.physics.engagement.wall import path_contact, wall_patches
 from cutwise.physics.motion.contour import contour_errors
+from cutwise.physics.motion.driven import SetPoints
 from cutwise.physics.motion.drives import Controller, Drive, Plant
 from cutwise.physics.motion.lookahead import plan
 from cutwise.physics.motion.profile import Limits
 from cutwise.physics.motion.reference import central_difference, sampled
-from cutwise.process.loops_drives import NO_FORCE, Commands, Cut, run_drives
+from cutwise.process.loops_drives import NO_FORCE, Cut, run_drives
 
 FRICTION = (2.6256, -1.8672, 2.1529, -1.4730, 3.88, -3.51, 4.20, -3.52)
 NO_FRICTION = (0.0, 0.0, 0.0, 0.0, 3.88, -3.51, 4.20, -3.52)
@@ -57,14 +58,14 @@ def run(
     arcs[reference.travelled >= curve.knots[-1]] = 0.0
     point = np.ascontiguousarray(reference.point[:, :2])
     velocity = central_difference(point, step)
-    commands = Commands(
+    order = SetPoints(
         point, velocity, central_difference(velocity, step),
-        np.arctan2(reference.direction[:, 1], reference.direction[:, 0]), wall_patches(arcs, 0.005),
+        np.arctan2(reference.direction[:, 1], reference.direction[:, 0]), reference.travelled,
     )  # fmt: skip
     pair = (Drive(plants[0], controllers[0]), Drive(plants[1], controllers[1]))
     mill = Mill(0.01, 3, math.radians(30))
     cut = Cut(law, mill, discs(0.01, mill.helix, 0.005, 3, 20), edges or even_edges(AL7075), OMEGA)
-    history = run_drives(commands, pair, cut, substeps, modes=modes)
+    history = run_drives(order, wall_patches(arcs, 0.005), pair, cut, substeps, modes=modes)
     error = contour_errors(curve, reference.block, history.position, True)
     lag = np.abs(point - history.position).max(axis=0)
     return {

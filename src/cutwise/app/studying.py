@@ -1,6 +1,7 @@
 """Commands for many cases: a study is begun, gone on with, shared with other machines, and told in words."""
 
 import json
+import math
 import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -56,8 +57,8 @@ def study(
 
 def checked(file: Path, overrides: Sequence[str]) -> bool:
     """Check a study file and say what it would do; False if it is no study but a scenario."""
-    if "\nvary:" not in "\n" + file.read_text(encoding="utf-8", errors="replace") if file.is_file() else True:
-        return False
+    if not file.is_file() or "\nvary:" not in "\n" + file.read_text(encoding="utf-8", errors="replace"):
+        return False  # most files: nothing of studies is imported for them
     from cutwise.study.many.reading import is_study, read_study, told
 
     if not is_study(file):
@@ -176,11 +177,9 @@ def said(found: "Answers") -> Iterator[str]:
 
 
 def _measure(planned: "Study", name: str, value: float) -> str:
-    return (
-        f"{name} {units.show(value, planned.scenario.measures[name].dimension, 4)}"
-        if value == value
-        else f"{name} none"
-    )
+    if not math.isfinite(value):
+        return f"{name} none"
+    return f"{name} {units.show(value, planned.scenario.measures[name].dimension, 4)}"
 
 
 def as_object(found: "Answers", stopped: str, files: dict[str, str]) -> dict[str, object]:
@@ -190,6 +189,8 @@ def as_object(found: "Answers", stopped: str, files: dict[str, str]) -> dict[str
     planned, asked = found.study, demanded(found)
     told = {}
     for name, value in measures(found).items():
+        if not math.isfinite(value):  # of no case at all
+            continue
         base = next(
             (known for known in planned.scenario.measures if name.endswith(known) and name.startswith("quantile")), None
         )
@@ -198,6 +199,7 @@ def as_object(found: "Answers", stopped: str, files: dict[str, str]) -> dict[str
     over = [
         {"levers": values, "probability": {"value": s.value, "low": s.low, "high": s.high}}
         for values, s in found.shares
+        if math.isfinite(s.value)
     ]
     return {
         "scenario": planned.name, "process": "study", "verdict": "none" if asked is None else "pass" if asked[0] else "fail",

@@ -39,16 +39,6 @@ class Cut(NamedTuple):
     standstill: float = STANDSTILL  # [m/s] slower feed cuts nothing
 
 
-class Commands(NamedTuple):
-    """What the drives are told at each servo instant, ``n`` of them, and what the tool then meets."""
-
-    point: FloatArray  # [m], shape (n, axes): x, y, and z if it has a drive
-    velocity: FloatArray  # [m/s], shape (n, axes)
-    acceleration: FloatArray  # [m/s^2], shape (n, axes)
-    heading: FloatArray  # commanded direction of feed [rad], shape (n,)
-    patches: FloatArray  # contact over the servo step: arc from, to [rad], heights from, to [m]; shape (n, p, 4)
-
-
 class DriveHistory(NamedTuple):
     """What the drives did, at the servo instants (positions before the step) and as peaks over the step's substeps."""
 
@@ -85,8 +75,8 @@ def tip_dynamics(modes: Modes | None, cut: Cut, step: float, substeps: int, limi
 
 
 def run_drives(
-    commands: Commands, drives: tuple[Drive, ...], cut: Cut, substeps: int, progress: Callable[[float], None] | None = None,
-    *, modes: Modes | None = None, tip_limit: float = math.inf,
+    order: SetPoints, patches: FloatArray, drives: tuple[Drive, ...], cut: Cut, substeps: int,
+    progress: Callable[[float], None] | None = None, *, modes: Modes | None = None, tip_limit: float = math.inf,
 ) -> DriveHistory:  # fmt: skip
     """Feed drives following their commands under friction and cutting forces.
 
@@ -97,8 +87,10 @@ def run_drives(
 
     Parameters
     ----------
-    commands : Commands
-        Set points and contact at the servo instants.
+    order : SetPoints
+        What the drives are told at the servo instants, ``n`` of them.
+    patches : array (n, p, 4)
+        What the tool meets over each servo step: arc from, to [rad], heights from, to [m].
     drives : tuple of Drive
         Those of x and y, and of z if it has one; all controllers have the same sample time.
     cut : Cut
@@ -120,21 +112,18 @@ def run_drives(
     axes = axes_of(drives, substeps)
     if modes is not None and cut.law != DELAYED:
         raise ValueError("tool-tip modes need chips from the true positions: the law DELAYED")
-    n, step = commands.point.shape[0], axes[0].step
-    order = SetPoints(commands.point, commands.velocity, commands.acceleration, commands.heading, np.zeros(n))
+    n, step = order.point.shape[0], axes[0].step
     motion = driven_plane(axes, order, substeps)
     pitch_time = 2.0 * math.pi / (cut.spindle * cut.mill.flutes) if cut.law != NO_FORCE else 0.0
-    engagement = Patches(
-        commands.patches, commands.heading, motion.clock, pitch_time, cut.law == AVERAGED, cut.standstill
-    )
+    engagement = Patches(patches, order.heading, motion.clock, pitch_time, cut.law == AVERAGED, cut.standstill)
     flutes: WallFlutes | SwingingFlutes = WallFlutes(cut.law, cut.mill, cut.discs, cut.edges, cut.spindle, 0.5 * step)
     if cut.law == DELAYED:
         tip = tip_dynamics(modes, cut, axes[0].law.sample_time, substeps, tip_limit)
-        memory, log = tip_at_rest(tip, commands.point[0, :2]), tip_log(n)
+        memory, log = tip_at_rest(tip, order.point[0, :2]), tip_log(n)
         flutes = SwingingFlutes(cut.discs, cut.edges, cut.spindle, step, substeps, tip, memory, log)
     march(
         Cell(motion, engagement, (), flutes, Rigid(0.0)), (), duration=n * substeps * step, time_step=step, seen=SEEN,
-        state=0, layers=0, contacts=commands.patches.shape[1], starts=np.array([0, n * substeps]), progress=progress,
+        state=0, layers=0, contacts=patches.shape[1], starts=np.array([0, n * substeps]), progress=progress,
     )  # fmt: skip
     if not isinstance(flutes, SwingingFlutes):
         return DriveHistory(*motion.log, np.empty((0, 3)), np.empty((0, 2)), n)

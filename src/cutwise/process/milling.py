@@ -30,7 +30,7 @@ from cutwise.process.assemble_mill import (
     tip_modes,
 )
 from cutwise.process.labels import labelled
-from cutwise.process.loops_drives import Commands, Cut, DriveHistory, run_drives
+from cutwise.process.loops_drives import Cut, DriveHistory, run_drives
 from cutwise.process.milling_contact import Contact, SteadyCuts, contact, steady_cuts
 from cutwise.process.milling_stability import TipStability, tip_stability
 from cutwise.programs.interpreter import Interpreted
@@ -97,14 +97,13 @@ def run(scenario: MillingScenario, substeps: int, progress: Progress | None = No
     drives = feed_drives(scenario.drives, scenario.drives_key)
     tip = tip_modes(scenario) if cutting.law == DELAYED and not milling_wall.on_loop(scenario) else None
     wall = None
+    order = set_points(reference, sample_time, len(drives))
     if milling_wall.on_loop(scenario):
-        order = set_points(reference, sample_time, len(drives))
         log, wall = milling_wall.wall_run(scenario, reference, order, axes_of(drives, substeps), substeps, progress)
         history = DriveHistory(*log, np.empty((0, 3)), np.empty((0, 2)), len(reference.time))
     else:
         history = run_drives(
-            _commands(reference, met.patches, sample_time, len(drives)), drives, cutting, substeps, progress,
-            modes=tip, tip_limit=tip_limit(scenario),
+            order, met.patches, drives, cutting, substeps, progress, modes=tip, tip_limit=tip_limit(scenario)
         )  # fmt: skip
     rapid = np.isinf(path.feed[reference.block])
     error = contour_errors(path.programmed, path.origin[reference.block], history.position, True)
@@ -198,11 +197,6 @@ def set_points(reference: Reference, sample_time: float, axes: int) -> SetPoints
     velocity = central_difference(point, sample_time)
     heading = np.arctan2(reference.direction[:, 1], reference.direction[:, 0])
     return SetPoints(point, velocity, central_difference(velocity, sample_time), heading, reference.travelled)
-
-
-def _commands(reference: Reference, patches: FloatArray, sample_time: float, axes: int) -> Commands:
-    point, velocity, acceleration, heading, _ = set_points(reference, sample_time, axes)
-    return Commands(point, velocity, acceleration, heading, patches)
 
 
 def wall_left(done: MillRun) -> FloatArray:

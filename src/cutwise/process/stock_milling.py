@@ -13,7 +13,6 @@ from cutwise.maths.curves import FloatArray
 from cutwise.maths.envelopes import Segments, line_row, segments
 from cutwise.maths.height_map import material, overlap_by, room, volume_of
 from cutwise.maths.map_surface import Solid, SurfaceCheck, surface_check
-from cutwise.maths.profiles import Cutters
 from cutwise.physics.motion.lookahead import Plan, highest_feeds, plan
 from cutwise.process.assemble_mill import motion_limits, pace_of
 from cutwise.process.edges import linear_coefficients
@@ -407,11 +406,6 @@ def station_times(done: StockRunDone) -> FloatArray:
     share = np.clip((before[segment] + done.stations("share") * moves.way[segment]) / length, 0.0, 1.0)
     times, pause = done.planned.block_time, done.planned.path.dwell_after
     return np.asarray(times[block] + share * (times[block + 1] - pause[block] - times[block]))
-
-
-def cutters_of(done: StockRunDone) -> Cutters:
-    """The table of the tools that sweep."""
-    return done.solid.tools
 
 
 def finite(value: float) -> float:

@@ -162,7 +162,6 @@ def _angle_or_choice(value: Any) -> str:
 RedundancyAngle = Annotated[
     Annotated[Angle, tag("angle")] | Annotated[Choice, tag("choice")], Discriminator(_angle_or_choice)
 ]
-_OF_DRILLING = ("best", "stiffest", "least_skating")
 
 
 class Link(Spec):
@@ -311,10 +310,3 @@ def limited_feed(scenario: Any) -> Iterator[Notice]:
     elif robot.joint_speed is None:
         yield Notice(("robot", "joint_speed"), "missing; operation.limit_feed needs to know how fast the joints can turn "
                      "(kr270_r2700 has it)")  # fmt: skip
-
-
-def not_carrying(value: Any) -> str | None:
-    """What is wrong with a redundancy angle that only drilling can choose; None if nothing is."""
-    if value in _OF_DRILLING:
-        return f"{value} is a choice of drilling; along a path write an angle, best_constant or along_path"
-    return None

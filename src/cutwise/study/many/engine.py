@@ -20,6 +20,8 @@ from cutwise.study.many.packing import pack, unpack
 _LASTS = 10.0  # [s] that a part should take
 _SMALLEST, _LARGEST = 32, 4096
 _LOOKED = 0.2  # [s] between two looks at what is finished
+_WAITED = 1.0  # [s] between two looks for a part that others have leased
+_NARROW = "the interval is as narrow as the stop rule asks for"
 
 Progress = Callable[[int, int], object]
 """Called with the cases that are done, and with all."""
@@ -95,41 +97,25 @@ def _refused(folder: Path, message: str) -> ScenarioFault:
 def _same(study: Study, folder: Path, known: dict[str, Any], *, resume: bool) -> None:
     """Whether the folder holds this study, and the user means to go on with it."""
     mine = at.identity_of(study, __version__, int(known["chunk"]), known["step_errors"])
+    elsewhere = "take another folder (-o)"
     if known["version"] != mine["version"]:
-        raise ScenarioFault(
-            [
-                Fault(
-                    (),
-                    f"was begun with cutwise {known['version']}, this is {__version__}: take another folder (-o)",
-                    file=str(folder),
-                )
-            ]
-        )
+        raise _refused(folder, f"was begun with cutwise {known['version']}, this is {__version__}: {elsewhere}")
     if known["study"] != mine["study"]:
-        raise ScenarioFault(
-            [
-                Fault(
-                    (),
-                    "holds another study: scenario, levers, method, seed or measures differ; take another folder (-o)",
-                    file=str(folder),
-                )
-            ]
-        )
-    done = sum(count for _, count in at.finished(folder, study, int(known["chunk"])))
+        raise _refused(folder, f"holds another study: scenario, levers, method, seed or measures differ; {elsewhere}")
+    done = _done(study, folder, int(known["chunk"]))
     if done and not resume:
-        raise ScenarioFault(
-            [
-                Fault(
-                    (),
-                    f"{done:,} of {study.cases:,} cases are there: add --resume, or take another folder (-o)",
-                    file=str(folder),
-                )
-            ]
-        )
+        raise _refused(folder, f"{done:,} of {study.cases:,} cases are there: add --resume, or {elsewhere}")
+
+
+def _done(study: Study, folder: Path, size: int) -> int:
+    """Cases whose parts are there."""
+    return sum(count for _, count in at.finished(folder, study, size))
 
 
 def work(folder: Path, *, until: float | None = None, progress: Progress | None = None) -> int:
     """Do parts of the study in a folder until none is left; returns the number of cases done here.
+
+    Parts that another worker has leased are waited for: they come, or their lease grows old and is taken over.
 
     Parameters
     ----------
@@ -148,24 +134,24 @@ def work(folder: Path, *, until: float | None = None, progress: Progress | None 
         raise _refused(folder, "holds no study; cutwise study begins one")
     study = unpack(json.loads((folder / "study.json").read_text(encoding="utf-8")))
     size, done = int(known["chunk"]), 0
-    while True:
-        missing = [one for one in at.chunks(study, size) if not at.part_file(folder, *one).exists()]
+    while missing := [one for one in at.chunks(study, size) if not at.part_file(folder, *one).exists()]:
+        if until is not None and time.monotonic() > until:
+            break
         mine = next((one for one in missing if at.take_lease(folder, one[0])), None)
-        if mine is None or (until is not None and time.monotonic() > until):
-            if mine is not None:
-                at.Lease(folder, mine[0]).give_back()
-            return done
+        if mine is None:
+            time.sleep(_WAITED)
+            continue
         lease = at.Lease(folder, mine[0])
         try:
             if not at.part_file(folder, *mine).exists():
-                at.write_part(
-                    folder, evaluate(study, *mine, known["step_errors"], lambda _, lease=lease: lease.touch())
-                )
+                found = evaluate(study, *mine, known["step_errors"], lambda _, lease=lease: lease.touch())
+                at.write_part(folder, found)
                 done += mine[1]
         finally:
             lease.give_back()
         if progress is not None:
-            progress(done, study.cases)
+            progress(_done(study, folder, size), study.cases)
+    return done
 
 
 def _alone(study: Study, folder: Path, size: int, errors: dict[str, float], progress: Progress | None) -> Ran:
@@ -178,7 +164,7 @@ def _alone(study: Study, folder: Path, size: int, errors: dict[str, float], prog
         if progress is not None:
             progress(done, study.cases)
         if _enough(study, folder, size):
-            return Ran(folder, done, "the interval is as narrow as the stop rule asks for")
+            return Ran(folder, done, _NARROW)
     return Ran(folder, done, "")
 
 
@@ -193,16 +179,17 @@ def _together(study: Study, folder: Path, size: int, jobs: int, progress: Progre
         while any(worker.is_alive() for worker in workers):
             time.sleep(_LOOKED)
             if progress is not None:
-                progress(sum(count for _, count in at.finished(folder, study, size)), study.cases)
+                progress(_done(study, folder, size), study.cases)
             if _enough(study, folder, size):
-                stopped = "the interval is as narrow as the stop rule asks for"
+                stopped = _NARROW
                 break
     finally:
         for worker in workers:
             worker.terminate()
             worker.join()
-    done = sum(count for _, count in at.finished(folder, study, size))
-    if done < study.cases and not stopped and any(worker.exitcode not in (0, -15) for worker in workers):
+            at.give_back_of(folder, worker.pid)  # it had no time to do so itself
+    done = _done(study, folder, size)
+    if done < study.cases and not stopped:
         stopped = "a worker ended before its time; --resume goes on"
     return Ran(folder, done, stopped)
 

@@ -9,8 +9,10 @@ import hashlib
 import io
 import json
 import os
+import platform
 import time
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -107,7 +109,8 @@ def take_lease(folder: Path, first: int) -> bool:
     """Whether a part is now ours to do."""
     lease = folder / "lease" / str(first)
     try:
-        os.close(os.open(lease, os.O_CREAT | os.O_EXCL | os.O_WRONLY))
+        with lease.open("x", encoding="utf-8") as file:
+            file.write(_holder(os.getpid()))
         return True
     except FileExistsError:
         pass
@@ -118,10 +121,22 @@ def take_lease(folder: Path, first: int) -> bool:
         mine.unlink(missing_ok=True)
         if age < _STALE:
             return False
-        lease.touch()
+        lease.write_text(_holder(os.getpid()), encoding="utf-8")
         return True
     except FileNotFoundError:  # given back meanwhile
         return False
+
+
+def _holder(process: int) -> str:
+    return f"{platform.node()} {process}"
+
+
+def give_back_of(folder: Path, process: int | None) -> None:
+    """Give back what a process of this machine had leased when it was ended."""
+    for lease in (folder / "lease").iterdir():
+        with suppress(FileNotFoundError):
+            if process is not None and lease.read_text(encoding="utf-8") == _holder(process):
+                lease.unlink()
 
 
 class Lease:

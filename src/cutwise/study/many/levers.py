@@ -105,6 +105,7 @@ def _grid(node: Node, dimension: str | None, path: At, faults: Faults) -> tuple[
     spacing = given["spacing"].value if "spacing" in given else "linear"
     if (
         not isinstance(count, int)
+        or isinstance(count, bool)
         or count < 1
         or spacing not in ("linear", "log")
         or given.keys() - {"from", "to", "count", "spacing"}
@@ -141,6 +142,8 @@ def _normal(node: Node, dimension: str | None, path: At, faults: Faults) -> scat
 
 def _lognormal(node: Node, dimension: str | None, path: At, faults: Faults) -> scatter.Distribution | None:
     given = node.value if isinstance(node.value, dict) else {}
+    if given.keys() - {"median", "log_deviation"}:
+        faults.at(node, path, "expected median and log_deviation")
     median = _number(given, "median", dimension, node, path, faults)
     spread = _number(given, "log_deviation", "dimensionless", node, path, faults)
     if median <= 0.0 or spread < 0.0:
@@ -178,6 +181,12 @@ def _random(
         faults.at(node, path, words + (f", found {', '.join(node.value)}" if not later else ""))
         return None
     kind = kinds[0]
+    goes_with = ("weights",) if kind == "choice" else ("within", "offset")
+    for name in node.value:
+        if name not in (kind, *goes_with):
+            faults.at(node.value[name], (*path, name), f"does not go with {kind}", at_key=True)
+    if "offset" in node.value and not isinstance(node.value["offset"].value, bool):
+        faults.at(node.value["offset"], (*path, "offset"), "is true or false")
     if kind == "choice":
         return _choice(node, dimension, path, faults)
     if dimension is None:

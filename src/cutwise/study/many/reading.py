@@ -15,7 +15,7 @@ from cutwise.process.recipes import coarser
 from cutwise.spec import fields
 from cutwise.spec.faults import Fault, ScenarioFault, split_dotted
 from cutwise.spec.scenario import Scenario
-from cutwise.study.many.definition import GRID, INDICES, METHODS, MONTE_CARLO, SOBOL, Random, Stop, Study
+from cutwise.study.many.definition import GRID, INDICES, METHODS, MONTE_CARLO, MORRIS, SOBOL, Random, Stop, Study
 from cutwise.study.many.draws import NETS, next_size
 from cutwise.study.many.levers import LATER, Faults, levers_of
 
@@ -119,7 +119,11 @@ def _study(
         faults.at(tree.value["method"], ("method",), f"{method} needs something that scatters (vary)")
     wanted = cases if cases is not None else _count(tree, "cases", 1024, faults)
     draws = _rounded(method, wanted) if random else 1
-    measures, demanded = _wants(tree, scenario, faults)
+    for key, counts in (("cases", random), ("seed", random), ("stop", random), ("levels", method == MORRIS)):
+        if key in tree.value and not counts:
+            why = "only morris has levels" if random else "nothing scatters"
+            faults.at(tree.value[key], (key,), f"is not used: {why}", at_key=True)
+    measures, demanded = _wants(tree, scenario, faults, scatters=bool(random))
     chosen = seed if seed is not None else _count(tree, "seed", 0, faults, least=0)
     coarse, stop, levels = (
         _coarse(tree, scenario, faults),
@@ -178,7 +182,7 @@ def _stop(tree: Node, faults: Faults) -> Stop | None:
     return Stop(float(width), float(level), int(least))
 
 
-def _wants(tree: Node, scenario: Scenario, faults: Faults) -> tuple[tuple[str, ...], float | None]:
+def _wants(tree: Node, scenario: Scenario, faults: Faults, *, scatters: bool) -> tuple[tuple[str, ...], float | None]:
     """Measures besides those of the requirements, and the share of good cases that is demanded."""
     node = tree.value.get("want")
     known, asked, demanded = type(scenario).measures, list(scenario.requirements), None
@@ -206,6 +210,8 @@ def _wants(tree: Node, scenario: Scenario, faults: Faults) -> tuple[tuple[str, .
                 faults.at(one, ("want", "probability"), "expected a share between 0 and 1, for example {min: 0.99}")
             if not scenario.requirements:
                 faults.at(one, ("want", "probability"), "there are no requirements, so no case is good or bad")
+            elif not scatters:
+                faults.at(one, ("want", "probability"), "nothing scatters (vary), so there is no share of anything")
         else:
             words = (
                 "is not in this version: method: indices"

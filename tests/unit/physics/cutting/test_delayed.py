@@ -17,9 +17,10 @@ from cutwise.physics.cutting.uneven import (
     uneven_tooth_force,
 )
 from cutwise.physics.cutting.wall import DELAYED, DISCS, tooth_period
+from cutwise.physics.motion.driven import SetPoints
 from cutwise.physics.motion.drives import Drive
 from cutwise.physics.structure.modes import modes
-from cutwise.process.loops_drives import Commands, Cut, run_drives, tip_dynamics
+from cutwise.process.loops_drives import Cut, run_drives, tip_dynamics
 from cutwise.process.loops_regenerative import SteadyCut, run_regenerative
 from peers import corner as peer
 from peers.corner import AL7075, OMEGA, X, Y, laws
@@ -100,9 +101,9 @@ def straight(tip, *, arc=1.2, seconds=0.6, substeps=10, chip_speed=0.04, edges=M
         Y._replace(stiction_plus=0.0, stiction_minus=0.0, coulomb_plus=0.0, coulomb_minus=0.0),
     )]  # fmt: skip
     x, y = (law._replace(proportional=1e8, integral=0.0, derivative=1e6, saturation=1e9) for law in laws("matched"))
-    commands = Commands(point, velocity, np.zeros((n, 2)), np.zeros(n), patches)
+    order = SetPoints(point, velocity, np.zeros((n, 2)), np.zeros(n), np.zeros(n))
     cut = Cut(DELAYED, MILL, discs(0.01, MILL.helix, 5e-3, 3, 20), edges, OMEGA)
-    return run_drives(commands, (Drive(heavy[0], x), Drive(heavy[1], y)), cut, substeps, modes=tip)
+    return run_drives(order, patches, (Drive(heavy[0], x), Drive(heavy[1], y)), cut, substeps, modes=tip)
 
 
 def steady(tip, arc, periods=200):
@@ -135,13 +136,13 @@ def test_the_wall_is_left_where_a_tooth_passes_it():
     expected = -recorded.tip[exit_step, 1]
     n = 400
     point = np.column_stack([0.04e-3 * np.arange(n), np.zeros(n)])
-    commands = Commands(point, np.tile([0.04, 0.0], (n, 1)), np.zeros((n, 2)), np.zeros(n),
-                        np.tile([0.0, arc, 0.0, 5e-3], (n, 1, 1)))  # fmt: skip
+    order = SetPoints(point, np.tile([0.04, 0.0], (n, 1)), np.zeros((n, 2)), np.zeros(n), np.zeros(n))
+    patches = np.tile([0.0, arc, 0.0, 5e-3], (n, 1, 1))
     plants = [p._replace(inertia=10.0, viscous=0.0, stiction_plus=0.0, stiction_minus=0.0, coulomb_plus=0.0,
                          coulomb_minus=0.0) for p in (X, Y)]  # fmt: skip
     x, y = (law._replace(proportional=1e8, integral=0.0, derivative=1e6, saturation=1e9) for law in laws("matched"))
     cut = Cut(DELAYED, mill, discs(0.01, 0.0, 5e-3, 3, 20), METAL, OMEGA)
-    ours = run_drives(commands, (Drive(plants[0], x), Drive(plants[1], y)), cut, 40, modes=SOFT)
+    ours = run_drives(order, patches, (Drive(plants[0], x), Drive(plants[1], y)), cut, 40, modes=SOFT)
     left = ours.left[200:]
     left = left[np.isfinite(left[:, 0])]
     assert left.mean() == pytest.approx(expected, rel=0.03)

@@ -19,7 +19,7 @@ from cutwise.physics.motion.driven import SetPoints, driven_tool, machine_parts,
 from cutwise.physics.motion.drives import Controller, Drive, axes_of
 from cutwise.physics.motion.reference import central_difference
 from cutwise.physics.structure.terms import Rigid
-from cutwise.process.loops_drives import NO_FORCE, STANDSTILL, Commands, Cut, run_drives
+from cutwise.process.loops_drives import NO_FORCE, STANDSTILL, Cut, run_drives
 from peers.corner import AL7075, OMEGA, X, Y
 
 LAW = Controller(70e3, 500e3, 300.0, 0.0, 0.0, 1e-3, 10.0, 0.0, 0.0)
@@ -34,27 +34,25 @@ def straight(angle: float):
     along = 0.04 * (t - 0.05 * (1.0 - np.exp(-t / 0.05)))
     point = np.outer(along, [math.cos(angle), math.sin(angle)])
     velocity = central_difference(point, 1e-3)
-    return point, velocity, central_difference(velocity, 1e-3), np.full(STEPS, angle), along
+    return SetPoints(point, velocity, central_difference(velocity, 1e-3), np.full(STEPS, angle), along)
 
 
 def alone(drives, order, law=NO_FORCE):
     arcs = np.full(STEPS, immersion_half_angle(WIDTH, MILL.radius))
-    commands = Commands(*order[:4], wall_patches(arcs, DEPTH))
-    return run_drives(
-        commands, drives, Cut(law, MILL, discs(0.01, MILL.helix, DEPTH, 3, 1), even_edges(AL7075), OMEGA), 10
-    )
+    cut = Cut(law, MILL, discs(0.01, MILL.helix, DEPTH, 3, 1), even_edges(AL7075), OMEGA)
+    return run_drives(order, wall_patches(arcs, DEPTH), drives, cut, 10)
 
 
 @pytest.mark.parametrize("count", [2, 3, 4])
 def test_an_axis_knows_nothing_of_how_many_there_are(count):
-    point, velocity, acceleration, heading, _ = straight(0.6)
-    more = [np.column_stack([one, *[one[:, 1]] * (count - 2)]) for one in (point, velocity, acceleration)]
+    order = straight(0.6)
+    more = [np.column_stack([one, *[one[:, 1]] * (count - 2)]) for one in order[:3]]
     if count > 3:  # a force acts along x, y and z
         with pytest.raises(ValueError, match="along x, y and z"):
-            alone((*DRIVES, *[DRIVES[1]] * (count - 2)), (*more, heading))
+            alone((*DRIVES, *[DRIVES[1]] * (count - 2)), SetPoints(*more, *order[3:]))
         return
-    many = alone((*DRIVES, *[DRIVES[1]] * (count - 2)), (*more, heading))
-    two = alone(DRIVES, (point, velocity, acceleration, heading))
+    many = alone((*DRIVES, *[DRIVES[1]] * (count - 2)), SetPoints(*more, *order[3:]))
+    two = alone(DRIVES, order)
     assert np.array_equal(many.position[:, :2], two.position)
     for extra in range(2, count):
         assert np.array_equal(many.position[:, extra], two.position[:, 1])
@@ -62,13 +60,13 @@ def test_an_axis_knows_nothing_of_how_many_there_are(count):
 
 
 def test_a_z_axis_is_pulled_by_the_helix_and_held_by_friction():
-    point, velocity, acceleration, heading, _ = straight(0.6)
-    level = [np.column_stack([one, np.zeros(STEPS)]) for one in (point, velocity, acceleration)]
-    run = alone((*DRIVES, DRIVES[1]), (*level, heading), AVERAGED)
+    order = straight(0.6)
+    level = [np.column_stack([one, np.zeros(STEPS)]) for one in order[:3]]
+    run = alone((*DRIVES, DRIVES[1]), SetPoints(*level, *order[3:]), AVERAGED)
     assert run.force[-1, 2] < -20.0
     assert np.ptp(run.position[:, 2]) == 0.0
     smooth = X._replace(stiction_plus=0.0, stiction_minus=0.0, coulomb_plus=0.0, coulomb_minus=0.0)
-    loose = alone((*DRIVES, Drive(smooth, LAW)), (*level, heading), AVERAGED)
+    loose = alone((*DRIVES, Drive(smooth, LAW)), SetPoints(*level, *order[3:]), AVERAGED)
     assert loose.position[:, 2].min() < -5e-8
 
 
@@ -83,7 +81,7 @@ def test_process_axes_and_back(side):
 def test_drives_in_a_cell_are_the_drives_alone_under_the_same_force(angle):
     """Where the cell cuts a little less by what the drives deviate, the positions differ by some nanometres."""
     order = straight(angle)
-    motion = driven_tool(axes_of(DRIVES, 10), SetPoints(*order), 10, 1.0, -WIDTH)
+    motion = driven_tool(axes_of(DRIVES, 10), order, 10, 1.0, -WIDTH)
     engagement = Shoulder(Round(0.01, 3, OMEGA), DEPTH, standstill=STANDSTILL)
     cell = Cell(motion, engagement, (), MeanFlutes(MILL, even_edges(AL7075), OMEGA, False), Rigid(0.0))
     march(cell, (), duration=STEPS * 1e-3, time_step=1e-4, seen=SEEN, state=0, layers=1, contacts=1, stride=10)
@@ -95,7 +93,7 @@ def test_drives_in_a_cell_are_the_drives_alone_under_the_same_force(angle):
 
 def test_drives_in_a_cell_without_a_cut_are_the_drives_alone_to_the_last_bit():
     order = straight(0.6)
-    motion = driven_tool(axes_of(DRIVES, 10), SetPoints(*order), 10, 1.0, -WIDTH)
+    motion = driven_tool(axes_of(DRIVES, 10), order, 10, 1.0, -WIDTH)
     engagement = Shoulder(Round(0.01, 3, OMEGA), DEPTH, begins=1.0, standstill=STANDSTILL)
     cell = Cell(motion, engagement, (), MeanFlutes(MILL, even_edges(AL7075), OMEGA, False), Rigid(0.0))
     march(cell, (), duration=STEPS * 1e-3, time_step=1e-4, seen=SEEN, state=0, layers=1, contacts=1, stride=10)

@@ -1,6 +1,7 @@
 """A study on disk: the same rows for any chunks, workers and restarts; faults of its file, all at once."""
 
 import json
+import os
 import subprocess
 import sys
 import time
@@ -177,6 +178,13 @@ def test_a_killed_worker_loses_nothing(study, tmp_path):
         (("[4.8 bar, 5.2 bar]", "[5.2 bar, 4.8 bar]"), "the first end must not be above the second"),
         (("uniform: [4.8 bar, 5.2 bar]", "uniform: [4.8 mm, 5.2 bar]"), '"mm" is not a unit of pressure'),
         (("lognormal:", "field:"), "field is not in this version"),
+        ((", within: [0 mm, null]", ", offset: 3"), "offset: is true or false"),
+        (
+            ("uniform: [4.8 bar, 5.2 bar]", "uniform: [4.8 bar, 5.2 bar], weights: [1]"),
+            "weights: does not go with uniform",
+        ),
+        (("log_deviation: 0.15", "log_deviation: 0.15, mean: 2 mm"), "expected median and log_deviation"),
+        (("seed: 1", "seed: 1\nlevels: 6"), "levels: is not used: only morris has levels"),
         (("seed: 1", "seed: 1\nwant2: 3"), "want2: unknown key; did you mean want"),
         (("80 mm/s", "80 mm"), '"mm" is not a unit of speed'),
     ],
@@ -189,6 +197,41 @@ def test_faults_are_told_in_words(study, change, words):
     with pytest.raises(ScenarioFault) as found:
         study(text)
     assert words in str(found.value)
+
+
+def test_nothing_is_asked_of_a_study_in_which_nothing_scatters(study):
+    text = (
+        TEXT.split("vary:")[0]
+        + "vary: {{spindle.pressure: [4 bar, 5 bar]}}\ncases: {cases}\nwant: {{probability: {{min: 0.9}}}}\n"
+    )
+    with pytest.raises(ScenarioFault) as found:
+        study(text)
+    assert "cases: is not used: nothing scatters" in str(found.value)
+    assert "there is no share of anything" in str(found.value)
+
+
+@pytest.mark.slow
+def test_several_processes_give_the_same_rows_and_leave_no_lease(study, tmp_path):
+    """A part whose worker was ended is done by the next: a lease that stays would leave it out in silence."""
+    planned = study(cases=32)
+    engine.run_study(planned, tmp_path / "one", chunk=8)
+    ran = engine.run_study(planned, tmp_path / "two", chunk=8, jobs=2)
+    assert (ran.done, ran.stopped) == (32, "")
+    assert same(rows(planned, tmp_path / "one"), rows(planned, tmp_path / "two"))
+    assert not list((tmp_path / "two" / "lease").iterdir())
+
+
+def test_leases_of_a_process_that_was_ended_are_given_back(tmp_path):
+    (tmp_path / "lease").mkdir()
+    assert at.take_lease(tmp_path, 0)
+    assert not at.take_lease(tmp_path, 0)
+    at.give_back_of(tmp_path, os.getpid() + 1)
+    assert not at.take_lease(tmp_path, 0)
+    at.give_back_of(tmp_path, os.getpid())
+    assert at.take_lease(tmp_path, 0)
+    old = time.time() - 3600.0
+    os.utime(tmp_path / "lease" / "0", (old, old))
+    assert at.take_lease(tmp_path, 0)
 
 
 def test_all_faults_at_once(study):
