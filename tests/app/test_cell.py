@@ -105,6 +105,13 @@ def test_one_file_runs_with_and_without_its_terms(examples):
     assert "share_tip" not in arm
 
 
+@pytest.mark.parametrize("slot", [*SLOTS, ""])
+def test_a_slot_that_is_emptied_takes_nothing_out(slot, examples):
+    key = f"cell.{slot}" if slot else "cell"
+    emptied = load(examples / "cell_robot_wall.yaml", [f"{key}=null", "process=mill"])
+    assert rows_of(emptied) == rows_of(load(examples / "cell_robot_wall.yaml"))
+
+
 def test_pistons_are_taken_out(examples):
     stiff = load(examples / "deburr_on_robot.yaml", ["cell.structure=[arm]", "operation.preset=0.05 mm"])
     assert stiff.spindle == "rigid"
@@ -130,8 +137,8 @@ FAULTS = {
     "cell.structure=[arm, base]": "names base, which nothing fills; write robot.base_compliance, or leave it out",
     "cell.structure=[arm, bodies]": "the tool has one carrier: write robot or machine",
     "cell.structure=[pistons]": "leaves out arm, which the scenario has; name it, or write robot: null",
-    "cell={motion: drives, structure: [arm]}": "arm: joints of a robot yield where robot carries the tool",
-    "cell={motion: robot, structure: [pistons]}": "leaves out arm, by which robot always yields: add it",
+    "cell={motion: drives, structure: [arm]}": "arm: yields where a robot carries the tool; write motion: robot",
+    "cell={motion: robot, structure: [pistons]}": "leaves out arm, by which a robot always yields: add it",
     "cell.structure=[arm, arm]": "names a term twice",
     "cell.structure=[arm, shaft]": "shaft: a shaft is turned in a chuck",
     "cell.engagement=hole": "hole is not of process: deburr; write process: drill, or edge or edge_memory",

@@ -10,7 +10,7 @@ from dataclasses import replace
 from cutwise.io.tree import Node, from_data, placed
 from cutwise.spec import fields
 from cutwise.spec.base import Spec
-from cutwise.spec.cell import PRESETS, SLOTS, processes_with
+from cutwise.spec.cell import PRESETS, ROWS, SLOTS, processes_with
 from cutwise.spec.faults import Path
 from cutwise.spec.part_block import PartSpring
 
@@ -79,7 +79,7 @@ def _taken_out(tree: Node, model: type[Spec], path: Path, value: str | None, by:
 
 def _moved_by(tree: Node, motion: Node | None) -> Node:
     """The tree without the drives or the carrier that a stronger layer leaves out."""
-    if motion is None:
+    if motion is None or motion.text not in ROWS["motion"]:
         return tree
     for key, node in _weaker(tree, motion):
         if (key == "robot" and motion.text != "robot") or (key == "machine" and motion.text in ("robot", "programmed")):

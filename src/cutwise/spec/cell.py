@@ -206,11 +206,11 @@ class Slots(Spec):
             yield Notice(("structure",), ONE_CARRIER)
         for term, carriers in (("arm", ("robot",)), ("base", ("robot",)), ("bodies", ("machine", "driven_machine"))):
             if term in terms and self.motion is not None and self.motion not in carriers:
-                yield Notice(("structure",), f"{term}: {ROWS['structure'][term].meaning} yield where {carriers[0]} carries the "
-                             f"tool; write motion: {' or '.join(carriers)}")  # fmt: skip
+                yield Notice(("structure",), f"{term}: yields where a {carriers[0]} carries the tool; write motion: "
+                             f"{' or '.join(carriers)}")  # fmt: skip
         for carried, term in (("robot", "arm"), ("machine", "bodies"), ("driven_machine", "bodies")):
             if self.motion == carried and self.structure is not None and term not in terms:
-                yield Notice(("structure",), f"leaves out {term}, by which {carried} always yields: add it, or write motion: "
+                yield Notice(("structure",), f"leaves out {term}, by which a {carried.replace('_', ' ')} always yields: add it, or write motion: "
                              f"{'drives' if term == 'bodies' else 'programmed'}")  # fmt: skip
 
 
