@@ -210,8 +210,11 @@ class Slots(Spec):
                              f"{' or '.join(carriers)}")  # fmt: skip
         for carried, term in (("robot", "arm"), ("machine", "bodies"), ("driven_machine", "bodies")):
             if self.motion == carried and self.structure is not None and term not in terms:
-                yield Notice(("structure",), f"leaves out {term}, by which a {carried.replace('_', ' ')} always yields: add it, or write motion: "
-                             f"{'drives' if term == 'bodies' else 'programmed'}")  # fmt: skip
+                word, other = carried.replace("_", " "), "drives" if term == "bodies" else "programmed"
+                yield Notice(
+                    ("structure",),
+                    f"leaves out {term}, by which a {word} always yields: add it, or write motion: {other}",
+                )
 
 
 def processes_with(named: Mapping[str, str | None]) -> tuple[str, ...]:
