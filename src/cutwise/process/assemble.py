@@ -40,6 +40,7 @@ from cutwise.process.loops import (
     Strips,
     still_edge,
 )
+from cutwise.results import Finding
 from cutwise.spec.carrier import CarryingRobot, Standing
 from cutwise.spec.deburring import DeburringScenario
 from cutwise.spec.milling_machine import bodies_of, drives_key, drives_of
@@ -164,7 +165,7 @@ def _carriage(scenario: DeburringScenario) -> carriage.Carriage:
     return carriage.by_machine(bodies, scenario.part.block, path_of(scenario))
 
 
-def beside_part(scenario: DeburringScenario) -> Iterator[str]:
+def beside_part(scenario: DeburringScenario) -> Iterator[Finding]:
     """What to say of a path that is not on the block under it."""
     if scenario.part.block is not None and scenario.path is not None:
         yield from chain_compliance.off_part(scenario.part.block, path_of(scenario).point, 0.5 * scenario.tool.diameter)

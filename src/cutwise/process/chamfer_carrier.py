@@ -1,13 +1,12 @@
 """What carries a chamfering tool along its ball path, robot or machine: what it yields by there, and what that means."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
-from cutwise import units
 from cutwise.maths.curves import FloatArray
 from cutwise.maths.edges import lengths
 from cutwise.maths.frames import rotation_from_rpy
@@ -15,11 +14,12 @@ from cutwise.paths.carried import CarriedPath, placed
 from cutwise.paths.chamfer.plan import EdgePath
 from cutwise.physics.structure.series_compliance import in_axes, translation_at
 from cutwise.physics.structure.terms import Linked, Swinging, natural_frequencies
-from cutwise.process import arm_geometry, carriage, carried, yielding
+from cutwise.process import carriage, carried, yielding
 from cutwise.process.carriage import Carriage, Terms
 from cutwise.process.chain_compliance import BodiesAlong
 from cutwise.process.chamfer_cell import PassForces, Yielding, process_axes
 from cutwise.process.labels import labelled
+from cutwise.results import Finding
 from cutwise.spec.carrier import Standing
 from cutwise.spec.chamfer import ChamferScenario
 from cutwise.spec.milling_machine import bodies_of
@@ -201,34 +201,12 @@ def _durations(path: EdgePath) -> FloatArray:
     return time if path.path.frames.closed else np.append(time, time[-1])
 
 
-def infeasible(scenario: ChamferScenario, found: Mapping[str, float]) -> tuple[str, ...]:
-    """Why the robot cannot do it."""
-    feed = scenario.operation.contact_feed or scenario.operation.centre_feed
-    if feed is None or found.get("joint_speed_margin", 1.0) >= -carried.ROUNDING:
-        return ()
-    possible = units.show(found["feed_possible_min"], "speed")
-    return (
-        f"joint_speed: the joints follow {possible} at most, the feed is {units.show(feed, 'speed')}; reduce it, or move "
-        "the part (placement)",
-    )
-
-
-def warnings(scenario: ChamferScenario, carriers: Sequence[Carrier]) -> tuple[str, ...]:
+def warnings(scenario: ChamferScenario, carriers: Sequence[Carrier]) -> tuple[Finding, ...]:
     """What was not looked at."""
-    robot, said = scenario.robot, []
-    if robot is None:
+    if scenario.robot is None:
         return ()
-    if not robot.joint_speed:
-        said.append("robot.joint_speed is not given: whether the joints can follow the feed was not looked at")
-    if robot.sag != "ignored" and not carried.masses(robot):
-        said.append(
-            "robot.sag: no weight of tool or links is given (robot.tool_mass, robot.links): the sag is left out"
-        )
-    measured = scenario.measured.get("robot")
-    for one in carriers:
-        if one.arm is not None:
-            said += arm_geometry.warnings(robot, one.arm.wrong, measured)
-    return tuple(dict.fromkeys(said))
+    arms = [one.arm for one in carriers if one.arm is not None]
+    return carried.warnings(scenario.robot, arms, scenario.measured.get("robot"))
 
 
 def notes(carriers: Sequence[Carrier]) -> dict[str, str]:

@@ -285,7 +285,7 @@ def _standing(
         )
 
 
-def warnings(scenario: MillingScenario, done: WallRun) -> Iterator[str]:
+def warnings(scenario: MillingScenario, done: WallRun) -> Iterator[Finding]:
     """A tool that is not beside the part."""
     if scenario.block is not None and done.bodies is not None:
         yield from off_part(scenario.block, done.path.point, 0.5 * scenario.tool.diameter)

@@ -48,7 +48,7 @@ from cutwise.process import carriage, carried, chain_compliance, milling_spindle
 from cutwise.process.edges import edges
 from cutwise.process.labels import labelled
 from cutwise.records import FIXED, UNSOLVED
-from cutwise.results import Finding, Place, SolverFailure
+from cutwise.results import Finding, Place, Said, SolverFailure
 from cutwise.spec.carrier import Standing
 from cutwise.spec.milling import MillingScenario
 from cutwise.spec.notices import notices
@@ -442,11 +442,12 @@ def _of_carrier(scenario: MillingScenario, done: Milled) -> dict[str, xr.Dataset
     }, element=list(bodies.names))}  # fmt: skip
 
 
-def warnings(scenario: MillingScenario, done: Milled) -> tuple[str, ...]:
+def warnings(scenario: MillingScenario, done: Milled) -> tuple[Said, ...]:
     """What a user has to know about the run."""
-    said = list(notices(scenario))
+    said: list[Said] = list(notices(scenario))
     if scenario.robot is not None:
-        said += carried.warnings(scenario.robot, done.carriage.arm, scenario.measured.get("robot"))
+        arms = [done.carriage.arm] if done.carriage.arm is not None else []
+        said += carried.warnings(scenario.robot, arms, scenario.measured.get("robot"))
     if scenario.block is not None:
         said += chain_compliance.off_part(scenario.block, done.path.point, 0.5 * scenario.tool.diameter)
     return tuple(said)

@@ -26,7 +26,7 @@ from cutwise.process.assemble import (
 )
 from cutwise.process.labels import labelled
 from cutwise.process.loops import EdgeCut, axis_over_edge, programmed_heights, still_edge
-from cutwise.results import Finding, SolverFailure
+from cutwise.results import Finding, Said, SolverFailure
 from cutwise.spec.deburring import DeburringScenario
 from cutwise.spec.notices import notices
 from cutwise.still import Rest
@@ -172,13 +172,13 @@ def findings(done: StillEdge) -> tuple[Finding, ...]:
     return () if (done.rest.seen[:, :2] > 0.0).any() else (Finding("untouched"),)
 
 
-def warnings(scenario: DeburringScenario, done: StillEdge) -> tuple[str, ...]:
+def warnings(scenario: DeburringScenario, done: StillEdge) -> tuple[Said, ...]:
     """What a user has to know about the run."""
-    told = [*notices(scenario), *beside_part(scenario)]
+    told: list[Said] = [*notices(scenario), *beside_part(scenario)]
     if scenario.robot is not None:
         measured = scenario.measured.get("robot")
         looked = scenario.robot.errors is not None or measured is not None
-        told += carried.warnings(scenario.robot, robot_along(scenario, done.cut) if looked else None, measured)
+        told += carried.warnings(scenario.robot, [robot_along(scenario, done.cut)] if looked else [], measured)
     return tuple(told)
 
 
