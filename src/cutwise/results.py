@@ -7,22 +7,27 @@ import json
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from cutwise import units
+from cutwise.above import above
 from cutwise.bands import BandNote, Spread, note_from_json, number, numbers, spread_from_json, texts
 from cutwise.disk import write_bytes
 from cutwise.later import later
 from cutwise.run_file import DamagedRun, sealed, tree_of
+from cutwise.spec.faults import NoSuchName
 from cutwise.spec.scenario import PROBABILITY_ALL, Scenario
 from cutwise.spec.uncertain import stem
 
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray as xr
+
+    from cutwise import tabular
 else:
     xr = later("xarray")
+    tabular = later("cutwise.tabular")
 
 Certainty = Literal["sure", "not_every_history", "unknown"]
 
@@ -116,23 +121,6 @@ class Infeasible(SolverFailure):
     """The operation cannot be done: what gives way, where, and what helps."""
 
 
-class NoSuchName(KeyError):
-    """A name that is not there, with the one that was probably meant."""
-
-    def __init__(self, kind: str, name: object, known: Iterable[str], where: str) -> None:
-        names = [str(one) for one in known]
-        near = get_close_matches(str(name), names, n=1)
-        hint = (
-            f"did you mean {near[0]}?"
-            if near
-            else f"there are {', '.join(names[:12])}{', ...' if len(names) > 12 else ''}"
-        )
-        super().__init__(f'no {kind} "{name}"; {hint} ({len(names)}: {where})')
-
-    def __str__(self) -> str:
-        return str(self.args[0])
-
-
 class Measures(dict[str, "Measure"]):
     """The measures of a run by name; a name that is not there is answered with the nearest one."""
 
@@ -141,6 +129,13 @@ class Measures(dict[str, "Measure"]):
         if found is not None:
             return found
         raise NoSuchName("measure", name, self, "result.measures")
+
+    def __repr__(self) -> str:
+        return f"<Measures: {len(self)}, {', '.join(list(self)[:3])}{', ...' if len(self) > 3 else ''}>"
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """A row a measure: value in SI, unit, description; and the ends of its band where there is one."""
+        return tabular.measures(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -263,10 +258,34 @@ class Result:
         object.__setattr__(self, "measures", Measures(self.measures))
 
     def __getitem__(self, stage: str) -> xr.DataTree:
-        try:
-            return self.stages[stage]  # type: ignore[return-value]
-        except KeyError:
-            raise NoSuchName("stage", stage, map(str, self.stages.children), "result.stages") from None
+        """A stage, or an array of one: ``result["cutting"]``, ``result["cutting/force"]``."""
+        name, _, column = str(stage).partition("/")
+        if name not in self.stages.children:
+            raise NoSuchName("stage", name, map(str, self.stages.children), "result.stages")
+        found = tabular.Stage.of(self.stages.children[name])
+        return found[column] if column else found
+
+    def __repr__(self) -> str:
+        kept = sum(check.passed for check in self.checks)
+        return (
+            f"<Result of {self.scenario.name} ({self.scenario.process}): {self.verdict}, {kept} of {len(self.checks)} checks "
+            f"passed>\n<{len(self.measures)} measures; stages: {', '.join(map(str, self.stages.children))}>"
+        )
+
+    def to_dataframe(self, stage: str) -> pd.DataFrame:
+        """The histories of a stage in SI, over time where it has one; ``attrs["units"]`` holds the unit of each column.
+
+        Components are columns of their own (``force_x``); what runs over something else than the index is named in
+        ``attrs["left_out"]``.
+        """
+        return tabular.histories(self[stage].to_dataset())
+
+    def plot(self, name: str | None = None, unit: str | None = None, ax: Any = None, *, width: float = 85.0) -> Any:
+        """A figure for a paper: see :func:`cutwise.plots.history`."""
+        return above("plot")(self, name, unit, ax, width=width)
+
+    def _repr_html_(self) -> str:
+        return str(above("result_html")(self))
 
     @property
     def verdict(self) -> Literal["pass", "fail", "none"]:

@@ -139,14 +139,15 @@ def _typed(scenario: Scenario, name: str, dimension: str) -> tuple[str, float]:
                 scale = units.factor(match[1], dimension)
             except units.UnitFault:
                 continue
-            return _pretty(match[1]), 1.0 / round(1.0 / scale, 9) if scale < 1.0 else scale
+            return printed(match[1]), 1.0 / round(1.0 / scale, 9) if scale < 1.0 else scale
     number, unit = units.displayed(1.0, dimension)
     return unit, 1.0 / number
 
 
-def _pretty(unit: str) -> str:
-    printed = units.pretty(unit.replace("^", "**"))
-    return re.sub(r"\bu(?=[A-Za-z])", "µ", printed)
+def printed(unit: str) -> str:
+    """A unit as it was typed, for print: ``um`` is µm, ``mm^2`` is mm²."""
+    text = units.pretty(unit.replace("^", "**"))
+    return re.sub(r"\bu(?=[A-Za-z])", "µ", text)
 
 
 def _joined(number: str, unit: str) -> str:
