@@ -110,7 +110,11 @@ class Histories(NamedTuple):
 
     low: float | None  # SI; None: no bound is known
     high: float | None
-    cause: str  # friction, setup
+    cause: str  # friction, set-up
+
+
+PARAMETERS = "parameters"
+"""Cause of a band that the scatter of the inputs makes; its ends stand in :class:`Spread`."""
 
 
 class SolverFailure(Exception):
@@ -191,8 +195,11 @@ class Check:
 
     @property
     def certainty(self) -> Certainty:
-        """Whether the same verdict holds for every history, and with each assumed value off by a tenth."""
-        if self.value is None or (self.histories is None and self.off is None):
+        """Whether the same verdict holds for every history, all of the band, and with each assumed value off by a tenth.
+
+        A probability that is demanded judges instead of the band.
+        """
+        if self.value is None or (self.histories is None and self.off is None and self.band is None):
             return "unknown"
         low, high = self.span
         if self.keeps(low) and self.keeps(high):
@@ -202,13 +209,15 @@ class Check:
 
     @property
     def span(self) -> tuple[float, float]:
-        """Least and greatest value of all histories and of assumed values off by a tenth; an unknown end is infinite."""
+        """Least and greatest value of histories, band, and assumed values off by a tenth; an unknown end is infinite."""
         ends = [(self.value, self.value)]
         if self.histories is not None:
             low, high, _ = self.histories
             ends.append((-math.inf if low is None else low, math.inf if high is None else high))
         if self.off is not None:
             ends.append((self.off[1], self.off[1]))
+        if self.band is not None and self.probability is None:
+            ends.append((self.band.low, self.band.high))
         return min(low for low, _ in ends), max(high for _, high in ends)
 
     def as_json(self) -> dict[str, Any]:
@@ -224,7 +233,10 @@ class Check:
         }
         told |= {"implied": True} if self.implied else {}
         told |= {"whole_band": True} if self.whole_band else {}
-        told |= {"histories": self.histories._asdict()} if self.histories else {}
+        if self.histories is not None:
+            told["histories"] = self.histories._asdict()
+        elif self.band is not None and self.probability is None:
+            told["histories"] = {"low": self.band.low, "high": self.band.high, "cause": PARAMETERS}
         told |= {"off": {"key": self.off[0], "value": self.off[1]}} if self.off else {}
         told |= {"band": self.band.as_json()} if self.band else {}
         both = {"probability": self.probability, "probability_reached": self.probability_reached}
@@ -306,9 +318,15 @@ class Result:
 
     @property
     def certainty(self) -> Certainty:
-        """Whether the verdict holds for every history of friction and set-up, and near the assumed values."""
-        told = {check.certainty for check in self.checks if not check.implied}
-        if self.unsound or self.infeasible or "not_every_history" not in told:
+        """Whether the verdict holds for every history of friction and set-up, for all of the band of the inputs' scatter,
+        and near the assumed values; ``unknown`` where there is no verdict.
+        """
+        written = [check for check in self.checks if not check.implied]
+        told = {check.certainty for check in written}
+        missed = any(check.certainty == "sure" and not check.passed for check in written)  # by every history
+        if self.verdict == "none":
+            return "unknown"
+        if self.unsound or self.infeasible or missed or "not_every_history" not in told:
             return "sure" if "sure" in told else "unknown"
         return "not_every_history"
 
@@ -436,7 +454,7 @@ def _check_from_json(entry: Mapping[str, Any], measures: Mapping[str, Measure]) 
     histories, off = entry.get("histories"), entry.get("off")
     return Check(
         str(name), value, dimension, low, high, entry["pass"], entry.get("implied", False),  # type: ignore[arg-type]
-        entry.get("whole_band", False), Histories(**histories) if histories else None,
+        entry.get("whole_band", False), Histories(**histories) if histories and histories["cause"] != PARAMETERS else None,
         measures[name].band if name in measures else None, entry.get("probability"), entry.get("probability_reached"),
         (off["key"], off["value"]) if off else None,
     )  # fmt: skip

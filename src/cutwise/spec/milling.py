@@ -386,8 +386,8 @@ class MillingScenario(Scenario):
             return self.requirements
         implied = {"deviation_min": Limit(min=-tolerance), "deviation_max": Limit(max=tolerance)}
         return {
-            **{name: limit for name, limit in implied.items() if name not in self.requirements},
             **self.requirements,
+            **{name: limit for name, limit in implied.items() if name not in self.requirements},
         }
 
     @property

@@ -157,6 +157,10 @@ class Scenario(Spec):
             for key in ("samples", "seed") if asked else ("method", "samples", "seed"):
                 yield Notice(("band", key), "no value of the scenario has a standard error")
 
+    def caveat(self, measure: str) -> str:  # noqa: ARG002
+        """What has to be said wherever a measure is shown; mostly nothing."""
+        return ""
+
     def own_scatter(self) -> Mapping[str, str]:
         """Measures with a scatter that the process itself knows, each with the measure that is its standard deviation."""
         return {}
