@@ -13,6 +13,7 @@ from cutwise import units
 from cutwise.above import above
 from cutwise.spec import fields
 from cutwise.spec.base import Notice, Spec, Status, contradiction
+from cutwise.spec.correct import Correction
 from cutwise.spec.faults import NoSuchName, Path, dotted, split_dotted
 from cutwise.spec.needs import Needs, unmet
 from cutwise.spec.uncertain import Band, Covariance, Fitted, stem
@@ -233,6 +234,9 @@ class Scenario(Spec):
         default_factory=dict,
         description="covariances of values; those of library entries come with them",
         examples=["{cut: {of: [material.K_tc, material.K_te], matrix: [[4e14, -1e9], [-1e9, 1e6]]}}"],
+    )
+    correct: Correction | None = Field(
+        default=None, description="what cutwise correct may change, and within which limits; a run does not read it"
     )
     measured: dict[str, Fitted] = Field(
         default_factory=dict,
