@@ -12,6 +12,7 @@ from pydantic import Field, PrivateAttr, field_serializer, field_validator, mode
 from cutwise import units
 from cutwise.spec import fields
 from cutwise.spec.base import Notice, Spec, Status, contradiction
+from cutwise.spec.correct import Correction
 from cutwise.spec.faults import Path, split_dotted
 from cutwise.spec.needs import Needs, unmet
 from cutwise.spec.uncertain import Band, Covariance, Fitted, stem
@@ -227,6 +228,9 @@ class Scenario(Spec):
         default_factory=dict,
         description="covariances of values; those of library entries come with them",
         examples=["{cut: {of: [material.K_tc, material.K_te], matrix: [[4e14, -1e9], [-1e9, 1e6]]}}"],
+    )
+    correct: Correction | None = Field(
+        default=None, description="what cutwise correct may change, and within which limits; a run does not read it"
     )
     measured: dict[str, Fitted] = Field(
         default_factory=dict,
