@@ -33,6 +33,10 @@ def _program_faults(scenario: MillingScenario) -> Iterator[Notice]:
         yield Notice(("path",), "a stock in 3D is cut by a program: write program instead of path")
     if scenario.program is None:
         yield Notice(("program",), "missing; a stock in 3D is cut by a program, for example program: part.nc")
+    elif scenario.program.wanted is not None:
+        yield Notice(
+            ("program", "wanted"), "is the path before a correction for drives; a stock in 3D is cut without drives"
+        )
 
 
 def _stock_faults(scenario: MillingScenario) -> Iterator[Notice]:
