@@ -52,7 +52,7 @@ else:
 Progress = Callable[[float], None]
 
 MOST_APART = 1e-3  # [m] between a corrected path and the wanted one
-_MOST_SAMPLES = 20_000_000  # of the controllers in a run: some gigabytes of histories
+MOST_SAMPLES = 20_000_000  # of the controllers in a run: some gigabytes of histories
 
 
 class StopCost(NamedTuple):
@@ -232,12 +232,17 @@ def _planned(scenario: MillingScenario, program: Interpreted | None) -> tuple[Pr
     limits, axes = motion_limits(scenario.drives)
     motion = plan(path.curve, path.feed, limits, path.stop_at, path.dwell_after, axes=axes)
     step, time = scenario.drives.control.sample_time, motion.profile.duration + scenario.numerics.settling_time
-    if not time <= _MOST_SAMPLES * step:
-        raise ScenarioFault([Fault((*scenario.drives_key.split("."), "control", "sample_time"), (
-            f"of {1e3 * step:.3g} ms makes {time / step:.2g} samples of the {units.show(time, 'time', 3)} that the "
-            f"motion takes, more than {_MOST_SAMPLES:.0e}: raise it, or feed and limits of the motion, or shorten the path"
-        ))])  # fmt: skip
+    if not time <= MOST_SAMPLES * step:
+        raise too_many_samples(scenario, step, time)
     return path, motion
+
+
+def too_many_samples(scenario: MillingScenario, step: float, time: float) -> ScenarioFault:
+    """What is wrong where a motion takes so long [s] that its samples of ``step`` [s] cannot be held."""
+    return ScenarioFault([Fault((*scenario.drives_key.split("."), "control", "sample_time"), (
+        f"of {1e3 * step:.3g} ms makes {time / step:.2g} samples of the {units.show(time, 'time', 3)} that the "
+        f"motion takes, more than {MOST_SAMPLES:.0e}: raise it, or feed and limits of the motion, or shorten the path"
+    ))])  # fmt: skip
 
 
 def stop_cost(path: ProgramPath, motion: Plan, scenario: MillingScenario) -> StopCost:

@@ -47,6 +47,7 @@ if TYPE_CHECKING:
         stock_findings,
         stock_measures,
         stock_milling,
+        stock_real,
         stock_stages,
     )
     from cutwise.spec.chamfer import ChamferScenario
@@ -85,6 +86,7 @@ else:  # a run imports its own process, not those of the others
     stock_findings = later("cutwise.process.stock_findings")
     stock_measures = later("cutwise.process.stock_measures")
     stock_milling = later("cutwise.process.stock_milling")
+    stock_real = later("cutwise.process.stock_real")
     stock_stages = later("cutwise.process.stock_stages")
 
 Progress = Callable[[float], None]
@@ -238,19 +240,20 @@ def mill(scenario: MillingScenario, progress: Progress | None = None) -> Result:
 
 def mill_in_3d(scenario: MillingScenario, progress: Progress | None = None) -> Result:
     """A program in a stock in 3D: contact, force and events move by move, and the surface held against the part."""
-    done = stock_milling.run(scenario, progress)
-    off = stock_deviation.deviation(scenario, done)
+    moved = bool(stock_real.moves_the_tool(scenario))
+    done = stock_milling.run(scenario, _part(progress, 0.0, 0.3 if moved else 1.0))
+    cut = stock_real.Cut(done, stock_real.real(scenario, done, _part(progress, 0.3, 0.95)))
+    off = stock_deviation.judged(scenario, cut)
     if progress is not None:
         progress(1.0)
-    found = stock_measures.measures(scenario, done, off)
     return collect(
         scenario,
-        found,
-        stages=stock_stages.stages(done, off),
+        stock_measures.measures(scenario, cut, off),
+        stages=stock_stages.stages(cut, off),
         findings=stock_findings.findings(done),
-        warnings=tuple(stock_findings.warnings(scenario, done, off)),
-        limits=stock_findings.LIMITS,
-        notes=stock_findings.notes(scenario, done, off),
+        warnings=tuple(stock_findings.warnings(scenario, cut, off)),
+        limits=stock_findings.limits(cut),
+        notes=stock_findings.notes(scenario, cut, off),
         references=("altintas2012", "engin2001", "gradisek2004"),
     )
 
@@ -281,10 +284,11 @@ def mill_quick(scenario: MillingScenario, wanted: Collection[str] = (), *, coars
     """What studies need; whether the tool chatters always belongs to it."""
     del wanted
     if scenario.in_3d:
-        cut = stock_milling.run(scenario)
-        off = stock_deviation.deviation(scenario, cut)
+        ideal = stock_milling.run(scenario)
+        cut = stock_real.Cut(ideal, stock_real.real(scenario, ideal))
+        off = stock_deviation.judged(scenario, cut)
         about = () if coarse else tuple(stock_findings.warnings(scenario, cut, off))
-        return Outcome(stock_measures.measures(scenario, cut, off), tuple(stock_findings.findings(cut)), about)
+        return Outcome(stock_measures.measures(scenario, cut, off), tuple(stock_findings.findings(ideal)), about)
     if scenario.programmed:
         fed = programmed_milling.run(scenario)
         of_fed = programmed_milling.measures(scenario, fed)
