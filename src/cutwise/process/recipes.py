@@ -149,16 +149,20 @@ def deburr_at_rest(scenario: DeburringScenario, progress: Progress | None = None
 
 
 def _deburring_pass(
-    scenario: DeburringScenario, time_step: float, progress: Progress | None = None, *, tooth: bool = True
-) -> tuple[deburring.EdgeRun, Mapping[str, float]]:
+    scenario: DeburringScenario, time_step: float, progress: Progress | None = None, *, tooth: bool = True,
+    plateaus: bool = True,
+) -> tuple[deburring.EdgeRun, Mapping[str, float]]:  # fmt: skip
     cell = assemble.deburring_cell(scenario)
     history = deburring.run_for(scenario, cell)(cell, time_step, progress)
-    edge = deburring.evaluate(cell, history)
+    edge = deburring.evaluate(cell, history, plateaus=plateaus)
     return edge, deburring.measures(scenario, edge, tooth=tooth)
 
 
 def deburring_quick(scenario: DeburringScenario, wanted: Collection[str] = (), *, coarse: bool = False) -> Outcome:
-    """What studies need; coarse: at least 100 µs of step with averaged forces over arcs, and no word about the run."""
+    """What studies need; coarse: at least 100 µs of step with averaged forces over arcs, and no word about the run.
+
+    The plateaus of the band, as much work as half of the pass, are found for a coarse one only where they are wanted.
+    """
     scenario = deburring_part.on_part(scenario)
     if scenario.numerics.mode == "still":
         done = still_deburring.run(scenario)
@@ -167,10 +171,11 @@ def deburring_quick(scenario: DeburringScenario, wanted: Collection[str] = (), *
             at_rest, still_deburring.findings(done), still_deburring.warnings(scenario, done),
             carried.too_fast(at_rest, scenario.operation.feed),
         )  # fmt: skip
-    step = scenario.numerics.time_step
-    tooth = any(name.startswith("tooth_") for name in (*scenario.requirements, *wanted))
+    step, named = scenario.numerics.time_step, (*scenario.requirements, *wanted)
+    tooth = any(name.startswith("tooth_") for name in named)
+    plateaus = not coarse or any(name in deburring.PLATEAUS for name in named)
     edge, found = _deburring_pass(
-        scenario, max(step, _STUDY_STEP) if coarse and coarser(scenario) else step, tooth=tooth
+        scenario, max(step, _STUDY_STEP) if coarse and coarser(scenario) else step, tooth=tooth, plateaus=plateaus
     )
     said = () if coarse else tuple(edge_findings.warnings(scenario, edge, found))
     too_fast = carried.too_fast(found, scenario.operation.feed)
