@@ -6,7 +6,8 @@ from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
 from cutwise.spec.base import Notice
-from cutwise.spec.chained import ONE_CARRIER, tip_faults
+from cutwise.spec.cell import ONE_CARRIER
+from cutwise.spec.chained import tip_faults
 from cutwise.spec.milling_machine import MillingMachine, drives_of
 
 if TYPE_CHECKING:
