@@ -243,7 +243,9 @@ def _real_notes(real: Real) -> dict[str, str]:
     said = {"real surface": f"the tool is moved by {', '.join(words[name] for name in real.terms)}; pieces of "
             f"{_mm(real.spacing)} at the most"}  # fmt: skip
     if real.driven is not None:
-        said["real surface"] += f", what drives do is missed between them by up to {units.show(real.missed, 'small_length', 3)}"
+        said["real surface"] += (
+            f", what drives do is missed between them by up to {units.show(real.missed, 'small_length', 3)}"
+        )
     if real.change is not None:
         said["real surface"] += (
             f"; with pieces twice as long it stands up to {units.show(real.change, 'small_length', 3)} elsewhere"

@@ -213,5 +213,3 @@ def fixtures_hit(scenario: MillingScenario, solid: Solid, tools: ToolSet, moves:
         for table in (tools.cutting, tools.shanks):
             run_into(fixture.map, solid, table, (0, moves.count), hit)
     return hit
-
-

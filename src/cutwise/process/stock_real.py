@@ -181,7 +181,11 @@ def _swept(
     numerics = scenario.numerics.stock
     check = surface_check(solid, numerics.check) if numerics.check else None
     made = ideal._replace(
-        moves=moves, solid=solid, run=run_, check=check, fixed=fixtures_hit(scenario, solid, ready.tools, moves, ideal.grid)
+        moves=moves,
+        solid=solid,
+        run=run_,
+        check=check,
+        fixed=fixtures_hit(scenario, solid, ready.tools, moves, ideal.grid),
     )
     return Real(made, off, known, drives, carrier, terms, None, between, station)
 

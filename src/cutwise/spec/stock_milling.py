@@ -143,7 +143,9 @@ def _ideal_unused(scenario: MillingScenario) -> Iterator[Notice]:
                 yield Notice((*path, key), why if ideal else "nothing pushes the tool: there are no forces")
     if scenario.robot is not None:
         for key in ("dynamics", "modal_mass", "damping", "joint_speed", "joint_acceleration"):
-            yield Notice(("robot", key), "an arm yields at rest along a program, its joints are not held against their speeds")
+            yield Notice(
+                ("robot", key), "an arm yields at rest along a program, its joints are not held against their speeds"
+            )
     if not ideal:
         return
     if drives is not None:
