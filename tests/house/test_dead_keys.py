@@ -20,7 +20,8 @@ from cutwise.spec.scenario import Origin
 from house import perturbation
 
 _SAME = 1e-9  # of a measure, within rounding
-_OF_THE_LOADER = ("name", "process", "requirements", "covariances", "measured")  # the last two come with the entries
+# covariances and measured come with the entries; correct is read by the command of that name
+_OF_THE_LOADER = ("name", "process", "requirements", "covariances", "measured", "correct")
 _UNUSUAL = " is unusual; usual is "  # says nothing about whether the value is used
 
 _SHORT = """G21 G17 G90 G94 G40 G61

@@ -20,7 +20,7 @@ from cutwise import units
 from cutwise.app import interrupt
 from cutwise.app.findings import notices, reasons
 from cutwise.app.inputs import inputs
-from cutwise.app.measured import listed
+from cutwise.app.measured import caveats, listed
 from cutwise.app.numbers import form
 from cutwise.app.surety import surety
 from cutwise.app.verdict_text import against, compared, sensitivity_line, verdict_line
@@ -101,7 +101,9 @@ class Console:
         for group, lines in listed(result).items():
             rows += [(group, *[""] * 5)] if group else []
             for line in lines:
-                judged = _mark(line.check.passed) + against(line.check) if line.check is not None else ""
+                judged = (
+                    _mark(line.check.passed) + against(line.check, result.scenario) if line.check is not None else ""
+                )
                 name = f"  {line.name}" if group else line.name
                 rows.append((name, line.number, line.band, line.unit, line.asked, judged))
         self.table(
@@ -124,6 +126,8 @@ class Console:
         for name, note in result.notes.items():
             if name not in _SAID_ALREADY:
                 self.line(f"note: {note}")
+        for names, sentence in caveats(result):
+            self.line(f"note: {', '.join(names)}: {sentence}")
         for sentence in surety(result):
             self.line(f"band: {sentence}")
         self.line(_assumed(result.scenario))

@@ -308,6 +308,13 @@ class DrillingScenario(Scenario):
         own = None if self.robot is None else self.robot.accuracy
         return "hole_position_error_exit" if own is None else "hole_position_error_total"
 
+    def caveat(self, measure: str) -> str:
+        """Positions of a robot whose chain nobody has measured hold what it yields by, and no more."""
+        unmeasured = self.robot is not None and self.robot.errors is None
+        if unmeasured and measure in ("hole_position_error_entry", "hole_position_error_exit"):
+            return "compliance only; an uncalibrated arm is off by tenths of a millimetre"
+        return ""
+
     def checks(self) -> Iterator[Iterator[Notice]]:
         """The drill in its plate; what carries it."""
         yield self._hole_faults()
