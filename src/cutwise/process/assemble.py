@@ -69,7 +69,18 @@ def deburring_cell(scenario: DeburringScenario) -> EdgeCell:
     ring, reach = None, 0.0
     if isinstance(spindle, CompliantSpindle):
         ring, reach = piston_ring(spindle), spindle.tool_reach
-    return EdgeCell(cut.path, cut.layers, cut.cutter, ring, reach, cut.arc, cut.behind, cut.paced, feeding_of(scenario))
+    return EdgeCell(
+        cut.path,
+        cut.layers,
+        cut.cutter,
+        ring,
+        reach,
+        cut.arc,
+        cut.behind,
+        cut.paced,
+        feeding_of(scenario),
+        cut.carriage,
+    )
 
 
 def feeding_of(scenario: DeburringScenario) -> Feeding | None:
@@ -108,7 +119,9 @@ def edge_cut(scenario: DeburringScenario) -> EdgeCut:
     if scenario.path is not None and scenario.path.arc is not None:
         alone = alone._replace(arc=Arc(scenario.path.arc.radius, scenario.follows))
     if scenario.robot is None:
-        return alone._replace(behind=carriage.in_series(scenario.tool, _carriage(scenario), _part(scenario, alone)))
+        bodies = _carriage(scenario)
+        behind = carriage.in_series(scenario.tool, bodies, _part(scenario, alone))
+        return alone._replace(behind=behind, carriage=bodies)
     along, height = robot_along(scenario, alone), surface_height(alone)
     turn = turned_from_start(alone, along.path.at)
     sag = np.sin(turn) * (along.sag[:, 0] + along.sag[:, 4] * height)
@@ -121,7 +134,7 @@ def edge_cut(scenario: DeburringScenario) -> EdgeCut:
         at, pace = carried.pace_of(along.path.at, carried.feeds_along(along, answering(scenario), feed), feed)
         paced = Paced((), at, pace)
     behind = carriage.in_series(scenario.tool, arm, _part(scenario, alone))
-    return alone._replace(path=path, behind=behind, paced=paced)
+    return alone._replace(path=path, behind=behind, paced=paced, carriage=arm)
 
 
 def answering(scenario: DeburringScenario) -> CarryingRobot:

@@ -1,6 +1,5 @@
 """What carries a chamfering tool along its ball path, robot or machine: what it yields by there, and what that means."""
 
-import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -16,6 +15,7 @@ from cutwise.physics.structure.series_compliance import in_axes, translation_at
 from cutwise.physics.structure.terms import Linked, Swinging, natural_frequencies
 from cutwise.process import carriage, carried, yielding
 from cutwise.process.carriage import Carriage, Terms
+from cutwise.process.carriers import postures
 from cutwise.process.chain_compliance import BodiesAlong
 from cutwise.process.chamfer_cell import PassForces, Yielding, process_axes
 from cutwise.process.labels import labelled
@@ -209,43 +209,18 @@ def warnings(scenario: ChamferScenario, carriers: Sequence[Carrier]) -> tuple[Fi
     return carried.warnings(scenario.robot, arms, scenario.measured.get("robot"))
 
 
-def notes(carriers: Sequence[Carrier]) -> dict[str, str]:
-    """What another angle of the tool would bring."""
-    arms = [one.arm for one in carriers if one.arm is not None]
-    known = [arm for arm in arms if math.isfinite(arm.constant) and math.isfinite(arm.turned)]
-    constant, turned = (sum(getattr(one, name) for one in known) for name in ("constant", "turned"))
-    if not known or turned >= constant * (1 - 1e-6):
-        return {}
-    return {
-        "redundancy": (
-            f"With robot.redundancy_angle: along_path the arm would yield by {turned / len(known) * 1e6:.4g} µm on average "
-            f"under the rigid cut, with the best single angle by {constant / len(known) * 1e6:.4g} µm."
-        )
-    }
-
-
 def stations(scenario: ChamferScenario, carriers: Sequence[Carrier]) -> xr.Dataset:
     """Compliance station by station, all paths one after another; of a robot its postures too."""
+    arms = [one.arm for one in carriers if one.arm is not None]
+    if arms and scenario.robot is not None:
+        return postures(scenario.robot, arms, "place along the ball paths")
     ends = np.concatenate([[0.0], np.cumsum([one.at[-1] for one in carriers])])
     at = ("s_station", np.concatenate([start + one.at for start, one in zip(ends[:-1], carriers, strict=True)]), "m",
           "place along the ball paths")  # fmt: skip
-    arms = [one.arm for one in carriers if one.arm is not None]
-    if not arms:
-        matrix = np.concatenate([yielding.whole([term for _, term in one.terms], one.at) for one in carriers])
-        normal = np.concatenate([one.air for one in carriers])
-        off = np.einsum("ni,nij,nj->n", normal, translation_at(matrix, scenario.tool.ball_radius), normal)
-        return labelled(at, {
-            "compliance_normal": (off, "m/N", "compliance off the chamfer"),
-            "compliance_rod": (matrix[:, 2, 2], "m/N", "compliance along the rod"),
-        })  # fmt: skip
-    assert scenario.robot is not None
-    joints = [joint.name or str(n) for n, joint in enumerate(scenario.robot.joints, 1)]
-    matrix = np.concatenate([arm.joints + arm.base for arm in arms])
+    matrix = np.concatenate([yielding.whole([term for _, term in one.terms], one.at) for one in carriers])
+    normal = np.concatenate([one.air for one in carriers])
+    off = np.einsum("ni,nij,nj->n", normal, translation_at(matrix, scenario.tool.ball_radius), normal)
     return labelled(at, {
-        "joint_angles": (np.concatenate([arm.postures.q for arm in arms]), "rad", "angles of the joints"),
-        "redundancy_angle": (
-            np.concatenate([arm.postures.angle for arm in arms]), "rad", "angle of the tool about its axis"
-        ),
-        "compliance_off_work": (matrix[:, 1, 1], "m/N", "compliance off the work, across the rod"),
+        "compliance_normal": (off, "m/N", "compliance off the chamfer"),
         "compliance_rod": (matrix[:, 2, 2], "m/N", "compliance along the rod"),
-    }, joint=joints)  # fmt: skip
+    })  # fmt: skip

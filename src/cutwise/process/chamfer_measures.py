@@ -15,7 +15,7 @@ from cutwise.paths.chamfer.proof import GOUGE_LIMIT
 from cutwise.paths.pipe import one_turn
 from cutwise.physics.structure.statics import characteristic
 from cutwise.physics.surface.approach import Approach
-from cutwise.process import chamfer_carrier, motor
+from cutwise.process import carriers, chamfer_carrier, motor
 from cutwise.process.assemble import piston_ring
 from cutwise.process.chamfer import ChamferRun
 from cutwise.process.chamfer_cell import SLICES
@@ -285,7 +285,7 @@ def notes(done: ChamferRun) -> Mapping[str, str]:
         said["corners"] = "\n".join(
             f"{paths[link.first].work.name} goes on into {paths[link.second].work.name}" for link in done.links
         )
-    said |= chamfer_carrier.notes(done.carriers)
+    said |= carriers.redundancy([one.arm for one in done.carriers if one.arm is not None])
     if done.band is not None:
         said["set-up"] = str(done.band)
     return said

@@ -6,14 +6,15 @@ import numpy as np
 
 from cutwise import units
 from cutwise.physics.structure.pistons import SWEEPS
-from cutwise.process import arm_geometry, motor
-from cutwise.process.assemble import beside_part, robot_along
+from cutwise.process import arm_geometry, carriers, motor
+from cutwise.process.assemble import beside_part
 from cutwise.process.deburring import (
     EdgeRun,
     after_lead_in,
     answers_at_once,
     between,
     memory_needed,
+    on_path,
     places_after_lead_in,
     run_for,
 )
@@ -41,9 +42,9 @@ LIMITS = (
 def warnings(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, float]) -> tuple[Said, ...]:
     """Everything that the engineer should know before he trusts the numbers."""
     misled: Iterator[Finding] = iter(())
-    measured = scenario.measured.get("robot")
-    if scenario.robot is not None and (scenario.robot.errors is not None or measured is not None):
-        misled = arm_geometry.warnings(scenario.robot, robot_along(scenario, run.cell).wrong, measured)
+    arm = run.cell.carriage.arm
+    if scenario.robot is not None and arm is not None:
+        misled = arm_geometry.warnings(scenario.robot, arm.wrong, scenario.measured.get("robot"))
     return (*notices(scenario), *beside_part(scenario), *misled, *_process(scenario, run, found))
 
 
@@ -149,7 +150,10 @@ def notes(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, float])
             f"After the lead-in the deepest place is {_error(error[deep])} at w = {units.show(w[deep], 'length')}, "
             f"the highest {_error(error[high])} at w = {units.show(w[high], 'length')}."
         )
-    return told
+    after = np.flatnonzero(run.pace >= run.cell.path.lead_in)
+    row = int(after[np.argmax(np.abs(run.error_at_tool[after]))]) if after.size else 0
+    height, at, moved = on_path(run)
+    return told | carriers.notes(run.cell.carriage, height, float(at[row]), moved, row)
 
 
 def _error(value: float) -> str:

@@ -124,7 +124,7 @@ def deburr(scenario: DeburringScenario, progress: Progress | None = None) -> Res
     return collect(
         scenario,
         found,
-        stages=deburring.stages(edge),
+        stages=deburring.stages(scenario, edge),
         findings=(*edge_findings.unsound(scenario, edge), *edge_findings.weight(edge)),
         bands=deburring.histories(scenario, edge, found),
         warnings=edge_findings.warnings(scenario, edge, found),
@@ -148,7 +148,7 @@ def deburr_at_rest(scenario: DeburringScenario, progress: Progress | None = None
     return collect(
         scenario,
         found,
-        stages=still_deburring.stages(done),
+        stages=still_deburring.stages(scenario, done),
         findings=still_deburring.findings(done),
         warnings=still_deburring.warnings(scenario, done),
         infeasible=carried.too_fast(found, scenario.operation.feed),
