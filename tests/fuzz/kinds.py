@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
 
+from cutwise.io.scenario import load
 from cutwise.io.template import template
 from cutwise.spec import fields
 from cutwise.spec.faults import dotted
@@ -100,8 +101,7 @@ def texts(rng: random.Random) -> Trials:
 def _keys() -> tuple[tuple[str, str], ...]:
     found = []
     for example in sorted(EXAMPLES.glob("*.yaml")):
-        kind = next(line for line in example.read_text().splitlines() if line.startswith("process:")).split(":")[1]
-        model = PROCESSES[kind.strip()]
+        model = type(load(example))
         found += [(example.name, dotted(path)) for path, _ in fields.keys(model)]
     return tuple(found)
 

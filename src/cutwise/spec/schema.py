@@ -103,7 +103,7 @@ def _for_editors(definition: dict[str, Any], section: type[Spec] | None) -> None
         definition["properties"][name] = plain
     if section is not None and issubclass(section, LibrarySpec):
         definition.pop("required", None)
-    if section is Program:
+    if section is not None and issubclass(section, Program):
         listed = definition["properties"]["tools"]
         listed["anyOf"] = [*listed["anyOf"], {"type": "string", "description": "tool table file"}]
         whole = {key: definition.pop(key) for key in ("type", "properties", "required", "additionalProperties")}

@@ -1,12 +1,16 @@
 """The JSON schema admits what the loader admits, and complains about what it refuses."""
 
 import copy
+from pathlib import Path
 
 import jsonschema
 import pytest
 
+from cutwise.io.tree import compose
 from cutwise.spec.kinds import KINDS
 from cutwise.spec.schema import schema
+
+EXAMPLES = sorted((Path(__file__).parents[3] / "examples").glob("*.yaml"))
 
 
 @pytest.fixture(scope="module")
@@ -47,6 +51,26 @@ def test_while_typing(validator, scenario_with, key, value, valid):
     document = copy.deepcopy(scenario_with().document())
     document["operation"][key] = value
     assert validator.is_valid(document) == valid
+
+
+@pytest.mark.parametrize("file", EXAMPLES, ids=lambda path: path.stem)
+def test_examples_are_valid_as_they_are_written(validator, file):
+    tree, _ = compose(file.read_text(encoding="utf-8"), file.name)
+    validator.validate(tree.plain())
+
+
+@pytest.mark.parametrize(
+    ("cell", "valid"),
+    [
+        ({"engagement": "wall"}, True),
+        ({"surface": "wall"}, True),
+        ({"motion": "robot"}, False),
+        ({"engagement": "w"}, False),
+    ],
+)
+def test_a_process_or_slots_that_tell_it(cell, valid):
+    tree, _ = compose((EXAMPLES[0].parent / "cell_robot_wall.yaml").read_text(encoding="utf-8"), "x")
+    assert jsonschema.Draft202012Validator(schema("mill")).is_valid({**tree.plain(), "cell": cell}) == valid
 
 
 def test_library_values_may_be_left_out(validator, scenario_with):
