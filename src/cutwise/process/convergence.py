@@ -11,9 +11,15 @@ _TWICE = 2.0  # an error that halves with the step is twice the change
 _ROUGH = 0.1  # share of a required measure beyond which nothing is judged
 
 
-def change_on_halved_step(coarse: Mapping[str, float], fine: Mapping[str, float]) -> dict[str, float]:
-    """Change of every measure that both runs have, fine minus coarse, in SI."""
-    return {name: fine[name] - value for name, value in coarse.items() if name in fine}
+def change_on_halved_step(
+    coarse: Mapping[str, float], fine: Mapping[str, float], *, shares: bool = True
+) -> dict[str, float]:
+    """Change of every measure that both runs have, fine minus coarse, in SI.
+
+    ``shares``: with those of the terms, which jump where the worst place does.
+    """
+    both = {name: fine[name] - value for name, value in coarse.items() if name in fine}
+    return both if shares else {name: change for name, change in both.items() if not name.startswith("share_")}
 
 
 def findings(scenario: Scenario, found: Mapping[str, float], change: Mapping[str, float]) -> Iterator[Finding]:

@@ -153,7 +153,7 @@ def deburr_at_rest(scenario: DeburringScenario, progress: Progress | None = None
         warnings=still_deburring.warnings(scenario, done),
         infeasible=carried.too_fast(found, scenario.operation.feed),
         limits=still_deburring.LIMITS,
-        convergence=change_on_halved_step({name: found[name] for name in again}, again),
+        convergence=change_on_halved_step(found, again),
         notes=still_deburring.notes(done),
         references=("berselli2016", "altintas2012"),
     )
@@ -231,8 +231,7 @@ def mill(scenario: MillingScenario, progress: Progress | None = None) -> Result:
     done = milling.run(scenario, substeps, _part(progress, 0.0, 0.3))
     of_run = milling_measures.measures(scenario, done)
     finer = milling_measures.measures(scenario, milling.run(scenario, 2 * substeps, _part(progress, 0.3, 0.9)))
-    finer = {name: value for name, value in finer.items() if not name.startswith("share_")}  # jump with the worst place
-    change = change_on_halved_step({name: of_run[name] for name in finer if name in of_run}, finer)
+    change = change_on_halved_step(of_run, finer, shares=False)
     rows = milling_compare.compare(scenario)
     steady = milling.stability(scenario, done)
     found = {**of_run, **(milling_stability.measures(steady) if steady is not None else {})}
@@ -281,7 +280,6 @@ def mill_programmed(scenario: MillingScenario, progress: Progress | None = None)
     again = programmed_milling.measures(
         scenario, programmed_milling.run(scenario, limits=False, finer=2, progress=_part(progress, 1.0 / 3.0, 1.0))
     )
-    again = {name: value for name, value in again.items() if not name.startswith("share_")}  # jump with the worst place
     return collect(
         scenario,
         found,
@@ -290,7 +288,7 @@ def mill_programmed(scenario: MillingScenario, progress: Progress | None = None)
         warnings=programmed_milling.warnings(scenario, done),
         infeasible=carried.too_fast(found, scenario.operation.feed),
         limits=programmed_milling.limits_of(scenario),
-        convergence=change_on_halved_step({name: found[name] for name in again}, again),
+        convergence=change_on_halved_step(found, again, shares=False),
         notes=programmed_milling.notes(scenario, done),
         references=("altintas2012", "altintas1995"),
     )

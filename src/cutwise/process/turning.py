@@ -271,7 +271,7 @@ def turn(scenario: TurningScenario, progress: Progress | None = None) -> Result:
     done, outcome = told(held)
     halved = scenario.numerics.model_copy(update={"station": 0.5 * scenario.numerics.station})
     finer = told(setup(scenario.model_copy(update={"numerics": halved})))[1].measures
-    finer = {name: value for name, value in finer.items() if name[:6] != "share_" and name[-2:] != "_x"}
+    finer = {name: value for name, value in finer.items() if name[-2:] != "_x"}
     if progress is not None:
         progress(1.0)
     last, worst = done[-1], int(np.argmax(np.abs(done[-1].error)))
@@ -279,7 +279,7 @@ def turn(scenario: TurningScenario, progress: Progress | None = None) -> Result:
     place, off = units.show(float(last.z[worst]), "length"), units.show(float(last.error[worst]), "small_length", 3)
     return collect(
         scenario, outcome.measures, stages=stages(held, done), findings=outcome.findings, warnings=outcome.warnings,
-        limits=LIMITS, convergence=change_on_halved_step(outcome.measures, finer), references=("altintas2012",),
+        limits=LIMITS, convergence=change_on_halved_step(outcome.measures, finer, shares=False), references=("altintas2012",),
         notes={"worst": f"The diameter is off most {place} from the headstock, by {off}; radius: {shares or 'nothing yields'}."},
     )  # fmt: skip
 
