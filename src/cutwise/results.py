@@ -110,8 +110,8 @@ class Finding:
         remedy = told.get("remedy")
         return cls(
             told["code"], Place(**told.get("where", {})), told.get("value"), told.get("limit"), told["dimension"],
-            told.get("measure", ""), Remedy(**remedy) if remedy else None, told.get("text", ""),
-            told.get("infeasible", False),
+            told.get("measure", ""), Remedy(**remedy) if remedy else None, str(told.get("text", "")),
+            bool(told.get("infeasible", False)),
         )  # fmt: skip
 
 

@@ -126,6 +126,12 @@ def test_modes_of_a_library_and_drives_are_taken_out(examples):
     assert rows_of(slow)["motion"] == ("machine",)
 
 
+def test_a_carrier_is_taken_out(examples):
+    bare = load(examples / "cell_robot_wall.yaml", ["cell.motion=programmed", "cell.structure=[tip]"])
+    assert bare.robot is None
+    assert rows_of(bare)["structure"] == ("tip",)
+
+
 def test_an_engagement_sets_how_an_edge_is_met(examples):
     file = examples / "deburr_compliant_spindle.yaml"
     assert load(file, ["cell.engagement=edge_memory"]).numerics.engagement == "swept"
