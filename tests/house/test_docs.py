@@ -92,7 +92,8 @@ def test_read_me_has_two_commands_and_ci_runs_the_second():
 
 
 @pytest.mark.parametrize(
-    "text", [body for page in PAGES for body in blocks(page, "yaml") if re.search(r"^process:", body, re.MULTILINE)]
+    "text",
+    [body for page in PAGES for body in blocks(page, "yaml") if re.search(r"^(process|cell):", body, re.MULTILINE)],
 )
 def test_scenarios_in_the_documentation_are_scenarios(text):
     assert parse(text).process in KINDS
