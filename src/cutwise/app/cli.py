@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn, TypeVar
 import typer
 
 import cutwise
-from cutwise.app import calibrating, exits, inspection, interrupt, outputs, studying, validating
+from cutwise.app import calibrating, exits, inspection, interrupt, outputs, studying, validating, viewing
 from cutwise.app.exits import INTERRUPTED, NOBODY_READS, OK, REQUIREMENT_FAILED, TERMINATED, explain, refuse
 from cutwise.app.options import SET, Overrides, ScenarioFile
 from cutwise.app.writing import REPORT, RUN, programs, written
@@ -292,6 +292,7 @@ for _look in (
     inspection.part,
     inspection.program,
     inspection.spindle,
+    viewing.view,
 ):
     app.command()(_look)
 
