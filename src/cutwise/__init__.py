@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from cutwise.spec.faults import ScenarioFault as ScenarioFault
     from cutwise.study.advice import advise as advise
     from cutwise.study.band import simulate as simulate
+    from cutwise.study.correct.entry import correct as correct
     from cutwise.study.many.face import run_study as run_study
     from cutwise.study.sweep import sweep as sweep
 
@@ -30,6 +31,7 @@ _HOMES = {
     "ScenarioFault": "cutwise.spec.faults",
     "load": "cutwise.io.scenario",
     "advise": "cutwise.study.advice",
+    "correct": "cutwise.study.correct.entry",
     "run_study": "cutwise.study.many.face",
     "simulate": "cutwise.study.band",
     "sweep": "cutwise.study.sweep",
@@ -37,7 +39,18 @@ _HOMES = {
 
 _MODULES = {"plots": "cutwise.app.plots"}
 
-__all__ = ["Result", "ScenarioFault", "__version__", "advise", "load", "plots", "run_study", "simulate", "sweep"]
+__all__ = [
+    "Result",
+    "ScenarioFault",
+    "__version__",
+    "advise",
+    "correct",
+    "load",
+    "plots",
+    "run_study",
+    "simulate",
+    "sweep",
+]
 
 
 def __getattr__(name: str) -> Any:

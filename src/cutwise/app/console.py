@@ -24,6 +24,7 @@ from cutwise.app.measured import caveats, listed
 from cutwise.app.numbers import form
 from cutwise.app.surety import surety
 from cutwise.app.verdict_text import against, compared, sensitivity_line, verdict_line
+from cutwise.spec.filled import in_words
 from cutwise.spec.texts import visible
 
 if TYPE_CHECKING:
@@ -89,6 +90,7 @@ class Console:
     def checked(self, file: str, scenario: "Scenario", unusual: Sequence[str]) -> None:
         """What ``check`` says about a scenario without fault."""
         self.line(f"{file}: no fault ({scenario.process}, {scenario.name})")
+        self.line(f"cell: {in_words(scenario)}")
         self.line(_assumed(scenario))
         for notice in unusual:
             self.line(f"unusual: {notice}", "yellow")
@@ -144,7 +146,9 @@ class Console:
         rows, said = [], {}
         for place in product(*(range(table.sizes[key]) for key in keys)):
             here = table.isel(dict(zip(keys, place, strict=True)))
-            point = [str(here[name if (name := TEXT.format(key)) in table.coords else key].values) for key in keys]
+            point = [
+                escape(str(here[name if (name := TEXT.format(key)) in table.coords else key].values)) for key in keys
+            ]
             cells = ("-" if isnan(float(here[name])) else shapes[name].text(float(here[name]))
                      for name in shown)  # fmt: skip
             marks = []

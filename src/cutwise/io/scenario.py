@@ -18,6 +18,7 @@ from cutwise.io.files import as_text, read_bytes
 from cutwise.io.processes import model_of, process_named
 from cutwise.io.python_values import said
 from cutwise.io.scatter import Source, scatter_faults, with_covariances
+from cutwise.io.slots import with_slots
 from cutwise.io.tables import read_table
 from cutwise.io.tree import Node, compose, from_data, hidden_letters, merged, origins, placed, too_short, unwrapped
 from cutwise.later import later
@@ -143,7 +144,7 @@ def _scenario(
     model = model_of(tree, faults)
     if model is None:
         raise ScenarioFault(_sorted(faults))
-    tree = process_named(tree, model, title)
+    tree = with_slots(process_named(tree, model, title), model)
     scenario, tree, files = _checked(tree, model, folder, faults)
     return scenario.with_files(files, str(folder)).with_origins(
         {dotted(path): origin for path, origin in origins(tree) if path[0] not in _UNNAMED and path[-1] != "library"}

@@ -13,7 +13,10 @@ from cutwise import units
 from cutwise.above import above
 from cutwise.spec import fields
 from cutwise.spec.base import Notice, Spec, Status, contradiction
+from cutwise.spec.cell import Slots
+from cutwise.spec.correct import Correction
 from cutwise.spec.faults import NoSuchName, Path, dotted, split_dotted
+from cutwise.spec.filled import slot_faults
 from cutwise.spec.needs import Needs, unmet
 from cutwise.spec.uncertain import Band, Covariance, Fitted, stem
 
@@ -186,7 +189,7 @@ class Scenario(Spec):
 
     @model_validator(mode="after")
     def _holds_together(self) -> Self:
-        found = (*self.contradictions(), *self.unobtainable())
+        found = (*self.contradictions(), *self.unobtainable(), *slot_faults(self))
         if found:
             raise contradiction(found)
         return self
@@ -201,7 +204,7 @@ class Scenario(Spec):
         partial = cls.model_construct(**sections)
         for name in cls.model_fields.keys() - sections.keys():
             partial.__dict__.pop(name, None)
-        for check in (*partial.checks(), partial.unobtainable()):
+        for check in (*partial.checks(), partial.unobtainable(), slot_faults(partial)):
             with suppress(AttributeError):  # of a section that is not there
                 yield from check
 
@@ -223,6 +226,10 @@ class Scenario(Spec):
         pattern=r"^[^/\\\n]+$",
     )
     process: str = Field(description="which operation is simulated")
+    cell: Slots | None = Field(
+        default=None, description="the rows that fill the five slots of the cell, where they are named: held against what the "
+        "sections say, and instead of process where they tell it",
+    )  # fmt: skip
     requirements: dict[str, Limit] = Field(
         default_factory=dict,
         description="limits on measures: each measure with min, max or both",
@@ -233,6 +240,9 @@ class Scenario(Spec):
         default_factory=dict,
         description="covariances of values; those of library entries come with them",
         examples=["{cut: {of: [material.K_tc, material.K_te], matrix: [[4e14, -1e9], [-1e9, 1e6]]}}"],
+    )
+    correct: Correction | None = Field(
+        default=None, description="what cutwise correct may change, and within which limits; a run does not read it"
     )
     measured: dict[str, Fitted] = Field(
         default_factory=dict,
