@@ -14,7 +14,7 @@ import cutwise
 
 ROOT = Path(__file__).parent.parent.parent
 _LEFT = shutil.ignore_patterns(
-    ".venv", ".git", "node_modules", "__pycache__", "*.egg-info", "build", "dist", ".*_cache", ".hypothesis", "_build",
+    ".venv", ".git", "node_modules", "__pycache__", "*.egg-info", "build", "dist", ".*_cache", ".hypothesis", "_build", "generated",
     "cutwise-runs", "*.nbi", "*.nbc",
 )  # fmt: skip
 
@@ -40,7 +40,7 @@ def built(tmp_path_factory):
 def tracked(*folders):
     """Files of the tree, without what is made of them."""
     found = (file for folder in folders for file in (ROOT / folder).rglob("*") if file.is_file())
-    unwanted = {"__pycache__", "node_modules", "_build", "cutwise-runs"}
+    unwanted = {"__pycache__", "node_modules", "_build", "cutwise-runs", "generated"}
     return {
         str(file.relative_to(ROOT)) for file in found
         if not unwanted & set(file.parts) and file.suffix not in (".pyc", ".nbi", ".nbc") and ".egg-info" not in str(file)
