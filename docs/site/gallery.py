@@ -55,7 +55,8 @@ def _shown(file: Path, result: Result) -> list[str]:
     rows = [line for lines in listed(result).values() for line in lines][:_SHOWN]
     numbers = [f"| `{line.name}` | {line.text} | {line.asked} |" for line in rows]
     return [
-        f"## {file.stem}", "", " ".join(about), "", f"**{verdict_line(result)}**", "", "| measure | value | limit |", "|---|---|---|",
+        f"## {file.stem}", "", " ".join(about), "", f"**{verdict_line(result)}**", "",
+        "| measure | value | limit |", "|---|---|---|",
         *numbers, "", *_picture(file.stem, result),
     ]  # fmt: skip
 
