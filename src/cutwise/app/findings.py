@@ -28,7 +28,7 @@ def _unstable(finding: Finding, result: Result) -> str:
     if finding.where.name in _OVER_LIMIT:
         return f"{_OVER_LIMIT[finding.where.name]} is {finding.value:.3g} times its limit"
     where = _CONTACTS.get(finding.where.name, finding.where.name)
-    return f"the tool chatters {where}: growth {finding.value:.3g} per tooth"
+    return f"the tool chatters {where} (growth {finding.value:.3g} per tooth)"
 
 
 def _untouched(finding: Finding, result: Result) -> str:

@@ -11,11 +11,11 @@ from cutwise.app import inputs, surety
 from cutwise.app.embedded import Embedded, embedded
 from cutwise.app.findings import notices, reasons
 from cutwise.app.measured import Line, listed, rows
-from cutwise.app.numbers import titled
+from cutwise.app.numbers import amount, titled
 from cutwise.app.pages import template
 from cutwise.app.plots import PLOTS
 from cutwise.app.plots.figures import COLOURS, Plot, svg
-from cutwise.app.verdict_text import against, compared, doubted, improbable, margin, verdict_line
+from cutwise.app.verdict_text import against, compared, doubted, margin, verdict_line
 from cutwise.spec.fields import placed
 
 if TYPE_CHECKING:
@@ -99,11 +99,11 @@ def _checked(line: Line, result: "Result") -> dict[str, Any]:
         "meaning": measure.description if measure else "",
         "value": line.text,
         "requirement": line.asked,
-        "margin": "" if room is None else units.show(room, check.dimension, 3),
+        "margin": "" if room is None else amount(result.scenario, check.measure, room),
         "passed": check.passed,
         "implied": check.implied,
-        "doubts": [*doubted(check, result.scenario), *improbable(check)],
-        "missed": against(check).strip(),
+        "doubts": list(doubted(check, result.scenario)),
+        "missed": against(check, result.scenario).strip(),
         "gauge": _gauge(check),
     }
 

@@ -50,6 +50,8 @@ _TOOTH_PLACES = 1000
 _TOOTH_CURVE = 64  # samples of a tooth period in the curve
 _TOOTH_PERIODS = 4
 _AXES = ("x", "y", "z")
+PLATEAUS = ("surface_error_loaded", "surface_error_unloaded", "surface_error_frictionless")
+"""Measures of the band within which friction holds the edge."""
 
 
 class EdgeRun(NamedTuple):
@@ -90,17 +92,17 @@ def run_for(scenario: DeburringScenario, cell: EdgeCell) -> Callable[..., EdgeHi
     return run_swept_edge if kept else run_compliant_edge
 
 
-def evaluate(cell: EdgeCell, history: EdgeHistory) -> EdgeRun:
-    """Surface, band and static characteristic of a pass.
+def evaluate(cell: EdgeCell, history: EdgeHistory, *, plateaus: bool = True) -> EdgeRun:
+    """Surface, band (with its ``plateaus``) and static characteristic of a pass.
 
     Raises
     ------
     SolverFailure
         The tool went out of all bounds.
     """
-    wild = ~np.isfinite(history.response.tilt).all(axis=-1)
-    if wild.any():
-        first = float(history.motion.time[int(np.argmax(wild))])
+    settled = np.isfinite(history.response.tilt)
+    if not settled.all():
+        first = float(history.motion.time[int(np.argmin(settled.all(axis=-1)))])
         helps = " (robot.dynamics: modal gives the arm its mass)" if cell.behind else ""
         raise SolverFailure(
             f"the step from surface to force to tool did not settle after {first:.4g} s: take a smaller numerics.time_step"
@@ -125,7 +127,7 @@ def evaluate(cell: EdgeCell, history: EdgeHistory) -> EdgeRun:
     typical = float(np.interp(at_steady, burr.at, burr.value).mean())
     return EdgeRun(
         cell, history, surface,
-        Band(None, None, None) if cell.ring is None else band(cell, typical, float(width[steady].mean())),
+        band(cell, typical, float(width[steady].mean())) if cell.ring is not None and plateaus else Band(None, None, None),
         None if cell.ring is None else characteristic(cell.ring, cell.reach),
         centre,
         np.minimum(lowest, np.interp(centre[:, 0], burr.at, burr.value)),
@@ -215,8 +217,7 @@ def measures(scenario: DeburringScenario, run: EdgeRun, *, tooth: bool = True) -
     found["surface_error_mean"] = float(error.mean())
     found["surface_error_min"] = float(error.min())
     found["surface_error_max"] = float(error.max())
-    for name, state in zip(("loaded", "unloaded", "frictionless"), run.band, strict=True):
-        found[f"surface_error_{name}"] = None if state is None else state.error
+    found |= {name: None if one is None else one.error for name, one in zip(PLATEAUS, run.band, strict=True)}
     found |= _fractions(scenario, run)
     axial = scenario.material.K_ac is not None or scenario.material.k_a11 is not None
     for i, axis in enumerate(_AXES if axial else _AXES[:2]):

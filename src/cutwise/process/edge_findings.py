@@ -156,9 +156,10 @@ def unsound(scenario: DeburringScenario, run: EdgeRun) -> Iterator[Finding]:
     time = run.history.motion.time
     if run.cell.ring is not None:
         travel, stroke = run.history.response.travel, run.cell.ring.piston.stroke
-        stopped = np.flatnonzero(travel.max(axis=1) >= stroke * (1.0 - _STOP))
-        if stopped.size:
-            yield Finding("at_stop", Place(time=float(time[stopped[0]])), float(travel.max()), stroke, "length")
+        farthest = float(travel.max())
+        if farthest >= stroke * (1.0 - _STOP):
+            first = int(np.argmax(travel.max(axis=1) >= stroke * (1.0 - _STOP)))
+            yield Finding("at_stop", Place(time=float(time[first])), farthest, stroke, "length")
     depth = run.history.engagement.burr_depth + run.history.engagement.work_depth
     if depth[run.steady].max() <= 0.0:
         yield Finding("untouched")

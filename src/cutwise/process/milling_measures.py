@@ -52,7 +52,7 @@ def _errors(done: MillRun) -> dict[str, float]:
         "contour_error_max": float(np.abs(error).max()),
         "contour_error_rms": float(np.linalg.norm(error)) / math.sqrt(error.size),
     }
-    if done.path.blended:
+    if done.wanted.blended:
         found["drive_error_max"] = float(np.nanmax(np.abs(done.drive_error)))
     return found
 

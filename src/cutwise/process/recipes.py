@@ -47,6 +47,7 @@ if TYPE_CHECKING:
         stock_findings,
         stock_measures,
         stock_milling,
+        stock_real,
         stock_stages,
     )
     from cutwise.spec.chamfer import ChamferScenario
@@ -85,6 +86,7 @@ else:  # a run imports its own process, not those of the others
     stock_findings = later("cutwise.process.stock_findings")
     stock_measures = later("cutwise.process.stock_measures")
     stock_milling = later("cutwise.process.stock_milling")
+    stock_real = later("cutwise.process.stock_real")
     stock_stages = later("cutwise.process.stock_stages")
 
 Progress = Callable[[float], None]
@@ -147,16 +149,20 @@ def deburr_at_rest(scenario: DeburringScenario, progress: Progress | None = None
 
 
 def _deburring_pass(
-    scenario: DeburringScenario, time_step: float, progress: Progress | None = None, *, tooth: bool = True
-) -> tuple[deburring.EdgeRun, Mapping[str, float]]:
+    scenario: DeburringScenario, time_step: float, progress: Progress | None = None, *, tooth: bool = True,
+    plateaus: bool = True,
+) -> tuple[deburring.EdgeRun, Mapping[str, float]]:  # fmt: skip
     cell = assemble.deburring_cell(scenario)
     history = deburring.run_for(scenario, cell)(cell, time_step, progress)
-    edge = deburring.evaluate(cell, history)
+    edge = deburring.evaluate(cell, history, plateaus=plateaus)
     return edge, deburring.measures(scenario, edge, tooth=tooth)
 
 
 def deburring_quick(scenario: DeburringScenario, wanted: Collection[str] = (), *, coarse: bool = False) -> Outcome:
-    """What studies need; coarse: at least 100 µs of step with averaged forces over arcs, and no word about the run."""
+    """What studies need; coarse: at least 100 µs of step with averaged forces over arcs, and no word about the run.
+
+    The plateaus of the band, as much work as half of the pass, are found for a coarse one only where they are wanted.
+    """
     scenario = deburring_part.on_part(scenario)
     if scenario.numerics.mode == "still":
         done = still_deburring.run(scenario)
@@ -165,10 +171,11 @@ def deburring_quick(scenario: DeburringScenario, wanted: Collection[str] = (), *
             at_rest, still_deburring.findings(done), still_deburring.warnings(scenario, done),
             carried.too_fast(at_rest, scenario.operation.feed),
         )  # fmt: skip
-    step = scenario.numerics.time_step
-    tooth = any(name.startswith("tooth_") for name in (*scenario.requirements, *wanted))
+    step, named = scenario.numerics.time_step, (*scenario.requirements, *wanted)
+    tooth = any(name.startswith("tooth_") for name in named)
+    plateaus = not coarse or any(name in deburring.PLATEAUS for name in named)
     edge, found = _deburring_pass(
-        scenario, max(step, _STUDY_STEP) if coarse and coarser(scenario) else step, tooth=tooth
+        scenario, max(step, _STUDY_STEP) if coarse and coarser(scenario) else step, tooth=tooth, plateaus=plateaus
     )
     said = () if coarse else tuple(edge_findings.warnings(scenario, edge, found))
     too_fast = carried.too_fast(found, scenario.operation.feed)
@@ -238,19 +245,20 @@ def mill(scenario: MillingScenario, progress: Progress | None = None) -> Result:
 
 def mill_in_3d(scenario: MillingScenario, progress: Progress | None = None) -> Result:
     """A program in a stock in 3D: contact, force and events move by move, and the surface held against the part."""
-    done = stock_milling.run(scenario, progress)
-    off = stock_deviation.deviation(scenario, done)
+    moved = bool(stock_real.moves_the_tool(scenario))
+    done = stock_milling.run(scenario, _part(progress, 0.0, 0.3 if moved else 1.0))
+    cut = stock_real.Cut(done, stock_real.real(scenario, done, _part(progress, 0.3, 0.95)))
+    off = stock_deviation.judged(scenario, cut)
     if progress is not None:
         progress(1.0)
-    found = stock_measures.measures(scenario, done, off)
     return collect(
         scenario,
-        found,
-        stages=stock_stages.stages(done, off),
+        stock_measures.measures(scenario, cut, off),
+        stages=stock_stages.stages(cut, off),
         findings=stock_findings.findings(done),
-        warnings=tuple(stock_findings.warnings(scenario, done, off)),
-        limits=stock_findings.LIMITS,
-        notes=stock_findings.notes(scenario, done, off),
+        warnings=tuple(stock_findings.warnings(scenario, cut, off)),
+        limits=stock_findings.limits(cut),
+        notes=stock_findings.notes(scenario, cut, off),
         references=("altintas2012", "engin2001", "gradisek2004"),
     )
 
@@ -281,10 +289,11 @@ def mill_quick(scenario: MillingScenario, wanted: Collection[str] = (), *, coars
     """What studies need; whether the tool chatters always belongs to it."""
     del wanted
     if scenario.in_3d:
-        cut = stock_milling.run(scenario)
-        off = stock_deviation.deviation(scenario, cut)
+        ideal = stock_milling.run(scenario)
+        cut = stock_real.Cut(ideal, stock_real.real(scenario, ideal))
+        off = stock_deviation.judged(scenario, cut)
         about = () if coarse else tuple(stock_findings.warnings(scenario, cut, off))
-        return Outcome(stock_measures.measures(scenario, cut, off), tuple(stock_findings.findings(cut)), about)
+        return Outcome(stock_measures.measures(scenario, cut, off), tuple(stock_findings.findings(ideal)), about)
     if scenario.programmed:
         fed = programmed_milling.run(scenario)
         of_fed = programmed_milling.measures(scenario, fed)

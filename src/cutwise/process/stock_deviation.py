@@ -13,6 +13,7 @@ from cutwise.physics.surface.map_deviation import REACH, Fit, deviations, fitted
 from cutwise.process.nominal_part import nominal_samples, tolerance_of
 from cutwise.process.stock_material import Raw
 from cutwise.process.stock_milling import StockRunDone
+from cutwise.process.stock_real import Cut
 from cutwise.spec.milling import MillingScenario
 
 IntArray = npt.NDArray[np.int64]
@@ -65,12 +66,26 @@ class Deviation(NamedTuple):
         return int(np.argmin(value) if gouge else np.argmax(value))
 
 
-def deviation(scenario: MillingScenario, done: StockRunDone) -> Deviation | None:
-    """The machined surface against the part; None without a part."""
-    part = scenario.nominal
-    if part is None:
+class Judged(NamedTuple):
+    """The surface that comes off the machine, and where that is another one the ideal surface, against the part."""
+
+    left: Deviation
+    ideal: Deviation | None
+
+
+def judged(scenario: MillingScenario, cut: Cut) -> Judged | None:
+    """The machined surfaces against the part; None without a part."""
+    if scenario.nominal is None:
         return None
     samples = nominal_samples(scenario)
+    left = deviation(scenario, cut.left, samples)
+    return Judged(left, None if cut.real is None else deviation(scenario, cut.ideal, samples))
+
+
+def deviation(scenario: MillingScenario, done: StockRunDone, samples: Samples) -> Deviation:
+    """A machined surface against samples of the part."""
+    part = scenario.nominal
+    assert part is not None
     value, segment = np.empty(len(samples.weight)), np.empty(len(samples.weight), np.int64)
     tolerance = tolerance_of(scenario)
     deviations(

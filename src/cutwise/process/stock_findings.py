@@ -9,17 +9,28 @@ import numpy as np
 from cutwise import units
 from cutwise.maths.map_surface import CELLS
 from cutwise.process.nominal_part import tolerance_of
-from cutwise.process.stock_deviation import Deviation, cut_off
+from cutwise.process.stock_deviation import Deviation, Judged, cut_off
 from cutwise.process.stock_material import room_for
-from cutwise.process.stock_milling import StockRunDone, events, move_time, station_moves, station_places
+from cutwise.process.stock_measures import aside
+from cutwise.process.stock_milling import StockRunDone
+from cutwise.process.stock_real import Cut, Real
+from cutwise.process.stock_stations import events, move_time, station_moves, station_places
 from cutwise.programs.block_text import block_named, blocks_named
 from cutwise.results import Finding, Place
 from cutwise.spec.milling import MillingScenario
 from cutwise.spec.notices import notices
 
+_IDEAL = (
+    "Tool, machine and part are rigid, and the planned path is swept: nothing in the scenario has drives or yields, or "
+    "numerics.stock.sweep is ideal."
+)
+_REAL = (
+    "The surface is that of the moved tool: drives under the mean force of the planned path, structures at rest under the mean "
+    "force at the tip from what the moved tool has left; tilt, vibration and the ripple of the teeth "
+    "are left out. Loads are those of the planned path."
+)
 LIMITS = (
-    "The stock is a height map seen along the tool axis: undercuts cannot be held; tool, machine and part are rigid, and the "
-    "planned path is swept (no drives, no deflection).",
+    "The stock is a height map seen along the tool axis: undercuts cannot be held.",
     "Forces are means over a revolution of a sharp, even tool at the programmed feed, no more than the machine allows; peaks are "
     "those of the teeth without run-out or vibration.",
     "Bottom edges cut with the coefficients of the flutes; measured ones depend on the radial engagement.",
@@ -28,7 +39,13 @@ LIMITS = (
 _DEEP_ENOUGH = 1e-13  # [m^3] that count as removed
 _OFFSET = 0.5  # of the rms that a shift and turn take: then the part looks misplaced
 _INCH = 25.4
+_FIT = 0.02  # of the largest compliance
 _STAND_OUT = 1e-6  # [m]
+
+
+def limits(cut: Cut) -> tuple[str, ...]:
+    """What the model leaves out."""
+    return (*LIMITS, _IDEAL if cut.real is None else _REAL)
 
 
 def findings(done: StockRunDone) -> Iterator[Finding]:
@@ -48,8 +65,9 @@ _EVENT = {
 }
 
 
-def warnings(scenario: MillingScenario, done: StockRunDone, off: Deviation | None) -> Iterator[str]:
+def warnings(scenario: MillingScenario, cut: Cut, off: Judged | None) -> Iterator[str]:
     """What should make the engineer doubt or change something."""
+    done = cut.ideal
     yield from notices(scenario)
     text = done.planned.program.text
     happened = events(done)
@@ -70,8 +88,28 @@ def warnings(scenario: MillingScenario, done: StockRunDone, off: Deviation | Non
             f"the stock has hollows that are closed from above ({units.show(done.filled, 'volume', 3)}): the map fills them up, so "
             "that the removed volume and the contact count them as material"
         )
+    if cut.real is not None:
+        yield from _real_warnings(scenario, cut.real)
     if off is not None:
-        yield from _part_warnings(off)
+        yield from _part_warnings(off.left)
+
+
+def _real_warnings(scenario: MillingScenario, real: Real) -> Iterator[str]:
+    """What makes the moved tool uncertain."""
+    allowed = 0.1 * tolerance_of(scenario)
+    if real.change is not None and real.change > allowed:
+        yield (
+            f"with pieces of {_mm(real.spacing)} instead of twice that the tool stands up to "
+            f"{units.show(real.change, 'small_length', 3)} elsewhere, more than a tenth of the tolerance: write a shorter "
+            "numerics.stock.station"
+        )
+    if real.carrier is not None and real.carrier.missed > _FIT:
+        yield (
+            f"how {real.carrier.names[0]} yield along the program is no smooth function of the place: taken as one it is missed "
+            f"by up to {100.0 * real.carrier.missed:.2g} %"
+        )
+    if real.change is None and real.terms != ("drives",):
+        yield "there are no forces of the cut: what yields stays where it is"
 
 
 def _extents(done: StockRunDone) -> Iterator[str]:
@@ -155,8 +193,9 @@ def _part_warnings(off: Deviation) -> Iterator[str]:
         yield "distances of more than 1 mm are told as 1 mm: gouge and excess volumes are too small there"
 
 
-def notes(scenario: MillingScenario, done: StockRunDone, off: Deviation | None) -> dict[str, str]:
+def notes(scenario: MillingScenario, cut: Cut, off: Judged | None) -> dict[str, str]:
     """What the report says beside the numbers."""
+    done = cut.ideal
     grid = done.solid.map.layout
     said = {
         "method": "the stock is a map in 3D: "
@@ -185,8 +224,43 @@ def notes(scenario: MillingScenario, done: StockRunDone, off: Deviation | None) 
     if done.planned.program.notices:
         said["program"] = "; ".join(done.planned.program.notices)
     said |= _heaviest(done)
+    if cut.real is not None:
+        said |= _real_notes(cut.real)
     if off is not None:
-        said |= _part_notes(done, off)
+        said |= _part_notes(cut.left, off.left)
+        if off.ideal is not None:
+            value = off.ideal.value[off.ideal.judged_samples]
+            said["ideal surface"] = (
+                f"as planned the surface would deviate by {units.show(float(value.min()), 'small_length', 4)} to "
+                f"{units.show(float(value.max()), 'small_length', 4)}, rms {units.show(off.ideal.rms, 'small_length', 4)}"
+            )
+    return said
+
+
+def _real_notes(real: Real) -> dict[str, str]:
+    """Where the tool stands beside its path most while it cuts, and what is sure of it."""
+    words = {"drives": "feed drives", "tip": "bending of the tool", "bodies": "bodies of the machine", "arm": "robot"}
+    said = {"real surface": f"the tool is moved by {', '.join(words[name] for name in real.terms)}; pieces of "
+            f"{_mm(real.spacing)} at the most"}  # fmt: skip
+    if real.driven is not None:
+        said["real surface"] += (
+            f", what drives do is missed between them by up to {units.show(real.missed, 'small_length', 3)}"
+        )
+    if real.change is not None:
+        said["real surface"] += (
+            f"; with pieces twice as long it stands up to {units.show(real.change, 'small_length', 3)} elsewhere"
+        )
+    where = aside(real)
+    if where.size:
+        at = int(np.flatnonzero(real.done.stations("contact") > 0.0)[np.argmax(where)])
+        segment = int(real.done.run.segment[at])
+        off, known = (1e6 * one[segment, 0] for one in (real.off, real.known))
+        line = block_named(real.done.planned.program.text, int(real.done.moves.line[station_moves(real.done)[at]]))
+        said["tool beside its path"] = (
+            f"the tool stands farthest beside its path at {_at(station_places(real.done)[at])}, {line}: "
+            f"({off[0]:.3g}, {off[1]:.3g}, {off[2]:.3g}) µm, of which ({known[0]:.3g}, {known[1]:.3g}, {known[2]:.3g}) µm are "
+            "known beforehand (drives, sag)"
+        )
     return said
 
 

@@ -1,6 +1,7 @@
 """The loop over the moves of a program in a stock in 3D: contact and force at stations of a move, then its sweep."""
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -14,17 +15,20 @@ from cutwise.maths.profiles import Cutters
 from cutwise.physics.cutting.flute import EdgeCoefficients, Mill
 from cutwise.physics.cutting.meridian import Chip, meridian_force, peak_force, thickest_chip
 from cutwise.physics.engagement.map_contact import Edge, Fan, Place, angle_of_contact, contact_rows, fan_room, removal
+from cutwise.process.loops_drives import STANDSTILL
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 
 STATION = (
     "share", "contact", "angle", "removal", "force_x", "force_y", "force_z", "torque", "end_force", "force_xy_peak",
-    "chip_thickness", "over_centre",
+    "chip_thickness", "over_centre", "push_x", "push_y", "push_z",
 )  # fmt: skip
+Progress = Callable[[float], None]
+
 PIECES = 4096  # of contact at one place
 _UPRIGHT = 1e-12
-_AHEAD = 1e-8  # [m] of the start of a segment
+AHEAD = 1e-8  # [m] of the start of a segment
 
 
 class Teeth(NamedTuple):
@@ -46,6 +50,7 @@ class Run(NamedTuple):
     rapid: npt.NDArray[np.bool_]  # of each move
     feed: FloatArray  # [m/s]
     spindle: FloatArray  # [rad/s]
+    speed: FloatArray  # at each station, as the machine plans it [m/s]: it sets what pushes the tool aside
     station: IntArray  # first station of each move, and their number at the end, shape (moves + 1,)
     found: FloatArray  # of each station, columns STATION
     segment: IntArray  # on which each station is
@@ -89,18 +94,20 @@ def _place(solid: Solid, run: Run, move: int, segment: int, share: float) -> Pla
 
 
 @stepping
-def _station(
+def station_at(
     solid: Solid,
     teeth: Teeth,
     run: Run,
     move: int,
     place: Place,
     refine: bool,
+    peak: bool,
+    planned: float,
     fan: Fan,
     rows: FloatArray,
     out: FloatArray,
 ) -> None:
-    """Contact and force at one place into a row of stations."""
+    """Contact and force at one place into a row of stations; ``planned``: the speed there by the machine [m/s]."""
     out[:] = 0.0
     out[0] = place.share
     if place.z >= _highest_near(solid.map, place.x, place.y, teeth.edge.radius):
@@ -127,9 +134,15 @@ def _station(
     mer = teeth.edge.meridian
     force = meridian_force(rows, count, mer, teeth.edge.radius, teeth.mill.flutes, chip, teeth.coefficients)
     out[4], out[5], out[6], out[7], out[8] = force.x, force.y, force.z, force.torque, force.end
-    if refine:
+    if peak:
         out[9] = peak_force(rows, count, mer, teeth.mill, chip, teeth.coefficients)
     out[10] = thickest_chip(rows, count, mer, chip)
+    if planned <= STANDSTILL:
+        return
+    if planned != speed:  # the machine is slower there, and so is the chip
+        slow = Chip(chip.across * planned / speed, chip.along * planned / speed)
+        force = meridian_force(rows, count, mer, teeth.edge.radius, teeth.mill.flutes, slow, teeth.coefficients)
+    out[12], out[13], out[14] = force.x, force.y, force.z
 
 
 @stepping
@@ -149,13 +162,14 @@ def _stations(solid: Solid, teeth: Teeth, run: Run, move: int, refine: bool, fan
             before += run.way[segment]
             segment += 1
         share = 1.0 if n == end - 1 else min((at - before) / run.way[segment], 1.0)
-        share = max(share, min(_AHEAD / run.way[segment], 1.0))  # at its start a rim lies on what it has swept before
+        share = max(share, min(AHEAD / run.way[segment], 1.0))  # at its start a rim lies on what it has swept before
         run.segment[n] = segment
-        _station(solid, teeth, run, move, _place(solid, run, move, segment, share), refine, fan, rows, run.found[n])
+        place = _place(solid, run, move, segment, share)
+        station_at(solid, teeth, run, move, place, refine, refine, run.speed[n], fan, rows, run.found[n])
 
 
 @stepping
-def _overlap(stock: HeightMap, solid: Solid, tools: Cutters, move: int, hit: FloatArray, work: Room) -> None:
+def overlap_along(stock: HeightMap, solid: Solid, tools: Cutters, move: int, hit: FloatArray, work: Room) -> None:
     """What the pieces of a tool table overlap with material along a move."""
     for segment in range(solid.path.first[move], solid.path.first[move + 1]):
         overlap_by(stock, solid.path, tools, segment, hit, work)
@@ -188,10 +202,10 @@ def run_moves(
         if look and not run.rapid[move]:
             _stations(solid, teeth, run, move, refine, fan, rows)
         if run.rapid[move]:
-            _overlap(solid.map, solid, solid.tools, move, run.through[move], work)
+            overlap_along(solid.map, solid, solid.tools, move, run.through[move], work)
         run.taken[move] = cut_by(solid.map, solid.path, solid.tools, move, work)
         if shanks.first[tool + 1] > shanks.first[tool]:
-            _overlap(solid.map, solid, shanks, move, run.hit[move], work)
+            overlap_along(solid.map, solid, shanks, move, run.hit[move], work)
 
 
 @compiled
@@ -201,4 +215,4 @@ def run_into(stock: HeightMap, solid: Solid, tools: Cutters, moves: tuple[int, i
     for move in range(moves[0], moves[1]):
         tool = int(solid.path.row[solid.path.first[move], 1])
         if tools.first[tool + 1] > tools.first[tool]:
-            _overlap(stock, solid, tools, move, hit[move], work)
+            overlap_along(stock, solid, tools, move, hit[move], work)

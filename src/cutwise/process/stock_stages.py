@@ -12,8 +12,10 @@ from cutwise.maths.curves import FloatArray
 from cutwise.maths.height_map import RINGS, cell_middles, in_rows
 from cutwise.maths.map_surface import corner_heights
 from cutwise.process.labels import labelled
-from cutwise.process.stock_deviation import Deviation
-from cutwise.process.stock_milling import StockRunDone, move_time, station_moves, station_places, station_times
+from cutwise.process.stock_deviation import Deviation, Judged
+from cutwise.process.stock_milling import StockRunDone
+from cutwise.process.stock_real import Cut, Real
+from cutwise.process.stock_stations import move_time, station_moves, station_places, station_times
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,13 +25,31 @@ else:
 IntArray = npt.NDArray[np.int64]
 
 
-def stages(done: StockRunDone, off: Deviation | None) -> xr.DataTree:
-    """Stations, moves, the map, faces and samples of the part."""
-    groups = {"motion": _stations(done), "lines": _lines(done, off), "stock": _map(done)}
+def stages(cut: Cut, off: Judged | None) -> xr.DataTree:
+    """Stations, moves, the map, faces and samples of the part; of the ideal surface beside the real one too."""
+    groups = {"motion": _stations(cut.ideal), "lines": _lines(cut, off), "stock": _map(cut.left)}
+    if cut.real is not None:
+        groups["offset"] = _offset(cut.real)
     if off is not None:
-        groups |= {"surface": _samples(done, off), "faces": _faces(off)}
-        groups["surface"].attrs["tolerance"] = off.tolerance or 0.0
+        groups |= {"surface": _samples(cut.left, off.left), "faces": _faces(off.left)}
+        groups["surface"].attrs["tolerance"] = off.left.tolerance or 0.0
+        if off.ideal is not None:
+            groups["surface_ideal"] = _samples(cut.ideal, off.ideal)
+            groups["surface_ideal"].attrs["tolerance"] = off.ideal.tolerance or 0.0
     return xr.DataTree.from_dict(groups)
+
+
+def _offset(real: Real) -> xr.Dataset:
+    """Where the tool stands beside its planned path, at the start of each piece."""
+    moves = real.done.moves
+    row = ("piece", np.arange(len(moves.way)), "1", "piece of the path")
+    line = np.repeat(moves.line, np.diff(moves.path.first))
+    return labelled(row, {
+        "along": (moves.along[:, 0], "m", "place on the planned path"),
+        "line": (line, "1", "line of the program"),
+        "offset": (real.off[:, 0], "m", "tool less its planned place"),
+        "offset_known": (real.known[:, 0], "m", "part of it by drives and the sag of an arm"),
+    }, axis=["x", "y", "z"])  # fmt: skip
 
 
 def _stations(done: StockRunDone) -> xr.Dataset:
@@ -52,8 +72,9 @@ def _stations(done: StockRunDone) -> xr.Dataset:
     }, axis=["x", "y", "z"])  # fmt: skip
 
 
-def _lines(done: StockRunDone, off: Deviation | None) -> xr.Dataset:
+def _lines(cut: Cut, off: Judged | None) -> xr.Dataset:
     """Moves with their lines: load, volume, events and the extremes of the deviation that they made."""
+    done = cut.ideal
     moves, count = done.moves, done.moves.count
     station = done.run.station
     numbers = np.array(done.planned.tools.numbers or (0,))
@@ -88,7 +109,7 @@ def _lines(done: StockRunDone, off: Deviation | None) -> xr.Dataset:
         "how deep shank, holder or fixture overlap",
     )
     if off is not None:
-        low, high = _made(done, off)
+        low, high = _made(cut, off.left)
         found["deviation_min"] = (low, "m", "least deviation of the surface that it made")
         found["deviation_max"] = (high, "m", "largest deviation of the surface that it made, positive: material left")
     return labelled(("move", np.arange(count), "1", "move"), found)
@@ -103,10 +124,12 @@ def _largest(values: FloatArray, first: IntArray) -> FloatArray:
     return out
 
 
-def _made(done: StockRunDone, off: Deviation) -> tuple[FloatArray, FloatArray]:
-    low, high = np.full(done.moves.count, np.nan), np.full(done.moves.count, np.nan)
+def _made(cut: Cut, off: Deviation) -> tuple[FloatArray, FloatArray]:
+    moves = cut.ideal.moves
+    low, high = np.full(moves.count, np.nan), np.full(moves.count, np.nan)
     made = off.judged_samples & (off.segment >= 0)
-    move = np.searchsorted(done.moves.path.first, off.segment[made], side="right") - 1
+    middle = cut.left.moves.along.mean(axis=1)[off.segment[made]]  # pieces of a moved tool have moves of their own
+    move = np.searchsorted(moves.along[moves.path.first[:-1], 0], middle, side="right") - 1
     np.fmin.at(low, move, off.value[made])
     np.fmax.at(high, move, off.value[made])
     return low, high

@@ -7,7 +7,8 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field
 
 from cutwise import units
-from cutwise.spec.base import Angle, Count, Length, Notice, Spec, Usual
+from cutwise.spec.base import Angle, Count, Length, Notice, Spec, Stiffness, Usual
+from cutwise.spec.tool import ToolMode, bends_twice
 
 Shape = Literal["flat", "ball", "bull_nose", "taper", "ball_taper", "drill", "chamfer"]
 
@@ -82,6 +83,14 @@ class Cutter(Spec):
         default=None, description="radius inside which bottom edges do not cut (0 mm: they cut over the centre); left out: the "
         "bottom of a flat tip has no force", examples=["0 mm"], ge=0,
     )  # fmt: skip
+    stiffness: Annotated[Stiffness, Usual("0.1 N/um", "100 N/um")] | None = Field(
+        default=None, description="static stiffness of the tool at its tip across its axis; left out: rigid",
+        examples=["5 N/um"], gt=0,
+    )  # fmt: skip
+    modes: tuple[ToolMode, ...] = Field(
+        default=(), description="vibration modes of the tool tip, which count at rest: F/k",
+        examples=["[{direction: y, frequency: 1020 Hz, damping: 0.035, stiffness: 20 N/um}]"],
+    )  # fmt: skip
     holder: tuple[tuple[Length, Length], ...] = Field(
         default=(), description="outline of the holder, from below: pairs of height above the tip and diameter",
         examples=["[[45 mm, 20 mm], [70 mm, 40 mm]]"],
@@ -98,6 +107,7 @@ class Cutter(Spec):
                 others = ", ".join(shape for shape, (a, b) in _OF_SHAPE.items() if key in (*a, *b))
                 yield Notice((key,), f"does not belong to shape {self.shape}; it is for {others}")
         yield from self._size_faults()
+        yield from bends_twice(self)
         heights = [height for height, _ in self.holder]
         if heights != sorted(heights):
             yield Notice(("holder",), "goes down again: write its points from below, by height above the tip")

@@ -10,7 +10,8 @@ from cutwise import units
 from cutwise.spec import needs
 from cutwise.spec.base import Notice
 from cutwise.spec.carrier import CarryingRobot, PartPath, Standing, limited_feed
-from cutwise.spec.chained import ONE_CARRIER, block_faults, tip_faults, what_yields_alone
+from cutwise.spec.cell import ONE_CARRIER
+from cutwise.spec.chained import block_faults, tip_faults, what_yields_alone
 from cutwise.spec.material import Material
 from cutwise.spec.measures import DEBURRING
 from cutwise.spec.milling_machine import ToolMachine, bodies_of, drives_of

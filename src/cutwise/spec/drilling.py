@@ -23,7 +23,8 @@ from cutwise.spec.base import (
     Time,
     Usual,
 )
-from cutwise.spec.chained import ONE_CARRIER, CarryingMachine, block_faults, tip_faults, what_yields_alone
+from cutwise.spec.cell import ONE_CARRIER, REFUSED
+from cutwise.spec.chained import CarryingMachine, block_faults, tip_faults, what_yields_alone
 from cutwise.spec.measures import DRILLING
 from cutwise.spec.needs import Needs
 from cutwise.spec.part_block import PartBlock
@@ -35,7 +36,8 @@ class Drill(LibrarySpec):
     """A twist drill with two lips."""
 
     refused: ClassVar[Mapping[str, str]] = {
-        "modes": "bending modes of a free drill do not hold once the hole guides it: leave them out",
+        "modes": REFUSED["drill", "tip_modes"],
+        "stiffness": REFUSED["drill", "tip"],
     }
 
     library_shelf: ClassVar[str] = "drills"
@@ -250,17 +252,13 @@ class DrillingNumerics(Spec):
 class DrillingMachine(CarryingMachine):
     """A machine tool that drills, as a chain of bodies that yield."""
 
-    refused: ClassVar[Mapping[str, str]] = {
-        "drives": "drives hold still while a drill feeds along z: leave them out",
-    }
+    refused: ClassVar[Mapping[str, str]] = {"drives": REFUSED["drill", "drives"]}
 
 
 class DrillingScenario(Scenario):
     """Drilling a plate with a robot (Garnier, Subrin, Waiyagan 2017), or on a machine tool."""
 
-    refused: ClassVar[Mapping[str, str]] = {
-        "spindle": "a spindle tilting on pistons cannot guide a drill: leave it out",
-    }
+    refused: ClassVar[Mapping[str, str]] = {"spindle": REFUSED["drill", "pistons"]}
     measures: ClassVar[Mapping[str, MeasureSpec]] = DRILLING
     needs: ClassVar[Needs] = needs.DRILLING
     starts: ClassVar[Mapping[str, str]] = {
@@ -309,6 +307,13 @@ class DrillingScenario(Scenario):
         """The position of the hole, with the error of the arm itself where that is known."""
         own = None if self.robot is None else self.robot.accuracy
         return "hole_position_error_exit" if own is None else "hole_position_error_total"
+
+    def caveat(self, measure: str) -> str:
+        """Positions of a robot whose chain nobody has measured hold what it yields by, and no more."""
+        unmeasured = self.robot is not None and self.robot.errors is None
+        if unmeasured and measure in ("hole_position_error_entry", "hole_position_error_exit"):
+            return "compliance only; an uncalibrated arm is off by tenths of a millimetre"
+        return ""
 
     def checks(self) -> Iterator[Iterator[Notice]]:
         """The drill in its plate; what carries it."""

@@ -22,7 +22,7 @@ from cutwise.spec.base import (
     Usual,
 )
 from cutwise.spec.carrier import CarryingRobot, Standing
-from cutwise.spec.chained import ONE_CARRIER
+from cutwise.spec.cell import ONE_CARRIER, REFUSED
 from cutwise.spec.faults import Path
 from cutwise.spec.geometry_errors import LINEAR_AXES, ROTARY_AXES, SQUARENESS, GeometryErrors
 from cutwise.spec.machine import Joint, Machine, Place, gantry, merged_errors, stiffnesses
@@ -142,15 +142,13 @@ class Volume(Spec):
 class StillMachine(Machine):
     """A machine tool whose pass is looked at at rest."""
 
-    refused: ClassVar[Mapping[str, str]] = {"drives": "drives need time stepping; use process: mill"}
+    refused: ClassVar[Mapping[str, str]] = {"drives": REFUSED["machine", "drives"]}
 
 
 class MachineScenario(Scenario):
     """Error budget of a machine tool along a pass, and its volumetric error (Demeč and Madáč; ISO 230)."""
 
-    refused: ClassVar[Mapping[str, str]] = {
-        "spindle": "pistons remember how they were loaded, machine is still; use process: deburr or mill",
-    }
+    refused: ClassVar[Mapping[str, str]] = {"spindle": REFUSED["machine", "pistons"]}
     measures: ClassVar[Mapping[str, MeasureSpec]] = MACHINE
     needs: ClassVar[Needs] = needs.MACHINE
     either: ClassVar[tuple[tuple[str, ...], ...]] = (("path",), ("program",))

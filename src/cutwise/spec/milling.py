@@ -32,7 +32,7 @@ from cutwise.spec.milled_path import MilledPath, machine_faults
 from cutwise.spec.milling_machine import MillingLoad, MillingMachine, ToolMachine, drives_key, drives_of
 from cutwise.spec.needs import Needs
 from cutwise.spec.part_block import PartBlock, PartSpring
-from cutwise.spec.program import Blend, PathMode, Program, StockBlock
+from cutwise.spec.program import Blend, MilledProgram, PathMode, StockBlock
 from cutwise.spec.scenario import Limit, MeasureSpec, Scenario
 from cutwise.spec.spindle import CompliantSpindle, Spindle
 from cutwise.spec.stock import AnyFixture, AnyPart, AnyStock, NominalPart, StockNumerics
@@ -265,7 +265,7 @@ class MillingScenario(Scenario):
     robot: CarryingRobot | None = Field(
         default=None, description="the robot that carries the mill instead of a machine"
     )
-    program: Program | None = Field(default=None, description="an NC program (or give path)")
+    program: MilledProgram | None = Field(default=None, description="an NC program (or give path)")
     stock: AnyStock | None = Field(
         default=None,
         description="what a program cuts, a block, a cylinder, a file or what an earlier run left: contact then follows from what "
@@ -386,8 +386,8 @@ class MillingScenario(Scenario):
             return self.requirements
         implied = {"deviation_min": Limit(min=-tolerance), "deviation_max": Limit(max=tolerance)}
         return {
-            **{name: limit for name, limit in implied.items() if name not in self.requirements},
             **self.requirements,
+            **{name: limit for name, limit in implied.items() if name not in self.requirements},
         }
 
     @property

@@ -81,6 +81,8 @@ MILLING: Needs = {
         ("part.file or part.step",),
     ),
     "fraction_in_tolerance": ("part.tolerance",),
+    "deviation_*_ideal": ("part.file or part.step",),
+    "tool_offset_*": ("stock", "program"),
     "cycle_time_ideal": ("no robot",),
     "stops": ("no robot",),
     "stable_depth_straight": ("tool.modes",),

@@ -160,6 +160,10 @@ class StockNumerics(Spec):
         default="refined", description="contact along the program: none (the surface alone), coarse (to 5.6°), refined (exact)",
         examples=["refined"],
     )  # fmt: skip
+    sweep: Literal["real", "ideal"] = Field(
+        default="real", description="which way of the tool makes the surface: real (as drives, the bending of the tool, bodies of "
+        "the machine and a robot have it, where there are any) or ideal (as planned)", examples=["real"],
+    )  # fmt: skip
     elements: Annotated[Count, Usual(4, 100)] = Field(
         default=12, description="elements of the cutting edges below the cylinder", examples=[12], ge=1, le=1000
     )

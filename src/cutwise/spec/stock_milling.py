@@ -6,7 +6,9 @@ from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
 from cutwise.spec.base import Notice
-from cutwise.spec.drives import CncMachine
+from cutwise.spec.cell import ONE_CARRIER
+from cutwise.spec.chained import tip_faults
+from cutwise.spec.milling_machine import MillingMachine, drives_of
 
 if TYPE_CHECKING:
     from cutwise.spec.milling import MillingScenario
@@ -14,18 +16,21 @@ if TYPE_CHECKING:
 
 def _carrier_faults(scenario: MillingScenario) -> Iterator[Notice]:
     """What cannot carry a tool through a stock in 3D."""
-    if scenario.robot is not None:
-        yield Notice(("robot",), "a stock in 3D is cut by a program on a machine; leave the robot out")
+    if scenario.robot is not None and scenario.machine is not None:
+        yield Notice(("robot",), ONE_CARRIER)
+    if scenario.robot is not None and scenario.robot.redundancy_angle == "along_path":
+        yield Notice(("robot", "redundancy_angle"), "along_path turns the tool on the way; along a program it keeps one angle: "
+                     "write best_constant, or an angle")  # fmt: skip
+    if isinstance(scenario.machine, MillingMachine):
+        yield from tip_faults(scenario.machine)
     if scenario.compliant is not None:
         yield Notice(
             ("spindle",),
             "a compliant spindle yields along a straight wall (path.line); in a stock in 3D nothing yields",
         )
-    if scenario.placement is not None:
-        yield Notice(("placement",), "places a part before a robot; the nominal part has part.origin and part.rotation")
-    if scenario.machine is not None and not isinstance(scenario.machine, CncMachine):
-        yield Notice(("machine",), "bodies of a machine yield along a straight wall (path.line); in a stock in 3D a machine has "
-                     "limits of its motion alone: machine: {library: fadal2216}")  # fmt: skip
+    if scenario.placement is not None and scenario.robot is None and not isinstance(scenario.machine, MillingMachine):
+        yield Notice(("placement",), "places a program before a robot, or on a machine with bodies; the nominal part has "
+                     "part.origin and part.rotation")  # fmt: skip
 
 
 def _program_faults(scenario: MillingScenario) -> Iterator[Notice]:
@@ -33,6 +38,10 @@ def _program_faults(scenario: MillingScenario) -> Iterator[Notice]:
         yield Notice(("path",), "a stock in 3D is cut by a program: write program instead of path")
     if scenario.program is None:
         yield Notice(("program",), "missing; a stock in 3D is cut by a program, for example program: part.nc")
+    elif scenario.program.wanted is not None:
+        yield Notice(
+            ("program", "wanted"), "is the path before a correction for drives; a stock in 3D is cut without drives"
+        )
 
 
 def _stock_faults(scenario: MillingScenario) -> Iterator[Notice]:
@@ -81,9 +90,6 @@ def _tool_faults(scenario: MillingScenario) -> Iterator[Notice]:
     if not scenario.tools and scenario.tool is None:
         yield Notice(("tools",), "missing; write the tools that the program calls, for example tools: [{number: 1, shape: flat, "
                      "diameter: 10 mm, flutes: 3, helix: 30 deg}]")  # fmt: skip
-    for key in ("modes", "stiffness"):
-        if scenario.tool is not None and getattr(scenario.tool, key):
-            yield Notice(("tool", key), "a tool that bends or swings is not covered in a stock in 3D; leave it out")
     numbers = [tool.number for tool in scenario.tools]
     for number in sorted({n for n in numbers if numbers.count(n) > 1}):
         yield Notice(("tools",), f"tool {number} is there twice")
@@ -97,19 +103,18 @@ STOCK_CHECKS: tuple[Callable[[MillingScenario], Iterator[Notice]], ...] = (
 
 def stock_unused(scenario: MillingScenario) -> Iterator[Notice]:
     """Keys that turn nothing where the stock is in 3D."""
-    map_alone = "a stock in 3D is cut along the planned path: drives are not stepped"
+    map_alone = "a stock in 3D is cut move by move"
     yield Notice(("operation", "lead_in_time"), map_alone)
-    for key in ("substeps", "force", "discs", "settling_time", "station", "time_step"):
-        yield Notice(("numerics", key), map_alone + (" (numerics.stock.station)" if key == "station" else ""))
+    yield Notice(("numerics", "force"), "drives and structures feel the mean force of the cut in a stock in 3D")
+    yield Notice(("numerics", "discs"), "contact in a stock in 3D has elements (numerics.stock.elements)")
+    yield Notice(("numerics", "settling_time"), "how drives settle behind the end is not looked at in a stock in 3D")
+    yield Notice(("numerics", "station"), map_alone + " (numerics.stock.station)")
+    yield from _ideal_unused(scenario)
     yield Notice(("stability",), "chatter is not looked at in a stock in 3D")
     yield Notice(("lobes",), "chatter is not looked at in a stock in 3D")
     yield Notice(("load",), "nothing yields in a stock in 3D")
     yield Notice(("program", "top"), "the stock has its own top")
     yield Notice(("material", "group"), "deburring alone holds its cutting speed against that of the group")
-    yield Notice(("machine", "reading"), map_alone)
-    yield Notice(("machine", "control"), map_alone)
-    for axis in "xyz":
-        yield Notice(("machine", axis), map_alone)
     if scenario.tool is not None:
         for key in ("runout", "runout_angle"):
             yield Notice(("tool", key), "the teeth of a tool are alike in a stock in 3D")
@@ -117,6 +122,41 @@ def stock_unused(scenario: MillingScenario) -> Iterator[Notice]:
         yield Notice(("material",), "without engagement there are no forces (numerics.stock.engagement: none)")
         for key in ("elements", "station"):
             yield Notice(("numerics", "stock", key), "there is no engagement (numerics.stock.engagement: none)")
+
+
+def _ideal_unused(scenario: MillingScenario) -> Iterator[Notice]:
+    """What counts only where the real way of the tool is swept."""
+    drives = drives_of(scenario.machine)
+    ideal = scenario.numerics.stock.sweep == "ideal"
+    why = "the planned path is swept (numerics.stock.sweep: ideal)"
+    if drives is None or ideal:
+        for key in ("substeps", "time_step"):
+            yield Notice(("numerics", key), why if ideal else "there are no feed drives")
+    modes = [(("tool",), scenario.tool)] if scenario.tool is not None else []
+    modes += [(("tools", place), tool) for place, tool in enumerate(scenario.tools)]  # type: ignore[misc]
+    for path, tool in modes:
+        for place in range(len(tool.modes)):
+            for key in ("frequency", "damping"):
+                yield Notice((*path, "modes", place, key), "modes count by their stiffness in a stock in 3D")
+        if ideal or scenario.material is None or scenario.numerics.stock.engagement == "none":
+            for key in ("modes", "stiffness"):
+                yield Notice((*path, key), why if ideal else "nothing pushes the tool: there are no forces")
+    if scenario.robot is not None:
+        for key in ("dynamics", "modal_mass", "damping", "joint_speed", "joint_acceleration"):
+            yield Notice(
+                ("robot", key), "an arm yields at rest along a program, its joints are not held against their speeds"
+            )
+    if not ideal:
+        return
+    if drives is not None:
+        at = ("machine", "drives") if isinstance(scenario.machine, MillingMachine) else ("machine",)
+        for key in ("reading", "control", *"xyz"):
+            yield Notice((*at, key), why)
+    if isinstance(scenario.machine, MillingMachine):
+        for key in ("chain", "tip", "gravity"):
+            yield Notice(("machine", key), why)
+    for key in ("robot", "placement"):
+        yield Notice((key,), why)
 
 
 def stock_notices(scenario: MillingScenario) -> Iterator[Notice]:

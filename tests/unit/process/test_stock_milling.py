@@ -14,10 +14,10 @@ from cutwise.io.solid_files import closed
 from cutwise.io.stl import stl_bytes
 from cutwise.physics.engagement.path_sweep import swept_path
 from cutwise.physics.engagement.stock import contact_patches, immersion
-from cutwise.process import stock_deviation, stock_findings, stock_measures, stock_milling
+from cutwise.process import stock_deviation, stock_findings, stock_measures, stock_milling, stock_stations
 from cutwise.process.recipes import prepare, simulate
 from cutwise.process.stock_loop import PIECES, STATION
-from cutwise.process.stock_milling import _all_contact
+from cutwise.process.stock_milling import all_contact
 from cutwise.process.stock_moves import stock_of
 from cutwise.results import SolverFailure
 from cutwise.spec.faults import ScenarioFault
@@ -141,7 +141,7 @@ def test_flat_mills_at_levels_agree_with_the_exact_arcs():
     curve = done.planned.path.curve
     block = done.moves.block[segment]
     way = curve.knots[block] + share * curve.length[block]
-    point = stock_milling.station_places(done)[level]
+    point = stock_stations.station_places(done)[level]
     row = done.moves.path.row[segment]
     angle = row[:, 13] + share * row[:, 14] + np.copysign(math.pi / 2, row[:, 14])
     heading = np.where(row[:, 0] == 0.0, np.arctan2(row[:, 6], row[:, 5]), angle)
@@ -158,8 +158,8 @@ def test_contact_balances_what_the_map_loses():
     errors = []
     for elements, grid in ((10, 0.3), (40, 0.1)):
         _, done = ran(program, tool, f"numerics: {{stock: {{grid: {grid} mm, elements: {elements}, station: 0.2 mm}}}}")
-        rate, where = done.stations("removal"), stock_milling.station_places(done)
-        move = stock_milling.station_moves(done)
+        rate, where = done.stations("removal"), stock_stations.station_places(done)
+        move = stock_stations.station_moves(done)
         step = np.linalg.norm(np.diff(where, axis=0), axis=1) * (np.diff(move) == 0)
         errors.append(float((0.5 * (rate[1:] + rate[:-1]) * step).sum() / done.volume.sum() - 1.0))
     assert abs(errors[0]) < 0.01
@@ -171,14 +171,14 @@ def test_torque_times_speed_is_the_removal_and_the_edges():
     _, done = ran(program, "{number: 1, shape: ball, diameter: 6 mm, flutes: 2, helix: 30 deg}",
                   "material: {K_tc: 800 N/mm^2, K_rc: 200 N/mm^2, K_te: 0 N/mm, K_re: 0 N/mm}")  # fmt: skip
     power = done.stations("torque") * 8000 * 2 * math.pi / 60
-    removal = done.stations("removal") * done.moves.feed[stock_milling.station_moves(done)]
+    removal = done.stations("removal") * done.moves.feed[stock_stations.station_moves(done)]
     assert power.max() > 1.0
     assert power == pytest.approx(800e6 * removal, rel=1e-6, abs=1e-9)
 
 
 def test_worked_example_h_a_shank_in_a_slot():
     _, done = ran("G21 G90 T1 M6\nG0 X-10 Y0 Z5\nG0 Z-10\nG1 X50 F600\n")
-    found = [event for event in stock_milling.events(done) if event.kind == "shank"]
+    found = [event for event in stock_stations.events(done) if event.kind == "shank"]
     assert [event.line for event in found] == [4]
     assert 1e3 * found[0].depth == pytest.approx(4.0, abs=1e-6)
     assert 1e9 * found[0].volume == pytest.approx(8 * 40, rel=0.08)
@@ -190,7 +190,7 @@ def test_rapids_starts_fixtures_and_bottoms_are_told():
         "[-3 mm, 3 mm], z: [-20 mm, 3 mm]}]",
     )  # fmt: skip
     told = " | ".join(stock_findings.warnings(given, done, None))
-    kinds = {(event.kind, event.line) for event in stock_milling.events(done)}
+    kinds = {(event.kind, event.line) for event in stock_stations.events(done)}
     assert ("rapid", 3) in kinds
     assert ("fixture", 4) in kinds
     assert ("rapid", 2) not in kinds
@@ -206,7 +206,7 @@ def test_rapids_starts_fixtures_and_bottoms_are_told():
 def test_a_tool_that_does_not_cut_over_centre_is_told():
     core = FLAT.replace("}", ", end_core: 1 mm}")
     _, done = ran("G21 G90 T1 M6\nG0 X20 Y0 Z5\nG1 Z-3 F600\n", core)
-    assert [(event.kind, event.line) for event in stock_milling.events(done)] == [("core", 3)]
+    assert [(event.kind, event.line) for event in stock_stations.events(done)] == [("core", 3)]
 
 
 def test_a_program_that_misses_is_told_with_both_extents():
@@ -287,7 +287,7 @@ def test_cutter_compensation_takes_the_diameter_of_the_tool(entry):
 
 def test_a_contact_in_more_pieces_than_there_is_room_for_is_no_result():
     found = np.zeros((3, len(STATION)))
-    _all_contact(SimpleNamespace(found=found))
+    all_contact(SimpleNamespace(found=found))
     found[1, STATION.index("contact")] = PIECES
     with pytest.raises(SolverFailure, match="1 stations is in more than 4096 pieces"):
-        _all_contact(SimpleNamespace(found=found))
+        all_contact(SimpleNamespace(found=found))

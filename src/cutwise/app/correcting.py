@@ -1,0 +1,124 @@
+"""``cutwise correct``: the program that keeps the limits, and the proof."""
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from cutwise.app import outputs
+from cutwise.app.exits import OK, REQUIREMENT_FAILED, refuse
+from cutwise.app.options import SET, ScenarioFile
+from cutwise.app.options import Overrides as Settings
+from cutwise.disk import write_text
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from cutwise.study.correct.outcome import Corrected
+
+_LISTED = 8  # changes that are shown one by one
+
+
+def correct(
+    file: ScenarioFile,
+    overrides: Settings = None,
+    objective: Annotated[str | None, typer.Option("--objective", metavar="time|error|cost", help="what is made least")] = None,
+    change: Annotated[str | None, typer.Option("--change", metavar="LIST", help="what may be changed: feed,speed,...")] = None,
+    output: Annotated[Path | None, typer.Option("-o", "--output", metavar="OUT", help="write the new program")] = None,
+    form: Annotated[
+        str, typer.Option("--format", metavar="FORMAT", help="language of the new program: rs274 (its own)")
+    ] = "rs274",
+    draws: Annotated[str | None, typer.Option("--draws", metavar="N", help="draws of what is uncertain")] = None,
+    ranges: Annotated[
+        list[str] | None, typer.Option("--range", metavar="KEY=LO..HI", help="how far a setting may be turned; repeatable")
+    ] = None,
+    unroll: Annotated[bool, typer.Option("--unroll", help="write out lines that run several times, where that gains")] = False,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="say what would be changed, and write nothing")] = False,
+    force: Annotated[bool, typer.Option("--force", help="write the best program although it misses a limit")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="print one JSON object (SI) and nothing else")] = False,
+) -> None:  # fmt: skip
+    """Change feeds, speeds or coordinates so that limits are kept and time is least; proved by another simulation."""
+    from cutwise.app.console import Console
+    from cutwise.io.scenario import load
+    from cutwise.study.correct.entry import correct as corrected
+    from cutwise.study.correct.table import FORMATS
+
+    if form != "rs274" and form not in FORMATS:
+        refuse(f"--format {form}: is not there yet; there are {', '.join(['rs274', *FORMATS])}")
+    settings = [*(overrides or ()), *_settings(objective, change, draws, ranges or ())]
+    scenario = load(file, settings, named=SET)
+    outputs.checked([output], [file, *scenario.files])
+    console = Console()
+    with console.progress(f"correct {scenario.name}") as progress:
+        found = corrected(scenario, unroll=unroll, progress=progress)
+    files: dict[str, str] = {}
+    if output is not None and not dry_run and (found.good or force):
+        files["program"] = str(write_text(output, written(found, form)))
+    if as_json:
+        import json
+
+        print(json.dumps(found.as_json(files), allow_nan=False))
+    else:
+        for line in shown(found):
+            console.line(line)
+        for kind, path in files.items():
+            console.line(f"{kind}: {path}")
+        if "program" not in files and not dry_run:
+            why = "-o FILE writes the new program" if output is None else "--force writes it all the same"
+            print(f"no program written; {why}", file=sys.stderr)
+    raise typer.Exit(OK if found.good else REQUIREMENT_FAILED)
+
+
+def _settings(
+    objective: str | None, change: str | None, draws: str | None, ranges: list[str] | tuple[str, ...]
+) -> "Iterator[str]":
+    """Options of the command line as keys of the section."""
+    if objective is not None:
+        yield f"correct.objective={objective}"
+    if change is not None:
+        yield f"correct.change=[{change}]"
+    if draws is not None:
+        yield f"correct.draws={draws}"
+    spans = []
+    for text in ranges:
+        key, sign, span = text.partition("=")
+        low, dots, high = (part.strip() for part in span.partition(".."))
+        if not sign or not dots:
+            refuse(f"--range {text}: is not of the form dotted.key=low..high")
+        spans.append(f"{key.strip()}: ['{low}', '{high}']")
+    if spans:
+        yield f"correct.ranges={{{', '.join(spans)}}}"
+
+
+def written(found: "Corrected", form: str) -> str:
+    """The new program in a language; one that misses a limit says so in its first comment."""
+    from importlib import import_module
+
+    from cutwise.study.correct.table import FORMATS
+
+    text = found.program
+    if form != "rs274":
+        module, _, name = FORMATS[form].partition(":")
+        text = getattr(import_module(module), name)(found)
+    return text
+
+
+def shown(found: "Corrected") -> "Iterator[str]":
+    """A correction as text: before and after, what was changed and why, and what is missed."""
+    from cutwise import units
+
+    rows = [("", "before", "after")]
+    for name, after in found.measures.items():
+        if name.endswith("_after") and (before := found.measures.get(f"{name[:-6]}_before")) is not None:
+            rows.append((name[:-6], *(units.show(one.value, one.dimension, 5) for one in (before, after))))
+    wide = [max(len(row[k]) for row in rows) for k in range(3)]
+    yield from ("  ".join(f"{cell:<{width}}" for cell, width in zip(row, wide, strict=True)).rstrip() for row in rows)
+    for name, one in found.measures.items():
+        if not name.endswith(("_after", "_before")):
+            yield f"{name}: {units.show(one.value, one.dimension, 4)}"
+    yield from (str(change) for change in found.changes[:_LISTED])
+    if len(found.changes) > _LISTED:
+        yield f"and {len(found.changes) - _LISTED} more changes"
+    yield from found.told
+    yield from (f"not good enough: {text}" for text in found.reasons)

@@ -1,0 +1,33 @@
+"""Which function corrects what: the one table. A new correction is a row here, a module beside this one, and its keys in
+:data:`cutwise.spec.correct.KEYS`."""
+
+from collections.abc import Callable, Mapping
+from importlib import import_module
+
+from cutwise.study.correct.outcome import Proposal, Task
+
+Corrects = Callable[[Task], Proposal]
+
+CORRECTIONS: Mapping[tuple[str, str], str] = {}
+"""(process, change): ``module:function``; what is asked for together is done in this order."""
+
+OBJECTIVES: frozenset[str] = frozenset({"time"})
+"""What can be made least."""
+
+FORMATS: Mapping[str, str] = {}
+"""Writers beside that of the program's own language (rs274): ``module:function`` from a Corrected to a text."""
+
+
+def found(process: str, change: str) -> Corrects | None:
+    """The function of a row; None if there is none."""
+    row = CORRECTIONS.get((process, change))
+    if row is None:
+        return None
+    module, _, name = row.partition(":")
+    function: Corrects = getattr(import_module(module), name)
+    return function
+
+
+def changes_of(process: str) -> tuple[str, ...]:
+    """What can be changed of a process, in the order in which it is done."""
+    return tuple(change for kind, change in CORRECTIONS if kind == process)
