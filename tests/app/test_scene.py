@@ -15,7 +15,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.viewed import header_of, read
+from app.view_file import header_of, read
 from cutwise.app.embedded import embedded, static
 from cutwise.app.report import render
 from cutwise.app.scene import colours, rows
