@@ -28,17 +28,20 @@ export class App {
   private coloured: string;
   private fixed: [number, number, number] | null = null;
 
-  constructor(readonly run: Run, readonly root: HTMLElement, private readonly change: Change | null) {
+  /** `other`: the run that this one is held against; `before`: what was shown, whose place and view are kept. */
+  constructor(readonly run: Run, readonly root: HTMLElement, private readonly change: Change | null, private readonly other: Run | null, before: App | null) {
     const { header } = run;
     this.coloured = header.colour.first;
     this.legend = new Legend(run);
     this.slider = el("input", { type: "range", min: "0", max: String(run.count - 1), value: "0", class: "cw-slider", "aria-label": header.clock.is === "time" ? "time" : "way along the path", input: () => this.goto(Number(this.slider.value)) });
-    this.plots = new Plots(run, (sample) => this.goto(sample));
+    this.plots = new Plots(run, other, (sample) => this.goto(sample));
     this.program = header.program ? new ProgramPane(run, (line) => this.gotoLine(line)) : null;
     this.view = this.open();
     this.stage = el("div", { class: "cw-stage" }, this.view ? this.canvas : this.without3d(), this.view ? this.tools() : null, this.legend.element, this.said);
     root.classList.add("cw");
+    const active = document.activeElement; // the panel moves to the new page, and who is typing in it types on
     replace(root, this.heading(), el("div", { class: "cw-body" }, this.stage, this.side()), this.timeline(), this.plots.element);
+    if (active instanceof HTMLElement && change?.element.contains(active)) active.focus();
     this.listen();
     this.view?.colour(this.coloured);
     this.legend.show(this.coloured);
@@ -46,6 +49,13 @@ export class App {
     new ResizeObserver(size).observe(this.stage);
     size();
     this.view?.look("iso");
+    if (before) {
+      if (before.view && this.view) this.view.standAt(before.view.stand);
+      before.leave();
+      if (run.histories.has(before.coloured)) this.colourBy(before.coloured);
+      this.goto(run.sampleAt(before.run.clock[before.sample]));
+      return;
+    }
     const { sample, colour } = this.fromAddress();
     if (colour && run.histories.has(colour)) this.colourBy(colour);
     this.goto(sample ?? run.header.worst[0]?.sample ?? 0, false);
@@ -53,7 +63,7 @@ export class App {
 
   private open(): View3D | null {
     try {
-      return new View3D(this.run, this.canvas);
+      return new View3D(this.run, this.other, this.canvas);
     } catch (error) {
       console.info(`no 3D: ${String(error)}`);
       return null;
@@ -66,6 +76,7 @@ export class App {
 
   private heading(): HTMLElement {
     const { header } = this.run;
+    const was = new Map(this.other?.header.requirements.map((one) => [one.measure, one.text]));
     const tiles = header.requirements.map((one) => {
       const state = one.pass === null ? "none" : one.pass ? "pass" : "fail";
       return el(
@@ -74,6 +85,7 @@ export class App {
         el("b", {}, one.title),
         el("small", {}, one.measure),
         el("span", { class: "cw-value" }, one.text, one.asked ? el("span", { class: "cw-asked" }, ` ${one.asked}`) : null),
+        this.other && was.has(one.measure) ? el("small", {}, `${this.heldAgainst}: ${was.get(one.measure)}`) : null,
         el("span", { class: "cw-hidden" }, one.pass === null ? "" : one.pass ? "met" : "not met"),
       );
     });
@@ -83,6 +95,10 @@ export class App {
       el("div", { class: "cw-name" }, el("h2", {}, header.name), el("span", { class: `cw-verdict cw-${header.verdict}`, "aria-live": "polite", title: header.verdict_text }, WORDS[header.verdict]), el("p", {}, header.verdict_text.replace(/^(PASS|FAIL)[:,] ?/, ""))),
       el("div", { class: "cw-tiles" }, ...tiles),
     );
+  }
+
+  private get heldAgainst(): string {
+    return this.other && this.other.header.name !== this.run.header.name ? this.other.header.name : "before";
   }
 
   private tools(): HTMLElement {
@@ -180,11 +196,14 @@ export class App {
       const [r, g, b] = this.run.colour(one.choice, one.values[this.sample]);
       const spot = el("i", { class: "cw-spot" });
       spot.style.background = `rgb(${r},${g},${b})`;
-      return el("tr", {}, el("th", { scope: "row" }, spot, one.choice.title), el("td", {}, this.run.valueText(one, this.sample)));
+      const old = this.other?.histories.get(one.name);
+      const then = old && this.other ? el("td", { class: "cw-was" }, this.other.valueText(old, this.other.sampleAt(this.run.clock[this.sample]))) : null;
+      return el("tr", {}, el("th", { scope: "row" }, spot, one.choice.title), el("td", {}, this.run.valueText(one, this.sample)), then);
     });
+    const head = this.other ? el("thead", {}, el("tr", {}, el("th", { scope: "col" }), el("th", { scope: "col" }, "now"), el("th", { scope: "col" }, this.heldAgainst))) : null;
     const place = this.run.at(this.sample).map((v) => v.toFixed(2)).join(", ");
     const where = el("tr", {}, el("th", { scope: "row" }, el("i", { class: "cw-spot cw-none" }), "tool"), el("td", {}, `${place} ${this.run.header.scene.unit}`));
-    replace(this.readings, el("table", {}, el("tbody", {}, where, ...rows)));
+    replace(this.readings, el("table", {}, head, el("tbody", {}, where, ...rows)));
   }
 
   play(on: boolean): void {
@@ -231,7 +250,7 @@ export class App {
   }
 
   private listen(): void {
-    this.root.addEventListener("keydown", (event) => this.key(event));
+    this.root.addEventListener("keydown", this.onKey);
     this.canvas.addEventListener("lost", () => {
       this.said.textContent = "The picture was taken away by the browser: click to show it again.";
       this.said.addEventListener("click", () => location.reload(), { once: true });
@@ -250,6 +269,15 @@ export class App {
       if (found.sample !== null) this.goto(found.sample);
       this.measure(found.place);
     });
+  }
+
+  private readonly onKey = (event: KeyboardEvent) => this.key(event);
+
+  /** Makes room for the next run. */
+  private leave(): void {
+    this.playing = false;
+    this.root.removeEventListener("keydown", this.onKey);
+    this.view?.dispose();
   }
 
   private hovered = 0;

@@ -23,12 +23,22 @@ interface State {
   fields: Field[];
   run: number | null;
   faults: Fault[];
-  live_below_s?: number;
+  live_below_s: number;
+  can_save: boolean;
+}
+
+interface Told {
+  state: string;
+  progress?: number;
+  run?: number;
+  text?: string;
+  faults?: Fault[];
+  files?: Record<string, string>;
 }
 
 const HEAD = { "X-Cutwise": "1", "Content-Type": "application/json" };
 const LIVE_AFTER = 300; // ms
-const LIVE_BELOW = 2000; // ms of the last run
+const TAB = `${Date.now()}-${Math.random()}`; // a job of this tab is superseded by the next one, that of another is not
 
 export class Change {
   readonly element = el("div", { role: "group", class: "cw-change", "aria-label": "change and run" });
@@ -38,8 +48,10 @@ export class Change {
   private readonly edits = new Map<string, string>();
   private readonly live = el("input", { type: "checkbox" });
   private run: number | null;
-  private took = Infinity;
+  private took = Infinity; // ms, the last run
+  private liveBelow = 0;
   private timer = 0;
+  private events: EventSource | null = null;
   private show: (buffer: ArrayBuffer) => unknown = () => undefined;
 
   constructor(number: string) {
@@ -59,15 +71,20 @@ export class Change {
   }
 
   private async open(number: number): Promise<void> {
+    const buffer = await this.fetched(number);
+    this.run = number;
+    this.show(buffer);
+  }
+
+  /** The view file of a run. */
+  async fetched(number: number): Promise<ArrayBuffer> {
     const reply = await fetch(`/api/run/${number}/view`, { credentials: "same-origin" });
     if (!reply.ok) throw new Error(await reply.text());
-    this.run = number;
-    const bytes = new Uint8Array(await reply.arrayBuffer());
-    const plain = new TextDecoder().decode(bytes.subarray(0, 7)) === "CWVIEW1";
-    this.show(plain ? bytes.buffer : await inflated(bytes));
+    return inflated(new Uint8Array(await reply.arrayBuffer()));
   }
 
   private build(state: State): void {
+    this.liveBelow = 1000 * state.live_below_s;
     const levers = state.fields.filter((one) => one.lever);
     const others = state.fields.filter((one) => !one.lever);
     replace(this.fieldset, ...levers.map((one) => this.field(one)));
@@ -84,7 +101,7 @@ export class Change {
         el("button", { type: "button", class: "cw-run", click: () => void this.start() }, "Run"),
         el("button", { type: "button", click: () => void this.cancel() }, "Cancel"),
         live,
-        el("button", { type: "button", click: () => void this.save(null) }, "Save"),
+        state.can_save && el("button", { type: "button", click: () => void this.save(null) }, "Save"),
         el("button", { type: "button", click: () => void this.saveAs() }, "Save as …"),
         el("button", { type: "button", click: () => void this.keep() }, "Keep run"),
       ),
@@ -131,7 +148,7 @@ export class Change {
     this.timer = window.setTimeout(async () => {
       const state = await this.post("/api/check", this.given());
       this.faults(state.faults);
-      if (this.live.checked && !state.faults.length && this.took < LIVE_BELOW) await this.start();
+      if (this.live.checked && !state.faults.length && this.took < this.liveBelow) await this.start();
     }, LIVE_AFTER);
   }
 
@@ -153,25 +170,39 @@ export class Change {
     this.told.textContent = "running …";
     this.progress.hidden = false;
     const begun = performance.now();
-    const reply = await fetch("/api/job", { method: "POST", headers: HEAD, body: JSON.stringify(this.given()), credentials: "same-origin" });
+    const reply = await fetch("/api/job", { method: "POST", headers: HEAD, body: JSON.stringify({ ...this.given(), tab: TAB }), credentials: "same-origin" });
     if (!reply.ok && reply.status !== 409) {
       this.progress.hidden = true;
-      this.told.textContent = await reply.text();
+      const text = await reply.text();
+      if (reply.headers.get("content-type")?.startsWith("application/json")) this.faults((JSON.parse(text) as { faults: Fault[] }).faults);
+      else this.told.textContent = text;
       return;
     }
+    this.follow(begun);
+  }
+
+  /** Listens how the job goes; the connection is there only while one runs. */
+  private follow(begun: number): void {
+    this.events?.close();
     const events = new EventSource("/api/job/events");
+    this.events = events;
     events.addEventListener("message", (event) => {
-      const told = JSON.parse(event.data as string) as { state: string; progress?: number; run?: number; text?: string };
+      const told = JSON.parse(event.data as string) as Told;
       if (told.progress !== undefined) this.progress.value = told.progress;
       if (told.state === "running" || told.state === "idle") return;
       events.close();
       this.progress.hidden = true;
       this.told.textContent = told.text ?? told.state;
       this.took = performance.now() - begun;
+      if (told.state === "done" && told.files) this.told.textContent = `kept: ${Object.values(told.files).join(", ")}`;
+      if (told.state === "failed") this.faults(told.faults ?? []);
+      if (told.state === "failed" || told.state === "killed") this.told.textContent = told.text ?? told.state;
       if (told.state === "done" && told.run !== undefined) void this.open(told.run);
     });
     events.addEventListener("error", () => {
-      if (events.readyState === EventSource.CLOSED) this.told.textContent = "the connection to cutwise is gone: run again";
+      events.close();
+      this.progress.hidden = true;
+      this.told.textContent = "the connection to cutwise is gone; start cutwise view again, or run again";
     });
   }
 
@@ -195,7 +226,12 @@ export class Change {
   private async keep(): Promise<void> {
     if (this.run === null) return;
     const reply = await fetch(`/api/keep/${this.run}`, { method: "POST", headers: HEAD, body: "{}", credentials: "same-origin" });
-    this.told.textContent = reply.ok ? "kept" : await reply.text();
+    if (!reply.ok) {
+      this.told.textContent = await reply.text();
+      return;
+    }
+    this.told.textContent = "writing run and report …";
+    this.follow(performance.now());
   }
 
   private async post(path: string, body: object): Promise<State> {

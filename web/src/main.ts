@@ -17,8 +17,12 @@ async function begin(): Promise<void> {
   const inside = document.getElementById("cutwise-data");
   const number = root.dataset.run;
   const change = number !== undefined ? new Change(number) : null;
+  let last: App | null = null;
+  let other: Run | null = null; // what the run is held against: the second of two, or the one before it
   const show = (buffer: ArrayBuffer, place: HTMLElement) => {
-    const app = new App(new Run(new ViewFile(buffer)), place, change);
+    const before = last;
+    const app = new App(new Run(new ViewFile(buffer)), place, change, other ?? before?.run ?? null, before);
+    last = app;
     window.cutwise = { app: app.face() };
     app.view?.render();
     return app;
@@ -27,6 +31,7 @@ async function begin(): Promise<void> {
     if (inside) {
       show(await inflated(fromBase64(inside.textContent ?? "")), root);
     } else if (change) {
+      if (root.dataset.other) other = new Run(new ViewFile(await change.fetched(Number(root.dataset.other))));
       await change.begin((buffer) => show(buffer, root), root);
     } else {
       return;

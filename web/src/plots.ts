@@ -6,12 +6,12 @@ import { History, Run, short } from "./run";
 
 export class Plots {
   readonly element = el("div", { class: "cw-plots" });
-  private readonly plots: { plot: uPlot; pyramid: Pyramid; history: History; box: HTMLElement }[] = [];
+  private readonly plots: { plot: uPlot; pyramid: Pyramid; history: History; box: HTMLElement; before: Pyramid | null }[] = [];
   private first = 0;
   private last: number;
   private now = 0;
 
-  constructor(private readonly run: Run, private readonly chosen: (sample: number) => void) {
+  constructor(private readonly run: Run, private readonly other: Run | null, private readonly chosen: (sample: number) => void) {
     this.last = run.count - 1;
     for (const history of run.histories.values()) if (history.choice.plot) this.add(history);
     new ResizeObserver(() => this.resize()).observe(this.element);
@@ -38,6 +38,8 @@ export class Plots {
       font: "11px system-ui, sans-serif",
     });
     const { clock } = this.run.header;
+    const old = this.other?.histories.get(history.name);
+    const before = old && this.other!.header.clock.is === clock.is ? new Pyramid(old.values) : null;
     const plot = new uPlot(
       {
         width: 320,
@@ -46,7 +48,7 @@ export class Plots {
         cursor: { drag: { x: true, y: false, setScale: false }, points: { show: false }, y: false },
         scales: { x: { time: false } },
         axes: [{ ...axis(), size: 30, values: (_, ticks) => ticks.map((t, k) => (k === ticks.length - 1 ? `${short(t)} ${clock.unit}` : short(t))) }, { ...axis(), size: 48, values: (_, ticks) => ticks.map(short) }],
-        series: [{}, { stroke: () => colours().getPropertyValue("--cw-curve"), width: 1, points: { show: false }, spanGaps: false }],
+        series: [{}, ...(before ? [{ stroke: () => colours().getPropertyValue("--cw-soft"), width: 1, dash: [4, 3], points: { show: false }, spanGaps: false }] : []), { stroke: () => colours().getPropertyValue("--cw-curve"), width: 1, points: { show: false }, spanGaps: false }],
         hooks: {
           draw: [(u) => this.marks(u, history)],
           setSelect: [
@@ -60,7 +62,7 @@ export class Plots {
           ],
         },
       },
-      [[], []],
+      before ? [[], [], []] : [[], []],
       body,
     );
     plot.over.addEventListener("dblclick", (event) => {
@@ -71,7 +73,7 @@ export class Plots {
       const at = plot.posToVal(event.offsetX, "x") / clock.factor;
       this.chosen(this.run.sampleAt(at));
     });
-    this.plots.push({ plot, pyramid, history, box });
+    this.plots.push({ plot, pyramid, history, box, before });
     this.fill(this.plots.length - 1);
   }
 
@@ -118,16 +120,25 @@ export class Plots {
   }
 
   private fill(k: number): void {
-    const { plot, pyramid, history } = this.plots[k];
+    const { plot, pyramid, history, before } = this.plots[k];
     const { factor } = this.run.header.clock;
     const found = pyramid.window(this.first, this.last);
-    const at = (sample: number) => {
-      const i = Math.floor(sample);
-      const next = Math.min(this.run.count - 1, i + 1);
-      return (this.run.clock[i] + (sample - i) * (this.run.clock[next] - this.run.clock[i])) * factor;
-    };
-    plot.setData([found.sample.map(at), found.value.map((v) => (v === null ? null : v * history.choice.factor))], false);
-    const values = found.value.filter((v): v is number => v !== null).map((v) => v * history.choice.factor);
+    const shown = ({ sample, value }: { sample: number[]; value: (number | null)[] }, run: Run): [number[], (number | null)[]] => [
+      sample.map((one) => {
+        const i = Math.floor(one);
+        const next = Math.min(run.count - 1, i + 1);
+        return (run.clock[i] + (one - i) * (run.clock[next] - run.clock[i])) * factor;
+      }),
+      value.map((v) => (v === null ? null : v * history.choice.factor)),
+    ];
+    const now = shown(found, this.run);
+    let values = now[1].filter((v): v is number => v !== null);
+    if (before && this.other) {
+      const [from, to] = [this.run.clock[this.first], this.run.clock[this.last]];
+      const old = shown(before.window(this.other.sampleAt(from), this.other.sampleAt(to)), this.other);
+      values = values.concat(old[1].filter((v): v is number => v !== null));
+      plot.setData(uPlot.join([old, now]), false);
+    } else plot.setData(now, false);
     const near = history.choice.limits.map((v) => v * history.choice.factor);
     let [low, high] = [Math.min(...values), Math.max(...values)];
     const span = high - low || Math.abs(high) || 1;

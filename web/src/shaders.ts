@@ -96,6 +96,9 @@ export function bodyMaterial(options: BodyOptions): THREE.ShaderMaterial {
         gl_FragColor = vec4(lit(base, n), opacity);
       }`,
     side: THREE.DoubleSide,
+    polygonOffset: opacity < 1,
+    polygonOffsetFactor: 1,
+    polygonOffsetUnits: 1,
     transparent: opacity < 1,
     depthWrite: opacity >= 1,
   });

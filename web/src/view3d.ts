@@ -42,11 +42,12 @@ export class View3D {
   private readonly sphere = new THREE.Sphere();
   private readonly box = new THREE.Box3();
   private queued = false;
+  private disposed = false;
   private sample = 0;
   magnified: number;
   onDrawn: (() => void) | null = null;
 
-  constructor(private readonly run: Run, readonly canvas: HTMLCanvasElement) {
+  constructor(private readonly run: Run, private readonly other: Run | null, readonly canvas: HTMLCanvasElement) {
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true, preserveDrawingBuffer: false });
     this.renderer.setClearColor(0x000000, 0);
     this.renderer.outputColorSpace = THREE.LinearSRGBColorSpace;
@@ -58,6 +59,7 @@ export class View3D {
     this.map = run.header.scene.map ? new HeightMap(run) : null;
     if (this.map) this.scene.add(this.map.object);
     this.addSurfaces();
+    this.addGhosts();
     this.addOutlines();
     this.ribbon = run.header.scene.path ? new Ribbon(run) : null;
     if (this.ribbon) this.scene.add(this.ribbon.object);
@@ -69,6 +71,7 @@ export class View3D {
     this.marker.scale.setScalar(Math.max(1e-3, 0.008 * this.sphere.radius));
     canvas.addEventListener("webglcontextlost", (event) => {
       event.preventDefault();
+      if (this.disposed) return;
       canvas.dispatchEvent(new CustomEvent("lost", { bubbles: true }));
     });
   }
@@ -96,6 +99,40 @@ export class View3D {
         this.scene.add(lines);
       }
     });
+  }
+
+  /** What the other run left, in grey: only surfaces that carry a result. */
+  private addGhosts(): void {
+    if (!this.other || this.other.header.process !== this.run.header.process) return;
+    this.other.header.scene.surfaces.forEach((surface, k) => {
+      if (!surface.coloured) return;
+      const geometry = new THREE.BufferGeometry();
+      geometry.setAttribute("position", new THREE.BufferAttribute(this.other!.file.raw(`s/${k}/point`) as Float32Array, 3));
+      geometry.setIndex(new THREE.BufferAttribute(this.other!.file.raw(`s/${k}/corner`) as Uint32Array, 1));
+      const mesh = new THREE.Mesh(geometry, bodyMaterial(TINTS.ghost));
+      mesh.renderOrder = 1;
+      this.scene.add(mesh);
+    });
+  }
+
+  /** The camera as it stands, so that the next run is seen from the same place. */
+  get stand(): { position: THREE.Vector3; target: THREE.Vector3 } {
+    return { position: this.camera.position.clone(), target: this.controls.target.clone() };
+  }
+
+  standAt({ position, target }: { position: THREE.Vector3; target: THREE.Vector3 }): void {
+    this.camera.position.copy(position);
+    this.controls.target.copy(target);
+    this.controls.update();
+    this.invalidate();
+  }
+
+  /** Gives the context back: a page has few of them. */
+  dispose(): void {
+    this.disposed = true;
+    this.controls.dispose();
+    this.renderer.dispose();
+    this.renderer.forceContextLoss();
   }
 
   private addOutlines(): void {
@@ -283,7 +320,7 @@ export class View3D {
     this.queued = true;
     requestAnimationFrame(() => {
       this.queued = false;
-      this.render();
+      if (!this.disposed) this.render();
     });
   }
 
