@@ -349,17 +349,23 @@ export class App {
     if (!this.program || this.root.querySelector(".cw-ask")) return;
     const input = el("input", { type: "number", min: "1", max: String(this.run.lines.length), "aria-label": "line of the program", placeholder: "line" });
     const form = el("form", { class: "cw-ask" }, input);
+    const gone = () => {
+      if (form.isConnected && !form.matches(".cw-gone")) {
+        form.classList.add("cw-gone"); // removing it takes the focus from the field, which asks for it again
+        form.remove();
+      }
+    };
     form.addEventListener("submit", (event) => {
       event.preventDefault();
       const line = Number(input.value);
-      form.remove();
+      gone();
       if (line > 0) this.gotoLine(line);
       this.canvas.focus();
     });
     input.addEventListener("keydown", (event) => {
-      if (event.key === "Escape") form.remove();
+      if (event.key === "Escape") gone();
     });
-    input.addEventListener("blur", () => form.remove());
+    input.addEventListener("blur", gone);
     this.stage.append(form);
     input.focus();
   }
