@@ -67,5 +67,6 @@ def _picture(name: str, result: Result) -> list[str]:
         return []
     colours = ";".join(f"{variable}:{colour}" for variable, colour in COLOURS.items())
     drawn = re.sub(r"\n\s*", " ", svg(plot.draw, result, re.sub(r"\W", "-", name), plot.title))
-    return ["```{raw} html", f'<figure style="{colours};background:{COLOURS["--card"]}">{drawn}<figcaption style="color:var(--ink)">'
-            f"{escape(plot.title)}. {escape(plot.caption)}</figcaption></figure>", "```", ""]  # fmt: skip
+    caption = f'<figcaption style="color:var(--ink)">{escape(plot.title)}. {escape(plot.caption)}</figcaption>'
+    figure = f'<figure style="{colours};background:{COLOURS["--card"]}">{drawn}{caption}</figure>'
+    return ["```{raw} html", figure, "```", ""]

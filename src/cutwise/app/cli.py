@@ -95,6 +95,10 @@ def run(
         bool, typer.Option("--json", help="print one JSON object (SI) and nothing else on standard output")
     ] = False,
     report: Annotated[bool, typer.Option("--report/--no-report", help="write the HTML report")] = True,
+    static: Annotated[
+        bool,
+        typer.Option("--static-report", help="write the report without the viewer: pictures alone, a smaller file"),
+    ] = False,
     advice: Annotated[
         bool, typer.Option("--advice/--no-advice", help="run variants for advice and sensitivities where that is quick")
     ] = True,
@@ -121,7 +125,7 @@ def run(
     console = Console()
     with console.progress(scenario.name) as progress:
         result = _simulated(scenario, progress, advice)
-        files = written(result, folder, report)
+        files = written(result, folder, report, viewer=not static)
         files |= programs(result, {"gcode": gcode, "apt": apt, "poses": poses})
     if as_json:
         import json
@@ -141,6 +145,9 @@ def report(
         Path | None,
         typer.Option("-o", "--output", metavar="FILE", help="where to write it; default report.html beside it"),
     ] = None,
+    static: Annotated[
+        bool, typer.Option("--static", help="without the viewer: pictures alone, a smaller file")
+    ] = False,
 ) -> None:
     """Write the HTML report of a finished run again."""
     from cutwise.app.report import render
@@ -150,7 +157,7 @@ def report(
     scenario = loaded(content, source)
     target = output or source.with_name(REPORT)
     outputs.checked([target], [source])
-    html = _of_run(source, content, lambda: render(_result(content, scenario)))
+    html = _of_run(source, content, lambda: render(_result(content, scenario), viewer=not static))
     print(write_text(target, html))
 
 
