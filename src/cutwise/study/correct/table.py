@@ -8,7 +8,9 @@ from cutwise.study.correct.outcome import Proposal, Task
 
 Corrects = Callable[[Task], Proposal]
 
-CORRECTIONS: Mapping[tuple[str, str], str] = {}
+CORRECTIONS: Mapping[tuple[str, str], str] = {
+    ("mill", "feed"): "cutwise.study.correct.feed:corrected",
+}
 """(process, change): ``module:function``; what is asked for together is done in this order."""
 
 OBJECTIVES: frozenset[str] = frozenset({"time"})
