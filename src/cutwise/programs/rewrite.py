@@ -358,6 +358,20 @@ def _on_contour(trace: Trace, main: Ran, line: int, share: float) -> Triple:
     return out[0], out[1], out[2]
 
 
+def with_speed(trace: Trace, speed: float) -> tuple[str, int]:
+    """The text with another spindle speed [rpm] in every S of a line that ran, and how many there were."""
+    count, out = 0, []
+    for raw, runs in zip(trace.lines, trace.runs.tolist(), strict=True):
+        word = line_words(raw).get("s") if runs and ("S" in raw or "s" in raw) else None
+        if word is None:
+            out.append(raw)
+            continue
+        count += 1
+        text = f"{speed:.10g}" + ("." if word.plain and word.value.endswith(".") else "")
+        out.append(with_words(raw, {"s": text}, [] if word.plain else [f"was S{word.value}"]))
+    return "\n".join(out), count
+
+
 def with_first_comment(text: str, comment: str) -> str:
     """A program whose first comment is this one; brackets in it become others."""
     said = "".join(letter if letter.isprintable() else " " for letter in comment).translate({40: "[", 41: "]"})

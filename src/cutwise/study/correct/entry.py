@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from cutwise.results import Measure, Result
-from cutwise.spec.correct import Correction
+from cutwise.spec.correct import KEYS, Correction
 from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.spec.scenario import Scenario
 from cutwise.study.band import simulate
@@ -72,10 +72,20 @@ def refused(scenario: Scenario, said: Correction) -> Iterator[Fault]:
                 f"nothing of process: {scenario.process} can be corrected yet" + (f", {one} of {', '.join(kinds)}" if kinds else "")
             )  # fmt: skip
             yield Fault(("correct", "change", place), f"{one} is not there yet; {known}")
+    for key, users in _unread(said).items():
+        if not set(users) & set(there):
+            yield Fault(("correct", key), f"belongs to change: {' or '.join(users)}, which is not there yet for process: "
+                        f"{scenario.process}")  # fmt: skip
     if said.objective not in OBJECTIVES:
         yield Fault(
             ("correct", "objective"), f"{said.objective} is not there yet; there is {', '.join(sorted(OBJECTIVES))}"
         )
+
+
+def _unread(said: Correction) -> dict[str, list[str]]:
+    """Keys that are written and that none of the changes asked for reads, each with the changes that do."""
+    read = frozenset[str]().union(*(KEYS[change] for change in said.change))
+    return {key: [one for one, keys in KEYS.items() if key in keys] for key in sorted(said.model_fields_set - read)}
 
 
 def _judged(task: Task, proposals: Sequence[Proposal], after: Result) -> Corrected:
@@ -102,7 +112,17 @@ def _judged(task: Task, proposals: Sequence[Proposal], after: Result) -> Correct
         tuple(change for one in proposals for change in one.changes),
         tuple(_row(result) for result in (before, after)),
         measured(values),
-        tuple(dict.fromkeys(text for one in proposals for text in one.told)),
+        tuple(
+            dict.fromkeys(
+                [
+                    *(text for one in proposals for text in one.told),
+                    *(
+                        f"correct.{key} is not used: it belongs to change: {' or '.join(users)}"
+                        for key, users in _unread(task.said).items()
+                    ),
+                ]
+            )
+        ),
         tuple(dict.fromkeys(reasons)),
         tuple(along for one in proposals for along in one.along),
     )

@@ -60,10 +60,13 @@ class Ready(NamedTuple):
 
 def corrected(task: Task) -> Proposal:
     """The program with the quickest feeds that keep the limits, or as it was with the reason."""
-    _refuse(task)
+    faults = list(refusals(task))
+    if faults:
+        raise ScenarioFault(faults)
     ready = prepared(task.scenario, task.said)
     wanted = asked(task.scenario, task.said, walls=bool(tip_compliance(ready.scenario).any()))
-    static = static_before(ready)
+    first = task.before.scenario
+    static = static_before(ready if first is task.scenario else prepared(first, task.said))
     limits = resolved(wanted, static)
     room = allowed(ready.scenario, ready.path, ready.cells, ready.cutting, limits)
     proof = prove.proved(ready, task, wanted, limits, room)
@@ -100,40 +103,28 @@ def prepared(scenario: Scenario, said: Correction) -> Ready:
     return Ready(scenario, program, trace, path, cells, cutting, bed, known)
 
 
-def _refuse(task: Task) -> None:
-    """What feeds cannot be scheduled for.
-
-    Raises
-    ------
-    ScenarioFault
-        All of it.
-    """
-    scenario, faults = task.scenario, []
+def refusals(task: Task) -> Iterator[Fault]:
+    """What feeds and speeds of a program cannot be corrected for."""
+    scenario = task.scenario
     assert isinstance(scenario, MillingScenario)
     if scenario.program is None:
-        faults.append(
-            Fault(("program",), "missing: feeds are corrected in the text of a program (or give the corner as one)")
-        )
+        yield Fault(("program",), "missing: feeds are corrected in the text of a program (or give the corner as one)")
     if scenario.in_3d:
-        faults.append(Fault(("stock",), "feeds are corrected for one flat end mill (tool) in a block, whose contact is exact; "
-                            "tools of other shapes, a nominal part and fixtures (a stock in 3D) are not covered yet"))  # fmt: skip
+        yield Fault(("stock",), "feeds are corrected for one flat end mill (tool) in a block, whose contact is exact; tools of "
+                    "other shapes, a nominal part and fixtures (a stock in 3D) are not covered yet")  # fmt: skip
     elif not isinstance(scenario.machine, CncMachine):
-        faults.append(
-            Fault(("machine",), "feeds are corrected for a machine with feed drives: machine: {library: fadal2216}")
-        )
+        yield Fault(("machine",), "feeds are corrected for a machine with feed drives: machine: {library: fadal2216}")
     if "plunge_force_max" in task.said.limits:
-        faults.append(Fault(("correct", "limits", "plunge_force_max"), "the end of the mill has no force in a block; plunges keep "
-                            "their feed"))  # fmt: skip
-    if scenario.stock is None and task.said.air_clearance is not None:
-        faults.append(Fault(("correct", "air_clearance"), "without a stock nothing is known to be air"))
-    if task.unroll:
-        faults.append(
-            Fault(
-                (), "is not there yet: lines that run several times get the least feed of their runs", file="--unroll"
-            )
+        yield Fault(
+            ("correct", "limits", "plunge_force_max"),
+            "the end of the mill has no force in a block; plunges keep their feed",
         )
-    if faults:
-        raise ScenarioFault(faults)
+    if scenario.stock is None and task.said.air_clearance is not None:
+        yield Fault(("correct", "air_clearance"), "without a stock nothing is known to be air")
+    if task.unroll:
+        yield Fault(
+            (), "is not there yet: lines that run several times get the least feed of their runs", file="--unroll"
+        )
 
 
 def _keeps(scenario: MillingScenario, path: ProgramPath, cells: Cells, said: Correction) -> BoolArray:

@@ -9,6 +9,7 @@ from cutwise.study.correct.outcome import Proposal, Task
 Corrects = Callable[[Task], Proposal]
 
 CORRECTIONS: Mapping[tuple[str, str], str] = {
+    ("mill", "speed"): "cutwise.study.correct.speed:corrected",
     ("mill", "feed"): "cutwise.study.correct.feed:corrected",
 }
 """(process, change): ``module:function``; what is asked for together is done in this order."""
