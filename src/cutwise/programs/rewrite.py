@@ -77,8 +77,10 @@ def handles(trace: Trace) -> dict[int, Handle]:
 
 
 def _handle(trace: Trace, made: Sequence[Ran], line: int, numbers: list[int]) -> Handle:
-    state, words = trace.state(line), line_words(trace.lines[line - 1])
-    main = numbers[-1]
+    state, main = trace.state(line), numbers[-1]
+    if line not in trace.states and trace.runs[line - 1] == 1 and len(numbers) == 1 and made[main].start is not None:
+        return Handle(line, tuple(numbers), main, True, True, "")  # straight, and nothing else in it
+    words = line_words(trace.lines[line - 1])
 
     def one(change: bool, why: str) -> Handle:
         return Handle(line, tuple(numbers), main, change, False, why)
@@ -121,7 +123,7 @@ def _whole_because(made: Sequence[Ran], numbers: list[int], words: LineWords, st
     return ""
 
 
-def rewritten(trace: Trace, wanted: Mapping[int, Sequence[Part]]) -> str:
+def rewritten(trace: Trace, wanted: Mapping[int, Sequence[Part]], known: Mapping[int, Handle]) -> str:
     """The text with other feeds.
 
     Parameters
@@ -130,9 +132,10 @@ def rewritten(trace: Trace, wanted: Mapping[int, Sequence[Part]]) -> str:
         The program as it ran.
     wanted : mapping
         Line: the parts that it is to be run in, the last up to share 1. Lines that are not there keep their feed.
+    known : mapping
+        What :func:`handles` tells of the lines.
     """
     made = [step for step in trace.steps if isinstance(step, Ran)]
-    known = handles(trace)
     style = _Style(trace)
     feeds = {line: _feed_texts(made, known[line], parts, trace, style) for line, parts in wanted.items()}
     explicit = _explicit(trace, feeds)
@@ -225,7 +228,7 @@ def _command_end(main: Ran) -> Triple:
 
 def _explicit(trace: Trace, feeds: Mapping[int, list[str]]) -> dict[int, str]:
     """Lines whose (first) F has to be written, and what: followed along the run until nothing more is found."""
-    out = {line: texts[0] for line, texts in feeds.items() if line_words(trace.lines[line - 1]).get("f") is not None}
+    out = {line: texts[0] for line, texts in feeds.items() if _has_feed(trace.lines[line - 1])}
     out |= {line: texts[0] for line, texts in feeds.items() if trace.state(line).feed_mode == 93}
     while True:
         found = dict(out)
@@ -262,17 +265,23 @@ def _needed(trace: Trace, feeds: Mapping[int, list[str]], written: Mapping[int, 
 
 def _may_be_written(trace: Trace, line: int) -> bool:
     """Whether a word can be added to a line: not to the call of a subroutine of another file, which writes its own feeds."""
-    return bool(line_words(trace.lines[line - 1]).words)
+    return line not in trace.states or bool(line_words(trace.lines[line - 1]).words)
+
+
+def _has_feed(raw: str) -> bool:
+    """Whether a line has an F."""
+    return ("F" in raw or "f" in raw) and line_words(raw).get("f") is not None
 
 
 def _with_feed(raw: str, feed: str) -> str:
     """A line with a feed; the expression that stood there goes into a comment."""
-    word = line_words(raw).get("f")
+    words = line_words(raw)
+    word = words.get("f")
     if word is not None and not word.plain:
-        return with_words(raw, {"f": feed}, [f"was F{word.value}"])
+        return with_words(raw, {"f": feed}, [f"was F{word.value}"], words)
     if word is not None and float("".join(word.value.split())) == float(feed):
         return raw
-    return with_words(raw, {"f": feed})
+    return with_words(raw, {"f": feed}, (), words)
 
 
 def _split(

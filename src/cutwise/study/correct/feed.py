@@ -11,13 +11,14 @@ from cutwise import units
 from cutwise.io.program_setup import setup_of
 from cutwise.physics.engagement.path_sweep import swept_path
 from cutwise.physics.engagement.stock import stands_in_material
-from cutwise.process.assemble_mill import program_path, read_program, spindle_speed
+from cutwise.process.assemble_mill import program_path, spindle_speed
 from cutwise.process.program_path import ProgramPath, kept_moves
 from cutwise.process.stock_moves import FLAT, stock_of
 from cutwise.programs.block_text import block_named
 from cutwise.programs.interpreter import Interpreted
+from cutwise.programs.move_table import Moves
 from cutwise.programs.rewrite import Handle, handles, rewritten
-from cutwise.programs.trace import Trace, traced
+from cutwise.programs.trace import Ran, Trace, traced
 from cutwise.spec.correct import LIMITED, Correction
 from cutwise.spec.drives import CncMachine
 from cutwise.spec.faults import Fault, ScenarioFault
@@ -87,13 +88,12 @@ def corrected(task: Task) -> Proposal:
 def prepared(scenario: Scenario, said: Correction) -> Ready:
     """Read the program once as moves and once as text, and look at all of its cells."""
     assert isinstance(scenario, MillingScenario)
-    program = read_program(scenario)
-    assert program is not None
     given = scenario.program
     assert given is not None
     trace = traced(given.text, given.file, setup_of(given))
     if trace is None:
         raise ScenarioFault([Fault(("program",), "is APT; feeds are rewritten in G-code alone: post-process it first")])
+    program = Interpreted(Moves(step.move for step in trace.steps if isinstance(step, Ran)), (), (), given.text)
     path = program_path(scenario, program)
     cells = cells_of(scenario, path, said.station)
     cutting = cutting_of(scenario, path, cells, spindle_speed(scenario, program))
@@ -187,7 +187,7 @@ def proposed(ready: Ready, room: Allowed, factor: FloatArray, said: Correction) 
         own = np.minimum(own, ready.path.feed[ready.cells.block])
     inch = ready.trace.first.inch if not ready.trace.looked_at else ready.trace.states[ready.trace.looked_at[-1]].inch
     done = scheduled(ready.path, ready.cells, ready.bed, own, ready.scenario.drives, said, inch)
-    return done, with_text(ready.scenario, rewritten(ready.trace, done.parts))
+    return done, with_text(ready.scenario, rewritten(ready.trace, done.parts, ready.known))
 
 
 # what is said
