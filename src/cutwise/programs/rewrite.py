@@ -247,6 +247,10 @@ def _needed(trace: Trace, feeds: Mapping[int, list[str]], written: Mapping[int, 
         n for n, raw in enumerate(trace.lines, start=1) if raw[:1] == "/" and line_words(raw).get("f") is not None
     }
     for step in trace.steps:
+        if isinstance(step, Word) and step.factor:
+            old = None if old is None else old * step.factor
+            new = None if new is None else new * step.factor
+            continue
         if isinstance(step, Word):
             old = step.rate
             new = None if step.rate is None or step.line in deleted else step.rate
@@ -258,9 +262,14 @@ def _needed(trace: Trace, feeds: Mapping[int, list[str]], written: Mapping[int, 
             continue
         texts = feeds.get(line)
         wanted = old if texts is None else float(texts[0])
-        if line not in written and wanted is not None and new != wanted and _may_be_written(trace, line):
+        if line not in written and wanted is not None and not _same(new, wanted) and _may_be_written(trace, line):
             yield line, texts[0] if texts is not None else f"{wanted:.10g}"
         new = wanted if texts is None else float(texts[-1])
+
+
+def _same(new: float | None, wanted: float) -> bool:
+    """Whether a feed in force is the one that is wanted; units that change on the way round."""
+    return new is not None and abs(new - wanted) <= 1e-9 * wanted
 
 
 def _may_be_written(trace: Trace, line: int) -> bool:
