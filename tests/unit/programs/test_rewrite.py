@@ -90,7 +90,7 @@ def test_a_split_block_keeps_its_motion_and_its_neighbours_their_feeds(name):
     of_line = np.concatenate([np.full(k, m.line) for m, k in _counts(text)])
     meant = float(before[1][of_line == line][0])
     new = corrected(text, {line: (Part(0.3, 0.5 * meant), Part(0.7, 0.8 * meant), Part(1.0, 0.4 * meant))})
-    points, feeds = sampled(new)
+    points, _ = sampled(new)
     ends, whole = _way(before[0]), _way(points)
     assert whole[-1] == pytest.approx(ends[-1], rel=2e-3)
     for axis in range(3):  # the same place after the same way
