@@ -51,7 +51,7 @@ def scheduled(scenario, limits, **said):
     given = Correction(**said)
     ready = prepared(scenario, given)
     room = allowed(scenario, ready.path, ready.cells, ready.cutting, {"chip_thickness_max": 1.5e-4, **limits})
-    done, new = proposed(ready, room, np.ones(ready.cells.count), given)
+    done, new = proposed(ready, room, np.full(ready.cells.count, math.inf), given)
     return ready, room, done, new, planned_time(ready.path, ready.cells, ready.bed, done.feed, scenario.drives)
 
 

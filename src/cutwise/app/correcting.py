@@ -101,7 +101,11 @@ def written(found: "Corrected", form: str) -> str:
     if form != "rs274":
         module, _, name = FORMATS[form].partition(":")
         text = getattr(import_module(module), name)(found)
-    return text
+    if found.good:
+        return text
+    from cutwise.programs.rewrite import with_first_comment
+
+    return with_first_comment(text, f"cutwise: not good enough: {'; '.join(found.reasons)}")
 
 
 def shown(found: "Corrected") -> "Iterator[str]":

@@ -180,7 +180,18 @@ def wall_terms(
 
     Examples
     --------
-    See ``tests/unit/physics/cutting/test_feed_limits.py``: 7.1756 + 10.4916 f/mm µm for 30 degrees of immersion.
+    Two discs of a helix, the tip at the wall, the other one half a right angle behind it: its edge force of 1 N/µm times
+    5 mm pushes the tool off by the cosine of that.
+
+    >>> from cutwise.physics.cutting.discs import discs
+    >>> from cutwise.physics.cutting.flute import EdgeCoefficients
+    >>> from cutwise.physics.cutting.uneven import NO_LINEAR, even_edges
+    >>> mill = Mill(5e-3, 1, math.atan(0.25 * math.pi))
+    >>> edge = even_edges(EdgeCoefficients(0.0, 0.0, 0.0, 1e3, 0.0, 0.0))
+    >>> teeth = Teeth(3, mill, discs(mill.radius, mill.helix, 1e-2, 1, 2), even_edges(NO_LINEAR), edge)
+    >>> slot, out = np.array([[0.0, math.pi, 0.0, 1e-2]]), np.zeros((2, 2))
+    >>> wall_terms(slot, False, -0.5 * math.pi, np.eye(2) / 1e6, teeth, out), (1e6 * out[:, 0]).round(4).tolist()
+    (2, [-3.5355, 0.0])
 
     References
     ----------

@@ -11,7 +11,7 @@ from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.spec.scenario import Scenario
 from cutwise.study.band import simulate
 from cutwise.study.correct.outcome import Corrected, Progress, Proposal, Task, measured
-from cutwise.study.correct.table import CORRECTIONS, OBJECTIVES, changes_of, found
+from cutwise.study.correct.table import CORRECTIONS, OBJECTIVES, changes_of, found, refusals_of
 
 
 def correct(
@@ -43,7 +43,7 @@ def correct(
     said = scenario.correct or Correction()
     if change:
         said = Correction.model_validate({**said.model_dump(exclude_unset=True), "change": tuple(change)})
-    faults = list(refused(scenario, said))
+    faults = list(refused(scenario, said, unroll=unroll))
     if faults:
         raise ScenarioFault(faults)
     before = simulate(scenario, None)
@@ -62,7 +62,20 @@ def correct(
     return _judged(task, proposals, after)
 
 
-def refused(scenario: Scenario, said: Correction) -> Iterator[Fault]:
+def checked(scenario: Scenario) -> None:
+    """Find what a correction of a scenario would be refused for, without running it.
+
+    Raises
+    ------
+    ScenarioFault
+        All of it.
+    """
+    faults = list(refused(scenario, scenario.correct or Correction()))
+    if faults:
+        raise ScenarioFault(faults)
+
+
+def refused(scenario: Scenario, said: Correction, *, unroll: bool = False) -> Iterator[Fault]:
     """What is asked for and not there."""
     there = changes_of(scenario.process)
     for place, one in enumerate(said.change):
@@ -80,6 +93,11 @@ def refused(scenario: Scenario, said: Correction) -> Iterator[Fault]:
         yield Fault(
             ("correct", "objective"), f"{said.objective} is not there yet; there is {', '.join(sorted(OBJECTIVES))}"
         )
+    seen: dict[Fault, None] = {}
+    for one in said.change:
+        if (scenario.process, one) in CORRECTIONS:
+            seen |= dict.fromkeys(refusals_of(scenario.process, one, scenario, said, unroll))
+    yield from seen
 
 
 def _unread(said: Correction) -> dict[str, list[str]]:

@@ -61,9 +61,6 @@ class Ready(NamedTuple):
 
 def corrected(task: Task) -> Proposal:
     """The program with the quickest feeds that keep the limits, or as it was with the reason."""
-    faults = list(refusals(task))
-    if faults:
-        raise ScenarioFault(faults)
     ready = prepared(task.scenario, task.said)
     wanted = asked(task.scenario, task.said, walls=bool(tip_compliance(ready.scenario).any()))
     first = task.before.scenario
@@ -72,10 +69,10 @@ def corrected(task: Task) -> Proposal:
     room = allowed(ready.scenario, ready.path, ready.cells, ready.cutting, limits)
     proof = prove.proved(ready, task, wanted, limits, room)
     told = [*_said(ready, wanted, limits, static), *_conflicts(ready, room), *proof.told]
-    kept = [*_helpless(ready, room, limits), *proof.missed]
+    kept = [*_helpless(ready, wanted, room, limits), *proof.missed]
     done = proof.schedule
     values = dict(proof.measures) | _static_measures(ready, limits, static, done)
-    values |= _binding_lengths(ready, room, done, proof.factor)
+    values |= _binding_lengths(ready, room)
     values["time_bound"] = done.bound, "time"
     values["blocks_before"] = float(_blocks(ready)), "dimensionless"
     values["blocks_after"] = float(done.blocks), "dimensionless"
@@ -103,9 +100,8 @@ def prepared(scenario: Scenario, said: Correction) -> Ready:
     return Ready(scenario, program, trace, path, cells, cutting, bed, known)
 
 
-def refusals(task: Task) -> Iterator[Fault]:
+def refusals(scenario: Scenario, said: Correction, unroll: bool) -> Iterator[Fault]:
     """What feeds and speeds of a program cannot be corrected for."""
-    scenario = task.scenario
     assert isinstance(scenario, MillingScenario)
     if scenario.program is None:
         yield Fault(("program",), "missing: feeds are corrected in the text of a program (or give the corner as one)")
@@ -114,14 +110,14 @@ def refusals(task: Task) -> Iterator[Fault]:
                     "other shapes, a nominal part and fixtures (a stock in 3D) are not covered yet")  # fmt: skip
     elif not isinstance(scenario.machine, CncMachine):
         yield Fault(("machine",), "feeds are corrected for a machine with feed drives: machine: {library: fadal2216}")
-    if "plunge_force_max" in task.said.limits:
+    if "plunge_force_max" in said.limits:
         yield Fault(
             ("correct", "limits", "plunge_force_max"),
             "the end of the mill has no force in a block; plunges keep their feed",
         )
-    if scenario.stock is None and task.said.air_clearance is not None:
+    if scenario.stock is None and said.air_clearance is not None:
         yield Fault(("correct", "air_clearance"), "without a stock nothing is known to be air")
-    if task.unroll:
+    if unroll:
         yield Fault(
             (), "is not there yet: lines that run several times get the least feed of their runs", file="--unroll"
         )
@@ -178,9 +174,9 @@ def with_text(scenario: MillingScenario, text: str) -> MillingScenario:
     return scenario.model_copy(update={"program": program, "operation": operation}).with_origins(origins)
 
 
-def proposed(ready: Ready, room: Allowed, factor: FloatArray, said: Correction) -> tuple[Schedule, MillingScenario]:
-    """The schedule under limits times a factor for every cell, and the scenario with its text."""
-    own = np.where(ready.cells.cuts, room.own * factor, room.own)
+def proposed(ready: Ready, room: Allowed, ceiling: FloatArray, said: Correction) -> tuple[Schedule, MillingScenario]:
+    """The schedule under limits and what simulations have left to the cells [m/s], and the scenario with its text."""
+    own = np.minimum(room.own, ceiling)
     own = np.where(own > 0.0, own, np.minimum(speeds_of(ready), room.each[:, -1]))  # what no feed helps keeps its own
     own = np.maximum(own, 1e-6)
     if ready.scenario.stock is None:
@@ -240,15 +236,14 @@ def _conflicts(ready: Ready, room: Allowed) -> Iterator[str]:
         )
 
 
-def _helpless(ready: Ready, room: Allowed, limits: Mapping[str, float]) -> Iterator[str]:
+def _helpless(ready: Ready, wanted: Asked, room: Allowed, limits: Mapping[str, float]) -> Iterator[str]:
     """Limits that no feed keeps, because of what is there without feed."""
     for place in np.unique(room.helpless[room.helpless >= 0]).tolist():
         cells = np.flatnonzero(room.helpless == place)
         line = int(ready.bed.line[cells[0]])
-        names = [name for name in limits if name.startswith(NAMES[place])] or [NAMES[place]]
-        asked_for = ", ".join(
-            f"{name} {units.show(limits[name], LIMITED[name], 4)}" for name in names if name in limits
-        )
+        names = [name for name in limits if name.startswith(NAMES[place])]
+        written = [name for name in names if name in wanted.limits] or names
+        asked_for = ", ".join(f"{name} {units.show(limits[name], LIMITED[name], 4)}" for name in written)
         yield (
             f"no feed keeps {asked_for or NAMES[place]} at {block_named(ready.program.text, line)}: what the edges do alone, "
             "without any chip, is more"
@@ -270,9 +265,8 @@ def _static_measures(
     return out
 
 
-def _binding_lengths(ready: Ready, room: Allowed, done: Schedule, factor: FloatArray) -> dict[str, tuple[float, str]]:
+def _binding_lengths(ready: Ready, room: Allowed) -> dict[str, tuple[float, str]]:
     """Length of the cells whose own limit each sets."""
-    del done, factor
     free = np.isnan(ready.bed.fixed) & ~ready.bed.rapid
     which = binding(room.each)
     found = {}
@@ -285,7 +279,7 @@ def _binding_lengths(ready: Ready, room: Allowed, done: Schedule, factor: FloatA
 
 def _changes(ready: Ready, room: Allowed, done: Schedule, proof: prove.Proof) -> Iterator[Change]:
     """One line for the whole, and which limit binds how far."""
-    binds = sorted(_binding_lengths(ready, room, done, proof.factor).items(), key=lambda item: -item[1][0])
+    binds = sorted(_binding_lengths(ready, room).items(), key=lambda item: -item[1][0])
     told = ", ".join(
         f"{name.removeprefix('binding_length_')} on {units.show(value, 'length', 3)}" for name, (value, _) in binds[:4]
     )

@@ -21,10 +21,13 @@ from cutwise.process.milling_stability import coefficients_of, milling_of, stays
 from cutwise.programs.rewrite import with_speed
 from cutwise.programs.trace import traced
 from cutwise.results import Infeasible
-from cutwise.spec.faults import Fault, ScenarioFault
+from cutwise.spec.correct import Correction
+from cutwise.spec.faults import Fault
 from cutwise.spec.milling import MillingScenario
+from cutwise.spec.scenario import Scenario
+from cutwise.study.correct import feed
 from cutwise.study.correct.cells import FloatArray
-from cutwise.study.correct.feed import prepared, refusals
+from cutwise.study.correct.feed import prepared
 from cutwise.study.correct.outcome import Change, Proposal, Task
 
 KEY = "operation.spindle_speed"
@@ -86,12 +89,9 @@ def corrected(task: Task) -> Proposal:
     """The quickest stable speed of the range, at the top of its lobe; feeds stay what they are."""
     scenario = task.scenario
     assert isinstance(scenario, MillingScenario)
-    faults = [*refusals(task), *_refusals(scenario, task)]
-    if faults:
-        raise ScenarioFault(faults)
     ready = prepared(scenario, task.said)
     now = float(ready.cutting.spindle[0]) / _RPM
-    low, high = _range(scenario, task, now)
+    low, high = _range(task, now)
     if not scenario.tool.modes:
         return _proposal(task, now, high, "no mode of the tool limits it: the upper end of the range", {}, ())
     lobes = _lobes(scenario, ready.cells.patches, now)
@@ -111,32 +111,41 @@ def corrected(task: Task) -> Proposal:
     return _proposal(task, now, chosen.speed, why, measures, tuple(_said(chosen, others, depth)))
 
 
-def _refusals(scenario: MillingScenario, task: Task) -> Iterator[Fault]:
+def refusals(scenario: Scenario, said: Correction, unroll: bool) -> Iterator[Fault]:
+    """What the speed of a program cannot be chosen for."""
+    assert isinstance(scenario, MillingScenario)
+    yield from feed.refusals(scenario, said, unroll)
     if scenario.program is not None and scenario.stock is None:
         yield Fault(("stock",), "missing: without it the heaviest contact is not known, and the speed stays")
-    if not scenario.tool.modes and KEY not in task.said.ranges:
+    modes = scenario.tool is None or scenario.tool.modes
+    if not modes and KEY not in said.ranges:
         yield Fault(("tool", "modes"), f"missing: no speed is better than another; write the modes, or correct.ranges: {{{KEY}: "
                     "[8000 rpm, 9700 rpm]} for a tool that does not chatter")  # fmt: skip
-    for key in task.said.ranges:
+    for key in said.ranges:
         if key != KEY:
             yield Fault(("correct", "ranges", key), f"is nothing that is turned here; speed turns {KEY}")
+    yield from _wrong_range(said)
 
 
-def _range(scenario: MillingScenario, task: Task, now: float) -> tuple[float, float]:
+def _wrong_range(said: Correction) -> Iterator[Fault]:
+    """What is wrong with the ends of a range."""
+    ends = []
+    for place, text in enumerate(said.ranges.get(KEY, ())):
+        try:
+            ends.append(units.parse(text, "angular_speed"))
+        except units.UnitFault as fault:
+            yield Fault(("correct", "ranges", KEY, place), str(fault))
+    if len(ends) == 2 and not 0.0 < ends[0] <= ends[1]:
+        yield Fault(("correct", "ranges", KEY), "has to go from a positive speed up to a higher one")
+
+
+def _range(task: Task, now: float) -> tuple[float, float]:
     """Speeds between which one is looked for [rpm]."""
-    del scenario
     given = task.said.ranges.get(KEY)
     if given is None:
         return _AROUND[0] * now, _AROUND[1] * now
-    ends = []
-    for place, text in enumerate(given):
-        try:
-            ends.append(units.parse(text, "angular_speed") / _RPM)
-        except units.UnitFault as fault:
-            raise ScenarioFault([Fault(("correct", "ranges", KEY, place), str(fault))]) from None
-    if not 0.0 < ends[0] <= ends[1]:
-        raise ScenarioFault([Fault(("correct", "ranges", KEY), f"{given[0]} is not below {given[1]}, or not positive")])
-    return ends[0], ends[1]
+    low, high = (units.parse(text, "angular_speed") / _RPM for text in given)
+    return low, high
 
 
 def _lobes(scenario: MillingScenario, patches: FloatArray, now: float) -> Lobes:
@@ -148,8 +157,8 @@ def _lobes(scenario: MillingScenario, patches: FloatArray, now: float) -> Lobes:
     cut = assemble_mill.cut(scenario, now * _RPM, float(patches[..., 3].max()))
     tip = assemble_mill.tip_modes(scenario)
     assert tip is not None
-    feed = scenario.operation.feed or 0.0
-    chip = max(feed * 2.0 * math.pi / (now * _RPM * scenario.tool.flutes), 1e-5)
+    fed = scenario.operation.feed or 0.0
+    chip = max(fed * 2.0 * math.pi / (now * _RPM * scenario.tool.flutes), 1e-5)
     return Lobes(cut, tip, patch_of(patches[heaviest], chip))
 
 
