@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
+from cutwise.io.scenario import revised
 from cutwise.results import Measure, Result
 from cutwise.spec.correct import KEYS, Correction
 from cutwise.spec.faults import Fault, ScenarioFault
@@ -40,9 +41,9 @@ def correct(
     ScenarioFault
         Something is asked for that does not exist, or cannot be done with this scenario.
     """
-    said = scenario.correct or Correction()
     if change:
-        said = Correction.model_validate({**said.model_dump(exclude_unset=True), "change": tuple(change)})
+        scenario = revised(scenario, {"correct.change": list(change)})
+    said = scenario.correct or Correction()
     faults = list(refused(scenario, said, unroll=unroll))
     if faults:
         raise ScenarioFault(faults)

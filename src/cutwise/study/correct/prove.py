@@ -164,7 +164,8 @@ def _lowered(
 ) -> FloatArray:  # fmt: skip
     r"""Highest feeds of the cells that were beyond a limit, :math:`F (0.995\,L/e)^{1/p}`, e growing as :math:`F^p`.
 
-    The exponent is that of the cell at rest for forces and walls, of the last two runs otherwise, and 1 at first.
+    The exponent is that of the cell at rest for forces and walls, of the last two runs otherwise, and 1 at first. What is
+    aimed at is a little less in each round, and cells beyond that come down too: new blocks have new ramps.
     """
     out = np.full(feed.size, np.inf)
     for name, most in seen.items():
