@@ -78,6 +78,10 @@ def check(file: ScenarioFile, overrides: Overrides = None) -> None:
         return
     scenario = load(file, overrides or (), named=SET)
     prepare(scenario)
+    if scenario.correct is not None:
+        from cutwise.study.correct.entry import checked as correction
+
+        correction(scenario)
     Console().checked(str(file), scenario, notices(scenario))
 
 

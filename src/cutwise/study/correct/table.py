@@ -1,15 +1,22 @@
 """Which function corrects what: the one table. A new correction is a row here, a module beside this one, and its keys in
 :data:`cutwise.spec.correct.KEYS`."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from importlib import import_module
 
+from cutwise.spec.correct import Correction
+from cutwise.spec.faults import Fault
+from cutwise.spec.scenario import Scenario
 from cutwise.study.correct.outcome import Proposal, Task
 
 Corrects = Callable[[Task], Proposal]
 
-CORRECTIONS: Mapping[tuple[str, str], str] = {}
-"""(process, change): ``module:function``; what is asked for together is done in this order."""
+CORRECTIONS: Mapping[tuple[str, str], str] = {
+    ("mill", "speed"): "cutwise.study.correct.speed:corrected",
+    ("mill", "feed"): "cutwise.study.correct.feed:corrected",
+}
+"""(process, change): ``module:function``; what is asked for together is done in this order. A module may have a function
+``refusals(scenario, said, unroll)`` that yields what it cannot be asked for: it is asked before anything is run."""
 
 OBJECTIVES: frozenset[str] = frozenset({"time"})
 """What can be made least."""
@@ -26,6 +33,14 @@ def found(process: str, change: str) -> Corrects | None:
     module, _, name = row.partition(":")
     function: Corrects = getattr(import_module(module), name)
     return function
+
+
+def refusals_of(process: str, change: str, scenario: Scenario, said: Correction, unroll: bool) -> Iterator[Fault]:
+    """What a row cannot be asked for."""
+    module, _, _ = CORRECTIONS[process, change].partition(":")
+    own = getattr(import_module(module), "refusals", None)
+    if own is not None:
+        yield from own(scenario, said, unroll)
 
 
 def changes_of(process: str) -> tuple[str, ...]:
