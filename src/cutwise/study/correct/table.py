@@ -8,7 +8,10 @@ from cutwise.study.correct.outcome import Proposal, Task
 
 Corrects = Callable[[Task], Proposal]
 
-CORRECTIONS: Mapping[tuple[str, str], str] = {}
+CORRECTIONS: Mapping[tuple[str, str], str] = {
+    ("mill", "path"): "cutwise.study.correct.path:corrected",
+    ("deburr", "feed"): "cutwise.study.correct.deburr:corrected",
+}
 """(process, change): ``module:function``; what is asked for together is done in this order."""
 
 OBJECTIVES: frozenset[str] = frozenset({"time"})
