@@ -11,6 +11,7 @@ Corrects = Callable[[Task], Proposal]
 CORRECTIONS: Mapping[tuple[str, str], str] = {
     ("mill", "path"): "cutwise.study.correct.path:corrected",
     ("deburr", "feed"): "cutwise.study.correct.deburr:corrected",
+    ("drill", "offset"): "cutwise.study.correct.drill:corrected",
 }
 """(process, change): ``module:function``; what is asked for together is done in this order."""
 
