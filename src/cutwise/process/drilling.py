@@ -317,13 +317,18 @@ def led(scenario: DrillingScenario, cell: DrillCell, target: PoseTarget, posture
     assert cell.arm is not None
     assert scenario.robot is not None
     there, axes = led_axes(target, posture.angle, to)
-    found = candidates(cell.arm, there.position[None, :], axes[None], thorough=True)
-    allowed = found.within[0] & (found.wrist_sine[0] >= scenario.robot.singularity_margin)
+    return next_to(cell.arm, there.position, axes, posture, scenario.robot.singularity_margin)
+
+
+def next_to(arm: Arm, position: FloatArray, axes: FloatArray, posture: Posture, margin: float) -> Posture | None:
+    """The posture at a pose (tool axes as columns) that is nearest to another; None if there is none within the limits."""
+    found = candidates(arm, position[None, :], axes[None], thorough=True)
+    allowed = found.within[0] & (found.wrist_sine[0] >= margin)
     if not np.any(allowed):
         return None
     turned = np.abs((found.q[0] - posture.q + math.pi) % (2.0 * math.pi) - math.pi).max(axis=1)
     best = int(np.argmin(np.where(allowed, turned, math.inf)))
-    return posture_at(cell.arm, posture.angle, turned_towards(cell.arm, found.q[0][best], posture.q))
+    return posture_at(arm, posture.angle, turned_towards(arm, found.q[0][best], posture.q))
 
 
 def drill_one(

@@ -44,7 +44,7 @@ def corrected(task: Task) -> Proposal:
     """
     scenario = task.scenario
     assert isinstance(scenario, DrillingScenario)
-    before = _holes(scenario)
+    before = holes_of(scenario)
     if not any(hole.outcome is not None for hole in before):
         raise ScenarioFault(
             [Fault(("correct", "change"), "offset: no hole can be drilled in this posture (cutwise run says why)")]
@@ -58,7 +58,7 @@ def corrected(task: Task) -> Proposal:
     _, judging = draws_of(scenario, task.said, 0)
     found = [_compensated(scenario, cell, hole, task.said) for hole in before]
     best = _with(scenario, found)
-    after = _holes(best)
+    after = holes_of(best)
     residuals = [_drawn(best, draw) for draw in judging]
     before_drawn = [_drawn(scenario, draw) for draw in judging]
     return Proposal(
@@ -71,7 +71,7 @@ def corrected(task: Task) -> Proposal:
     )
 
 
-def _holes(scenario: DrillingScenario) -> list[DrilledHole]:
+def holes_of(scenario: DrillingScenario) -> list[DrilledHole]:
     """Every hole as a run drills it."""
     cell = drill_cell(scenario)
     moved = place(scenario, cell)[0]
@@ -146,7 +146,7 @@ def _drawn(scenario: DrillingScenario, draw: Draw) -> tuple[float, float]:
     one = revisions(scenario)(draw)
     assert isinstance(one, DrillingScenario)
     cell = drill_cell(one)
-    ends = [(math.inf, math.inf) if hole.outcome is None else _errors(cell, hole)[:2] for hole in _holes(one)]
+    ends = [(math.inf, math.inf) if hole.outcome is None else _errors(cell, hole)[:2] for hole in holes_of(one)]
     return max(end[0] for end in ends), max(end[1] for end in ends)
 
 

@@ -12,14 +12,26 @@ CORRECTIONS: Mapping[tuple[str, str], str] = {
     ("mill", "path"): "cutwise.study.correct.path:corrected",
     ("deburr", "feed"): "cutwise.study.correct.deburr:corrected",
     ("drill", "offset"): "cutwise.study.correct.drill:corrected",
+    ("machine", "offset"): "cutwise.study.correct.error_map:corrected",
 }
 """(process, change): ``module:function``; what is asked for together is done in this order."""
 
 OBJECTIVES: frozenset[str] = frozenset({"time"})
 """What can be made least."""
 
-FORMATS: Mapping[str, str] = {}
+FORMATS: Mapping[str, str] = {
+    form: f"cutwise.study.correct.formats:{form}" for form in ("fanuc", "apt", "krl", "rapid", "poses", "table")
+}
 """Writers beside that of the program's own language (rs274): ``module:function`` from a Corrected to a text."""
+
+
+WRITTEN: Mapping[str, tuple[str, ...]] = {
+    "mill": ("rs274", "fanuc", "apt"),
+    "drill": ("poses", "krl", "rapid"),
+    "deburr": ("table",),
+    "machine": ("table",),
+}
+"""Languages of each process; the first is the usual one."""
 
 
 def found(process: str, change: str) -> Corrects | None:
