@@ -28,8 +28,8 @@ def correct(
     output: Annotated[Path | None, typer.Option("-o", "--output", metavar="OUT", help="write the new program")] = None,
     form: Annotated[
         str | None,
-        typer.Option("--format", metavar="FORMAT", help="language of the new program: rs274 (its own), fanuc, apt; of robots poses, "
-                     "krl, rapid; table of feeds or errors"),
+        typer.Option("--format", metavar="FORMAT", help="language of the new program: rs274 (its own), fanuc, apt; of robots "
+                     "poses, krl, rapid; table of feeds or errors"),
     ] = None,
     draws: Annotated[str | None, typer.Option("--draws", metavar="N", help="draws of what is uncertain")] = None,
     ranges: Annotated[
@@ -50,6 +50,12 @@ def correct(
         refuse(f"--format {form}: is not there; there are {', '.join(['rs274', *FORMATS])}")
     settings = [*(overrides or ()), *_settings(objective, change, draws, ranges or ())]
     scenario = load(file, settings, named=SET)
+    languages = WRITTEN.get(scenario.process, ("rs274",))
+    if form is not None and form not in languages:
+        refuse(
+            f"--format {form}: does not go with process: {scenario.process}, of which there is {', '.join(languages)}"
+        )
+    form = form or languages[0]
     outputs.checked([output], [file, *scenario.files])
     console = Console()
     with console.progress(f"correct {scenario.name}") as progress:

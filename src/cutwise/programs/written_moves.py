@@ -32,7 +32,9 @@ def plain(text: str, *, upper: bool = False) -> str:
     return kept.upper() if upper else kept
 
 
-def fanuc(name: str, moves: Sequence[Move], *, number: int = 1, decimals: int = 6) -> str:
+def fanuc(
+    name: str, moves: Sequence[Move], *, number: int = 1, decimals: int = 6, remarks: Sequence[str] = ()
+) -> str:  # fmt: skip
     """A program for Fanuc-compatible controls: O number, decimal points everywhere, incremental centres.
 
     Blends with a tolerance (G64 P) have no word there; they are written as cutting mode (G64).
@@ -47,13 +49,16 @@ def fanuc(name: str, moves: Sequence[Move], *, number: int = 1, decimals: int = 
         Of the program, 1 to 9999.
     decimals : int
         Of the millimetre.
+    remarks : sequence of str
+        Comments behind the first.
 
     Raises
     ------
     Unwritten
         A probing move, a rotary axis, or an arc about a tilted axis.
     """
-    lines = ["%", f"O{number:04d} ({plain(name, upper=True)[:40]})", "G21 G17 G90 G94 G40 G49 G80"]
+    told = [f"({plain(text, upper=True)})" for text in remarks]
+    lines = ["%", f"O{number:04d} ({plain(name, upper=True)[:40]})", *told, "G21 G17 G90 G94 G40 G49 G80"]
     lines += _Fanuc(decimals).lines(moves)
     return "\n".join([*lines, "M30", "%", ""])
 
@@ -151,7 +156,9 @@ class _Fanuc:
         return "0." if text in ("-0.", "0.") else text
 
 
-def apt(name: str, moves: Sequence[Move], *, diameter: float | None = None, decimals: int = 6) -> str:
+def apt(
+    name: str, moves: Sequence[Move], *, diameter: float | None = None, decimals: int = 6, remarks: Sequence[str] = ()
+) -> str:  # fmt: skip
     """APT (CL data) of moves: GOTO of the tool tip, CIRCLE before the end of an arc.
 
     Parameters
@@ -164,13 +171,15 @@ def apt(name: str, moves: Sequence[Move], *, diameter: float | None = None, deci
         Of the cutter [m].
     decimals : int
         Of the millimetre.
+    remarks : sequence of str
+        Comments.
 
     Raises
     ------
     Unwritten
         A probing move or a rotary axis.
     """
-    lines = [f"PARTNO/{plain(name)}", "UNITS/MM"]
+    lines = [f"PARTNO/{plain(name)}", *(f"$$ {plain(text)}" for text in remarks), "UNITS/MM"]
     lines += [] if diameter is None else [f"CUTTER/{diameter * _MM:.4f}"]
     lines += _apt_lines(moves, decimals)
     return "\n".join([*lines, "SPINDL/OFF", "FINI", ""])

@@ -16,41 +16,50 @@ from cutwise.study.correct.outcome import Corrected
 def fanuc(found: Corrected) -> str:
     """The new program for Fanuc-compatible controls."""
     scenario = _milled(found, "fanuc")
-    return _written(lambda moves: written_moves.fanuc(scenario.name, moves), scenario, "fanuc")
+    return _written(lambda moves: written_moves.fanuc(scenario.name, moves, remarks=_misses(found)), scenario, "fanuc")
 
 
 def apt(found: Corrected) -> str:
     """The new program as APT."""
     scenario = _milled(found, "apt")
     diameter = None if scenario.tool is None else scenario.tool.diameter
-    return _written(lambda moves: written_moves.apt(scenario.name, moves, diameter=diameter), scenario, "apt")
+    return _written(
+        lambda moves: written_moves.apt(scenario.name, moves, diameter=diameter, remarks=_misses(found)),
+        scenario,
+        "apt",
+    )
 
 
 def krl(found: Corrected) -> str:
     """Corrected poses in the KUKA robot language."""
-    return robot_moves.krl(robot_program.drilling(_drilled(found, "krl")))
+    return robot_moves.krl(robot_program.drilling(_drilled(found, "krl"), _misses(found)))
 
 
 def rapid(found: Corrected) -> str:
     """Corrected poses in RAPID."""
-    return robot_moves.rapid(robot_program.drilling(_drilled(found, "rapid")))
+    return robot_moves.rapid(robot_program.drilling(_drilled(found, "rapid"), _misses(found)))
 
 
 def poses(found: Corrected) -> str:
     """Corrected poses as CSV: place, angles A B C, angles of the motors, speed."""
-    return robot_program.poses(robot_program.drilling(_drilled(found, "poses")))
+    return robot_program.poses(robot_program.drilling(_drilled(found, "poses"), _misses(found)))
 
 
 def table(found: Corrected) -> str:
     """What a control or a scenario takes as a table: feed over an edge, errors over the working space."""
-    scenario = found.scenario
+    scenario, told = found.scenario, [f"# {text}" for text in _misses(found)]
     if isinstance(scenario, DeburringScenario) and scenario.operation.feed_profile is not None:
         columns = scenario.operation.feed_profile.columns
         rows = zip(*columns.values(), strict=True)
-        return "\n".join([", ".join(columns), *(", ".join(f"{value:.9g}" for value in row) for row in rows), ""])
+        return "\n".join([*told, ", ".join(columns), *(", ".join(f"{value:.9g}" for value in row) for row in rows), ""])
     if isinstance(scenario, MachineScenario):
-        return error_map.text(scenario)
+        return "\n".join([*told, error_map.text(scenario)])
     raise _refused("table", found, "a feed along an edge (deburr) and an error map (machine) are tables")
+
+
+def _misses(found: Corrected) -> tuple[str, ...]:
+    """What the first comment says of a program that is not good enough."""
+    return () if found.good else (f"cutwise: misses {'; '.join(found.reasons)}",)
 
 
 def _milled(found: Corrected, form: str) -> MillingScenario:

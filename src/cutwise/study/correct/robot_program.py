@@ -1,6 +1,7 @@
 """Drilled holes as a program of the robot that drills them."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -19,7 +20,7 @@ BLEND = 1e-3  # [m] where a corner may be cut
 _MM = 1e3
 
 
-def drilling(scenario: DrillingScenario) -> RobotProgram:
+def drilling(scenario: DrillingScenario, remarks: Sequence[str] = ()) -> RobotProgram:
     """Every hole in the order of the scenario: approached by the joints, fed through, drawn back along its axis.
 
     Raises
@@ -42,15 +43,16 @@ def drilling(scenario: DrillingScenario) -> RobotProgram:
     if faults:
         raise ScenarioFault(faults)
     rpm = scenario.operation.spindle_speed * 30.0 / math.pi
-    remarks = (
+    told = (
         f"cutwise: {scenario.name}",
+        *remarks,
         "poses of the tool tip in the base frame of the robot model, mm and degrees",
         "tool: seen from the flange as the model has it (axes of the last link, parallel to the base at zero); hold it "
         "against that of the control, whose flange may be turned",
         f"start the spindle before, {rpm:.0f} rpm to the right; approach {APPROACH * _MM:.0f} mm/s",
     )
     frame = Frame(np.asarray(cell.arm.tool_tip), np.asarray(cell.arm.tool_rotation))
-    return RobotProgram(scenario.name, frame, Frame(np.zeros(3), np.eye(3)), moves, BLEND, remarks)
+    return RobotProgram(scenario.name, frame, Frame(np.zeros(3), np.eye(3)), moves, BLEND, told)
 
 
 def _hole(scenario: DrillingScenario, cell: DrillCell, hole: DrilledHole) -> list[RobotMove]:
