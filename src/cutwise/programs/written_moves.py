@@ -75,6 +75,11 @@ class _Fanuc:
         for move in moves:
             _check(move)
             yield from self._before(move)
+            if self.at is None and move.kind in ("feed", "arc"):  # where the tool stood is not known to this control
+                start = self._rounded(move.start)
+                yield f"G0 X{self._number(start[0])} Y{self._number(start[1])}"
+                yield f"G0 Z{self._number(start[2])}"
+                self.at = start
             if move.kind == "dwell":
                 yield f"G4 P{round(move.dwell * 1e3)}"
             elif move.kind == "arc":
@@ -114,8 +119,7 @@ class _Fanuc:
         if code != self.plane:
             self.plane = code
             yield f"G{code}"
-        if self.at is None:
-            self.at = self._rounded(move.start)
+        assert self.at is not None
         for end in _turns(move):
             there = self._rounded(end)
             centre = [self._number(move.centre[axis] * _MM - self.at[axis]) for axis in (u, v)]
