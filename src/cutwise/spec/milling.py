@@ -547,6 +547,11 @@ class MillingScenario(Scenario):
             if self.numerics.force != "tooth_resolved":
                 yield Notice(("stability",), "chatter is looked at tooth by tooth (numerics.force)")
         yield Notice(("numerics", "station"), "there is no robot, whose path is looked at in stations")
+        if self.program is not None:
+            yield Notice(
+                ("tool", "stiffness"), "a run of a program takes the tool as rigid (or swinging: tool.modes); cutwise correct "
+                "holds walls to it",
+            )  # fmt: skip
         if self.lobes.model_fields_set and (not self.tool.modes or self.numerics.force != "tooth_resolved"):
             why = (
                 "the tool has no modes (tool.modes)" if not self.tool.modes else "force is not resolved tooth by tooth"

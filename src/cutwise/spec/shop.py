@@ -15,7 +15,7 @@ class Shop(Spec):
         description="of machine and operator", examples=["60 EUR/h"], ge=0
     )
     tool_price: Annotated[Money, Usual("1 EUR", "500 EUR")] | None = Field(
-        default=None, description="price of a cutting edge (a tool, or its regrinding); left out: tools cost nothing, which is told",
+        default=None, description="price of a cutting edge (a tool, or its regrinding); left out: tools cost nothing",
         examples=["60 EUR"], ge=0,
     )  # fmt: skip
 

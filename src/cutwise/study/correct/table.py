@@ -9,6 +9,7 @@ from cutwise.study.correct.outcome import Proposal, Task
 Corrects = Callable[[Task], Proposal]
 
 CORRECTIONS: Mapping[tuple[str, str], str] = {
+    ("mill", "feed"): "cutwise.study.correct.feed:corrected",
     ("mill", "path"): "cutwise.study.correct.path:corrected",
     ("deburr", "feed"): "cutwise.study.correct.deburr:corrected",
     ("drill", "offset"): "cutwise.study.correct.drill:corrected",
