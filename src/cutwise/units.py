@@ -89,7 +89,7 @@ def registry() -> "pint.UnitRegistry[float]":
     import pint
 
     try:
-        found = pint.UnitRegistry(cache_folder=":auto:")
+        found: pint.UnitRegistry[float] = pint.UnitRegistry(cache_folder=":auto:")
     except OSError:  # no folder to write the cache to
         found = pint.UnitRegistry()
     found.define("EUR = [money]")

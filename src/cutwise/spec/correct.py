@@ -13,13 +13,15 @@ from cutwise.spec.base import Count, Length, Notice, Spec, Time, Usual, contradi
 
 _ALL = frozenset({"objective", "change", "limits", "ranges"})
 _FEED = frozenset({"air_clearance", "station", "split_gain", "blocks_max"})
-_EDGE = frozenset({"aim", "burr_scatter", "look_ahead", "judge_from"})
+EDGE = frozenset({"aim", "burr_scatter", "look_ahead", "judge_from"})
+"""What a feed along a burred edge reads."""
+
 _PATH = frozenset(
     {"residual", "iterations", "lead", "smoothing", "chord", "decimals", "shift_max", "draws", "vary", "seed"}
 )
 
 KEYS: Mapping[str, frozenset[str]] = {
-    "feed": _ALL | _FEED | _EDGE,
+    "feed": _ALL | _FEED | EDGE,
     "speed": _ALL,
     "path": _ALL | _PATH,
     "offset": _ALL | _PATH,

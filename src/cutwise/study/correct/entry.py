@@ -6,12 +6,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from cutwise.results import Measure, Result
-from cutwise.spec.correct import Correction
+from cutwise.spec.correct import KEYS, Correction
 from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.spec.scenario import Scenario
 from cutwise.study.band import simulate
 from cutwise.study.correct.outcome import Corrected, Progress, Proposal, Task, measured
-from cutwise.study.correct.table import CORRECTIONS, OBJECTIVES, changes_of, found
+from cutwise.study.correct.table import CORRECTIONS, OBJECTIVES, READ, changes_of, found
 
 
 def correct(
@@ -72,6 +72,12 @@ def refused(scenario: Scenario, said: Correction) -> Iterator[Fault]:
                 f"nothing of process: {scenario.process} can be corrected yet" + (f", {one} of {', '.join(kinds)}" if kinds else "")
             )  # fmt: skip
             yield Fault(("correct", "change", place), f"{one} is not there yet; {known}")
+    rows = [(scenario.process, one) for one in said.change if (scenario.process, one) in CORRECTIONS]
+    read = frozenset[str]().union(*(READ.get(row, KEYS[row[1]]) for row in rows))
+    for key in sorted(said.model_fields_set - read) if rows else ():
+        names = ", ".join(sorted(read - {"objective", "change"}))
+        yield Fault(("correct", key), f"is not read by change: {', '.join(said.change)} of process: {scenario.process}, "
+                    f"which reads {names}")  # fmt: skip
     if said.objective not in OBJECTIVES:
         yield Fault(
             ("correct", "objective"), f"{said.objective} is not there yet; there is {', '.join(sorted(OBJECTIVES))}"

@@ -4,6 +4,7 @@
 from collections.abc import Callable, Mapping
 from importlib import import_module
 
+from cutwise.spec.correct import EDGE, KEYS
 from cutwise.study.correct.outcome import Proposal, Task
 
 Corrects = Callable[[Task], Proposal]
@@ -16,6 +17,18 @@ CORRECTIONS: Mapping[tuple[str, str], str] = {
     ("machine", "offset"): "cutwise.study.correct.error_map:corrected",
 }
 """(process, change): ``module:function``; what is asked for together is done in this order."""
+
+_JUDGED = frozenset({"objective", "change", "residual"})
+_LEARNED = _JUDGED | {"iterations", "shift_max", "draws", "vary", "seed"}
+
+READ: Mapping[tuple[str, str], frozenset[str]] = {
+    ("mill", "feed"): KEYS["feed"] - EDGE,
+    ("mill", "path"): _LEARNED | {"limits", "lead", "smoothing", "chord", "decimals"},
+    ("deburr", "feed"): EDGE | {"objective", "change", "ranges", "station"},
+    ("drill", "offset"): _LEARNED,
+    ("machine", "offset"): _JUDGED,
+}
+"""Keys of the section that a row reads, where they are not all of its change."""
 
 OBJECTIVES: frozenset[str] = frozenset({"time"})
 """What can be made least."""
