@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn, TypeVar
 import typer
 
 import cutwise
-from cutwise.app import calibrating, correcting, exits, inspection, interrupt, outputs, studying, validating
+from cutwise.app import calibrating, comparing, correcting, exits, inspection, interrupt, outputs, studying, validating
 from cutwise.app.exits import INTERRUPTED, NOBODY_READS, OK, REQUIREMENT_FAILED, TERMINATED, explain, refuse
 from cutwise.app.options import SET, Overrides, ScenarioFile
 from cutwise.app.writing import REPORT, RUN, programs, written
@@ -290,6 +290,7 @@ for _look in (
     calibrating.calibrate,
     validating.validate,
     correcting.correct,
+    comparing.compare,
     inspection.part,
     inspection.program,
     inspection.spindle,

@@ -12,6 +12,7 @@ from pydantic import Field, PrivateAttr, field_serializer, field_validator, mode
 from cutwise import units
 from cutwise.spec import fields
 from cutwise.spec.base import Notice, Spec, Status, contradiction
+from cutwise.spec.comparison import Comparison
 from cutwise.spec.correct import Correction
 from cutwise.spec.faults import Path, split_dotted
 from cutwise.spec.needs import Needs, unmet
@@ -228,6 +229,9 @@ class Scenario(Spec):
         default_factory=dict,
         description="covariances of values; those of library entries come with them",
         examples=["{cut: {of: [material.K_tc, material.K_te], matrix: [[4e14, -1e9], [-1e9, 1e6]]}}"],
+    )
+    compare: Comparison | None = Field(
+        default=None, description="what cutwise compare holds side by side; a run does not read it"
     )
     correct: Correction | None = Field(
         default=None, description="what cutwise correct may change, and within which limits; a run does not read it"
