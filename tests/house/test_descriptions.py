@@ -46,6 +46,7 @@ WITHOUT_PHYSICS = {
     "spring_passes", "towards",
     # correct: what may be changed, and how closely it is looked at
     "correct", "change", "limits", "split_gain", "residual", "iterations", "chord", "decimals", "shift_max", "draws", "vary",
+    "ramp",
 }  # fmt: skip
 
 

@@ -102,7 +102,9 @@ def _value_end(raw: str, at: int) -> tuple[int, bool]:
     return -1, False
 
 
-def with_words(raw: str, values: Mapping[str, str | None], remarks: Iterable[str] = ()) -> str:
+def with_words(
+    raw: str, values: Mapping[str, str | None], remarks: Iterable[str] = (), known: LineWords | None = None
+) -> str:
     """A line with some words replaced or added behind the others; None takes a word away.
 
     Parameters
@@ -113,6 +115,8 @@ def with_words(raw: str, values: Mapping[str, str | None], remarks: Iterable[str
         Letter: number as text.
     remarks : iterable of str
         Comments behind the words.
+    known : LineWords, optional
+        The line taken apart, where it was already.
 
     Examples
     --------
@@ -121,7 +125,7 @@ def with_words(raw: str, values: Mapping[str, str | None], remarks: Iterable[str
     >>> with_words("G3 X74 Y30 R4", {"r": None, "i": "0", "j": "4"})
     'G3 X74 Y30 I0 J4'
     """
-    words = line_words(raw)
+    words = line_words(raw) if known is None else known
     edits: list[tuple[int, int, str]] = []
     added = []
     for letter, value in values.items():

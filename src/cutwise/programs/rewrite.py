@@ -77,8 +77,10 @@ def handles(trace: Trace) -> dict[int, Handle]:
 
 
 def _handle(trace: Trace, made: Sequence[Ran], line: int, numbers: list[int]) -> Handle:
-    state, words = trace.state(line), line_words(trace.lines[line - 1])
-    main = numbers[-1]
+    state, main = trace.state(line), numbers[-1]
+    if line not in trace.states and trace.runs[line - 1] == 1 and len(numbers) == 1 and made[main].start is not None:
+        return Handle(line, tuple(numbers), main, True, True, "")  # straight, and nothing else in it
+    words = line_words(trace.lines[line - 1])
 
     def one(change: bool, why: str) -> Handle:
         return Handle(line, tuple(numbers), main, change, False, why)
@@ -121,7 +123,7 @@ def _whole_because(made: Sequence[Ran], numbers: list[int], words: LineWords, st
     return ""
 
 
-def rewritten(trace: Trace, wanted: Mapping[int, Sequence[Part]]) -> str:
+def rewritten(trace: Trace, wanted: Mapping[int, Sequence[Part]], known: Mapping[int, Handle]) -> str:
     """The text with other feeds.
 
     Parameters
@@ -130,9 +132,10 @@ def rewritten(trace: Trace, wanted: Mapping[int, Sequence[Part]]) -> str:
         The program as it ran.
     wanted : mapping
         Line: the parts that it is to be run in, the last up to share 1. Lines that are not there keep their feed.
+    known : mapping
+        What :func:`handles` tells of the lines.
     """
     made = [step for step in trace.steps if isinstance(step, Ran)]
-    known = handles(trace)
     style = _Style(trace)
     feeds = {line: _feed_texts(made, known[line], parts, trace, style) for line, parts in wanted.items()}
     explicit = _explicit(trace, feeds)
@@ -225,7 +228,7 @@ def _command_end(main: Ran) -> Triple:
 
 def _explicit(trace: Trace, feeds: Mapping[int, list[str]]) -> dict[int, str]:
     """Lines whose (first) F has to be written, and what: followed along the run until nothing more is found."""
-    out = {line: texts[0] for line, texts in feeds.items() if line_words(trace.lines[line - 1]).get("f") is not None}
+    out = {line: texts[0] for line, texts in feeds.items() if _has_feed(trace.lines[line - 1])}
     out |= {line: texts[0] for line, texts in feeds.items() if trace.state(line).feed_mode == 93}
     while True:
         found = dict(out)
@@ -244,6 +247,10 @@ def _needed(trace: Trace, feeds: Mapping[int, list[str]], written: Mapping[int, 
         n for n, raw in enumerate(trace.lines, start=1) if raw[:1] == "/" and line_words(raw).get("f") is not None
     }
     for step in trace.steps:
+        if isinstance(step, Word) and step.factor:
+            old = None if old is None else old * step.factor
+            new = None if new is None else new * step.factor
+            continue
         if isinstance(step, Word):
             old = step.rate
             new = None if step.rate is None or step.line in deleted else step.rate
@@ -255,24 +262,35 @@ def _needed(trace: Trace, feeds: Mapping[int, list[str]], written: Mapping[int, 
             continue
         texts = feeds.get(line)
         wanted = old if texts is None else float(texts[0])
-        if line not in written and wanted is not None and new != wanted and _may_be_written(trace, line):
+        if line not in written and wanted is not None and not _same(new, wanted) and _may_be_written(trace, line):
             yield line, texts[0] if texts is not None else f"{wanted:.10g}"
         new = wanted if texts is None else float(texts[-1])
 
 
+def _same(new: float | None, wanted: float) -> bool:
+    """Whether a feed in force is the one that is wanted; units that change on the way round."""
+    return new is not None and abs(new - wanted) <= 1e-9 * wanted
+
+
 def _may_be_written(trace: Trace, line: int) -> bool:
     """Whether a word can be added to a line: not to the call of a subroutine of another file, which writes its own feeds."""
-    return bool(line_words(trace.lines[line - 1]).words)
+    return line not in trace.states or bool(line_words(trace.lines[line - 1]).words)
+
+
+def _has_feed(raw: str) -> bool:
+    """Whether a line has an F."""
+    return ("F" in raw or "f" in raw) and line_words(raw).get("f") is not None
 
 
 def _with_feed(raw: str, feed: str) -> str:
     """A line with a feed; the expression that stood there goes into a comment."""
-    word = line_words(raw).get("f")
+    words = line_words(raw)
+    word = words.get("f")
     if word is not None and not word.plain:
-        return with_words(raw, {"f": feed}, [f"was F{word.value}"])
+        return with_words(raw, {"f": feed}, [f"was F{word.value}"], words)
     if word is not None and float("".join(word.value.split())) == float(feed):
         return raw
-    return with_words(raw, {"f": feed})
+    return with_words(raw, {"f": feed}, (), words)
 
 
 def _split(
@@ -356,6 +374,20 @@ def _on_contour(trace: Trace, main: Ran, line: int, share: float) -> Triple:
     out[u], out[v] = cu + radius * math.cos(angle), cv + radius * math.sin(angle)
     out[w] = start[w] + share * (end[w] - start[w])
     return out[0], out[1], out[2]
+
+
+def with_speed(trace: Trace, speed: float) -> tuple[str, int]:
+    """The text with another spindle speed [rpm] in every S of a line that ran, and how many there were."""
+    count, out = 0, []
+    for raw, runs in zip(trace.lines, trace.runs.tolist(), strict=True):
+        word = line_words(raw).get("s") if runs and ("S" in raw or "s" in raw) else None
+        if word is None:
+            out.append(raw)
+            continue
+        count += 1
+        text = f"{speed:.10g}" + ("." if word.plain and word.value.endswith(".") else "")
+        out.append(with_words(raw, {"s": text}, [] if word.plain else [f"was S{word.value}"]))
+    return "\n".join(out), count
 
 
 def with_first_comment(text: str, comment: str) -> str:

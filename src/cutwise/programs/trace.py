@@ -20,7 +20,7 @@ from cutwise.programs.canon import (
     Rotation,
     WorkOffset,
 )
-from cutwise.programs.controller import PLANES, Controller, PlaneName
+from cutwise.programs.controller import INCH, MILLIMETRE, PLANES, Controller, PlaneName
 from cutwise.programs.interpreter import default_tool, reading
 from cutwise.programs.motions import present
 from cutwise.programs.moves import Move, moves
@@ -60,10 +60,14 @@ class Ran(NamedTuple):
 
 
 class Word(NamedTuple):
-    """A feed that came into force: line, and value in program units; None behind a change of units or of the feed mode."""
+    """A feed that came into force: line, and value in program units; None behind a change of the feed mode.
+
+    Behind a change of units the feed stays, and its number is another: by ``factor``.
+    """
 
     line: int
     rate: float | None
+    factor: float = 0.0
 
 
 class Trace(NamedTuple):
@@ -127,10 +131,11 @@ def traced(text: str, name: str, setup: Setup) -> Trace | None:
     last: list[Command] = []
     at: tuple[float, float, float] | None = None
     before: tuple[float, float, float] | None = None
+    inch = run.controller.inch
     plane: PlaneName = run.controller.plane
 
     def watched() -> Iterator[Command]:
-        nonlocal at, before, plane
+        nonlocal at, before, plane, inch
         for command in run.commands():
             last[:] = [command]
             if isinstance(command, FeedRate):
@@ -140,7 +145,9 @@ def traced(text: str, name: str, setup: Setup) -> Trace | None:
             elif isinstance(command, _FRAMES):
                 at = None
                 if isinstance(command, LengthUnits):
-                    steps.append(Word(command.line, None))
+                    if command.inch != inch and not _said_here(steps, command.line):
+                        steps.append(Word(command.line, None, MILLIMETRE / INCH if command.inch else INCH / MILLIMETRE))
+                    inch = command.inch
             elif isinstance(command, Plane):
                 plane = command.plane
             end = _end(command, plane)
@@ -151,6 +158,12 @@ def traced(text: str, name: str, setup: Setup) -> Trace | None:
     for move in moves(watched(), start=run.start, tool=default_tool(setup)):
         steps.append(Ran(move, last[0], before, plane))
     return Trace(tuple(run.flow.main.lines), watch.runs, watch.states, first, tuple(steps), sorted(watch.states))
+
+
+def _said_here(steps: list[Ran | Word], line: int) -> bool:
+    """Whether a feed stands in the very block of a unit word, and is meant in the new unit."""
+    last = steps[-1] if steps else None
+    return isinstance(last, Word) and last.line == line and last.rate is not None
 
 
 def _end(command: Command, plane: str) -> tuple[float, float, float] | None:

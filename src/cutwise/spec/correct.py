@@ -11,7 +11,7 @@ from pydantic import Field, field_serializer, field_validator
 from cutwise import units
 from cutwise.spec.base import Count, Length, Notice, Spec, Time, Usual, contradiction
 
-_ALL = frozenset({"objective", "change", "limits", "ranges"})
+_ALL = frozenset({"objective", "change", "limits"})
 _FEED = frozenset({"air_clearance", "station", "split_gain", "blocks_max"})
 EDGE = frozenset({"aim", "burr_scatter", "look_ahead", "judge_from"})
 """What a feed along a burred edge reads."""
@@ -22,13 +22,14 @@ _PATH = frozenset(
 
 KEYS: Mapping[str, frozenset[str]] = {
     "feed": _ALL | _FEED | EDGE,
-    "speed": _ALL,
+    "speed": _ALL | {"ranges"},
     "path": _ALL | _PATH,
-    "offset": _ALL | _PATH,
-    "depth": _ALL,
-    "placement": _ALL,
+    "offset": _ALL | _PATH | {"ranges"},
+    "depth": _ALL | {"ranges"},
+    "placement": _ALL | {"ranges"},
 }
-"""What each change reads of the section: a key that none of the changes asked for reads is refused."""
+"""What each change reads of the section; a key that none of the changes asked for reads is told, or refused where its change
+is not there (:func:`cutwise.study.correct.entry.refused`)."""
 
 LIMITED: Mapping[str, str] = {
     "force_xy_peak": "force",
@@ -158,7 +159,7 @@ class Correction(Spec):
         }  # fmt: skip
 
     def contradictions(self) -> Iterator[Notice]:
-        """Keys that belong to none of the changes asked for."""
+        """Changes that do not exist, or are there twice."""
         if not self.change:
             yield Notice(("change",), f"is empty; write one or more of {', '.join(KEYS)}")
         for place, change in enumerate(self.change):
@@ -168,12 +169,6 @@ class Correction(Spec):
                 yield Notice(("change", place), f"{change} is nothing that can be changed; {hint}")
             if change in self.change[:place]:
                 yield Notice(("change", place), f"{change} is there twice")
-        if not self.change or not set(self.change) <= KEYS.keys():
-            return
-        read = frozenset[str]().union(*(KEYS[change] for change in self.change))
-        for key in sorted(self.model_fields_set - read):
-            users = " or ".join(change for change, keys in KEYS.items() if key in keys)
-            yield Notice((key,), f"belongs to change: {users}, which is not asked for (correct.change)")
 
 
 def _bound(name: str, given: Any, found: list[Notice]) -> Any:

@@ -25,7 +25,7 @@ from cutwise.study.many.distributions import Normal
 SURE = 0.95
 """Share of the common draws that has to agree with a difference, else it is told as not distinguishable."""
 
-_CHEAP = 4096  # draws where money and wear alone vary
+_CHEAP = 32_768  # draws where money and wear alone vary
 _LIFE = "wear.scatter"  # input that stands for the scatter of the tool life
 _COST = "cost_per_part"
 _SHOWN = (

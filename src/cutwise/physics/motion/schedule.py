@@ -410,7 +410,12 @@ def time_bound(length: FloatArray, cap: FloatArray, bend: FloatArray, accelerati
             square[there] = min(square[there], (begun + math.sqrt(max(room, 0.0))) / (1.0 + q))
     time = 0.0
     for k in range(n):
-        time += 2.0 * length[k] / (math.sqrt(square[k]) + math.sqrt(square[k + 1]))
+        both = math.sqrt(square[k]) + math.sqrt(square[k + 1])
+        if both > 0.0:
+            time += 2.0 * length[k] / both
+        else:  # from rest to rest within one cell
+            top = min(math.sqrt(acceleration * length[k]), cap[k])
+            time += length[k] / top + top / acceleration
     return time
 
 

@@ -72,16 +72,27 @@ def refused(scenario: Scenario, said: Correction) -> Iterator[Fault]:
                 f"nothing of process: {scenario.process} can be corrected yet" + (f", {one} of {', '.join(kinds)}" if kinds else "")
             )  # fmt: skip
             yield Fault(("correct", "change", place), f"{one} is not there yet; {known}")
-    rows = [(scenario.process, one) for one in said.change if (scenario.process, one) in CORRECTIONS]
-    read = frozenset[str]().union(*(READ.get(row, KEYS[row[1]]) for row in rows))
-    for key in sorted(said.model_fields_set - read) if rows else ():
-        names = ", ".join(sorted(read - {"objective", "change"}))
-        yield Fault(("correct", key), f"is not read by change: {', '.join(said.change)} of process: {scenario.process}, "
-                    f"which reads {names}")  # fmt: skip
+    for key, users in _unread(scenario.process, said).items():
+        if not users and there:
+            names = sorted(frozenset[str]().union(*(_reads(scenario.process, one) for one in there)))
+            yield Fault(("correct", key), f"is read by nothing that can be changed of process: {scenario.process} (change: "
+                        f"{', '.join(there)}); it reads {', '.join(names)}")  # fmt: skip
     if said.objective not in OBJECTIVES:
         yield Fault(
             ("correct", "objective"), f"{said.objective} is not there yet; there is {', '.join(sorted(OBJECTIVES))}"
         )
+
+
+def _reads(process: str, change: str) -> frozenset[str]:
+    """Keys of the section that a change of a process reads."""
+    return READ.get((process, change), KEYS[change])
+
+
+def _unread(process: str, said: Correction) -> dict[str, list[str]]:
+    """Keys that are written and that none of the changes asked for reads, each with the changes of the process that do."""
+    there = changes_of(process)
+    read = frozenset[str]().union(*(_reads(process, one) for one in said.change if one in there))
+    return {key: [one for one in there if key in _reads(process, one)] for key in sorted(said.model_fields_set - read)}
 
 
 def _judged(task: Task, proposals: Sequence[Proposal], after: Result) -> Corrected:
@@ -108,7 +119,17 @@ def _judged(task: Task, proposals: Sequence[Proposal], after: Result) -> Correct
         tuple(change for one in proposals for change in one.changes),
         tuple(_row(result) for result in (before, after)),
         measured(values),
-        tuple(dict.fromkeys(text for one in proposals for text in one.told)),
+        tuple(
+            dict.fromkeys(
+                [
+                    *(text for one in proposals for text in one.told),
+                    *(
+                        f"correct.{key} is not used: it belongs to change: {' or '.join(users)}"
+                        for key, users in _unread(task.scenario.process, task.said).items()
+                    ),
+                ]
+            )
+        ),
         tuple(dict.fromkeys(reasons)),
         tuple(along for one in proposals for along in one.along),
     )

@@ -11,13 +11,14 @@ from cutwise import units
 from cutwise.io.program_setup import setup_of
 from cutwise.physics.engagement.path_sweep import swept_path
 from cutwise.physics.engagement.stock import stands_in_material
-from cutwise.process.assemble_mill import program_path, read_program, spindle_speed
+from cutwise.process.assemble_mill import program_path, spindle_speed
 from cutwise.process.program_path import ProgramPath, kept_moves
 from cutwise.process.stock_moves import FLAT, stock_of
 from cutwise.programs.block_text import block_named
 from cutwise.programs.interpreter import Interpreted
+from cutwise.programs.move_table import Moves
 from cutwise.programs.rewrite import Handle, handles, rewritten
-from cutwise.programs.trace import Trace, traced
+from cutwise.programs.trace import Ran, Trace, traced
 from cutwise.spec.correct import LIMITED, Correction
 from cutwise.spec.drives import CncMachine
 from cutwise.spec.faults import Fault, ScenarioFault
@@ -60,10 +61,13 @@ class Ready(NamedTuple):
 
 def corrected(task: Task) -> Proposal:
     """The program with the quickest feeds that keep the limits, or as it was with the reason."""
-    _refuse(task)
+    faults = list(refusals(task))
+    if faults:
+        raise ScenarioFault(faults)
     ready = prepared(task.scenario, task.said)
     wanted = asked(task.scenario, task.said, walls=bool(tip_compliance(ready.scenario).any()))
-    static = static_before(ready)
+    first = task.before.scenario
+    static = static_before(ready if first is task.scenario else prepared(first, task.said))
     limits = resolved(wanted, static)
     room = allowed(ready.scenario, ready.path, ready.cells, ready.cutting, limits)
     proof = prove.proved(ready, task, wanted, limits, room)
@@ -84,13 +88,12 @@ def corrected(task: Task) -> Proposal:
 def prepared(scenario: Scenario, said: Correction) -> Ready:
     """Read the program once as moves and once as text, and look at all of its cells."""
     assert isinstance(scenario, MillingScenario)
-    program = read_program(scenario)
-    assert program is not None
     given = scenario.program
     assert given is not None
     trace = traced(given.text, given.file, setup_of(given))
     if trace is None:
         raise ScenarioFault([Fault(("program",), "is APT; feeds are rewritten in G-code alone: post-process it first")])
+    program = Interpreted(Moves(step.move for step in trace.steps if isinstance(step, Ran)), (), (), given.text)
     path = program_path(scenario, program)
     cells = cells_of(scenario, path, said.station)
     cutting = cutting_of(scenario, path, cells, spindle_speed(scenario, program))
@@ -100,40 +103,28 @@ def prepared(scenario: Scenario, said: Correction) -> Ready:
     return Ready(scenario, program, trace, path, cells, cutting, bed, known)
 
 
-def _refuse(task: Task) -> None:
-    """What feeds cannot be scheduled for.
-
-    Raises
-    ------
-    ScenarioFault
-        All of it.
-    """
-    scenario, faults = task.scenario, []
+def refusals(task: Task) -> Iterator[Fault]:
+    """What feeds and speeds of a program cannot be corrected for."""
+    scenario = task.scenario
     assert isinstance(scenario, MillingScenario)
     if scenario.program is None:
-        faults.append(
-            Fault(("program",), "missing: feeds are corrected in the text of a program (or give the corner as one)")
-        )
+        yield Fault(("program",), "missing: feeds are corrected in the text of a program (or give the corner as one)")
     if scenario.in_3d:
-        faults.append(Fault(("stock",), "feeds are corrected for one flat end mill (tool) in a block, whose contact is exact; "
-                            "tools of other shapes, a nominal part and fixtures (a stock in 3D) are not covered yet"))  # fmt: skip
+        yield Fault(("stock",), "feeds are corrected for one flat end mill (tool) in a block, whose contact is exact; tools of "
+                    "other shapes, a nominal part and fixtures (a stock in 3D) are not covered yet")  # fmt: skip
     elif not isinstance(scenario.machine, CncMachine):
-        faults.append(
-            Fault(("machine",), "feeds are corrected for a machine with feed drives: machine: {library: fadal2216}")
-        )
+        yield Fault(("machine",), "feeds are corrected for a machine with feed drives: machine: {library: fadal2216}")
     if "plunge_force_max" in task.said.limits:
-        faults.append(Fault(("correct", "limits", "plunge_force_max"), "the end of the mill has no force in a block; plunges keep "
-                            "their feed"))  # fmt: skip
-    if scenario.stock is None and task.said.air_clearance is not None:
-        faults.append(Fault(("correct", "air_clearance"), "without a stock nothing is known to be air"))
-    if task.unroll:
-        faults.append(
-            Fault(
-                (), "is not there yet: lines that run several times get the least feed of their runs", file="--unroll"
-            )
+        yield Fault(
+            ("correct", "limits", "plunge_force_max"),
+            "the end of the mill has no force in a block; plunges keep their feed",
         )
-    if faults:
-        raise ScenarioFault(faults)
+    if scenario.stock is None and task.said.air_clearance is not None:
+        yield Fault(("correct", "air_clearance"), "without a stock nothing is known to be air")
+    if task.unroll:
+        yield Fault(
+            (), "is not there yet: lines that run several times get the least feed of their runs", file="--unroll"
+        )
 
 
 def _keeps(scenario: MillingScenario, path: ProgramPath, cells: Cells, said: Correction) -> BoolArray:
@@ -196,7 +187,7 @@ def proposed(ready: Ready, room: Allowed, factor: FloatArray, said: Correction) 
         own = np.minimum(own, ready.path.feed[ready.cells.block])
     inch = ready.trace.first.inch if not ready.trace.looked_at else ready.trace.states[ready.trace.looked_at[-1]].inch
     done = scheduled(ready.path, ready.cells, ready.bed, own, ready.scenario.drives, said, inch)
-    return done, with_text(ready.scenario, rewritten(ready.trace, done.parts))
+    return done, with_text(ready.scenario, rewritten(ready.trace, done.parts, ready.known))
 
 
 # what is said

@@ -10,6 +10,7 @@ from cutwise.study.correct.outcome import Proposal, Task
 Corrects = Callable[[Task], Proposal]
 
 CORRECTIONS: Mapping[tuple[str, str], str] = {
+    ("mill", "speed"): "cutwise.study.correct.speed:corrected",
     ("mill", "feed"): "cutwise.study.correct.feed:corrected",
     ("mill", "path"): "cutwise.study.correct.path:corrected",
     ("deburr", "feed"): "cutwise.study.correct.deburr:corrected",
