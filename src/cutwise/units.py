@@ -69,6 +69,8 @@ _ALL = (
     Dimension("angular_compliance", "rad/(N*m)", "µrad/(N*m)", "0.02 urad/(N m)"),
     Dimension("elasticity", "Pa", "kN/mm**2", "210 kN/mm^2"),
     Dimension("energy", "J", "J", "2.5 J"),
+    Dimension("money", "EUR", "EUR", "60 EUR"),
+    Dimension("money_rate", "EUR/s", "EUR/h", "60 EUR/h"),
     Dimension("dimensionless", "", "", "0.3"),
 )
 DIMENSIONS = {dimension.name: dimension for dimension in _ALL}
@@ -87,9 +89,11 @@ def registry() -> "pint.UnitRegistry[float]":
     import pint
 
     try:
-        return pint.UnitRegistry(cache_folder=":auto:")
+        found: pint.UnitRegistry[float] = pint.UnitRegistry(cache_folder=":auto:")
     except OSError:  # no folder to write the cache to
-        return pint.UnitRegistry()
+        found = pint.UnitRegistry()
+    found.define("EUR = [money]")
+    return found
 
 
 _SPELLINGS = (

@@ -10,6 +10,7 @@ import typer
 import cutwise
 from cutwise.app import (
     calibrating,
+    comparing,
     complete,
     correcting,
     exits,
@@ -283,6 +284,7 @@ for _look in (
     calibrating.calibrate,
     validating.validate,
     correcting.correct,
+    comparing.compare,
     inspection.part,
     inspection.program,
     inspection.spindle,

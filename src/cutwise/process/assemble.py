@@ -106,6 +106,10 @@ def edge_cut(scenario: DeburringScenario) -> EdgeCut:
     alone = EdgeCut(edge_pass(operation, float(layers.burr_height.value.max())), layers, cutter)
     if scenario.path is not None and scenario.path.arc is not None:
         alone = alone._replace(arc=Arc(scenario.path.arc.radius, scenario.follows))
+    profile = operation.feed_profile
+    if profile is not None:
+        at, feeds = (np.array(values) for values in profile.points())
+        alone = alone._replace(paced=Paced((), *carried.pace_of(at, feeds, operation.feed)))
     if scenario.robot is None:
         return alone._replace(behind=carriage.in_series(scenario.tool, _carriage(scenario), _part(scenario, alone)))
     along, height = robot_along(scenario, alone), surface_height(alone)
@@ -114,7 +118,7 @@ def edge_cut(scenario: DeburringScenario) -> EdgeCut:
     sag += np.cos(turn) * (along.sag[:, 1] - along.sag[:, 3] * height)
     path = alone.path._replace(error_curve=added(alone.path.error_curve, along.path.at, sag))
     arm = carriage.by_robot(answering(scenario), along, height)
-    paced = None
+    paced = alone.paced
     if scenario.operation.limit_feed:
         feed = scenario.operation.feed
         at, pace = carried.pace_of(along.path.at, carried.feeds_along(along, answering(scenario), feed), feed)

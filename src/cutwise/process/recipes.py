@@ -370,9 +370,10 @@ def _drilling_run(scenario: DrillingScenario, progress: Progress | None = None) 
     shift, places = drilling.place(scenario, cell)
     holes = []
     targets = drilling.targets(scenario.hole)
-    for count, target in enumerate(targets, 1):
+    led = drilling.led_to(scenario.hole)
+    for count, (target, to) in enumerate(zip(targets, led, strict=True), 1):
         moved = target._replace(position=target.position + shift)
-        holes.append(drilling.drill_one(scenario, cell, moved, scenario.numerics.time_step))
+        holes.append(drilling.drill_one(scenario, cell, moved, scenario.numerics.time_step, to))
         if progress is not None:
             progress(count / len(targets))
     return drilling.DrillRun(cell, tuple(holes), shift, places)

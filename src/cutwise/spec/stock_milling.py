@@ -38,7 +38,12 @@ def _program_faults(scenario: MillingScenario) -> Iterator[Notice]:
         yield Notice(("path",), "a stock in 3D is cut by a program: write program instead of path")
     if scenario.program is None:
         yield Notice(("program",), "missing; a stock in 3D is cut by a program, for example program: part.nc")
-    elif scenario.program.wanted is not None:
+    for key in ("shop", "pocket"):
+        if getattr(scenario, key) is not None:
+            yield Notice(
+                (key,), "counts with drives and exact arcs: a stock that is a block, one tool, no nominal part"
+            )
+    if scenario.program is not None and scenario.program.wanted is not None:
         yield Notice(
             ("program", "wanted"), "is the path before a correction for drives; a stock in 3D is cut without drives"
         )
