@@ -40,6 +40,7 @@ from cutwise.process.loops import (
     Strips,
     still_edge,
 )
+from cutwise.results import Finding
 from cutwise.spec.carrier import CarryingRobot, Standing
 from cutwise.spec.deburring import DeburringScenario
 from cutwise.spec.milling_machine import bodies_of, drives_key, drives_of
@@ -68,7 +69,18 @@ def deburring_cell(scenario: DeburringScenario) -> EdgeCell:
     ring, reach = None, 0.0
     if isinstance(spindle, CompliantSpindle):
         ring, reach = piston_ring(spindle), spindle.tool_reach
-    return EdgeCell(cut.path, cut.layers, cut.cutter, ring, reach, cut.arc, cut.behind, cut.paced, feeding_of(scenario))
+    return EdgeCell(
+        cut.path,
+        cut.layers,
+        cut.cutter,
+        ring,
+        reach,
+        cut.arc,
+        cut.behind,
+        cut.paced,
+        feeding_of(scenario),
+        cut.carriage,
+    )
 
 
 def feeding_of(scenario: DeburringScenario) -> Feeding | None:
@@ -111,7 +123,9 @@ def edge_cut(scenario: DeburringScenario) -> EdgeCut:
         at, feeds = (np.array(values) for values in profile.points())
         alone = alone._replace(paced=Paced((), *carried.pace_of(at, feeds, operation.feed)))
     if scenario.robot is None:
-        return alone._replace(behind=carriage.in_series(scenario.tool, _carriage(scenario), _part(scenario, alone)))
+        bodies = _carriage(scenario)
+        behind = carriage.in_series(scenario.tool, bodies, _part(scenario, alone))
+        return alone._replace(behind=behind, carriage=bodies)
     along, height = robot_along(scenario, alone), surface_height(alone)
     turn = turned_from_start(alone, along.path.at)
     sag = np.sin(turn) * (along.sag[:, 0] + along.sag[:, 4] * height)
@@ -124,7 +138,7 @@ def edge_cut(scenario: DeburringScenario) -> EdgeCut:
         at, pace = carried.pace_of(along.path.at, carried.feeds_along(along, answering(scenario), feed), feed)
         paced = Paced((), at, pace)
     behind = carriage.in_series(scenario.tool, arm, _part(scenario, alone))
-    return alone._replace(path=path, behind=behind, paced=paced)
+    return alone._replace(path=path, behind=behind, paced=paced, carriage=arm)
 
 
 def answering(scenario: DeburringScenario) -> CarryingRobot:
@@ -168,7 +182,7 @@ def _carriage(scenario: DeburringScenario) -> carriage.Carriage:
     return carriage.by_machine(bodies, scenario.part.block, path_of(scenario))
 
 
-def beside_part(scenario: DeburringScenario) -> Iterator[str]:
+def beside_part(scenario: DeburringScenario) -> Iterator[Finding]:
     """What to say of a path that is not on the block under it."""
     if scenario.part.block is not None and scenario.path is not None:
         yield from chain_compliance.off_part(scenario.part.block, path_of(scenario).point, 0.5 * scenario.tool.diameter)

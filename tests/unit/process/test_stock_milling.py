@@ -19,7 +19,7 @@ from cutwise.process.recipes import prepare, simulate
 from cutwise.process.stock_loop import PIECES, STATION
 from cutwise.process.stock_milling import all_contact
 from cutwise.process.stock_moves import stock_of
-from cutwise.results import SolverFailure
+from cutwise.results import SolverFailure, in_words
 from cutwise.spec.faults import ScenarioFault
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
@@ -113,7 +113,7 @@ def test_a_misplaced_part_is_told(shift):
     moved = part_d("part.origin=[" + ", ".join(f"{v} mm" for v in shift) + "]")[2]
     change = moved.fit.shift - plain
     assert 1e3 * change == pytest.approx(-np.array(shift), abs=0.03 * np.linalg.norm(shift))
-    assert any("offset" in text for text in stock_findings.warnings(given, part_d()[1], moved))
+    assert any("offset" in text for text in in_words(stock_findings.warnings(given, part_d()[1], moved)))
 
 
 def test_the_deviation_does_not_depend_on_the_grid():
@@ -189,7 +189,7 @@ def test_rapids_starts_fixtures_and_bottoms_are_told():
         "G21 G90 T1 M6\nG0 X-10 Y0 Z5\nG0 X20 Z-3\nG1 X30 Z-21 F600\nG0 Z5\n", more="fixtures: [{x: [28 mm, 34 mm], y: "
         "[-3 mm, 3 mm], z: [-20 mm, 3 mm]}]",
     )  # fmt: skip
-    told = " | ".join(stock_findings.warnings(given, done, None))
+    told = " | ".join(in_words(stock_findings.warnings(given, done, None)))
     kinds = {(event.kind, event.line) for event in stock_stations.events(done)}
     assert ("rapid", 3) in kinds
     assert ("fixture", 4) in kinds
@@ -199,7 +199,7 @@ def test_rapids_starts_fixtures_and_bottoms_are_told():
         HEAD
         + f'tools: [{FLAT}]\nprogram: {{file: a.nc, text: "G21 G90 T1 M6 G1 X30 F100", start: {{x: 20 mm, y: 0 mm, z: -3 mm}}}}'
     )
-    told = " | ".join(stock_findings.warnings(inside, stock_milling.run(inside), None))
+    told = " | ".join(in_words(stock_findings.warnings(inside, stock_milling.run(inside), None)))
     assert "stands in the stock where the program begins, 3 mm deep" in told
 
 
@@ -211,7 +211,7 @@ def test_a_tool_that_does_not_cut_over_centre_is_told():
 
 def test_a_program_that_misses_is_told_with_both_extents():
     given, done = ran("G20 G90 T1 M6\nG0 X100 Y90 Z1\nG1 X130 Y91 F60\n")
-    told = " | ".join(stock_findings.warnings(given, done, None))
+    told = " | ".join(in_words(stock_findings.warnings(given, done, None)))
     for words in ("never meets the stock", "(stock 0 to 40 mm)", "25.4"):
         assert words in told
     assert [finding.code for finding in stock_findings.findings(done)] == ["untouched"]

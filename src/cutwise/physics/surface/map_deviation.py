@@ -190,4 +190,4 @@ def fitted(point: FloatArray, normal: FloatArray, deviation: FloatArray, weight:
     found = np.linalg.lstsq(scaled.T @ columns, scaled.T @ deviation, rcond=1e-9)[0]
     left = deviation - columns @ found
     mean = [math.sqrt(float(weight @ (d * d)) / whole) for d in (deviation, left)]
-    return Fit(found[:3], found[3:] / size, centre, *mean)
+    return Fit(found[:3], found[3:] / size, centre, *mean)  # type: ignore[arg-type]
