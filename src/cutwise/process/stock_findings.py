@@ -14,6 +14,7 @@ from cutwise.process.stock_material import room_for
 from cutwise.process.stock_measures import aside
 from cutwise.process.stock_milling import StockRunDone
 from cutwise.process.stock_real import Cut, Real
+from cutwise.process.stock_setups import Done
 from cutwise.process.stock_stations import events, move_time, station_moves, station_places
 from cutwise.programs.block_text import block_named, blocks_named
 from cutwise.results import Finding, Place
@@ -29,6 +30,10 @@ _REAL = (
     "force at the tip from what the moved tool has left; tilt, vibration and the ripple of the teeth "
     "are left out. Loads are those of the planned path."
 )
+_SEVERAL = (
+    "Where several set-ups cut along different axes, the flutes are looked at in 16 layers; shank, holder and rapid moves are held "
+    "against the highest material of each column, hollow below or not."
+)
 LIMITS = (
     "The stock is a height map seen along the tool axis: undercuts cannot be held.",
     "Forces are means over a revolution of a sharp, even tool at the programmed feed, no more than the machine allows; peaks are "
@@ -43,18 +48,18 @@ _FIT = 0.02  # of the largest compliance
 _STAND_OUT = 1e-6  # [m]
 
 
-def limits(cut: Cut) -> tuple[str, ...]:
+def limits(done: Done) -> tuple[str, ...]:
     """What the model leaves out."""
-    return (*LIMITS, _IDEAL if cut.real is None else _REAL)
+    several = len(done.cuts) + (len(done.earlier.sweeps) if done.earlier is not None else 0) > 1
+    return (*LIMITS, _REAL if done.moved else _IDEAL, *((_SEVERAL,) if several else ()))
 
 
-def findings(done: StockRunDone) -> Iterator[Finding]:
+def findings(done: Done) -> Iterator[Finding]:
     """What leaves nothing to be judged."""
-    if not (done.volume > _DEEP_ENOUGH).any():
+    if not any((cut.ideal.volume > _DEEP_ENOUGH).any() for cut in done.cuts):
         yield Finding("untouched")
-    for line in done.planned.path.still:
+    for line in [line for cut in done.cuts for line in cut.ideal.planned.path.still][:1]:
         yield Finding("at_rest", Place(line=line))
-        break
 
 
 _EVENT = {
@@ -65,10 +70,20 @@ _EVENT = {
 }
 
 
-def warnings(scenario: MillingScenario, cut: Cut, off: Judged | None) -> Iterator[str]:
+def warnings(scenario: MillingScenario, done: Done, off: Judged | None) -> Iterator[str]:
     """What should make the engineer doubt or change something."""
-    done = cut.ideal
     yield from notices(scenario)
+    yield from dict.fromkeys(
+        f"set-up {job.number}: {said}" if job.number else said
+        for job, cut in zip(done.jobs, done.cuts, strict=True) for said in _of_setup(job.scenario, cut)
+    )  # fmt: skip
+    if off is not None:
+        yield from _part_warnings(off.left)
+
+
+def _of_setup(scenario: MillingScenario, cut: Cut) -> Iterator[str]:
+    """Events, extents, grid and tools of one set-up."""
+    done = cut.ideal
     text = done.planned.program.text
     happened = events(done)
     for kind, words in _EVENT.items():
@@ -90,8 +105,6 @@ def warnings(scenario: MillingScenario, cut: Cut, off: Judged | None) -> Iterato
         )
     if cut.real is not None:
         yield from _real_warnings(scenario, cut.real)
-    if off is not None:
-        yield from _part_warnings(off.left)
 
 
 def _real_warnings(scenario: MillingScenario, real: Real) -> Iterator[str]:
@@ -193,8 +206,31 @@ def _part_warnings(off: Deviation) -> Iterator[str]:
         yield "distances of more than 1 mm are told as 1 mm: gouge and excess volumes are too small there"
 
 
-def notes(scenario: MillingScenario, cut: Cut, off: Judged | None) -> dict[str, str]:
+def notes(done: Done, off: Judged | None) -> dict[str, str]:
     """What the report says beside the numbers."""
+    said: dict[str, str] = {}
+    for job, cut in zip(done.jobs, done.cuts, strict=True):
+        own = _setup_notes(job.scenario, cut)
+        if job.number:
+            own = {f"{name}, set-up {job.number}": f"set-up {job.number}: {text}" for name, text in own.items()}
+        said |= own
+    if done.earlier is not None:
+        said["earlier run"] = (
+            f"the stock is what {done.earlier.name} has left, {len(done.earlier.sweeps)} set-up(s), swept anew"
+        )
+    if off is not None:
+        said |= _part_notes(off.left)
+        if off.ideal is not None:
+            value = off.ideal.value[off.ideal.judged_samples]
+            said["ideal surface"] = (
+                f"as planned the surface would deviate by {units.show(float(value.min()), 'small_length', 4)} to "
+                f"{units.show(float(value.max()), 'small_length', 4)}, rms {units.show(off.ideal.rms, 'small_length', 4)}"
+            )
+    return said
+
+
+def _setup_notes(scenario: MillingScenario, cut: Cut) -> dict[str, str]:
+    """Method, grid, checks and the heaviest places of one set-up."""
     done = cut.ideal
     grid = done.solid.map.layout
     said = {
@@ -226,14 +262,6 @@ def notes(scenario: MillingScenario, cut: Cut, off: Judged | None) -> dict[str, 
     said |= _heaviest(done)
     if cut.real is not None:
         said |= _real_notes(cut.real)
-    if off is not None:
-        said |= _part_notes(cut.left, off.left)
-        if off.ideal is not None:
-            value = off.ideal.value[off.ideal.judged_samples]
-            said["ideal surface"] = (
-                f"as planned the surface would deviate by {units.show(float(value.min()), 'small_length', 4)} to "
-                f"{units.show(float(value.max()), 'small_length', 4)}, rms {units.show(off.ideal.rms, 'small_length', 4)}"
-            )
     return said
 
 
@@ -243,7 +271,9 @@ def _real_notes(real: Real) -> dict[str, str]:
     said = {"real surface": f"the tool is moved by {', '.join(words[name] for name in real.terms)}; pieces of "
             f"{_mm(real.spacing)} at the most"}  # fmt: skip
     if real.driven is not None:
-        said["real surface"] += f", what drives do is missed between them by up to {units.show(real.missed, 'small_length', 3)}"
+        said["real surface"] += (
+            f", what drives do is missed between them by up to {units.show(real.missed, 'small_length', 3)}"
+        )
     if real.change is not None:
         said["real surface"] += (
             f"; with pieces twice as long it stands up to {units.show(real.change, 'small_length', 3)} elsewhere"
@@ -285,7 +315,7 @@ def _heaviest(done: StockRunDone) -> dict[str, str]:
     return said
 
 
-def _part_notes(done: StockRunDone, off: Deviation) -> dict[str, str]:
+def _part_notes(off: Deviation) -> dict[str, str]:
     said = {
         "samples of the part": f"the part is looked at in {len(off.value)} points, about {_mm(off.samples.step)} apart; "
         f"judged area {1e6 * off.judged:.6g} mm²; positive is material left",
@@ -294,7 +324,7 @@ def _part_notes(done: StockRunDone, off: Deviation) -> dict[str, str]:
         at = off.worst(gouge)
         value = float(off.value[at])
         if (value < 0.0) if gouge else (value > 0.0):
-            said[name] = f"{name}: {units.show(value, 'small_length', 4)} {made_by(done, off, at)}"
+            said[name] = f"{name}: {units.show(value, 'small_length', 4)} {made_by(off, at)}"
     if off.fit is not None:
         shift = ", ".join(f"{1e3 * v:.4g}" for v in off.fit.shift)
         turn = ", ".join(f"{math.degrees(v):.3g}" for v in off.fit.turn)
@@ -306,12 +336,17 @@ def _part_notes(done: StockRunDone, off: Deviation) -> dict[str, str]:
     return said
 
 
-def made_by(done: StockRunDone, off: Deviation, sample: int) -> str:
+def made_by(off: Deviation, sample: int) -> str:
     """Where a sample is and which line, tool and time made the surface there."""
     place = f"at {_at(off.samples.point[sample])} on {off.samples.names[off.samples.face[sample]]}"
-    segment = int(off.segment[sample])
-    if segment < 0:
+    if off.segment[sample] < 0:
         return f"{place}: the stock as it was"
+    run, own = (int(found[0]) for found in off.owners.of(off.segment[sample : sample + 1]))
+    if run < 0:
+        return f"{place}: an earlier run"
+    done, segment = off.owners.runs[run], own
+    if len(off.owners.runs) > 1:
+        place += f", set-up {run + 1}"
     line = int(done.planned.path.source[done.moves.block[segment]])
     move = int(np.searchsorted(done.moves.path.first, segment, side="right") - 1)
     tool = done.planned.tools.numbers

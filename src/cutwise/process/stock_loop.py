@@ -12,6 +12,7 @@ from cutwise.maths.envelopes import LINE
 from cutwise.maths.height_map import RINGS, SIDE, HeightMap, Room, cut_by, overlap_by, room
 from cutwise.maths.map_surface import Solid, surface_within
 from cutwise.maths.profiles import Cutters
+from cutwise.maths.workpiece import Workpiece
 from cutwise.physics.cutting.flute import EdgeCoefficients, Mill
 from cutwise.physics.cutting.meridian import Chip, meridian_force, peak_force, thickest_chip
 from cutwise.physics.engagement.map_contact import Edge, Fan, Place, angle_of_contact, contact_rows, fan_room, removal
@@ -95,7 +96,7 @@ def _place(solid: Solid, run: Run, move: int, segment: int, share: float) -> Pla
 
 @stepping
 def station_at(
-    solid: Solid,
+    piece: Workpiece,
     teeth: Teeth,
     run: Run,
     move: int,
@@ -108,11 +109,12 @@ def station_at(
     out: FloatArray,
 ) -> None:
     """Contact and force at one place into a row of stations; ``planned``: the speed there by the machine [m/s]."""
+    solid = piece.maps[0]
     out[:] = 0.0
     out[0] = place.share
     if place.z >= _highest_near(solid.map, place.x, place.y, teeth.edge.radius):
         return
-    count = contact_rows(solid, place, teeth.edge, fan, rows, refine)
+    count = contact_rows(piece, place, teeth.edge, fan, rows, refine)
     level, climb = 1.0, 0.0
     if math.isinf(place.slope):
         level, climb = 0.0, math.copysign(1.0, place.slope)
@@ -146,8 +148,9 @@ def station_at(
 
 
 @stepping
-def _stations(solid: Solid, teeth: Teeth, run: Run, move: int, refine: bool, fan: Fan, rows: FloatArray) -> None:
+def _stations(piece: Workpiece, teeth: Teeth, run: Run, move: int, refine: bool, fan: Fan, rows: FloatArray) -> None:
     """All stations of a move, evenly along it."""
+    solid = piece.maps[0]
     first, last = solid.path.first[move], solid.path.first[move + 1]
     begin, end = run.station[move], run.station[move + 1]
     if end == begin:
@@ -165,7 +168,7 @@ def _stations(solid: Solid, teeth: Teeth, run: Run, move: int, refine: bool, fan
         share = max(share, min(AHEAD / run.way[segment], 1.0))  # at its start a rim lies on what it has swept before
         run.segment[n] = segment
         place = _place(solid, run, move, segment, share)
-        station_at(solid, teeth, run, move, place, refine, refine, run.speed[n], fan, rows, run.found[n])
+        station_at(piece, teeth, run, move, place, refine, refine, run.speed[n], fan, rows, run.found[n])
 
 
 @stepping
@@ -177,14 +180,14 @@ def overlap_along(stock: HeightMap, solid: Solid, tools: Cutters, move: int, hit
 
 @compiled
 def run_moves(
-    solid: Solid, shanks: Cutters, teeth: Teeth, run: Run, moves: tuple[int, int], look: bool, refine: bool
+    piece: Workpiece, shanks: Cutters, teeth: Teeth, run: Run, moves: tuple[int, int], look: bool, refine: bool
 ) -> None:
     """Run moves with one tool: stations, then what rapid moves hit, the sweep, and what shank and holder hit.
 
     Parameters
     ----------
-    solid : Solid
-        The stock, which is cut.
+    piece : Workpiece
+        The stock, whose first map is cut.
     shanks : Cutters
         What is above the cutting edges of each tool; tools without have no pieces.
     teeth : Teeth
@@ -196,11 +199,12 @@ def run_moves(
     look, refine : bool
         Whether stations are looked at, and how closely.
     """
+    solid = piece.maps[0]
     fan, rows, work = fan_room(), np.empty((PIECES, 5)), room(solid.map.layout)
     for move in range(moves[0], moves[1]):
         tool = int(solid.path.row[solid.path.first[move], 1])
         if look and not run.rapid[move]:
-            _stations(solid, teeth, run, move, refine, fan, rows)
+            _stations(piece, teeth, run, move, refine, fan, rows)
         if run.rapid[move]:
             overlap_along(solid.map, solid, solid.tools, move, run.through[move], work)
         run.taken[move] = cut_by(solid.map, solid.path, solid.tools, move, work)

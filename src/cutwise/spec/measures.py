@@ -102,11 +102,16 @@ STOCK: Mapping[str, MeasureSpec] = {
     "fraction_in_tolerance": MeasureSpec("dimensionless", "share of the judged area within the tolerance of the part"),
     "gouge_volume": MeasureSpec("volume", "volume cut into the part"),
     "excess_volume": MeasureSpec("volume", "volume of material left on the judged faces"),
-    "deviation_min_ideal": MeasureSpec("small_length", "least deviation of the surface that the planned path would leave"),
-    "deviation_max_ideal": MeasureSpec("small_length", "largest deviation of the surface that the planned path would leave"),
+    "deviation_min_ideal": MeasureSpec(
+        "small_length", "least deviation of the surface that the planned path would leave"
+    ),
+    "deviation_max_ideal": MeasureSpec(
+        "small_length", "largest deviation of the surface that the planned path would leave"
+    ),
     "deviation_rms_ideal": MeasureSpec("small_length", "root mean square of that deviation over the judged area"),
     "tool_offset_max": MeasureSpec(
-        "small_length", "how far drives, bending, machine or robot move the tool beside its path in contact, lag along it left out"
+        "small_length",
+        "how far drives, bending, machine or robot move the tool beside its path in contact, lag along it left out",
     ),
     "tool_offset_change": MeasureSpec(
         "small_length", "largest change of the offset of the tool when the pieces of its path are halved: a check"

@@ -10,7 +10,10 @@ from cutwise.spec.chained import ONE_CARRIER, tip_faults
 from cutwise.spec.milling_machine import MillingMachine, drives_of
 
 if TYPE_CHECKING:
+    from cutwise.spec.cutter import Cutter
+    from cutwise.spec.faults import Path
     from cutwise.spec.milling import MillingScenario
+    from cutwise.spec.tool import EndMill
 
 
 def _carrier_faults(scenario: MillingScenario) -> Iterator[Notice]:
@@ -35,7 +38,11 @@ def _carrier_faults(scenario: MillingScenario) -> Iterator[Notice]:
 def _program_faults(scenario: MillingScenario) -> Iterator[Notice]:
     if scenario.path is not None:
         yield Notice(("path",), "a stock in 3D is cut by a program: write program instead of path")
-    if scenario.program is None:
+    if scenario.setups and scenario.program is not None:
+        yield Notice(("program",), "and setups both say what is run; write one of them")
+    if scenario.setups and scenario.fixtures:
+        yield Notice(("fixtures",), "stand with a set-up: write them there (setups[0].fixtures)")
+    if scenario.program is None and not scenario.setups:
         yield Notice(("program",), "missing; a stock in 3D is cut by a program, for example program: part.nc")
 
 
@@ -82,7 +89,9 @@ def _numerics_faults(scenario: MillingScenario) -> Iterator[Notice]:
 def _tool_faults(scenario: MillingScenario) -> Iterator[Notice]:
     if scenario.tools and scenario.tool is not None:
         yield Notice(("tool",), "and tools both say what cuts; write one of them")
-    if not scenario.tools and scenario.tool is None:
+    if not scenario.tools and scenario.tool is None and not (
+        scenario.setups and all(setup.tools for setup in scenario.setups)
+    ):  # fmt: skip
         yield Notice(("tools",), "missing; write the tools that the program calls, for example tools: [{number: 1, shape: flat, "
                      "diameter: 10 mm, flutes: 3, helix: 30 deg}]")  # fmt: skip
     numbers = [tool.number for tool in scenario.tools]
@@ -127,8 +136,8 @@ def _ideal_unused(scenario: MillingScenario) -> Iterator[Notice]:
     if drives is None or ideal:
         for key in ("substeps", "time_step"):
             yield Notice(("numerics", key), why if ideal else "there are no feed drives")
-    modes = [(("tool",), scenario.tool)] if scenario.tool is not None else []
-    modes += [(("tools", place), tool) for place, tool in enumerate(scenario.tools)]  # type: ignore[misc]
+    modes: list[tuple[Path, EndMill | Cutter]] = [(("tool",), scenario.tool)] if scenario.tool is not None else []
+    modes += list(all_cutters(scenario))
     for path, tool in modes:
         for place in range(len(tool.modes)):
             for key in ("frequency", "damping"):
@@ -138,7 +147,9 @@ def _ideal_unused(scenario: MillingScenario) -> Iterator[Notice]:
                 yield Notice((*path, key), why if ideal else "nothing pushes the tool: there are no forces")
     if scenario.robot is not None:
         for key in ("dynamics", "modal_mass", "damping", "joint_speed", "joint_acceleration"):
-            yield Notice(("robot", key), "an arm yields at rest along a program, its joints are not held against their speeds")
+            yield Notice(
+                ("robot", key), "an arm yields at rest along a program, its joints are not held against their speeds"
+            )
     if not ideal:
         return
     if drives is not None:
@@ -154,9 +165,15 @@ def _ideal_unused(scenario: MillingScenario) -> Iterator[Notice]:
 
 def stock_notices(scenario: MillingScenario) -> Iterator[Notice]:
     """What is unusual."""
-    for place, tool in enumerate(scenario.tools):
+    for path, tool in all_cutters(scenario):
         if tool.flat_radius > 0.0 and tool.end_core is None and scenario.material is not None:
             yield Notice(
-                ("tools", place, "end_core"),
-                f"is not given: the bottom of tool {tool.number} has no force in plunges and ramps",
+                (*path, "end_core"), f"is not given: the bottom of tool {tool.number} has no force in plunges and ramps"
             )
+
+
+def all_cutters(scenario: MillingScenario) -> Iterator[tuple[Path, Cutter]]:
+    """The tools of all set-ups with their keys."""
+    yield from ((("tools", place), tool) for place, tool in enumerate(scenario.tools))
+    for number, setup in enumerate(scenario.setups):
+        yield from ((("setups", number, "tools", place), tool) for place, tool in enumerate(setup.tools))
