@@ -25,9 +25,13 @@ _HALVINGS = 40
 
 
 class Workpiece(NamedTuple):
-    """Material under several maps; the first is the one that is cut, in whose frame points are told."""
+    """Material under several maps; the first is the one that is cut, in whose frame points are told.
+
+    Loops are compiled for each number of maps; the tuple is filled up to a power of two, so that there are few of them.
+    """
 
     maps: tuple[Solid, ...]
+    count: int  # of maps that count
     turn: FloatArray  # T of each map, shape (m, 3, 3)
     shift: FloatArray  # t of each map [m], shape (m, 3)
     parallel: BoolArray  # whether a map is seen along the same axis, shape (m,)
@@ -41,7 +45,7 @@ class Workpiece(NamedTuple):
 
 def alone(solid: Solid) -> Workpiece:
     """A stock of one set-up."""
-    return Workpiece((solid,), np.eye(3)[None].copy(), np.zeros((1, 3)), np.ones(1, bool), False)
+    return Workpiece((solid,), 1, np.eye(3)[None].copy(), np.zeros((1, 3)), np.ones(1, bool), False)
 
 
 class Frame(NamedTuple):
@@ -76,7 +80,9 @@ def under(solids: list[Solid], frames: list[Frame], seen: Frame) -> Workpiece:
     turn = np.where(np.abs(turn) < 1e-15, 0.0, turn)  # rounding of quarter turns
     shift = np.array([frame.axes.T @ (seen.zero - frame.zero) for frame in frames])
     parallel = np.abs(turn[:, 2, 2] - 1.0) <= _ALONG
-    return Workpiece(tuple(solids), turn, shift, parallel, bool((~parallel).any()))
+    size = 1 << (len(solids) - 1).bit_length()
+    filled = (*solids, *([solids[0]] * (size - len(solids))))
+    return Workpiece(filled, len(solids), turn, shift, parallel, bool((~parallel).any()))
 
 
 @stepping
@@ -164,7 +170,7 @@ def height_under(piece: Workpiece, done: int, x: float, y: float, found: IntArra
     Derived here.
     """
     height = surface(piece.maps[0], done, x, y, found)[0]
-    for j in range(1, len(piece.maps)):
+    for j in range(1, piece.count):
         if piece.parallel[j]:
             u, v, w = in_frame(piece, j, x, y, 0.0)
             other = piece.maps[j]
@@ -212,7 +218,7 @@ def depth_under(piece: Workpiece, x: float, y: float, z: float, found: IntArray)
     Derived here.
     """
     depth = _FAR
-    for j in range(1, len(piece.maps)):
+    for j in range(1, piece.count):
         if not piece.parallel[j]:
             u, v, w = in_frame(piece, j, x, y, z)
             other = piece.maps[j]
@@ -223,7 +229,7 @@ def depth_under(piece: Workpiece, x: float, y: float, z: float, found: IntArray)
 @stepping
 def _inside(piece: Workpiece, x: float, y: float, z: float, found: IntArray) -> bool:
     """Whether a point is inside all maps but the first."""
-    for j in range(1, len(piece.maps)):
+    for j in range(1, piece.count):
         u, v, w = in_frame(piece, j, x, y, z)
         other = piece.maps[j]
         if not surface(other, other.path.first.size - 1, u, v, found)[0] > w:
@@ -234,7 +240,7 @@ def _inside(piece: Workpiece, x: float, y: float, z: float, found: IntArray) -> 
 @stepping
 def _probably(piece: Workpiece, x: float, y: float, z: float) -> bool:
     """The same by the cells in which the point is."""
-    for j in range(1, len(piece.maps)):
+    for j in range(1, piece.count):
         u, v, w = in_frame(piece, j, x, y, z)
         other = piece.maps[j]
         at = nearest(other, u, v)

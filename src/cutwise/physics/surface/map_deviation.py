@@ -44,17 +44,18 @@ class Shaped(NamedTuple):
 
 def shaped_by(piece: Workpiece) -> Shaped:
     """Find the segments that shaped each map."""
-    count = [len(one.path.row) for one in piece.maps]
+    count = [len(one.path.row) for one in piece.maps[: piece.count]]
     first = np.concatenate(([0], np.cumsum(count)[:-1])).astype(np.int64)
-    cell = max(max(one.map.layout.dx, one.map.layout.dy) for one in piece.maps)
-    return Shaped(piece, tuple(shaping_index(one) for one in piece.maps), first, cell)
+    cell = max(max(one.map.layout.dx, one.map.layout.dy) for one in piece.maps[: piece.count])
+    index = [shaping_index(one) for one in piece.maps[: piece.count]]
+    return Shaped(piece, (*index, *([index[0]] * (len(piece.maps) - len(index)))), first, cell)
 
 
 @stepping
 def _gap(left: Shaped, x: float, y: float, z: float) -> tuple[float, int]:
     """Height of the material over a point [m], bounded, and its owner; of several maps the least, each along its axis."""
     least, owner = math.inf, STOCK
-    for j in range(len(left.piece.maps)):
+    for j in range(left.piece.count):
         u, v, w = in_frame(left.piece, j, x, y, z)
         height, made = shaped(left.piece.maps[j], left.index[j], u, v)
         if height - w < least:
@@ -110,7 +111,7 @@ def _deviation(left: Shaped, p: FloatArray, n: FloatArray, tolerance: float, q: 
     if best <= _FINE:
         return 0.0, owner
     sense = 1.0 if inside else -1.0
-    maps = len(left.piece.maps)
+    maps = left.piece.count
     if maps > 1 and not inside:  # what one map has cut there may have been cut by another as well
         best = REACH
         for j in range(maps):
@@ -141,7 +142,7 @@ def _deviation(left: Shaped, p: FloatArray, n: FloatArray, tolerance: float, q: 
 @stepping
 def _seen(left: Shaped, normal: FloatArray) -> bool:
     """Whether a face is seen along the axis of a map, from above or from the side."""
-    for j in range(len(left.piece.maps)):
+    for j in range(left.piece.count):
         t = left.piece.turn[j]
         if t[2, 0] * normal[0] + t[2, 1] * normal[1] + t[2, 2] * normal[2] >= BEHIND:
             return True
