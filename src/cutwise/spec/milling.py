@@ -277,7 +277,7 @@ class MillingScenario(Scenario):
     )  # fmt: skip
     setups: tuple[SetUp, ...] = Field(
         default=(), description="several set-ups one after the other (instead of program): each with its program, the axis of its "
-        "tools and its zero in the part", examples=["[{program: top.nc}, {program: side.nc, axis: [0, 1, 0]}]"],
+        "tools and its zero in the part", examples=["[{program: {file: top.nc}}, {program: {file: side.nc}, axis: [0, 1, 0]}]"],
     )  # fmt: skip
     path_mode: PathMode = Field(
         default="exact_path",

@@ -66,7 +66,6 @@ def test_worked_example_g_contact():
     rows = np.zeros((50, 5))
     arcs = {}
     for height in (2 * MM, 7 * MM):
-
         mer = profiles.meridian(profiles.flat(3 * MM), 0.0, 1)._replace(
             height=np.array([height]), radius=np.array([3 * MM]), sine=np.array([1.0]), cosine=np.array([0.0])
         )
@@ -148,11 +147,13 @@ def test_a_run_goes_on_from_what_an_earlier_one_has_left(tmp_path):
     again = simulate(one(f"{{run: {tmp_path}}}", SLOT))
     assert again.measures["removed_volume"].value == 0.0
     found.save(tmp_path / "second.nc")
-    third = simulate(two(BELOW, "axis: [0, 1, 0], zero: [0 mm, 20 mm, 0 mm]", f"{{run: {tmp_path / 'second.nc'}}}", across))
+    third = simulate(
+        two(BELOW, "axis: [0, 1, 0], zero: [0 mm, 20 mm, 0 mm]", f"{{run: {tmp_path / 'second.nc'}}}", across)
+    )
     assert 1e9 * third.measures["removed_volume"].value == pytest.approx(1440 - 500 - 432 + 150, rel=1e-5)
 
 
-def test_stages_of_set_ups_follow_one_another(tmp_path):
+def test_stages_of_set_ups_follow_one_another():
     given = two(BELOW, "axis: [0, 1, 0], zero: [0 mm, 20 mm, 0 mm]")
     done = stock_setups.run(given)
     tree = stock_stages.stages(done, stock_deviation.judged(given, done))
