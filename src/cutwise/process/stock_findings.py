@@ -13,7 +13,7 @@ from cutwise.process.stock_deviation import Deviation, Judged, cut_off
 from cutwise.process.stock_material import room_for
 from cutwise.process.stock_measures import aside
 from cutwise.process.stock_milling import StockRunDone
-from cutwise.process.stock_real import Cut, Real
+from cutwise.process.stock_real import YIELDING, Cut, Real
 from cutwise.process.stock_setups import Done
 from cutwise.process.stock_stations import events, move_time, station_moves, station_places
 from cutwise.programs.block_text import block_named, blocks_named
@@ -36,8 +36,8 @@ _SEVERAL = (
 )
 LIMITS = (
     "The stock is a height map seen along the tool axis: undercuts cannot be held.",
-    "Forces are means over a revolution of a sharp, even tool at the programmed feed, no more than the machine allows; peaks are "
-    "those of the teeth without run-out or vibration.",
+    "Forces are means over a revolution of a sharp tool at the programmed feed, no more than the machine allows; peaks are those "
+    "of the teeth, with run-out but without vibration.",
     "Bottom edges cut with the coefficients of the flutes; measured ones depend on the radial engagement.",
     "Deviation of faces seen from behind along the tool axis is not judged.",
 )
@@ -121,7 +121,7 @@ def _real_warnings(scenario: MillingScenario, real: Real) -> Iterator[str]:
             f"how {real.carrier.names[0]} yield along the program is no smooth function of the place: taken as one it is missed "
             f"by up to {100.0 * real.carrier.missed:.2g} %"
         )
-    if real.change is None and real.terms != ("drives",):
+    if real.change is None and YIELDING & set(real.terms):
         yield "there are no forces of the cut: what yields stays where it is"
 
 
@@ -267,7 +267,13 @@ def _setup_notes(scenario: MillingScenario, cut: Cut) -> dict[str, str]:
 
 def _real_notes(real: Real) -> dict[str, str]:
     """Where the tool stands beside its path most while it cuts, and what is sure of it."""
-    words = {"drives": "feed drives", "tip": "bending of the tool", "bodies": "bodies of the machine", "arm": "robot"}
+    words = {
+        "drives": "feed drives",
+        "runout": "run-out",
+        "tip": "its bending",
+        "bodies": "bodies of the machine",
+        "arm": "robot",
+    }
     said = {"real surface": f"the tool is moved by {', '.join(words[name] for name in real.terms)}; pieces of "
             f"{_mm(real.spacing)} at the most"}  # fmt: skip
     if real.driven is not None:

@@ -13,8 +13,10 @@ from cutwise.maths.height_map import RINGS, SIDE, HeightMap, Room, cut_by, overl
 from cutwise.maths.map_surface import Solid, surface_within
 from cutwise.maths.profiles import Cutters
 from cutwise.maths.workpiece import Workpiece
-from cutwise.physics.cutting.flute import EdgeCoefficients, Mill
-from cutwise.physics.cutting.meridian import Chip, meridian_force, peak_force, thickest_chip
+from cutwise.physics.cutting.flute import Mill
+from cutwise.physics.cutting.meridian import Chip, MeridianForce, meridian_force, peak_force, thickest_chip
+from cutwise.physics.cutting.meridian_uneven import thickest_uneven_chip, uneven_meridian_force, uneven_peak_force
+from cutwise.physics.cutting.uneven import Edges, even_and_linear
 from cutwise.physics.engagement.map_contact import Edge, Fan, Place, angle_of_contact, contact_rows, fan_room, removal
 from cutwise.process.loops_drives import STANDSTILL
 
@@ -38,7 +40,7 @@ class Teeth(NamedTuple):
     edge: Edge
     mill: Mill  # radius, flutes and helix
     core: float  # radius inside which no edge of the bottom cuts [m]; negative where there is no bottom to speak of
-    coefficients: EdgeCoefficients
+    edges: Edges  # force law and run-out
     forces: bool  # whether coefficients and a spindle speed are known
 
 
@@ -95,6 +97,15 @@ def _place(solid: Solid, run: Run, move: int, segment: int, share: float) -> Pla
 
 
 @stepping
+def _mean(rows: FloatArray, count: int, teeth: Teeth, chip: Chip) -> MeridianForce:
+    """Mean force of rows of contact, in closed form where teeth are even and the law is linear."""
+    mer = teeth.edge.meridian
+    if even_and_linear(teeth.edges):
+        return meridian_force(rows, count, mer, teeth.edge.radius, teeth.mill.flutes, chip, teeth.edges.linear)
+    return uneven_meridian_force(rows, count, mer, teeth.mill, chip, teeth.edges)
+
+
+@stepping
 def station_at(
     piece: Workpiece,
     teeth: Teeth,
@@ -134,16 +145,19 @@ def station_at(
     tooth = 2.0 * math.pi * speed / (run.spindle[move] * teeth.mill.flutes)
     chip = Chip(tooth * level, tooth * climb)
     mer = teeth.edge.meridian
-    force = meridian_force(rows, count, mer, teeth.edge.radius, teeth.mill.flutes, chip, teeth.coefficients)
+    force = _mean(rows, count, teeth, chip)
     out[4], out[5], out[6], out[7], out[8] = force.x, force.y, force.z, force.torque, force.end
     if peak:
-        out[9] = peak_force(rows, count, mer, teeth.mill, chip, teeth.coefficients)
-    out[10] = thickest_chip(rows, count, mer, chip)
+        if even_and_linear(teeth.edges):
+            out[9] = peak_force(rows, count, mer, teeth.mill, chip, teeth.edges.linear)
+        else:
+            out[9] = uneven_peak_force(rows, count, mer, teeth.mill, chip, teeth.edges)
+    out[10] = thickest_uneven_chip(thickest_chip(rows, count, mer, chip), teeth.edges.runout, teeth.mill.flutes)
     if planned <= STANDSTILL:
         return
     if planned != speed:  # the machine is slower there, and so is the chip
         slow = Chip(chip.across * planned / speed, chip.along * planned / speed)
-        force = meridian_force(rows, count, mer, teeth.edge.radius, teeth.mill.flutes, slow, teeth.coefficients)
+        force = _mean(rows, count, teeth, slow)
     out[12], out[13], out[14] = force.x, force.y, force.z
 
 

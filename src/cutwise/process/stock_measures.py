@@ -54,7 +54,7 @@ def _of_setup(scenario: MillingScenario, cut: Cut) -> dict[str, float]:
     checks = [one.check.largest for one in {id(run): run for run in (done, cut.left)}.values() if one.check is not None]
     if checks:
         found["surface_check_max"] = max(checks)
-    if cut.real is not None:
+    if cut.real is not None and cut.real.terms != ("runout",):
         found |= _aside(cut.real)
     return found
 

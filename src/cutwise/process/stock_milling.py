@@ -13,7 +13,7 @@ from cutwise.maths.map_surface import Solid, SurfaceCheck, surface_check
 from cutwise.maths.profiles import Cutters
 from cutwise.maths.workpiece import Frame, Workpiece, under, with_held
 from cutwise.physics.motion.lookahead import Plan
-from cutwise.process.edges import linear_coefficients
+from cutwise.process.edges import edges_alike
 from cutwise.process.nominal_part import tolerance_of
 from cutwise.process.stock_loop import PIECES, STATION, Progress, Run, Teeth, run_into, run_moves
 from cutwise.process.stock_material import Material, automatic_grid, chosen_grid, material_of, raw_of
@@ -147,7 +147,7 @@ def _cut(
     run_ = _room(moves, numerics.station if look else None, ready.plan)
     start = _start_overlap(solid, ready.tools, moves, int(moves.tool[0]))
     for first, last in stretches(moves.tool):
-        teeth = teeth_of(scenario, ready, int(moves.tool[first]))
+        teeth = teeth_of(scenario, ready.tools, int(moves.tool[first]))
         run_moves(piece, ready.tools.shanks, teeth, run_, (first, last), look, numerics.engagement == "refined")
         if progress is not None:
             progress(0.9 * last / moves.count)
@@ -159,9 +159,9 @@ def _cut(
     )  # fmt: skip
 
 
-def teeth_of(scenario: MillingScenario, ready: Planned, tool: int) -> Teeth:
+def teeth_of(scenario: MillingScenario, tools: ToolSet, tool: int) -> Teeth:
     """One tool in the material."""
-    return ready.tools.teeth(tool, linear_coefficients(scenario.material) if scenario.material is not None else None)
+    return tools.teeth(tool, edges_alike(scenario.material) if scenario.material is not None else None)
 
 
 def all_contact(run_: Run) -> None:

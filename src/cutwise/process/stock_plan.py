@@ -15,10 +15,12 @@ from cutwise.process.program_path import ProgramPath, moves_path
 from cutwise.process.stock_material import Raw
 from cutwise.process.stock_tools import ToolSet, tool_set
 from cutwise.programs.interpreter import Interpreted, interpret
+from cutwise.spec.cutter import Cutter
 from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.spec.milling import MillingScenario
 from cutwise.spec.milling_machine import drives_of
 from cutwise.spec.program import Program, ProgramTool, StartPosition
+from cutwise.spec.tool import EndMill
 
 IntArray = npt.NDArray[np.int64]
 
@@ -40,6 +42,11 @@ class Planned(NamedTuple):
     said: tuple[str, ...]  # what was taken for granted
 
 
+def cutters_of(scenario: MillingScenario) -> tuple[Cutter | EndMill, ...]:
+    """The tools in their rows."""
+    return scenario.tools or ((scenario.tool,) if scenario.tool is not None else ())
+
+
 def planned(scenario: MillingScenario, raw: Raw) -> Planned:
     """Read the program and plan its motion; the stock is that in its coordinates.
 
@@ -48,8 +55,7 @@ def planned(scenario: MillingScenario, raw: Raw) -> Planned:
     ScenarioFault
         All that is wrong with stock, tools and program.
     """
-    cutters = scenario.tools or ((scenario.tool,) if scenario.tool is not None else ())
-    tools = tool_set(cutters, scenario.numerics.stock.elements)
+    tools = tool_set(cutters_of(scenario), scenario.numerics.stock.elements)
     _called(_first_reading(scenario), tools)
     program, said = _read(scenario, raw)
     operation, machine = scenario.operation, scenario.machine

@@ -27,8 +27,9 @@ from cutwise.process.stock_milling import (
 )
 from cutwise.process.stock_path import Moves
 from cutwise.process.stock_pieces import Known, pieces_of
-from cutwise.process.stock_plan import Planned, planned_speed
+from cutwise.process.stock_plan import Planned, cutters_of, planned_speed
 from cutwise.process.stock_stations import station_along, station_headings, station_moves
+from cutwise.process.stock_tools import tool_set
 from cutwise.process.stock_yielding import Yielding, run_yielding
 from cutwise.results import SolverFailure
 from cutwise.spec.faults import Fault, ScenarioFault, all_faults
@@ -38,6 +39,7 @@ from cutwise.spec.milling_machine import drives_of
 IntArray = npt.NDArray[np.int64]
 
 _PUSH = np.array([0.0, 1.0, 0.0])  # [N] for which a robot chooses its posture before a cut is known
+YIELDING = frozenset({"tip", "bodies", "arm"})  # what yields to the force of the cut
 _ALIKE = 1e-9  # [m] beside which two places of the path are one
 
 
@@ -90,6 +92,7 @@ def moves_the_tool(scenario: MillingScenario) -> tuple[str, ...]:
         return ()
     named = {
         "drives": drives_of(scenario.machine) is not None,
+        "runout": any(tool.runout for tool in cutters_of(scenario)),
         "tip": bool(tips_of(scenario).any()),
         "bodies": bool(getattr(scenario.machine, "chain", None)),
         "arm": scenario.robot is not None,
@@ -127,7 +130,7 @@ def real(
     most = force[int(np.argmax(np.linalg.norm(force, axis=1)))] if len(force) else np.zeros(3)
     carrier = carrier_of(scenario, ready.path, most)
     station = scenario.numerics.stock.station
-    feels = bool(force.any()) and terms != ("drives",)
+    feels = bool(force.any()) and bool(set(terms) & YIELDING)
     once = _swept(
         scenario, ideal, where, (drives, carrier), terms, station, _part(progress, 0.3, 0.6 if feels else 1.0)
     )
@@ -168,13 +171,14 @@ def _swept(
 ) -> Real:  # fmt: skip
     """One sweep with pieces no longer than a station [m]."""
     ready, (drives, carrier) = ideal.planned, by
+    tools = tool_set(cutters_of(scenario), scenario.numerics.stock.elements, real=True)
     left = material_of(ready.raw, ideal.grid)
     cell = max(left.map.layout.dx, left.map.layout.dy)
     sagitta = 0.1 * tolerance_of(scenario)
     moves, between = pieces_of(ideal.moves, station, sagitta, cell, drives.known if drives else None)
     _room_for(scenario, ready.raw, ideal.grid, len(moves.way))
     known = known_at(moves, drives.known if drives else None, carrier)
-    piece = workpiece(left, moves.path, ready.tools.cutting, *where)
+    piece = workpiece(left, moves.path, tools.cutting, *where)
     solid = piece.solid
     look = scenario.numerics.stock.engagement != "none"
     run_ = _stations(ideal, moves, look)
@@ -186,9 +190,9 @@ def _swept(
     for first, last in stretches(moves.tool):
         tool = int(moves.tool[first])
         yielding = Yielding(known, place, matrix, tips[tool], off)
-        teeth = teeth_of(scenario, ready, tool)
-        run_yielding(piece, ready.tools.shanks, teeth, run_, (first, last), (look, refined), yielding, pushed)
-        _held(ready.tools.cutting.radius[tool], moves.path.first[[first, last]], off[:, 1] - known[:, 1])
+        teeth = teeth_of(scenario, tools, tool)
+        run_yielding(piece, tools.shanks, teeth, run_, (first, last), (look, refined), yielding, pushed)
+        _held(tools.cutting.radius[tool], moves.path.first[[first, last]], off[:, 1] - known[:, 1])
         if progress is not None:
             progress(last / moves.count)
     all_contact(run_)
@@ -199,7 +203,7 @@ def _swept(
         solid=solid,
         run=run_,
         check=check,
-        fixed=fixtures_hit(scenario, solid, ready.tools, moves, ideal.grid),
+        fixed=fixtures_hit(scenario, solid, tools, moves, ideal.grid),
     )
     return Real(made, off, known, drives, carrier, terms, None, between, station)
 

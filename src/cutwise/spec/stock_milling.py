@@ -74,13 +74,6 @@ def _cut_faults(scenario: MillingScenario) -> Iterator[Notice]:
         yield Notice(("operation", "milling"), "is for a line; which side the work is on follows from the stock")
 
 
-def _material_faults(scenario: MillingScenario) -> Iterator[Notice]:
-    material = scenario.material
-    if material is not None and material.law != "linear":
-        yield Notice(("material",), "Kienzle's law is not covered in a stock in 3D yet; write K_tc, K_te, ... (or leave the "
-                     "material out: no forces)")  # fmt: skip
-
-
 def _numerics_faults(scenario: MillingScenario) -> Iterator[Notice]:
     if scenario.numerics.mode == "still":
         yield Notice(("numerics", "mode"), "still is for a robot; a stock in 3D is cut move by move")
@@ -100,7 +93,7 @@ def _tool_faults(scenario: MillingScenario) -> Iterator[Notice]:
 
 
 STOCK_CHECKS: tuple[Callable[[MillingScenario], Iterator[Notice]], ...] = (
-    _carrier_faults, _program_faults, _stock_faults, _part_faults, _cut_faults, _material_faults, _numerics_faults, _tool_faults,
+    _carrier_faults, _program_faults, _stock_faults, _part_faults, _cut_faults, _numerics_faults, _tool_faults,
 )  # fmt: skip
 """What is missing, and what cannot be done together with a stock in 3D; a fault in one section hides none of the others."""
 
@@ -119,9 +112,6 @@ def stock_unused(scenario: MillingScenario) -> Iterator[Notice]:
     yield Notice(("load",), "nothing yields in a stock in 3D")
     yield Notice(("program", "top"), "the stock has its own top")
     yield Notice(("material", "group"), "deburring alone holds its cutting speed against that of the group")
-    if scenario.tool is not None:
-        for key in ("runout", "runout_angle"):
-            yield Notice(("tool", key), "the teeth of a tool are alike in a stock in 3D")
     if scenario.numerics.stock.engagement == "none":
         yield Notice(("material",), "without engagement there are no forces (numerics.stock.engagement: none)")
         for key in ("elements", "station"):
@@ -150,6 +140,10 @@ def _ideal_unused(scenario: MillingScenario) -> Iterator[Notice]:
             yield Notice(
                 ("robot", key), "an arm yields at rest along a program, its joints are not held against their speeds"
             )
+    cutters = [tool for _, tool in modes]
+    bends = any(tool.stiffness or tool.modes or tool.runout for tool in cutters)
+    if scenario.machine is None and scenario.robot is None and not bends:
+        yield Notice(("numerics", "stock", "sweep"), "nothing here moves a tool beside its path")
     if not ideal:
         return
     if drives is not None:

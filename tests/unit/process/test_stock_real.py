@@ -216,3 +216,31 @@ def test_the_ideal_surface_stands_beside_the_real_one(examples):
     assert real.left.rms != pytest.approx(ideal.left.rms, rel=1e-3)
     found = stock_measures.measures(other, real)
     assert found["deviation_max_ideal"] == pytest.approx(stock_measures.measures(one, ideal)["deviation_max"])
+
+
+@pytest.mark.parametrize("angle", [0, 25])
+def test_run_out_widens_what_the_outermost_tooth_sweeps(angle):
+    """Of three teeth the outermost stands out by rho times the largest cosine of its angle from the run-out."""
+    done = cut(scenario(tool=f", runout: 20 um, runout_angle: {angle} deg"))
+    out = 0.02 * max(math.cos(math.radians(angle - 120 * k)) for k in range(3))
+    assert wall(done.left.solid, 20, 0, 9) == pytest.approx(5 + out, abs=1e-8)
+    assert wall(done.ideal.solid, 20, 0, 9) == pytest.approx(5, abs=1e-9)
+    assert done.real.terms == ("runout",)
+
+
+def test_kienzle_with_small_exponents_is_the_linear_law_and_run_out_keeps_the_mean():
+    linear = (
+        "material: {K_tc: 800 N/mm^2, K_rc: 300 N/mm^2, K_te: 0 N/mm, K_re: 0 N/mm, K_ac: 100 N/mm^2, K_ae: 0 N/mm}\n"
+    )
+    kienzle = linear.replace("K_tc", "k_c11").replace("K_rc", "k_r11").replace("K_ac", "k_a11")
+    for edge, exponent in (("K_te", "m_c"), ("K_re", "m_r"), ("K_ae", "m_a")):
+        kienzle = kienzle.replace(f"{edge}: 0 N/mm", f"{exponent}: 0")
+    told = [
+        stock_measures.measures(stock_setups.run(scenario(tool=tool, material=material)), None)
+        for tool in ("", ", runout: 10 um") for material in (linear, kienzle)
+    ]  # fmt: skip
+    for name in ("spindle_torque_max", "cutting_power_max", "force_xy_peak", "chip_thickness_max"):
+        assert told[1][name] == pytest.approx(told[0][name], rel=1e-6)
+        assert told[3][name] == pytest.approx(told[2][name], rel=1e-3)
+    assert told[2]["spindle_torque_max"] == pytest.approx(told[0]["spindle_torque_max"], rel=1e-3)
+    assert told[2]["force_xy_peak"] > 1.1 * told[0]["force_xy_peak"]
