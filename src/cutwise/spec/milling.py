@@ -37,7 +37,7 @@ from cutwise.spec.program import Blend, MilledProgram, PathMode, StockBlock
 from cutwise.spec.scenario import Limit, MeasureSpec, Scenario
 from cutwise.spec.shop import Shop, Wear
 from cutwise.spec.spindle import CompliantSpindle, Spindle
-from cutwise.spec.stock import AnyFixture, AnyPart, AnyStock, NominalPart, StockNumerics
+from cutwise.spec.stock import AnyFixture, AnyPart, AnyStock, NominalPart, SetUp, StockNumerics
 from cutwise.spec.stock_milling import STOCK_CHECKS, stock_notices, stock_unused
 from cutwise.spec.tool import EndMill
 
@@ -213,11 +213,7 @@ class MillingScenario(Scenario):
 
     measures: ClassVar[Mapping[str, MeasureSpec]] = MILLING
     needs: ClassVar[Needs] = needs.MILLING
-    either: ClassVar[tuple[tuple[str, ...], ...]] = (("path",), ("program", "pocket"))
-    refused: ClassVar[Mapping[str, str]] = {
-        "setups": "several set-ups are not supported yet: run each as a scenario of its own, the second with the stock that the "
-        "first has left (cutwise export RUN surface -o left.stl, then stock: {file: left.stl})",
-    }  # fmt: skip
+    either: ClassVar[tuple[tuple[str, ...], ...]] = (("path",), ("program", "pocket"), ("setups",))
     starts: ClassVar[Mapping[str, str]] = {
         "path.corner": "2 mm",
         "path.compare": "[sharp, 2 mm, 5 mm]",
@@ -290,6 +286,10 @@ class MillingScenario(Scenario):
     fixtures: tuple[AnyFixture, ...] = Field(
         default=(), description="clamps and jaws that no tool may touch: blocks, STEP or STL files",
         examples=["[{x: [-30 mm, -5 mm], y: [0 mm, 20 mm], z: [-20 mm, 10 mm]}]"],
+    )  # fmt: skip
+    setups: tuple[SetUp, ...] = Field(
+        default=(), description="several set-ups one after the other (instead of program): each with its program, the axis of its "
+        "tools and its zero in the part", examples=["[{program: {file: top.nc}}, {program: {file: side.nc}, axis: [0, 1, 0]}]"],
     )  # fmt: skip
     path_mode: PathMode = Field(
         default="exact_path",
@@ -403,7 +403,8 @@ class MillingScenario(Scenario):
         nominal = isinstance(there.get("part"), NominalPart) or (
             "part" not in there and there.get("program") is not None
         )
-        return bool(there.get("tools", True)) or bool(there.get("fixtures", True)) or nominal or odd
+        listed = any(bool(there.get(key, True)) for key in ("tools", "fixtures", "setups"))
+        return listed or nominal or odd
 
     @property
     def nominal(self) -> NominalPart | None:
