@@ -189,6 +189,27 @@ def _grid(node: Node, dimension: str | None, path: At, faults: Faults) -> tuple[
     return tuple(make(low, high, count).tolist())
 
 
+def ends_of(scenario: Scenario, key: str) -> tuple[float, float]:
+    """Between which values a key may be by itself [SI]."""
+    info = fields.field_at(type(scenario), split_dotted(key))
+    low, high = -math.inf, math.inf
+    for kind, metadata in fields.of_field(info) if info is not None else ():
+        for bound in metadata if kind is float else ():
+            least = [getattr(bound, name, None) for name in ("gt", "ge")]
+            most = [getattr(bound, name, None) for name in ("lt", "le")]
+            low = max([low, *(float(end) for end in least if end is not None)])
+            high = min([high, *(float(end) for end in most if end is not None)])
+    return low, high
+
+
+def share_beyond(scenario: Scenario, key: str, lever: Random) -> float:
+    """Share of a distribution beyond the bounds that its key has by itself."""
+    low, high = ends_of(scenario, key)
+    below = lever.distribution.share_below(low - lever.added) if math.isfinite(low) else 0.0
+    above = 1.0 - lever.distribution.share_below(high - lever.added) if math.isfinite(high) else 0.0
+    return below + max(0.0, above)
+
+
 Make = Callable[[Node, str | None, At, Faults], scatter.Distribution | None]
 
 

@@ -1,7 +1,6 @@
 """A study file: read as written, every fault at its line, all at once."""
 
 import json
-import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from difflib import get_close_matches
 from pathlib import Path
@@ -13,8 +12,7 @@ from cutwise.io.files import as_text, read_bytes
 from cutwise.io.revision import Value, revisions
 from cutwise.io.scenario import load, read_document
 from cutwise.io.tree import Node, compose
-from cutwise.spec import fields
-from cutwise.spec.faults import Fault, ScenarioFault, split_dotted
+from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.spec.scenario import Scenario
 from cutwise.study.many.aims import measures_of, search_of
 from cutwise.study.many.definition import (
@@ -28,16 +26,15 @@ from cutwise.study.many.definition import (
     SEARCHES,
     SOBOL,
     Budget,
-    Random,
     Stop,
     Study,
     at_setting,
     in_the_middle,
 )  # fmt: skip
 from cutwise.study.many.draws import NETS, next_size
-from cutwise.study.many.levers import Faults, Levers, levers_of
+from cutwise.study.many.levers import Faults, Levers, levers_of, share_beyond
 from cutwise.study.many.rarely import size_of_level
-from cutwise.study.many.relations import few_degrees, relations_of
+from cutwise.study.many.relations import cut_off, few_degrees, relations_of
 
 _KEYS = (
     "name", "scenario", "set", "vary", "correlated", "want", "method", "cases", "seed", "coarse", "stop", "budget", "levels",
@@ -364,7 +361,7 @@ def _allowed(study: Study, tree: Node, faults: Faults) -> None:
             continue
         node = tree.value["correlated"] if key in of_entries else tree.value["vary"].value[key]
         if not lever.words:
-            share = _beyond(study.scenario, key, lever)
+            share = share_beyond(study.scenario, key, lever)
             if share > _BEYOND:
                 faults.at(
                     node,
@@ -385,7 +382,7 @@ def _allowed(study: Study, tree: Node, faults: Faults) -> None:
         if not one.words and key in study.random:
             for value in ends:
                 lever = at_setting(study, {key: value}).random[key]
-                share = _beyond(study.scenario, key, lever)
+                share = share_beyond(study.scenario, key, lever)
                 if share > _BEYOND:
                     faults.at(
                         tree.value["vary"].value[key], ("vary", key),
@@ -405,21 +402,6 @@ def _tried(
                 faults.at(node, ("vary", key), fault.message)
 
 
-def _beyond(scenario: Scenario, key: str, lever: Random) -> float:
-    """Share of a distribution beyond the bounds that its key has by itself."""
-    info = fields.field_at(type(scenario), split_dotted(key))
-    low, high = -math.inf, math.inf
-    for kind, metadata in fields.of_field(info) if info is not None else ():
-        for bound in metadata if kind is float else ():
-            least = [getattr(bound, name, None) for name in ("gt", "ge")]
-            most = [getattr(bound, name, None) for name in ("lt", "le")]
-            low = max([low, *(float(end) for end in least if end is not None)])
-            high = min([high, *(float(end) for end in most if end is not None)])
-    below = lever.distribution.share_below(low - lever.added) if math.isfinite(low) else 0.0
-    above = 1.0 - lever.distribution.share_below(high - lever.added) if math.isfinite(high) else 0.0
-    return below + max(0.0, above)
-
-
 def told(study: Study) -> Iterator[str]:
     """What a study will do, in words."""
     if study.search is not None:
@@ -433,6 +415,7 @@ def told(study: Study) -> Iterator[str]:
         yield f"{study.cases:,} cases: {study.rows:,} draws{seed}" + (
             f" at each of {study.combinations} combinations" if study.design else ""
         )
+    yield from cut_off(study.scenario, study.random)
     few = few_degrees(study.scenario, study.correlated)
     if few:
         yield few

@@ -1,6 +1,7 @@
 """Inputs that scatter together, as written: a correlation of some levers, or the covariance of a measured entry."""
 
 import math
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,10 +10,11 @@ from cutwise.io.tree import Node
 from cutwise.spec.scenario import Scenario
 from cutwise.study.inputs import Block, Input, Scatter, scatter_of
 from cutwise.study.many.definition import Correlated, Random
-from cutwise.study.many.distributions import Distribution, LogNormal, Normal, Reciprocal
-from cutwise.study.many.levers import At, Faults, Levers
+from cutwise.study.many.distributions import Distribution, LogNormal, Normal, Reciprocal, Truncated
+from cutwise.study.many.levers import At, Faults, Levers, ends_of, share_beyond
 
 _EXAMPLE = "{keys: [part.burr.height, part.burr.width], correlation: 0.5} or {entry: material.library}"
+_CUT, _MOST_CUT = 1e-9, 0.05  # share of a measured value beyond what it may be that is drawn again; that is too much
 _SMALLEST = 1e-12  # eigenvalue of a correlation
 
 
@@ -104,7 +106,11 @@ def _entry(node: Node, path: At, scenario: Scenario, levers: Levers, faults: Fau
             f"{section} has no values with a covariance; cutwise calibrate gives entries that have them",
         )  # fmt: skip
         return []
-    return [group for block in blocks if (group := _joined(node, path, scatter, block, levers, faults)) is not None]
+    return [
+        group
+        for block in blocks
+        if (group := _joined(node, path, scenario, scatter, block, levers, faults)) is not None
+    ]
 
 
 def _inside(one: Input, section: str) -> bool:
@@ -112,7 +118,7 @@ def _inside(one: Input, section: str) -> bool:
 
 
 def _joined(
-    node: Node, path: At, scatter: Scatter, block: Block, levers: Levers, faults: Faults
+    node: Node, path: At, scenario: Scenario, scatter: Scatter, block: Block, levers: Levers, faults: Faults
 ) -> Correlated | None:  # fmt: skip
     """Put the inputs of one covariance among the levers; None if it is of one value alone."""
     inputs = [scatter.inputs[place] for place in block.places]
@@ -123,7 +129,16 @@ def _joined(
                 return None
     sd = np.sqrt(np.diagonal(block.covariance))
     for one, deviation in zip(inputs, sd, strict=True):
-        levers.random[one.key] = Random(_law(one, float(deviation)))
+        lever = Random(_law(one, float(deviation)))
+        share = share_beyond(scenario, one.key, lever)
+        if share > _MOST_CUT:
+            faults.at(
+                node, (*path, "entry"),
+                f"{100 * share:.2g} % of {one.key} would lie beyond what it may be: the entry says too little of it",
+            )  # fmt: skip
+        if share > _CUT:
+            lever = Random(Truncated(lever.distribution, *ends_of(scenario, one.key)))
+        levers.random[one.key] = lever
     if len(inputs) == 1:
         return None
     sign = np.array(
@@ -147,6 +162,15 @@ def _law(one: Input, deviation: float) -> Distribution:
     if one.kind == "log":
         return LogNormal(one.value, deviation)
     return Reciprocal(1.0 / one.value, deviation) if one.kind == "reciprocal" else Normal(one.value, deviation)
+
+
+def cut_off(scenario: Scenario, random: Mapping[str, Random]) -> Iterator[str]:
+    """Values of measured entries, some of whose scatter lies beyond what they may be."""
+    measured = {one.key for one in scatter_of(scenario).inputs}
+    for key, lever in random.items():
+        if key in measured and isinstance(lever.distribution, Truncated):
+            share = share_beyond(scenario, key, Random(lever.distribution.whole))
+            yield f"{100 * share:.2g} % of the scatter of {key} lies beyond what it may be, and is drawn again"
 
 
 def few_degrees(scenario: Scenario, correlated: tuple[Correlated, ...], most: float = 30.0) -> str:
