@@ -239,7 +239,7 @@ def edge_profile(size: float | Table | RandomField, length: float) -> Polyline:
         at, value = size.points()
         return Polyline(np.array(at), np.array(value))
     if isinstance(size, RandomField):
-        at, value = random_field(length, size.mean, size.deviation, size.correlation_length, size.seed)
+        at, value = random_field(length, size.mean, size.deviation, size.correlation_length, size.seed, size.curve)
         return Polyline(at, np.maximum(0.0, value))
     return constant(size)
 
