@@ -37,7 +37,7 @@ class Shaped(NamedTuple):
     """What is left under all maps of a part, with the segments that shaped each."""
 
     piece: Workpiece
-    index: tuple[Index, ...]
+    index: tuple[Index, ...]  # type: ignore[assignment]
     first: IntArray  # number of the first segment of each map among those of all, shape (m,)
     cell: float  # [m] width of the cells
 
