@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import cutwise
 from cutwise import references, units
 from cutwise.app import inputs, surety
+from cutwise.app.embedded import Embedded, embedded
 from cutwise.app.findings import notices, reasons
 from cutwise.app.measured import Line, listed, rows
 from cutwise.app.numbers import amount, titled
@@ -39,10 +40,11 @@ class Gauge(NamedTuple):
     value: float
 
 
-def render(result: "Result", *, written: datetime | None = None) -> str:
+def render(result: "Result", *, written: datetime | None = None, viewer: bool = True) -> str:
     """The report of a result as one HTML document without any outside request.
 
-    ``written`` is the time printed on it; now if left out.
+    ``written`` is the time printed on it; now if left out. ``viewer``: with the part, tool and path in 3D, where the browser
+    runs scripts; without, and wherever it runs none, the pictures stand there.
     """
     scenario = result.scenario
     given = list(inputs.inputs(scenario))
@@ -76,6 +78,7 @@ def render(result: "Result", *, written: datetime | None = None) -> str:
         scenario_yaml=inputs.as_yaml(scenario),
         scenario_json=inputs.as_json(scenario),
         colours=COLOURS,
+        viewer=embedded(result) if viewer else Embedded(),
     )
 
 

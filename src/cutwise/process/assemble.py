@@ -118,6 +118,10 @@ def edge_cut(scenario: DeburringScenario) -> EdgeCut:
     alone = EdgeCut(edge_pass(operation, float(layers.burr_height.value.max())), layers, cutter)
     if scenario.path is not None and scenario.path.arc is not None:
         alone = alone._replace(arc=Arc(scenario.path.arc.radius, scenario.follows))
+    profile = operation.feed_profile
+    if profile is not None:
+        at, feeds = (np.array(values) for values in profile.points())
+        alone = alone._replace(paced=Paced((), *carried.pace_of(at, feeds, operation.feed)))
     if scenario.robot is None:
         bodies = _carriage(scenario)
         behind = carriage.in_series(scenario.tool, bodies, _part(scenario, alone))
@@ -128,7 +132,7 @@ def edge_cut(scenario: DeburringScenario) -> EdgeCut:
     sag += np.cos(turn) * (along.sag[:, 1] - along.sag[:, 3] * height)
     path = alone.path._replace(error_curve=added(alone.path.error_curve, along.path.at, sag))
     arm = carriage.by_robot(answering(scenario), along, height)
-    paced = None
+    paced = alone.paced
     if scenario.operation.limit_feed:
         feed = scenario.operation.feed
         at, pace = carried.pace_of(along.path.at, carried.feeds_along(along, answering(scenario), feed), feed)
@@ -235,7 +239,7 @@ def edge_profile(size: float | Table | RandomField, length: float) -> Polyline:
         at, value = size.points()
         return Polyline(np.array(at), np.array(value))
     if isinstance(size, RandomField):
-        at, value = random_field(length, size.mean, size.deviation, size.correlation_length, size.seed)
+        at, value = random_field(length, size.mean, size.deviation, size.correlation_length, size.seed, size.curve)
         return Polyline(at, np.maximum(0.0, value))
     return constant(size)
 

@@ -14,7 +14,17 @@ from cutwise.physics.cutting.drill_formulas import half_specific_force, shaw_oxf
 from cutwise.physics.structure.joint_compliance import geometric_stiffness, holding_force
 from cutwise.process import arm_geometry
 from cutwise.process.chain_compliance import off_part
-from cutwise.process.drilling import DrilledHole, DrillRun, dynamics, nominal_shares, skating_of, slope_angle
+from cutwise.process.drilling import (
+    NOT_LED,
+    DrillCell,
+    DrilledHole,
+    DrillRun,
+    dynamics,
+    hole_ends,
+    nominal_shares,
+    skating_of,
+    slope_angle,
+)
 from cutwise.process.loops_drilling import HoleOutcome, quasi_static_hole, step_limit
 from cutwise.process.postures import Posture, arm_compliance, posture_frames, posture_jacobian
 from cutwise.results import Finding, Place, Remedy, Said, warned
@@ -75,6 +85,8 @@ def _why(scenario: DrillingScenario, run: DrillRun, index: int, hole: DrilledHol
     choice = scenario.robot.redundancy_angle
     where = "at any redundancy angle" if isinstance(choice, str) else f"at {units.show(choice, 'angle', 4)}"
     name = _named(index, hole)
+    if hole.led != NOT_LED and hole.reach.reached:
+        return f"{name} is reached {where}, but not where hole.corrections lead the tool"
     if hole.singular:
         return (
             f"{name} is reached {where} only in a singular posture: |sin| of the wrist angle stays below "
@@ -253,7 +265,7 @@ def notes(scenario: DrillingScenario, run: DrillRun) -> dict[str, str]:
         told["skating"] = _skating(scenario, run, first)
         told["cross_check"] = _cross_check(run, first)
     if len(run.holes) > 1:
-        told["holes"] = "\n".join(_line(i, hole) for i, hole in enumerate(run.holes, 1))
+        told["holes"] = "\n".join(_line(run.cell, i, hole) for i, hole in enumerate(run.holes, 1))
     if run.places:
         best = ", ".join(f"{1e3 * x:.4g}" for x in run.shift)
         told["placement"] = f"Of {len(run.places)} places of the part, the shift ({best}) mm has the best worst hole."
@@ -344,13 +356,14 @@ def _stiffening(run: DrillRun, posture: Posture) -> float:
     return float(np.linalg.norm(changed) / np.linalg.norm(plain))
 
 
-def _line(index: int, hole: DrilledHole) -> str:
+def _line(cell: DrillCell, index: int, hole: DrilledHole) -> str:
     if hole.posture is None or hole.outcome is None:
         return f"{index}: not drilled"
     stands = "" if math.isnan(hole.posture.wrist_sine) else f"{units.show(hole.posture.angle, 'angle', 4)}, "
     if not hole.outcome.through:
         return f"{index}: {stands}never through"
-    return f"{index}: {stands}entry {_um(hole.outcome.entry)}, exit {_um(hole.outcome.exit)}"
+    entry, leaving = hole_ends(cell, hole)
+    return f"{index}: {stands}entry {_um(entry)}, exit {_um(leaving)}"
 
 
 def _um(position: FloatArray) -> str:

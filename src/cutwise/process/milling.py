@@ -331,6 +331,7 @@ def stages(done: MillRun, **more: xr.Dataset | None) -> xr.DataTree:
             "contour_error": (done.contour_error, "m", "distance from the path, positive to its right (into the wall)"),
         }),
     }  # fmt: skip
+    groups["scene"] = _seen(done, time)
     if done.tip_swings:
         wall = wall_left(done)
         groups["structure"] = labelled(time, {
@@ -343,6 +344,17 @@ def stages(done: MillRun, **more: xr.Dataset | None) -> xr.DataTree:
         groups |= milling_wall.stages(done.wall, r)
     groups |= {name: group for name, group in more.items() if group is not None}
     return xr.DataTree.from_dict(groups)
+
+
+def _seen(done: MillRun, time: tuple[str, FloatArray, str, str]) -> xr.Dataset:
+    """What a picture needs besides: the height of the tip, and which line of the program a sample belongs to."""
+    r, path = done.reference, done.path
+    return labelled(time, {
+        "height": (r.point[:, 2], "m", "height of the tip as programmed"),
+        "line": (path.source[r.block].astype(np.int32), "1", "line of the program, 0: none"),
+        "rapid": (np.isinf(path.feed[r.block]).astype(np.int8), "1", "whether it is a rapid move"),
+        "cuts": (path.cuts[r.block].astype(np.int8), "1", "whether the block cuts"),
+    })  # fmt: skip
 
 
 def _engagement(done: MillRun, time: tuple[str, FloatArray, str, str]) -> xr.Dataset:

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from cutwise import units
-from cutwise.process import milling_wall, stock_moves
+from cutwise.process import milling_wall, part_cost, stock_moves
 from cutwise.process.loops_drives import NO_FORCE
 from cutwise.process.milling import MillRun, tip_limit
 from cutwise.process.milling_measures import SETTLED
@@ -52,6 +52,7 @@ def warnings(scenario: MillingScenario, done: MillRun, found: Mapping[str, float
     """What should make the engineer doubt or change something."""
     machine = scenario.drives
     yield from notices(scenario)
+    yield from part_cost.warnings(scenario, done)
     if found.get("saturation_time", 0.0) > 0.0:
         yield warned(
             "saturated", f"a controller is at its limit of {units.show(machine.control.saturation, 'voltage')} for "

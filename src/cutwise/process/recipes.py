@@ -57,8 +57,7 @@ if TYPE_CHECKING:
         stock_deviation,
         stock_findings,
         stock_measures,
-        stock_milling,
-        stock_real,
+        stock_setups,
         stock_stages,
     )
     from cutwise.spec.chamfer import ChamferScenario
@@ -96,8 +95,7 @@ else:  # a run imports its own process, not those of the others
     stock_deviation = later("cutwise.process.stock_deviation")
     stock_findings = later("cutwise.process.stock_findings")
     stock_measures = later("cutwise.process.stock_measures")
-    stock_milling = later("cutwise.process.stock_milling")
-    stock_real = later("cutwise.process.stock_real")
+    stock_setups = later("cutwise.process.stock_setups")
     stock_stages = later("cutwise.process.stock_stages")
 
 Progress = Callable[[float], None]
@@ -255,20 +253,18 @@ def mill(scenario: MillingScenario, progress: Progress | None = None) -> Result:
 
 def mill_in_3d(scenario: MillingScenario, progress: Progress | None = None) -> Result:
     """A program in a stock in 3D: contact, force and events move by move, and the surface held against the part."""
-    moved = bool(stock_real.moves_the_tool(scenario))
-    done = stock_milling.run(scenario, _part(progress, 0.0, 0.3 if moved else 1.0))
-    cut = stock_real.Cut(done, stock_real.real(scenario, done, _part(progress, 0.3, 0.95)))
-    off = stock_deviation.judged(scenario, cut)
+    done = stock_setups.run(scenario, _part(progress, 0.0, 0.9))
+    off = stock_deviation.judged(scenario, done)
     if progress is not None:
         progress(1.0)
     return collect(
         scenario,
-        stock_measures.measures(scenario, cut, off),
-        stages=stock_stages.stages(cut, off),
+        stock_measures.measures(done, off),
+        stages=stock_stages.stages(done, off),
         findings=stock_findings.findings(done),
-        warnings=tuple(stock_findings.warnings(scenario, cut, off)),
-        limits=stock_findings.limits(cut),
-        notes=stock_findings.notes(scenario, cut, off),
+        warnings=tuple(stock_findings.warnings(scenario, done, off)),
+        limits=stock_findings.limits(done),
+        notes=stock_findings.notes(done, off),
         references=("altintas2012", "engin2001", "gradisek2004"),
     )
 
@@ -298,11 +294,10 @@ def mill_quick(scenario: MillingScenario, wanted: Collection[str] = (), *, coars
     """What studies need; whether the tool chatters always belongs to it."""
     del wanted
     if scenario.in_3d:
-        ideal = stock_milling.run(scenario)
-        cut = stock_real.Cut(ideal, stock_real.real(scenario, ideal))
+        cut = stock_setups.run(scenario)
         off = stock_deviation.judged(scenario, cut)
         about = () if coarse else tuple(stock_findings.warnings(scenario, cut, off))
-        return Outcome(stock_measures.measures(scenario, cut, off), tuple(stock_findings.findings(ideal)), about)
+        return Outcome(stock_measures.measures(cut, off), tuple(stock_findings.findings(cut)), about)
     if scenario.programmed:
         fed = programmed_milling.run(scenario)
         of_fed = programmed_milling.measures(scenario, fed)
@@ -379,9 +374,10 @@ def _drilling_run(scenario: DrillingScenario, progress: Progress | None = None) 
     shift, places = drilling.place(scenario, cell)
     holes = []
     targets = drilling.targets(scenario.hole)
-    for count, target in enumerate(targets, 1):
+    led = drilling.led_to(scenario.hole)
+    for count, (target, to) in enumerate(zip(targets, led, strict=True), 1):
         moved = target._replace(position=target.position + shift)
-        holes.append(drilling.drill_one(scenario, cell, moved, scenario.numerics.time_step))
+        holes.append(drilling.drill_one(scenario, cell, moved, scenario.numerics.time_step, to))
         if progress is not None:
             progress(count / len(targets))
     return drilling.DrillRun(cell, tuple(holes), shift, places)
@@ -461,7 +457,7 @@ MILL = Recipe(
     mill,
     mill_quick,
     lambda scenario: (
-        stock_milling if scenario.in_3d else programmed_milling if scenario.programmed else milling
+        stock_setups if scenario.in_3d else programmed_milling if scenario.programmed else milling
     ).prepare(scenario),
 )
 RECIPES: Mapping[str, Recipe] = Registered("recipe")

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,8 @@ from cutwise.process.stock_deviation import Deviation, Judged, cut_off
 from cutwise.process.stock_material import room_for
 from cutwise.process.stock_measures import aside
 from cutwise.process.stock_milling import StockRunDone
-from cutwise.process.stock_real import Cut, Real
+from cutwise.process.stock_real import YIELDING, Cut, Real
+from cutwise.process.stock_setups import Done
 from cutwise.process.stock_stations import events, move_time, station_moves, station_places
 from cutwise.programs.block_text import block_named, blocks_named
 from cutwise.results import Finding, Place, Remedy, Said, warned
@@ -29,10 +31,14 @@ _REAL = (
     "force at the tip from what the moved tool has left; tilt, vibration and the ripple of the teeth "
     "are left out. Loads are those of the planned path."
 )
+_SEVERAL = (
+    "Where several set-ups cut along different axes, the flutes are looked at in 16 layers; shank, holder and rapid moves are held "
+    "against the highest material of each column, hollow below or not."
+)
 LIMITS = (
     "The stock is a height map seen along the tool axis: undercuts cannot be held.",
-    "Forces are means over a revolution of a sharp, even tool at the programmed feed, no more than the machine allows; peaks are "
-    "those of the teeth without run-out or vibration.",
+    "Forces are means over a revolution of a sharp tool at the programmed feed, no more than the machine allows; peaks are those "
+    "of the teeth, with run-out but without vibration.",
     "Bottom edges cut with the coefficients of the flutes; measured ones depend on the radial engagement.",
     "Deviation of faces seen from behind along the tool axis is not judged.",
 )
@@ -43,18 +49,18 @@ _FIT = 0.02  # of the largest compliance
 _STAND_OUT = 1e-6  # [m]
 
 
-def limits(cut: Cut) -> tuple[str, ...]:
+def limits(done: Done) -> tuple[str, ...]:
     """What the model leaves out."""
-    return (*LIMITS, _IDEAL if cut.real is None else _REAL)
+    several = len(done.cuts) + (len(done.earlier.sweeps) if done.earlier is not None else 0) > 1
+    return (*LIMITS, _REAL if done.moved else _IDEAL, *((_SEVERAL,) if several else ()))
 
 
-def findings(done: StockRunDone) -> Iterator[Finding]:
+def findings(done: Done) -> Iterator[Finding]:
     """What leaves nothing to be judged."""
-    if not (done.volume > _DEEP_ENOUGH).any():
+    if not any((cut.ideal.volume > _DEEP_ENOUGH).any() for cut in done.cuts):
         yield Finding("untouched")
-    for line in done.planned.path.still:
+    for line in [line for cut in done.cuts for line in cut.ideal.planned.path.still][:1]:
         yield Finding("at_rest", Place(line=line))
-        break
 
 
 _EVENT = {
@@ -65,10 +71,25 @@ _EVENT = {
 }
 
 
-def warnings(scenario: MillingScenario, cut: Cut, off: Judged | None) -> Iterator[Said]:
+def warnings(scenario: MillingScenario, done: Done, off: Judged | None) -> Iterator[Said]:
     """What should make the engineer doubt or change something."""
-    done = cut.ideal
     yield from notices(scenario)
+    yield from dict.fromkeys(
+        numbered(said, job.number)
+        for job, cut in zip(done.jobs, done.cuts, strict=True) for said in _of_setup(job.scenario, cut)
+    )  # fmt: skip
+    if off is not None:
+        yield from _part_warnings(off.left)
+
+
+def numbered(said: Finding, number: int) -> Finding:
+    """A finding that says which set-up it is about; number 0: there is one only."""
+    return replace(said, words=f"set-up {number}: {said.words}") if number else said
+
+
+def _of_setup(scenario: MillingScenario, cut: Cut) -> Iterator[Finding]:
+    """Events, extents, grid and tools of one set-up."""
+    done = cut.ideal
     text = done.planned.program.text
     happened = events(done)
     for kind, words in _EVENT.items():
@@ -94,8 +115,6 @@ def warnings(scenario: MillingScenario, cut: Cut, off: Judged | None) -> Iterato
         yield warned("hollows_filled", words, done.filled, _DEEP_ENOUGH, "volume")
     if cut.real is not None:
         yield from _real_warnings(scenario, cut.real)
-    if off is not None:
-        yield from _part_warnings(off.left)
 
 
 def _real_warnings(scenario: MillingScenario, real: Real) -> Iterator[Finding]:
@@ -115,7 +134,7 @@ def _real_warnings(scenario: MillingScenario, real: Real) -> Iterator[Finding]:
             f"by up to {100.0 * real.carrier.missed:.2g} %"
         )
         yield warned("not_smooth", words, real.carrier.missed, _FIT)
-    if real.change is None and real.terms != ("drives",):
+    if real.change is None and YIELDING & set(real.terms):
         yield warned("no_forces", "there are no forces of the cut: what yields stays where it is")
 
 
@@ -215,8 +234,31 @@ def _part_warnings(off: Deviation) -> Iterator[Said]:
         yield warned("cut_off", words, worst, 1e-3, "length")
 
 
-def notes(scenario: MillingScenario, cut: Cut, off: Judged | None) -> dict[str, str]:
+def notes(done: Done, off: Judged | None) -> dict[str, str]:
     """What the report says beside the numbers."""
+    said: dict[str, str] = {}
+    for job, cut in zip(done.jobs, done.cuts, strict=True):
+        own = _setup_notes(job.scenario, cut)
+        if job.number:
+            own = {f"{name}, set-up {job.number}": f"set-up {job.number}: {text}" for name, text in own.items()}
+        said |= own
+    if done.earlier is not None:
+        said["earlier run"] = (
+            f"the stock is what {done.earlier.name} has left, {len(done.earlier.sweeps)} set-up(s), swept anew"
+        )
+    if off is not None:
+        said |= _part_notes(off.left)
+        if off.ideal is not None:
+            value = off.ideal.value[off.ideal.judged_samples]
+            said["ideal surface"] = (
+                f"as planned the surface would deviate by {units.show(float(value.min()), 'small_length', 4)} to "
+                f"{units.show(float(value.max()), 'small_length', 4)}, rms {units.show(off.ideal.rms, 'small_length', 4)}"
+            )
+    return said
+
+
+def _setup_notes(scenario: MillingScenario, cut: Cut) -> dict[str, str]:
+    """Method, grid, checks and the heaviest places of one set-up."""
     done = cut.ideal
     grid = done.solid.map.layout
     said = {
@@ -248,20 +290,18 @@ def notes(scenario: MillingScenario, cut: Cut, off: Judged | None) -> dict[str, 
     said |= _heaviest(done)
     if cut.real is not None:
         said |= _real_notes(cut.real)
-    if off is not None:
-        said |= _part_notes(cut.left, off.left)
-        if off.ideal is not None:
-            value = off.ideal.value[off.ideal.judged_samples]
-            said["ideal surface"] = (
-                f"as planned the surface would deviate by {units.show(float(value.min()), 'small_length', 4)} to "
-                f"{units.show(float(value.max()), 'small_length', 4)}, rms {units.show(off.ideal.rms, 'small_length', 4)}"
-            )
     return said
 
 
 def _real_notes(real: Real) -> dict[str, str]:
     """Where the tool stands beside its path most while it cuts, and what is sure of it."""
-    words = {"drives": "feed drives", "tip": "bending of the tool", "bodies": "bodies of the machine", "arm": "robot"}
+    words = {
+        "drives": "feed drives",
+        "runout": "run-out",
+        "tip": "its bending",
+        "bodies": "bodies of the machine",
+        "arm": "robot",
+    }
     said = {"real surface": f"the tool is moved by {', '.join(words[name] for name in real.terms)}; pieces of "
             f"{_mm(real.spacing)} at the most"}  # fmt: skip
     if real.driven is not None:
@@ -309,7 +349,7 @@ def _heaviest(done: StockRunDone) -> dict[str, str]:
     return said
 
 
-def _part_notes(done: StockRunDone, off: Deviation) -> dict[str, str]:
+def _part_notes(off: Deviation) -> dict[str, str]:
     said = {
         "samples of the part": f"the part is looked at in {len(off.value)} points, about {_mm(off.samples.step)} apart; "
         f"judged area {1e6 * off.judged:.6g} mm²; positive is material left",
@@ -318,7 +358,7 @@ def _part_notes(done: StockRunDone, off: Deviation) -> dict[str, str]:
         at = off.worst(gouge)
         value = float(off.value[at])
         if (value < 0.0) if gouge else (value > 0.0):
-            said[name] = f"{name}: {units.show(value, 'small_length', 4)} {made_by(done, off, at)}"
+            said[name] = f"{name}: {units.show(value, 'small_length', 4)} {made_by(off, at)}"
     if off.fit is not None:
         shift = ", ".join(f"{1e3 * v:.4g}" for v in off.fit.shift)
         turn = ", ".join(f"{math.degrees(v):.3g}" for v in off.fit.turn)
@@ -330,12 +370,17 @@ def _part_notes(done: StockRunDone, off: Deviation) -> dict[str, str]:
     return said
 
 
-def made_by(done: StockRunDone, off: Deviation, sample: int) -> str:
+def made_by(off: Deviation, sample: int) -> str:
     """Where a sample is and which line, tool and time made the surface there."""
     place = f"at {_at(off.samples.point[sample])} on {off.samples.names[off.samples.face[sample]]}"
-    segment = int(off.segment[sample])
-    if segment < 0:
+    if off.segment[sample] < 0:
         return f"{place}: the stock as it was"
+    run, own = (int(found[0]) for found in off.owners.of(off.segment[sample : sample + 1]))
+    if run < 0:
+        return f"{place}: an earlier run"
+    done, segment = off.owners.runs[run], own
+    if len(off.owners.runs) > 1:
+        place += f", set-up {run + 1}"
     line = int(done.planned.path.source[done.moves.block[segment]])
     move = int(np.searchsorted(done.moves.path.first, segment, side="right") - 1)
     tool = done.planned.tools.numbers
