@@ -12,6 +12,7 @@ from cutwise.process.recipes import quick_outcome, simulate
 from cutwise.spec.cell import PRESETS, REFUSED, ROWS, SLOTS
 from cutwise.spec.faults import ScenarioFault
 from cutwise.spec.filled import in_words, rows_of
+from cutwise.spec.kinds import KINDS
 
 _TERM = {"tip modes": "tip_modes", "links": "arm", "drives": None}
 
@@ -179,6 +180,7 @@ def test_a_forbidden_row_is_refused_with_its_reason_and_without_a_process(proces
 
 
 def test_every_row_belongs_to_a_process_or_is_forbidden_there():
+    assert set(PRESETS) == set(KINDS)
     for slot, rows in ROWS.items():
         assert set(rows) == {row for preset in PRESETS.values() for row in getattr(preset, slot)}
         assert tuple(rows) == tuple(SLOTS[slot].__args__)
