@@ -24,7 +24,7 @@ _STYLE = ";".join(f"{name}:{colour}" for name, colour in COLOURS.items())
 _TONES = {"pass": "var(--good)", "fail": "var(--bad)", "none": "var(--soft)"}
 _MOST_DRAWN = 30_000  # letters of a curve; a longer one is left out, said so
 _MOST_NOTICES = 5
-_MOST_INPUTS = 300
+_MOST_INPUTS = 180
 _LOWEST, _HIGHEST = 100, 5000  # pixels
 
 
