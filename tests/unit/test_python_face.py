@@ -41,6 +41,12 @@ def test_what_cannot_stand_in_a_scenario_is_a_fault_of_it(scenario):
     endless["part"] = endless
     with pytest.raises(cutwise.ScenarioFault, match="nested too deeply"):
         cutwise.load(endless)
+    for huge in (10**400, -(10**400), float("nan"), b"5 bar", 1j):
+        for key in ("spindle.pressure", "tool.flutes", "process", "requirements"):
+            with pytest.raises(cutwise.ScenarioFault):
+                cutwise.load(scenario.document(), {key: huge})
+    with pytest.raises(cutwise.ScenarioFault, match="no such file"):
+        scenario.with_({"part.step": "x" * 5000})
     with pytest.raises(cutwise.ScenarioFault, match="written twice"):
         cutwise.load({"process": "deburr", 1: 2, "1": 3})
 
