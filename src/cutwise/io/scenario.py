@@ -456,8 +456,12 @@ class _Assembly:
         if file is None or not isinstance(file.value, str):
             return node
         place = self._file(file.value, file)
-        if not place.exists():
-            self.faults.append(file.fault((*path, key), f"{place}: no such file"))
+        try:
+            there = place.exists()
+        except (OSError, ValueError):  # no name of a file
+            there = False
+        if not there:
+            self.faults.append(file.fault((*path, key), f"{place!s:.200}: no such file"))
             return node
         return replace(node, value={**node.value, key: replace(file, value=str(place))})
 

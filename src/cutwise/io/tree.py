@@ -83,7 +83,7 @@ def from_data(data: Any, file: str, layer: int = 1) -> Node:
     if isinstance(data, list | tuple):
         return Node([from_data(v, file, layer) for v in data], file=file, layer=layer)
     if isinstance(data, int) and not -(10**LONGEST) < data < 10**LONGEST:
-        return Node(math.copysign(math.inf, data), f"an integer of {data.bit_length()} bits", file, layer=layer)
+        return Node(math.inf if data > 0 else -math.inf, f"an integer of {data.bit_length()} bits", file, layer=layer)
     return Node(data, _written(data), file, layer=layer)
 
 
