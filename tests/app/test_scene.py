@@ -1,5 +1,6 @@
 """What a person sees, before a browser draws it: the view file, colours, worst places, magnification, maps."""
 
+import doctest
 import hashlib
 import html
 import json
@@ -8,6 +9,7 @@ import shutil
 import subprocess
 import zlib
 from base64 import b64decode
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -303,6 +305,11 @@ class TestBundle:
         subprocess.run(["node", WEB / "build.mjs", tmp_path], check=True, capture_output=True)
         for made in tmp_path.iterdir():
             assert made.read_bytes() == (STATIC / made.name).read_bytes(), made.name
+
+
+@pytest.mark.parametrize("module", sorted(path.stem for path in (STATIC.parent.parent / "scene").glob("[a-z]*.py")))
+def test_examples_of_docstrings(module):
+    assert doctest.testmod(import_module(f"cutwise.app.scene.{module}")).failed == 0
 
 
 def test_every_process_has_a_scene():
