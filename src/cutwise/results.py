@@ -71,9 +71,10 @@ class Remedy(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """Something that a run found out about itself; words are made of it in the app layer.
+    """Something that a run found out about itself, or why it cannot be; never read back from a text.
 
-    It decides the verdict if its code stands in :data:`SOUNDNESS`.
+    It decides the verdict if its code stands in :data:`SOUNDNESS`, or if the operation cannot be done. A row that says
+    something of its own has the words for it; words of what several processes find are made in the app layer.
     """
 
     code: str
@@ -83,17 +84,25 @@ class Finding:
     dimension: str = "dimensionless"
     measure: str = ""  # the measure that it is about
     remedy: Remedy | None = None
+    words: str = ""
+    cannot: bool = False  # the operation cannot be done
+
+    @property
+    def rank(self) -> int:
+        """Place in the one order of all reports: what cannot be done, what is not sound, what one should know."""
+        return 0 if self.cannot else 1 if self.code in SOUNDNESS else 2
 
     def as_json(self) -> dict[str, Any]:
         """The record in SI, without what it does not say."""
-        told: dict[str, Any] = {"code": self.code, "decides": self.code in SOUNDNESS}
+        told: dict[str, Any] = {"code": self.code, "decides": self.rank < 2}
         where = {name: value for name, value in self.where._asdict().items() if value not in (None, "", 0)}
         told |= {"measure": self.measure} if self.measure else {}
         told |= {"where": where} if where else {}
         told |= {name: value for name in ("value", "limit") if (value := getattr(self, name)) is not None}
         told |= {"unit": units.DIMENSIONS[self.dimension].si, "dimension": self.dimension}
         told |= {"remedy": self.remedy._asdict()} if self.remedy else {}
-        return told
+        told |= {"infeasible": True} if self.cannot else {}
+        return told | ({"text": self.words} if self.words else {})
 
     @classmethod
     def from_json(cls, told: Mapping[str, Any]) -> Finding:
@@ -101,8 +110,26 @@ class Finding:
         remedy = told.get("remedy")
         return cls(
             told["code"], Place(**told.get("where", {})), told.get("value"), told.get("limit"), told["dimension"],
-            told.get("measure", ""), Remedy(**remedy) if remedy else None,
+            told.get("measure", ""), Remedy(**remedy) if remedy else None, told.get("text", ""),
+            told.get("infeasible", False),
         )  # fmt: skip
+
+
+def warned(
+    code: str, words: str, value: float | None = None, limit: float | None = None, dimension: str = "dimensionless", *,
+    where: Place = NOWHERE, remedy: Remedy | None = None,
+) -> Finding:  # fmt: skip
+    """What a row warns of, in its own words."""
+    return Finding(code, where, value, limit, dimension, remedy=remedy, words=words)
+
+
+Said = Finding | str
+"""What a row says: a record; or, of the values of the scenario, a sentence."""
+
+
+def in_words(found: Iterable[Said]) -> tuple[str, ...]:
+    """The sentences of what rows say."""
+    return tuple(one if isinstance(one, str) else one.words for one in found)
 
 
 class Histories(NamedTuple):
@@ -123,6 +150,10 @@ class SolverFailure(Exception):
 
 class Infeasible(SolverFailure):
     """The operation cannot be done: what gives way, where, and what helps."""
+
+    def __init__(self, words: str, code: str = "infeasible", where: Place = NOWHERE) -> None:
+        super().__init__(words)
+        self.finding = Finding(code, where, words=words, cannot=True)
 
 
 class Measures(dict[str, "Measure"]):

@@ -10,6 +10,7 @@ import typer
 import cutwise
 from cutwise.app import (
     calibrating,
+    comparing,
     complete,
     correcting,
     exits,
@@ -78,6 +79,10 @@ def check(file: ScenarioFile, overrides: Overrides = None) -> None:
         return
     scenario = load(file, overrides or (), named=SET)
     prepare(scenario)
+    if scenario.correct is not None:
+        from cutwise.study.correct.entry import checked as correction
+
+        correction(scenario)
     Console().checked(str(file), scenario, notices(scenario))
 
 
@@ -279,6 +284,7 @@ for _look in (
     calibrating.calibrate,
     validating.validate,
     correcting.correct,
+    comparing.compare,
     inspection.part,
     inspection.program,
     inspection.spindle,

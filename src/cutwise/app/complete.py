@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from importlib.resources import files
 from pathlib import Path
 
-import click
+import typer
 
 _MOST = 400  # keys that are offered at once
 
@@ -25,7 +25,7 @@ def shelves(incomplete: str) -> list[str]:
     return sorted(one.name for one in _library().iterdir() if one.is_dir() and _offered(one.name, incomplete))
 
 
-def entries(ctx: click.Context, incomplete: str) -> list[str]:
+def entries(ctx: typer.Context, incomplete: str) -> list[str]:
     """Entries of the shelf that was named before."""
     shelf = str(ctx.params.get("kind") or "")
     folder = _library() / shelf
@@ -35,7 +35,7 @@ def entries(ctx: click.Context, incomplete: str) -> list[str]:
     return sorted(name for name in names if name.startswith(incomplete))
 
 
-def assignments(ctx: click.Context, incomplete: str) -> list[str]:
+def assignments(ctx: typer.Context, incomplete: str) -> list[str]:
     """``key=`` for each key of the scenario that was named before; without one, of every process.
 
     Behind ``library=`` the entries of the shelf of that section are offered.
@@ -46,7 +46,7 @@ def assignments(ctx: click.Context, incomplete: str) -> list[str]:
     return [f"{one}=" for one in dict.fromkeys(_keys(ctx)) if one.startswith(key)][:_MOST]
 
 
-def _keys(ctx: click.Context) -> Iterator[str]:
+def _keys(ctx: typer.Context) -> Iterator[str]:
     """Dotted keys, nearest sections first: those below a section are offered once its name is typed."""
     from cutwise.spec import fields
     from cutwise.spec.faults import dotted
@@ -61,7 +61,7 @@ def _keys(ctx: click.Context) -> Iterator[str]:
             yield from (f"requirements.{name}.min", f"requirements.{name}.max")
 
 
-def _entries_of(ctx: click.Context, key: str) -> list[str]:
+def _entries_of(ctx: typer.Context, key: str) -> list[str]:
     """Library names behind a key that ends in ``library``."""
     from cutwise.spec import fields
     from cutwise.spec.base import LibrarySpec
@@ -83,7 +83,7 @@ def _entries_of(ctx: click.Context, key: str) -> list[str]:
     return list(found)
 
 
-def _meant(ctx: click.Context) -> list[str]:
+def _meant(ctx: typer.Context) -> list[str]:
     """The process of the scenario that was named before; all of them where it tells none."""
     from cutwise.spec.kinds import HOMES
 

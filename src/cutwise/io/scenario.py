@@ -359,7 +359,9 @@ class _Assembly:
                 value[name] = self.complete(value[name], sections[0], here)
             elif sections:
                 value[name] = self.complete(value[name], _fitting(sections, self._written(value[name], sections)), here)
-            elif isinstance(value[name].value, list) and any(kind.beside for kind in fields.inner(info)):
+            elif isinstance(value[name].value, list) and any(
+                kind.beside or "program" in kind.model_fields for kind in fields.inner(info)
+            ):
                 value[name] = self._entries_with_files(value[name], info, here)
             elif value[name].value is None and value[name].layer == _OVERRIDE:
                 del value[name]
@@ -439,7 +441,10 @@ class _Assembly:
         """A list of sections, the files that its entries name found beside the scenario."""
         entries = []
         for place, entry in enumerate(node.value):
-            if isinstance(entry.value, dict):
+            whole = [kind for kind in fields.inner(info) if "program" in kind.model_fields]
+            if isinstance(entry.value, dict) and whole:  # a set-up has files within
+                entry = self.complete(entry, whole[0], (*path, place))
+            elif isinstance(entry.value, dict):
                 for key in _fitting(list(fields.inner(info)), set(entry.value)).beside:
                     entry = self._with_file_beside(entry, key, (*path, place))
             entries.append(entry)

@@ -14,10 +14,11 @@ from cutwise.maths.curves import FloatArray, largest_curvature
 from cutwise.physics.cutting.uneven import largest_radius
 from cutwise.physics.motion.edge import path_memory_index
 from cutwise.physics.structure.statics import Characteristic, characteristic
-from cutwise.physics.structure.terms import Compliance, Linked, Swinging, displacement, natural_frequencies
-from cutwise.physics.structure.terms import width as width_of
+from cutwise.physics.structure.terms import Compliance, Linked, Swinging, natural_frequencies
 from cutwise.physics.surface.edge import machined_profile
-from cutwise.process.assemble import robot_along, surface_height, turned_by, turned_from_start
+from cutwise.process import carriers, yielding
+from cutwise.process.assemble import surface_height, turned_by, turned_from_start
+from cutwise.process.carriage import Carriage
 from cutwise.process.labels import labelled
 from cutwise.process.loops import (
     TOOTH_RESOLVED,
@@ -31,7 +32,6 @@ from cutwise.process.loops import (
     tooth_resolved_forces,
 )
 from cutwise.process.plateaus import Band, band
-from cutwise.process.yielding import normal_stiffness, term_measures
 from cutwise.records import EdgeHistory, Surface
 from cutwise.results import Histories, SolverFailure
 from cutwise.spec.deburring import DeburringScenario
@@ -138,11 +138,7 @@ def evaluate(cell: EdgeCell, history: EdgeHistory, *, plateaus: bool = True) -> 
 
 def displacements(cell: EdgeCell, history: EdgeHistory) -> dict[str, FloatArray]:
     """Displacement by each term behind the spindle and by drives, where the edge is read, over time [m]; shape (n, 3)."""
-    found, at = {}, 0
-    for name, term in cell.behind:
-        columns = history.response.behind[:, at : at + width_of(term)]
-        found[name] = displacement(term, columns, surface_height(cell))
-        at += width_of(term)
+    found = yielding.by_term(cell.behind, history.response.behind, surface_height(cell))
     return found if history.fed is None else {**found, "drives": history.fed}
 
 
@@ -159,7 +155,7 @@ def carried_measures(scenario: DeburringScenario, run: EdgeRun) -> dict[str, flo
     terms = {name: seen_from_edge(run, of_term) for name, of_term in terms.items()}
     total = sum(of_term[:, 1] for of_term in terms.values())
     worst = first + int(np.argmax(np.abs(total[first:last] - run.cell.path.preset)))
-    found = term_measures(terms, slice(first, last), worst)
+    found = yielding.term_measures(terms, slice(first, last), worst)
     if "drives" in terms:
         found = {name: value for name, value in found.items() if not name.startswith("deflection_drives")}
         off = terms["drives"][first:last, 1]
@@ -168,14 +164,22 @@ def carried_measures(scenario: DeburringScenario, run: EdgeRun) -> dict[str, flo
     if swings:
         found["natural_frequency_min"] = float(swings[0].min())
     if scenario.robot is None:
-        return {**found, **normal_stiffness([term for _, term in run.cell.behind])}
-    return {**found, **_postures(scenario, run)}
+        return {**found, **yielding.normal_stiffness([term for _, term in run.cell.behind])}
+    return {**found, **carried_by(scenario, run.cell.carriage)}
 
 
-def _postures(scenario: DeburringScenario, run: EdgeRun) -> dict[str, float]:
-    assert scenario.robot is not None
-    operation, along = scenario.operation, robot_along(scenario, run.cell)
-    return carried.measures(along, scenario.robot, operation.feed, limited=operation.limit_feed)
+def carried_by(scenario: DeburringScenario, carriage: Carriage) -> dict[str, float]:
+    """What the postures of the robot mean; nothing without one."""
+    if carriage.arm is None or scenario.robot is None:
+        return {}
+    operation = scenario.operation
+    return carried.measures(carriage.arm, scenario.robot, operation.feed, limited=operation.limit_feed)
+
+
+def on_path(run: EdgeRun) -> tuple[float, FloatArray, dict[str, FloatArray]]:
+    """Height at which the edge is read [m], places of the rows along it [m], and the displacement by each term there."""
+    height = surface_height(run.cell)
+    return height, run.history.motion.position, yielding.by_term(run.cell.behind, run.history.response.behind, height)
 
 
 def seen_from_edge(run: EdgeRun, moved: FloatArray) -> FloatArray:
@@ -218,7 +222,7 @@ def measures(scenario: DeburringScenario, run: EdgeRun, *, tooth: bool = True) -
     found["surface_error_min"] = float(error.min())
     found["surface_error_max"] = float(error.max())
     found |= {name: None if one is None else one.error for name, one in zip(PLATEAUS, run.band, strict=True)}
-    found |= _fractions(scenario, run)
+    found |= fractions(after_lead_in(run), scenario.operation.tolerance)
     axial = scenario.material.K_ac is not None or scenario.material.k_a11 is not None
     for i, axis in enumerate(_AXES if axial else _AXES[:2]):
         found[f"burr_force_mean_{axis}"] = float(history.burr_force.mean[steady, i].mean())
@@ -255,12 +259,8 @@ def _spindle_measures(run: EdgeRun) -> dict[str, float | None]:
     }
 
 
-def _fractions(scenario: DeburringScenario, run: EdgeRun) -> dict[str, float]:
-    """Shares of the edge length after the lead-in that come out partial, ideal and excessive."""
-    return _shares(after_lead_in(run), scenario.operation.tolerance)
-
-
-def _shares(error: FloatArray, tolerance: float) -> dict[str, float]:
+def fractions(error: FloatArray, tolerance: float) -> dict[str, float]:
+    """Shares of an edge that come out partial, ideal and excessive, by its error [m], shape (n,)."""
     partial, excessive = float((error > tolerance).mean()), float((error < -tolerance).mean())
     return {
         "fraction_partial": partial,
@@ -284,7 +284,7 @@ def histories(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, flo
         bands[name] = _between(ends, found[name])
     error, tolerance = after_lead_in(run), scenario.operation.tolerance
     for name in ("fraction_partial", "fraction_ideal", "fraction_excessive"):
-        ends = [None if shift is None else _shares(error + shift, tolerance)[name] for shift in shifts]
+        ends = [None if shift is None else fractions(error + shift, tolerance)[name] for shift in shifts]
         bands[name] = _between(ends, found[name], share=True)
     return bands
 
@@ -338,7 +338,7 @@ def _tooth_peaks(run: EdgeRun) -> list[float]:
     return [float(peak) for peak in peaks]
 
 
-def stages(run: EdgeRun) -> xr.DataTree:
+def stages(scenario: DeburringScenario, run: EdgeRun) -> xr.DataTree:
     """The histories of all stages as labelled arrays, with units."""
     h = run.history
     time = ("time", h.motion.time, "s", "time")
@@ -369,6 +369,7 @@ def stages(run: EdgeRun) -> xr.DataTree:
             "burr_height": (run.surface.burr_height, "m", "burr height before the pass"),
         }).merge(labelled(time, {"error_at_tool": (run.error_at_tool, "m", "edge error at point C")})),
     }  # fmt: skip
+    groups |= carriers.of_carrier(run.cell.carriage, scenario.robot, *on_path(run))
     if run.cell.ring is not None:
         tooth_time, tooth = tooth_history(run, np.array([_last_rows(run)]), _TOOTH_CURVE, _TOOTH_PERIODS)
         groups["tooth"] = labelled(("tooth_time", tooth_time[0], "s", "time"), {
@@ -382,10 +383,8 @@ def _structure(run: EdgeRun, time: tuple[str, FloatArray, str, str]) -> xr.Datas
     """What the spindle does; without one, the displacement by each term."""
     h = run.history
     if run.cell.ring is None:
-        return labelled(time, {
-            f"deflection_{name}": (seen_from_edge(run, value), "m", f"displacement by the term {name} where the edge is read")
-            for name, value in displacements(run.cell, h).items()
-        }, axis=list(_AXES))  # fmt: skip
+        moved = {name: seen_from_edge(run, value) for name, value in displacements(run.cell, h).items()}
+        return labelled(time, carriers.deflections(moved, "the edge"), axis=list(_AXES))
     return labelled(time, {
         "tilt": (h.response.tilt, "rad", "tilt of the motor"),
         "tip_deflection": (h.response.tilt * run.cell.reach, "m", "deflection of the tool tip"),

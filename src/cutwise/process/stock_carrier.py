@@ -26,6 +26,7 @@ from cutwise.process.milling import MOST_SAMPLES, set_points, too_many_samples
 from cutwise.process.program_path import ProgramPath
 from cutwise.process.stock_loop import Progress
 from cutwise.process.stock_pieces import Known
+from cutwise.process.stock_plan import cutters_of
 from cutwise.process.yielding import modes_at_rest, spring
 from cutwise.spec.carrier import Standing
 from cutwise.spec.milling import MillingScenario
@@ -119,7 +120,7 @@ def _fitted(point: FloatArray, matrix: FloatArray, sag: FloatArray, names: tuple
 
 def tips_of(scenario: MillingScenario) -> FloatArray:
     """Compliance of each tool at its tip, at rest, along x and y of the program [m/N], shape (tools, 3, 3)."""
-    tools = scenario.tools or (scenario.tool,)
+    tools = cutters_of(scenario)
     found = np.zeros((len(tools), 3, 3))
     for row, tool in enumerate(tools):
         if tool.stiffness is not None:

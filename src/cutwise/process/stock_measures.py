@@ -9,12 +9,36 @@ from cutwise.physics.motion.lookahead import time_without_limits
 from cutwise.process.stock_deviation import Deviation, Judged
 from cutwise.process.stock_milling import StockRunDone
 from cutwise.process.stock_real import Cut, Real
+from cutwise.process.stock_setups import Done
 from cutwise.process.stock_stations import events, station_headings, station_moves, station_times
 from cutwise.spec.milling import MillingScenario
 
+_SUMMED = (
+    "cycle_time", "cycle_time_ideal", "path_length", "stops", "removed_volume", "air_cut_time", "rapids_in_stock", "collisions",
+)  # fmt: skip
 
-def measures(scenario: MillingScenario, cut: Cut, off: Judged | None) -> dict[str, float]:
-    """All measures in SI; one that does not apply is left out. Loads are those of the planned path."""
+
+def measures(done: Done, off: Judged | None) -> dict[str, float]:
+    """All measures in SI; one that does not apply is left out. Loads are those of the planned path.
+
+    Of several set-ups times, volumes and counts are summed, of others the largest is told.
+    """
+    found: dict[str, float] = {}
+    for job, cut in zip(done.jobs, done.cuts, strict=True):
+        for name, value in _of_setup(job.scenario, cut).items():
+            both = found[name] + value if name in _SUMMED and name in found else max(found.get(name, value), value)
+            found[name] = both
+    if off is None:
+        return found
+    found |= _of_part(off.left)
+    if off.ideal is not None:
+        ideal = _of_part(off.ideal)
+        found |= {f"{name}_ideal": ideal[name] for name in ("deviation_min", "deviation_max", "deviation_rms")}
+    return found
+
+
+def _of_setup(scenario: MillingScenario, cut: Cut) -> dict[str, float]:
+    """Motion, load and events of one set-up."""
     done = cut.ideal
     found = _motion(done)
     volume = done.volume
@@ -30,14 +54,8 @@ def measures(scenario: MillingScenario, cut: Cut, off: Judged | None) -> dict[st
     checks = [one.check.largest for one in {id(run): run for run in (done, cut.left)}.values() if one.check is not None]
     if checks:
         found["surface_check_max"] = max(checks)
-    if cut.real is not None:
+    if cut.real is not None and cut.real.terms != ("runout",):
         found |= _aside(cut.real)
-    if off is None:
-        return found
-    found |= _of_part(off.left)
-    if off.ideal is not None:
-        ideal = _of_part(off.ideal)
-        found |= {f"{name}_ideal": ideal[name] for name in ("deviation_min", "deviation_max", "deviation_rms")}
     return found
 
 

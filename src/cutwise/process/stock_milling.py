@@ -1,6 +1,6 @@
 """A program in a stock in 3D: cut move by move, with contact, force and events along the way."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -10,13 +10,15 @@ from cutwise.maths.curves import FloatArray
 from cutwise.maths.envelopes import Segments, line_row, segments
 from cutwise.maths.height_map import material, overlap_by, room, volume_of
 from cutwise.maths.map_surface import Solid, SurfaceCheck, surface_check
+from cutwise.maths.profiles import Cutters
+from cutwise.maths.workpiece import Frame, Workpiece, under, with_held
 from cutwise.physics.motion.lookahead import Plan
-from cutwise.process.edges import linear_coefficients
-from cutwise.process.nominal_part import nominal_samples, tolerance_of
+from cutwise.process.edges import edges_alike
+from cutwise.process.nominal_part import tolerance_of
 from cutwise.process.stock_loop import PIECES, STATION, Progress, Run, Teeth, run_into, run_moves
 from cutwise.process.stock_material import Material, automatic_grid, chosen_grid, material_of, raw_of
 from cutwise.process.stock_path import Moves, moves_of
-from cutwise.process.stock_plan import Planned, planned, planned_speed
+from cutwise.process.stock_plan import Planned, planned_speed
 from cutwise.process.stock_tools import ToolSet
 from cutwise.results import SolverFailure
 from cutwise.spec.faults import ScenarioFault, all_faults
@@ -53,22 +55,31 @@ class StockRunDone(NamedTuple):
         return self.run.found[:, STATION.index(name)]
 
 
-def prepare(scenario: MillingScenario) -> None:
-    """Build what a run stands on, without running it.
+def prepare_one(scenario: MillingScenario, ready: Planned) -> None:
+    """Whether there is room for a set-up.
 
     Raises
     ------
     ScenarioFault
-        All that is wrong with program, tools, stock, part and fixtures.
+        Its map needs more memory than allowed.
     """
-    jobs: list[Callable[[], object]] = [lambda: _sized(scenario, planned(scenario))]
-    if scenario.nominal is not None:
-        jobs.append(lambda: check_part(scenario))
-    jobs += [
-        lambda place=place, given=given: raw_of(given, ("fixtures", place))
-        for place, given in enumerate(scenario.fixtures)
-    ]  # type: ignore[misc]
-    all_faults(*jobs)
+    _sized(scenario, ready)
+
+
+def check_fixtures(scenario: MillingScenario) -> None:
+    """Read the fixtures.
+
+    Raises
+    ------
+    ScenarioFault
+        Files that cannot be used.
+    """
+    all_faults(
+        *(
+            lambda place=place, given=given: raw_of(given, ("fixtures", place))
+            for place, given in enumerate(scenario.fixtures)
+        )  # type: ignore[misc]
+    )
 
 
 def _sized(scenario: MillingScenario, ready: Planned, finer: float = 1.0) -> tuple[float, bool]:
@@ -82,51 +93,62 @@ def _sized(scenario: MillingScenario, ready: Planned, finer: float = 1.0) -> tup
     return chosen_grid(ready.raw, asked, radii, numerics.memory_limit, ready.path.curve.count, samples)
 
 
-def check_part(scenario: MillingScenario) -> None:
-    """Read the nominal part."""
-    nominal_samples(scenario, 100)
+class Earlier(NamedTuple):
+    """What an earlier set-up has left, in its frame."""
+
+    solid: Solid
+    frame: Frame
 
 
-def run(scenario: MillingScenario, progress: Progress | None = None) -> StockRunDone:
-    """Cut the stock; an automatic grid whose surface is too far from the truth is halved once."""
-    try:
-        ready = planned(scenario)
-        for place, given in enumerate(scenario.fixtures):  # faults are told before anything is cut
-            raw_of(given, ("fixtures", place))
-        if scenario.nominal is not None:
-            check_part(scenario)
-    except ScenarioFault:
-        prepare(scenario)
-        raise
+def run_one(
+    scenario: MillingScenario, ready: Planned, frame: Frame, earlier: Callable[[float], Sequence[Earlier]],
+    progress: Progress | None = None,
+) -> StockRunDone:  # fmt: skip
+    """Cut the stock in one set-up; an automatic grid whose surface is too far from the truth is halved once.
+
+    ``earlier``: what was left before, for a grid [m].
+    """
     numerics = scenario.numerics.stock
     grid, coarse = _sized(scenario, ready)
-    done = _cut(scenario, ready, grid, coarse, progress)
+    done = _cut(scenario, ready, (frame, earlier(grid)), grid, coarse, progress)
     allowed = 0.1 * tolerance_of(scenario)
     if done.check is not None and done.check.largest > allowed and numerics.grid == "auto" and not coarse:
         try:
             finer, _ = _sized(scenario, ready, 0.5)
         except ScenarioFault:  # memory does not allow it, which the check then says
             return done
-        return _cut(scenario, ready, finer, coarse, progress)._replace(grids=(grid, finer))
+        return _cut(scenario, ready, (frame, earlier(finer)), finer, coarse, progress)._replace(grids=(grid, finer))
     return done
 
 
+def workpiece(left: Material, path: Segments, tools: Cutters, frame: Frame, earlier: Sequence[Earlier]) -> Workpiece:
+    """The stock before a set-up: its own map, and those of the set-ups before it."""
+    solid = Solid(left.map, left.outline, path, tools)
+    solids, frames = [solid, *(one.solid for one in earlier)], [frame, *(one.frame for one in earlier)]
+    piece = under(solids, frames, frame)
+    if not earlier:
+        return piece
+    return under([solid._replace(map=with_held(left.map, piece)), *solids[1:]], frames, frame)
+
+
 def _cut(
-    scenario: MillingScenario, ready: Planned, grid: float, coarse: bool, progress: Progress | None
-) -> StockRunDone:
+    scenario: MillingScenario, ready: Planned, where: tuple[Frame, Sequence[Earlier]], grid: float, coarse: bool,
+    progress: Progress | None,
+) -> StockRunDone:  # fmt: skip
     """All moves on one grid."""
     numerics = scenario.numerics.stock
     left = material_of(ready.raw, grid)
     sagitta = 0.1 * tolerance_of(scenario)
     moves = moves_of(ready.path, ready.tool, ready.feed, sagitta, max(left.map.layout.dx, left.map.layout.dy))
-    solid = Solid(left.map, left.outline, moves.path, ready.tools.cutting)
-    before = material(left.map)
+    piece = workpiece(left, moves.path, ready.tools.cutting, *where)
+    solid = piece.solid
+    before = material(solid.map)
     look = numerics.engagement != "none"
     run_ = _room(moves, numerics.station if look else None, ready.plan)
     start = _start_overlap(solid, ready.tools, moves, int(moves.tool[0]))
     for first, last in stretches(moves.tool):
-        teeth = teeth_of(scenario, ready, int(moves.tool[first]))
-        run_moves(solid, ready.tools.shanks, teeth, run_, (first, last), look, numerics.engagement == "refined")
+        teeth = teeth_of(scenario, ready.tools, int(moves.tool[first]))
+        run_moves(piece, ready.tools.shanks, teeth, run_, (first, last), look, numerics.engagement == "refined")
         if progress is not None:
             progress(0.9 * last / moves.count)
     all_contact(run_)
@@ -137,9 +159,9 @@ def _cut(
     )  # fmt: skip
 
 
-def teeth_of(scenario: MillingScenario, ready: Planned, tool: int) -> Teeth:
+def teeth_of(scenario: MillingScenario, tools: ToolSet, tool: int) -> Teeth:
     """One tool in the material."""
-    return ready.tools.teeth(tool, linear_coefficients(scenario.material) if scenario.material is not None else None)
+    return tools.teeth(tool, edges_alike(scenario.material) if scenario.material is not None else None)
 
 
 def all_contact(run_: Run) -> None:

@@ -12,14 +12,15 @@ from cutwise.physics.motion.lookahead import Plan, highest_feeds, plan
 from cutwise.physics.motion.profile import at as profile_at
 from cutwise.process.assemble_mill import motion_limits, pace_of
 from cutwise.process.program_path import ProgramPath, moves_path
-from cutwise.process.stock_material import Raw, raw_of
+from cutwise.process.stock_material import Raw
 from cutwise.process.stock_tools import ToolSet, tool_set
 from cutwise.programs.interpreter import Interpreted, interpret
-from cutwise.spec.faults import Fault, ScenarioFault, all_faults
+from cutwise.spec.cutter import Cutter
+from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.spec.milling import MillingScenario
 from cutwise.spec.milling_machine import drives_of
 from cutwise.spec.program import Program, ProgramTool, StartPosition
-from cutwise.spec.stock import StockRun
+from cutwise.spec.tool import EndMill
 
 IntArray = npt.NDArray[np.int64]
 
@@ -41,27 +42,21 @@ class Planned(NamedTuple):
     said: tuple[str, ...]  # what was taken for granted
 
 
-def stock_key(scenario: MillingScenario) -> Raw:
-    """The stock as it is said."""
-    assert scenario.stock is not None
-    if isinstance(scenario.stock, StockRun):
-        raise ScenarioFault([Fault(("stock", "run"), "going on from an earlier run is not supported yet; write the stock as a "
-                                   "block, a cylinder or a file (cutwise export RUN surface -o left.stl writes one)")])  # fmt: skip
-    return raw_of(scenario.stock, ("stock",))
+def cutters_of(scenario: MillingScenario) -> tuple[Cutter | EndMill, ...]:
+    """The tools in their rows."""
+    return scenario.tools or ((scenario.tool,) if scenario.tool is not None else ())
 
 
-def planned(scenario: MillingScenario) -> Planned:
-    """Read the program and plan its motion.
+def planned(scenario: MillingScenario, raw: Raw) -> Planned:
+    """Read the program and plan its motion; the stock is that in its coordinates.
 
     Raises
     ------
     ScenarioFault
         All that is wrong with stock, tools and program.
     """
-    cutters = scenario.tools or ((scenario.tool,) if scenario.tool is not None else ())
-    tools = tool_set(cutters, scenario.numerics.stock.elements)
-    all_faults(lambda: stock_key(scenario), lambda: _called(_first_reading(scenario), tools))
-    raw = stock_key(scenario)
+    tools = tool_set(cutters_of(scenario), scenario.numerics.stock.elements)
+    _called(_first_reading(scenario), tools)
     program, said = _read(scenario, raw)
     operation, machine = scenario.operation, scenario.machine
     mode = scenario.path_mode if "path_mode" in scenario.model_fields_set else None

@@ -1,5 +1,6 @@
 """The surface that comes off the machine: the program once more, its tool moved by drives, its own bending and its carrier."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -7,24 +8,28 @@ import numpy.typing as npt
 
 from cutwise import units
 from cutwise.maths.curves import FloatArray
-from cutwise.maths.map_surface import Solid, surface_check
+from cutwise.maths.map_surface import surface_check
+from cutwise.maths.workpiece import Frame
 from cutwise.process.assemble_mill import feed_drives
 from cutwise.process.nominal_part import tolerance_of
 from cutwise.process.stock_carrier import TERMS, Carrier, Driven, carrier_of, driven, reference_of, terms_at, tips_of
 from cutwise.process.stock_loop import Progress, Run
 from cutwise.process.stock_material import material_of, room_for
 from cutwise.process.stock_milling import (
+    Earlier,
     StockRunDone,
     all_contact,
     fixtures_hit,
     run_room,
     stretches,
     teeth_of,
+    workpiece,
 )
 from cutwise.process.stock_path import Moves
 from cutwise.process.stock_pieces import Known, pieces_of
-from cutwise.process.stock_plan import Planned, planned_speed
+from cutwise.process.stock_plan import Planned, cutters_of, planned_speed
 from cutwise.process.stock_stations import station_along, station_headings, station_moves
+from cutwise.process.stock_tools import tool_set
 from cutwise.process.stock_yielding import Yielding, run_yielding
 from cutwise.results import SolverFailure
 from cutwise.spec.faults import Fault, ScenarioFault, all_faults
@@ -34,6 +39,7 @@ from cutwise.spec.milling_machine import drives_of
 IntArray = npt.NDArray[np.int64]
 
 _PUSH = np.array([0.0, 1.0, 0.0])  # [N] for which a robot chooses its posture before a cut is known
+YIELDING = frozenset({"tip", "bodies", "arm"})  # what yields to the force of the cut
 _ALIKE = 1e-9  # [m] beside which two places of the path are one
 
 
@@ -51,7 +57,7 @@ class Real(NamedTuple):
     spacing: float  # [m] of the pieces, at the most
 
 
-def prepare(scenario: MillingScenario, ready: Planned) -> None:
+def prepare_real(scenario: MillingScenario, ready: Planned) -> None:
     """What a check finds out of what moves the tool.
 
     Raises
@@ -86,6 +92,7 @@ def moves_the_tool(scenario: MillingScenario) -> tuple[str, ...]:
         return ()
     named = {
         "drives": drives_of(scenario.machine) is not None,
+        "runout": any(tool.runout for tool in cutters_of(scenario)),
         "tip": bool(tips_of(scenario).any()),
         "bodies": bool(getattr(scenario.machine, "chain", None)),
         "arm": scenario.robot is not None,
@@ -93,8 +100,15 @@ def moves_the_tool(scenario: MillingScenario) -> tuple[str, ...]:
     return tuple(name for name, there in named.items() if there)
 
 
-def real(scenario: MillingScenario, ideal: StockRunDone, progress: Progress | None = None) -> Real | None:
+def real(
+    scenario: MillingScenario,
+    ideal: StockRunDone,
+    where: tuple[Frame, Sequence[Earlier]],
+    progress: Progress | None = None,
+) -> Real | None:
     """Sweep what the cell makes of a program; None where nothing moves the tool beside its path.
+
+    ``where``: the frame of the set-up, and what the moved tools of those before it have left.
 
     Drives feel the force of the planned path; structures that of the stock which the moved tool has left.
 
@@ -116,11 +130,13 @@ def real(scenario: MillingScenario, ideal: StockRunDone, progress: Progress | No
     most = force[int(np.argmax(np.linalg.norm(force, axis=1)))] if len(force) else np.zeros(3)
     carrier = carrier_of(scenario, ready.path, most)
     station = scenario.numerics.stock.station
-    feels = bool(force.any()) and terms != ("drives",)
-    once = _swept(scenario, ideal, (drives, carrier), terms, station, _part(progress, 0.3, 0.6 if feels else 1.0))
+    feels = bool(force.any()) and bool(set(terms) & YIELDING)
+    once = _swept(
+        scenario, ideal, where, (drives, carrier), terms, station, _part(progress, 0.3, 0.6 if feels else 1.0)
+    )
     if not feels:
         return once
-    again = _swept(scenario, ideal, (drives, carrier), terms, 0.5 * station, _part(progress, 0.6, 1.0))
+    again = _swept(scenario, ideal, where, (drives, carrier), terms, 0.5 * station, _part(progress, 0.6, 1.0))
     return again._replace(change=_change(once, again))
 
 
@@ -150,31 +166,33 @@ def _pushes(done: StockRunDone, force: FloatArray) -> tuple[FloatArray, FloatArr
 
 
 def _swept(
-    scenario: MillingScenario, ideal: StockRunDone, by: tuple[Driven | None, Carrier | None], terms: tuple[str, ...],
-    station: float, progress: Progress | None,
+    scenario: MillingScenario, ideal: StockRunDone, where: tuple[Frame, Sequence[Earlier]],
+    by: tuple[Driven | None, Carrier | None], terms: tuple[str, ...], station: float, progress: Progress | None,
 ) -> Real:  # fmt: skip
     """One sweep with pieces no longer than a station [m]."""
     ready, (drives, carrier) = ideal.planned, by
+    tools = tool_set(cutters_of(scenario), scenario.numerics.stock.elements, real=True)
     left = material_of(ready.raw, ideal.grid)
     cell = max(left.map.layout.dx, left.map.layout.dy)
     sagitta = 0.1 * tolerance_of(scenario)
     moves, between = pieces_of(ideal.moves, station, sagitta, cell, drives.known if drives else None)
     _room_for(scenario, ready.raw, ideal.grid, len(moves.way))
     known = known_at(moves, drives.known if drives else None, carrier)
-    solid = Solid(left.map, left.outline, moves.path, ready.tools.cutting)
+    piece = workpiece(left, moves.path, tools.cutting, *where)
+    solid = piece.solid
     look = scenario.numerics.stock.engagement != "none"
     run_ = _stations(ideal, moves, look)
     off = np.zeros_like(known)
-    where = terms_at(carrier, moves.start) if carrier is not None else np.zeros((len(moves.way), TERMS))
+    place = terms_at(carrier, moves.start) if carrier is not None else np.zeros((len(moves.way), TERMS))
     matrix = carrier.matrix if carrier is not None else np.zeros((TERMS, 3, 3))
     tips, pushed = tips_of(scenario), np.zeros(3)
     refined = scenario.numerics.stock.engagement == "refined"
     for first, last in stretches(moves.tool):
         tool = int(moves.tool[first])
-        yielding = Yielding(known, where, matrix, tips[tool], off)
-        teeth = teeth_of(scenario, ready, tool)
-        run_yielding(solid, ready.tools.shanks, teeth, run_, (first, last), (look, refined), yielding, pushed)
-        _held(ready.tools.cutting.radius[tool], moves.path.first[[first, last]], off[:, 1] - known[:, 1])
+        yielding = Yielding(known, place, matrix, tips[tool], off)
+        teeth = teeth_of(scenario, tools, tool)
+        run_yielding(piece, tools.shanks, teeth, run_, (first, last), (look, refined), yielding, pushed)
+        _held(tools.cutting.radius[tool], moves.path.first[[first, last]], off[:, 1] - known[:, 1])
         if progress is not None:
             progress(last / moves.count)
     all_contact(run_)
@@ -185,7 +203,7 @@ def _swept(
         solid=solid,
         run=run_,
         check=check,
-        fixed=fixtures_hit(scenario, solid, ready.tools, moves, ideal.grid),
+        fixed=fixtures_hit(scenario, solid, tools, moves, ideal.grid),
     )
     return Real(made, off, known, drives, carrier, terms, None, between, station)
 

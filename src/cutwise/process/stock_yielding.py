@@ -12,8 +12,8 @@ import numpy.typing as npt
 
 from cutwise.maths.compiled import compiled, stepping
 from cutwise.maths.height_map import cut_by, room
-from cutwise.maths.map_surface import Solid
 from cutwise.maths.profiles import Cutters
+from cutwise.maths.workpiece import Workpiece
 from cutwise.physics.engagement.map_contact import Fan, Place, fan_room
 from cutwise.process.stock_loop import AHEAD, PIECES, STATION, Run, Teeth, overlap_along, station_at
 
@@ -63,7 +63,7 @@ def _row(row: FloatArray, start: FloatArray, end: FloatArray, off: FloatArray) -
 
 @stepping
 def _pushed(
-    solid: Solid, teeth: Teeth, run: Run, at: tuple[int, int, int, int], refine: bool, yielding: Yielding, fan: Fan,
+    piece: Workpiece, teeth: Teeth, run: Run, at: tuple[int, int, int, int], refine: bool, yielding: Yielding, fan: Fan,
     rows: FloatArray, out: tuple[FloatArray, FloatArray],
 ) -> None:  # fmt: skip
     """Contact at a station of a move, and the displacement that its force gives [m], until they fit one another.
@@ -71,6 +71,7 @@ def _pushed(
     ``at``: move, segment, the end of it (0 or 1), and the station. ``out``: displacement, which is taken to begin with, and
     room for another.
     """
+    solid = piece.maps[0]
     move, segment, end, n = at
     pushed, new = out
     row, first = solid.path.row[segment], solid.path.first[move]
@@ -96,7 +97,7 @@ def _pushed(
             tip[0] + known[0] + pushed[0] + ahead * flat * ux, tip[1] + known[1] + pushed[1] + ahead * flat * uy,
             tip[2] + known[2] + pushed[2] + ahead * rise, ux, uy, slope, segment, first, float(end), move,
         )  # fmt: skip
-        station_at(solid, teeth, run, move, place, refine, False, run.speed[n], fan, rows, found)
+        station_at(piece, teeth, run, move, place, refine, False, run.speed[n], fan, rows, found)
         fx, fy = found[_PUSH], found[_PUSH + 1]
         _gives(yielding, segment, (fx * ux - fy * uy, fx * uy + fy * ux, found[_PUSH + 2]), new)
         change = math.sqrt((new[0] - pushed[0]) ** 2 + (new[1] - pushed[1]) ** 2 + (new[2] - pushed[2]) ** 2)
@@ -108,14 +109,14 @@ def _pushed(
 
 @compiled
 def run_yielding(
-    solid: Solid, shanks: Cutters, teeth: Teeth, run: Run, moves: tuple[int, int], looks: tuple[bool, bool],
+    piece: Workpiece, shanks: Cutters, teeth: Teeth, run: Run, moves: tuple[int, int], looks: tuple[bool, bool],
     yielding: Yielding, pushed: FloatArray,
 ) -> None:  # fmt: skip
     """Run moves of lines with one tool that yields: force and displacement at both ends of each line, then the sweep.
 
     Parameters
     ----------
-    solid, shanks, teeth, run, moves
+    piece, shanks, teeth, run, moves
         As for :func:`cutwise.process.stock_loop.run_moves`; the rows of the path, and starts and ends of the run, are those of
         the moved tool when it is done. Feed moves have a station at the start of each line, and one at their end.
     looks : tuple of bool
@@ -125,6 +126,7 @@ def run_yielding(
     pushed : array (3,)
         Displacement by the force at the start [m]; changed.
     """
+    solid = piece.maps[0]
     fan, rows, work = fan_room(), np.empty((PIECES, 5)), room(solid.map.layout)
     look, refine = looks
     out = (pushed, np.empty(3))
@@ -133,7 +135,7 @@ def run_yielding(
         tool = int(solid.path.row[first, 1])
         cuts, n = look and not run.rapid[move], run.station[move]
         if cuts:
-            _pushed(solid, teeth, run, (move, first, 0, n), refine, yielding, fan, rows, out)
+            _pushed(piece, teeth, run, (move, first, 0, n), refine, yielding, fan, rows, out)
         else:
             for i in range(3):
                 pushed[i] = 0.0
@@ -145,9 +147,9 @@ def run_yielding(
             if cuts:
                 n += 1
                 if segment + 1 < last:
-                    _pushed(solid, teeth, run, (move, segment + 1, 0, n), refine, yielding, fan, rows, out)
+                    _pushed(piece, teeth, run, (move, segment + 1, 0, n), refine, yielding, fan, rows, out)
                 else:
-                    _pushed(solid, teeth, run, (move, segment, 1, n), refine, yielding, fan, rows, out)
+                    _pushed(piece, teeth, run, (move, segment, 1, n), refine, yielding, fan, rows, out)
             for i in range(3):
                 off[1, i] = yielding.known[segment, 1, i] + pushed[i]
             _row(row, start, end, off)

@@ -210,7 +210,7 @@ class Slots(Spec):
                              f"{' or '.join(carriers)}")  # fmt: skip
         for carried, term in (("robot", "arm"), ("machine", "bodies"), ("driven_machine", "bodies")):
             if self.motion == carried and self.structure is not None and term not in terms:
-                word, other = carried.replace("_", " "), "drives" if term == "bodies" else "programmed"
+                word, other = carried.replace("_", " "), {"arm": "programmed"}.get(term, "drives")
                 yield Notice(
                     ("structure",),
                     f"leaves out {term}, by which a {word} always yields: add it, or write motion: {other}",

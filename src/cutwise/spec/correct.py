@@ -11,21 +11,25 @@ from pydantic import Field, field_serializer, field_validator
 from cutwise import units
 from cutwise.spec.base import Count, Length, Notice, Spec, Time, Usual, contradiction
 
-_ALL = frozenset({"objective", "change", "limits", "ranges"})
+_ALL = frozenset({"objective", "change", "limits"})
 _FEED = frozenset({"air_clearance", "station", "split_gain", "blocks_max"})
+EDGE = frozenset({"aim", "burr_scatter", "look_ahead", "judge_from"})
+"""What a feed along a burred edge reads."""
+
 _PATH = frozenset(
     {"residual", "iterations", "lead", "smoothing", "chord", "decimals", "shift_max", "draws", "vary", "seed"}
 )
 
 KEYS: Mapping[str, frozenset[str]] = {
-    "feed": _ALL | _FEED,
-    "speed": _ALL,
+    "feed": _ALL | _FEED | EDGE,
+    "speed": _ALL | {"ranges"},
     "path": _ALL | _PATH,
-    "offset": _ALL | _PATH,
-    "depth": _ALL,
-    "placement": _ALL,
+    "offset": _ALL | _PATH | {"ranges"},
+    "depth": _ALL | {"ranges"},
+    "placement": _ALL | {"ranges"},
 }
-"""What each change reads of the section: a key that none of the changes asked for reads is refused."""
+"""What each change reads of the section; a key that none of the changes asked for reads is told, or refused where its change
+is not there (:func:`cutwise.study.correct.entry.refused`)."""
 
 LIMITED: Mapping[str, str] = {
     "force_xy_peak": "force",
@@ -59,6 +63,7 @@ class Correction(Spec):
     """What may be changed, within which limits, and for what."""
 
     listed: ClassVar[bool] = False
+    beside: ClassVar[tuple[str, ...]] = ("draws",)
 
     objective: Literal["time", "error", "cost"] = Field(
         default="time", description="what is made least", examples=["time"]
@@ -115,6 +120,21 @@ class Correction(Spec):
         default_factory=dict, description="what is uncertain, as in a study",
         examples=["{material.K_tc: {normal: {deviation: 3 %}}}"],
     )  # fmt: skip
+    aim: Length | None = Field(
+        default=None, description="edge error of deburring that the feed aims at; left out: as far below zero as the burr scatters",
+        examples=["-0.02 mm"],
+    )  # fmt: skip
+    burr_scatter: Annotated[float, Usual(0.01, 0.5)] | None = Field(
+        default=None, description="standard deviation of the burr height over its mean, for the aim", examples=[0.06], ge=0, lt=0.6
+    )  # fmt: skip
+    look_ahead: Length | None = Field(
+        default=None, description="how far ahead of the tool the burr says the feed; left out: to the middle of the arc "
+        "of the deflected mill", examples=["2.5 mm"], ge=0,
+    )  # fmt: skip
+    judge_from: Length | None = Field(
+        default=None, description="place from which on an edge is judged; left out: behind the lead-in",
+        examples=["30 mm"], ge=0,
+    )  # fmt: skip
     seed: Count = Field(default=1, description="seed of the draws", examples=[1], ge=0)
 
     @field_validator("limits", mode="before")
@@ -139,7 +159,7 @@ class Correction(Spec):
         }  # fmt: skip
 
     def contradictions(self) -> Iterator[Notice]:
-        """Keys that belong to none of the changes asked for."""
+        """Changes that do not exist, or are there twice."""
         if not self.change:
             yield Notice(("change",), f"is empty; write one or more of {', '.join(KEYS)}")
         for place, change in enumerate(self.change):
@@ -149,12 +169,6 @@ class Correction(Spec):
                 yield Notice(("change", place), f"{change} is nothing that can be changed; {hint}")
             if change in self.change[:place]:
                 yield Notice(("change", place), f"{change} is there twice")
-        if not self.change or not set(self.change) <= KEYS.keys():
-            return
-        read = frozenset[str]().union(*(KEYS[change] for change in self.change))
-        for key in sorted(self.model_fields_set - read):
-            users = " or ".join(change for change, keys in KEYS.items() if key in keys)
-            yield Notice((key,), f"belongs to change: {users}, which is not asked for (correct.change)")
 
 
 def _bound(name: str, given: Any, found: list[Notice]) -> Any:

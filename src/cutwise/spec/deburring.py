@@ -190,6 +190,10 @@ class DeburringScenario(Scenario):
             )
         if path is not None and path.arc is not None and path.orientation == "follow":
             yield Notice(("path", "orientation"), "a machine does not turn its spindle with the edge: write fixed")
+        if drives is not None and self.operation.feed_profile is not None:
+            yield Notice(
+                ("operation", "feed_profile"), "with feed drives is not covered: they run a line at operation.feed"
+            )
         if drives is not None and self.numerics.mode == "still":
             yield Notice(("numerics", "mode"), "drives need time stepping: write mode: step, or leave the drives out")
 

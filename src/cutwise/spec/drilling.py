@@ -145,6 +145,19 @@ class HoleGrid(Spec):
     )
 
 
+class HoleCorrection(Spec):
+    """Where the tool is led so that the hole comes out where it is wanted; in the axes of the tool at the hole."""
+
+    shift: tuple[Length, Length] = Field(
+        default=(0.0, 0.0), description="of the target along x and y of the tool", examples=["[-18 um, 6 um]"]
+    )
+    tilt: tuple[Angle, Angle] = Field(
+        default=(0.0, 0.0),
+        description="of the drill axis towards x and y of the tool",
+        examples=["[-0.5 mrad, 0.05 mrad]"],
+    )
+
+
 class Hole(Spec):
     """Where to drill, in the base frame of the robot, or in the frame of the part on a machine."""
 
@@ -162,10 +175,22 @@ class Hole(Spec):
         default=(), description="entry points of further holes", examples=["[[1950 mm, 300 mm, 800 mm]]"]
     )
 
+    corrections: tuple[HoleCorrection, ...] = Field(
+        default=(), description="where the tool is led instead, one for each hole (first, pattern, others), see cutwise correct",
+        examples=["[{shift: [-18 um, 6 um], tilt: [-0.5 mrad, 0.05 mrad]}]"],
+    )  # fmt: skip
+
+    @property
+    def count(self) -> int:
+        """Number of holes."""
+        return (self.grid.columns * self.grid.rows if self.grid is not None else 1) + len(self.others)
+
     def contradictions(self) -> Iterator[Notice]:
-        """An axis with a length."""
+        """An axis with a length; a correction for each hole."""
         if math.hypot(*self.axis) < 1e-9:
             yield Notice(("axis",), "has no length; write for example [0, 0, -1]")
+        if self.corrections and len(self.corrections) != self.count:
+            yield Notice(("corrections",), f"are {len(self.corrections)} for {self.count} holes; write one for each")
 
 
 class Placement(Spec):
@@ -334,6 +359,12 @@ class DrillingScenario(Scenario):
         yield from block_faults(self.machine, self.part.block, self.part.stiffness)
         if self.machine is not None:
             yield from tip_faults(self.machine)
+            for number, one in enumerate(self.hole.corrections):
+                if any(one.tilt):
+                    yield Notice(
+                        ("hole", "corrections", number, "tilt"),
+                        "a machine does not tilt its spindle: shift the hole alone",
+                    )
         if self.machine is not None and self.part.placement is not None:
             yield Notice(
                 ("part", "placement"),

@@ -131,6 +131,10 @@ class Volume(Spec):
     points: Annotated[Count, Usual(5, 60)] = Field(
         default=11, description="points along each linear axis", examples=[11], ge=2, le=200
     )
+    table_points: Annotated[Count, Usual(5, 60)] | None = Field(
+        default=None, description="points along each linear axis of an error table in the control, taken off with straight lines "
+        "between them: the map then shows what is left; left out: no table", examples=[11], ge=2, le=200,
+    )  # fmt: skip
     at: AxisPosition = Field(
         default_factory=AxisPosition, description="commands of the rotary axes", examples=["{C: 0 deg}"]
     )

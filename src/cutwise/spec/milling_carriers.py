@@ -70,7 +70,7 @@ def yielding_faults(scenario: "MillingScenario") -> Iterator[Notice]:
         ("spindle", scenario.compliant is not None),
         ("tool.stiffness", scenario.tool.stiffness is not None),
     ):
-        if there and not wall:
+        if there and not wall and not (key == "tool.stiffness" and scenario.program is not None):
             yield Notice(tuple(key.split(".")), "yields along a straight wall (path.line); along a corner or a program it is "
                          "not modelled: leave it out")  # fmt: skip
     if scenario.compliant is None:

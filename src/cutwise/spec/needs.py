@@ -70,11 +70,11 @@ MILLING: Needs = {
     "chatter_growth_*": ("tool.modes",),
     **dict.fromkeys(
         ("cutting_power_max", "spindle_torque_max", "chip_thickness_max", "plunge_force_max"),
-        ("stock", "program", "material"),
+        ("stock", "program or setups", "material"),
     ),
     **dict.fromkeys(
         ("air_cut_time", "rapids_in_stock", "collisions", "collision_depth_max", "surface_check_max"),
-        ("stock", "program"),
+        ("stock", "program or setups"),
     ),
     **dict.fromkeys(
         ("deviation_min", "deviation_max", "deviation_rms", "gouge_volume", "excess_volume", "scallop_max"),
@@ -82,9 +82,12 @@ MILLING: Needs = {
     ),
     "fraction_in_tolerance": ("part.tolerance",),
     "deviation_*_ideal": ("part.file or part.step",),
-    "tool_offset_*": ("stock", "program"),
+    "tool_offset_*": ("stock", "program or setups"),
     "cycle_time_ideal": ("no robot",),
     "stops": ("no robot",),
+    "cutting_time": ("shop",),
+    "cost_per_part": ("shop",),
+    "tool_life": ("wear",),
     "stable_depth_straight": ("tool.modes",),
     "stable_depth_corner": ("tool.modes",),
     **_ARM,

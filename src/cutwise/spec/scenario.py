@@ -14,6 +14,7 @@ from cutwise.above import above
 from cutwise.spec import fields
 from cutwise.spec.base import Notice, Spec, Status, contradiction
 from cutwise.spec.cell import Slots
+from cutwise.spec.comparison import Comparison
 from cutwise.spec.correct import Correction
 from cutwise.spec.faults import NoSuchName, Path, dotted, split_dotted
 from cutwise.spec.filled import slot_faults
@@ -240,6 +241,9 @@ class Scenario(Spec):
         default_factory=dict,
         description="covariances of values; those of library entries come with them",
         examples=["{cut: {of: [material.K_tc, material.K_te], matrix: [[4e14, -1e9], [-1e9, 1e6]]}}"],
+    )
+    compare: Comparison | None = Field(
+        default=None, description="what cutwise compare holds side by side; a run does not read it"
     )
     correct: Correction | None = Field(
         default=None, description="what cutwise correct may change, and within which limits; a run does not read it"

@@ -11,7 +11,10 @@ from cutwise.spec.chained import tip_faults
 from cutwise.spec.milling_machine import MillingMachine, drives_of
 
 if TYPE_CHECKING:
+    from cutwise.spec.cutter import Cutter
+    from cutwise.spec.faults import Path
     from cutwise.spec.milling import MillingScenario
+    from cutwise.spec.tool import EndMill
 
 
 def _carrier_faults(scenario: MillingScenario) -> Iterator[Notice]:
@@ -36,11 +39,21 @@ def _carrier_faults(scenario: MillingScenario) -> Iterator[Notice]:
 def _program_faults(scenario: MillingScenario) -> Iterator[Notice]:
     if scenario.path is not None:
         yield Notice(("path",), "a stock in 3D is cut by a program: write program instead of path")
-    if scenario.program is None:
+    if scenario.setups and scenario.program is not None:
+        yield Notice(("program",), "and setups both say what is run; write one of them")
+    if scenario.setups and scenario.fixtures:
+        yield Notice(("fixtures",), "stand with a set-up: write them there (setups[0].fixtures)")
+    if scenario.program is None and not scenario.setups:
         yield Notice(("program",), "missing; a stock in 3D is cut by a program, for example program: part.nc")
-    elif scenario.program.wanted is not None:
+    for key in ("shop", "pocket"):
+        if getattr(scenario, key) is not None:
+            yield Notice(
+                (key,), "counts with drives and exact arcs: a stock that is a block, one tool, no nominal part"
+            )
+    if scenario.program is not None and scenario.program.wanted is not None:
         yield Notice(
-            ("program", "wanted"), "is the path before a correction for drives; a stock in 3D is cut without drives"
+            ("program", "wanted"),
+            "is the path before a correction for drives, which stands with exact arcs (a stock that is a block, one tool)",
         )
 
 
@@ -72,13 +85,6 @@ def _cut_faults(scenario: MillingScenario) -> Iterator[Notice]:
         yield Notice(("operation", "milling"), "is for a line; which side the work is on follows from the stock")
 
 
-def _material_faults(scenario: MillingScenario) -> Iterator[Notice]:
-    material = scenario.material
-    if material is not None and material.law != "linear":
-        yield Notice(("material",), "Kienzle's law is not covered in a stock in 3D yet; write K_tc, K_te, ... (or leave the "
-                     "material out: no forces)")  # fmt: skip
-
-
 def _numerics_faults(scenario: MillingScenario) -> Iterator[Notice]:
     if scenario.numerics.mode == "still":
         yield Notice(("numerics", "mode"), "still is for a robot; a stock in 3D is cut move by move")
@@ -87,7 +93,9 @@ def _numerics_faults(scenario: MillingScenario) -> Iterator[Notice]:
 def _tool_faults(scenario: MillingScenario) -> Iterator[Notice]:
     if scenario.tools and scenario.tool is not None:
         yield Notice(("tool",), "and tools both say what cuts; write one of them")
-    if not scenario.tools and scenario.tool is None:
+    if not scenario.tools and scenario.tool is None and not (
+        scenario.setups and all(setup.tools for setup in scenario.setups)
+    ):  # fmt: skip
         yield Notice(("tools",), "missing; write the tools that the program calls, for example tools: [{number: 1, shape: flat, "
                      "diameter: 10 mm, flutes: 3, helix: 30 deg}]")  # fmt: skip
     numbers = [tool.number for tool in scenario.tools]
@@ -96,7 +104,7 @@ def _tool_faults(scenario: MillingScenario) -> Iterator[Notice]:
 
 
 STOCK_CHECKS: tuple[Callable[[MillingScenario], Iterator[Notice]], ...] = (
-    _carrier_faults, _program_faults, _stock_faults, _part_faults, _cut_faults, _material_faults, _numerics_faults, _tool_faults,
+    _carrier_faults, _program_faults, _stock_faults, _part_faults, _cut_faults, _numerics_faults, _tool_faults,
 )  # fmt: skip
 """What is missing, and what cannot be done together with a stock in 3D; a fault in one section hides none of the others."""
 
@@ -115,9 +123,6 @@ def stock_unused(scenario: MillingScenario) -> Iterator[Notice]:
     yield Notice(("load",), "nothing yields in a stock in 3D")
     yield Notice(("program", "top"), "the stock has its own top")
     yield Notice(("material", "group"), "deburring alone holds its cutting speed against that of the group")
-    if scenario.tool is not None:
-        for key in ("runout", "runout_angle"):
-            yield Notice(("tool", key), "the teeth of a tool are alike in a stock in 3D")
     if scenario.numerics.stock.engagement == "none":
         yield Notice(("material",), "without engagement there are no forces (numerics.stock.engagement: none)")
         for key in ("elements", "station"):
@@ -132,8 +137,8 @@ def _ideal_unused(scenario: MillingScenario) -> Iterator[Notice]:
     if drives is None or ideal:
         for key in ("substeps", "time_step"):
             yield Notice(("numerics", key), why if ideal else "there are no feed drives")
-    modes = [(("tool",), scenario.tool)] if scenario.tool is not None else []
-    modes += [(("tools", place), tool) for place, tool in enumerate(scenario.tools)]  # type: ignore[misc]
+    modes: list[tuple[Path, EndMill | Cutter]] = [(("tool",), scenario.tool)] if scenario.tool is not None else []
+    modes += list(all_cutters(scenario))
     for path, tool in modes:
         for place in range(len(tool.modes)):
             for key in ("frequency", "damping"):
@@ -146,6 +151,10 @@ def _ideal_unused(scenario: MillingScenario) -> Iterator[Notice]:
             yield Notice(
                 ("robot", key), "an arm yields at rest along a program, its joints are not held against their speeds"
             )
+    cutters = [tool for _, tool in modes]
+    bends = any(tool.stiffness or tool.modes or tool.runout for tool in cutters)
+    if scenario.machine is None and scenario.robot is None and not bends:
+        yield Notice(("numerics", "stock", "sweep"), "nothing here moves a tool beside its path")
     if not ideal:
         return
     if drives is not None:
@@ -161,9 +170,15 @@ def _ideal_unused(scenario: MillingScenario) -> Iterator[Notice]:
 
 def stock_notices(scenario: MillingScenario) -> Iterator[Notice]:
     """What is unusual."""
-    for place, tool in enumerate(scenario.tools):
+    for path, tool in all_cutters(scenario):
         if tool.flat_radius > 0.0 and tool.end_core is None and scenario.material is not None:
             yield Notice(
-                ("tools", place, "end_core"),
-                f"is not given: the bottom of tool {tool.number} has no force in plunges and ramps",
+                (*path, "end_core"), f"is not given: the bottom of tool {tool.number} has no force in plunges and ramps"
             )
+
+
+def all_cutters(scenario: MillingScenario) -> Iterator[tuple[Path, Cutter]]:
+    """The tools of all set-ups with their keys."""
+    yield from ((("tools", place), tool) for place, tool in enumerate(scenario.tools))
+    for number, setup in enumerate(scenario.setups):
+        yield from ((("setups", number, "tools", place), tool) for place, tool in enumerate(setup.tools))

@@ -159,8 +159,9 @@ def _judged(result: Result, moved: Moved | None, warnings: tuple[str, ...]) -> R
             check = replace(before, band=band)
         checks.append(_probable(check, moved))
     findings = tuple(finding for finding in result.findings if finding.code != "unreached")
+    findings = tuple(sorted((*unreached(checks), *findings), key=lambda finding: finding.rank))
     return replace(
-        result, measures=measures, checks=tuple(checks), findings=(*unreached(checks), *findings),
+        result, measures=measures, checks=tuple(checks), findings=findings,
         warnings=(*result.warnings, *warnings), band=moved.note if moved is not None else None,
     )  # fmt: skip
 

@@ -10,8 +10,8 @@ from cutwise.app.verdict_text import verdict_line
 from cutwise.io.scenario import load
 from cutwise.process.recipes import quick_outcome, simulate
 from cutwise.results import SOUNDNESS
+from cutwise.study.limits import slack
 from cutwise.study.review import reviewed
-from cutwise.study.trials import slack
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 SOFT = (

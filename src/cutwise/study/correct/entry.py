@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
+from cutwise.io.scenario import revised
 from cutwise.results import Measure, Result
-from cutwise.spec.correct import Correction
+from cutwise.spec.correct import KEYS, Correction
 from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.spec.scenario import Scenario
 from cutwise.study.band import simulate
 from cutwise.study.correct.outcome import Corrected, Progress, Proposal, Task, measured
-from cutwise.study.correct.table import CORRECTIONS, OBJECTIVES, changes_of, found
+from cutwise.study.correct.table import CORRECTIONS, OBJECTIVES, READ, changes_of, found, refusals_of
 
 
 def correct(
@@ -40,10 +41,10 @@ def correct(
     ScenarioFault
         Something is asked for that does not exist, or cannot be done with this scenario.
     """
-    said = scenario.correct or Correction()
     if change:
-        said = Correction.model_validate({**said.model_dump(exclude_unset=True), "change": tuple(change)})
-    faults = list(refused(scenario, said))
+        scenario = revised(scenario, {"correct.change": list(change)})
+    said = scenario.correct or Correction()
+    faults = list(refused(scenario, said, unroll=unroll))
     if faults:
         raise ScenarioFault(faults)
     before = simulate(scenario, None)
@@ -62,7 +63,20 @@ def correct(
     return _judged(task, proposals, after)
 
 
-def refused(scenario: Scenario, said: Correction) -> Iterator[Fault]:
+def checked(scenario: Scenario) -> None:
+    """Find what a correction of a scenario would be refused for, without running it.
+
+    Raises
+    ------
+    ScenarioFault
+        All of it.
+    """
+    faults = list(refused(scenario, scenario.correct or Correction()))
+    if faults:
+        raise ScenarioFault(faults)
+
+
+def refused(scenario: Scenario, said: Correction, *, unroll: bool = False) -> Iterator[Fault]:
     """What is asked for and not there."""
     there = changes_of(scenario.process)
     for place, one in enumerate(said.change):
@@ -72,10 +86,32 @@ def refused(scenario: Scenario, said: Correction) -> Iterator[Fault]:
                 f"nothing of process: {scenario.process} can be corrected yet" + (f", {one} of {', '.join(kinds)}" if kinds else "")
             )  # fmt: skip
             yield Fault(("correct", "change", place), f"{one} is not there yet; {known}")
+    for key, users in _unread(scenario.process, said).items():
+        if not users and there:
+            names = sorted(frozenset[str]().union(*(_reads(scenario.process, one) for one in there)))
+            yield Fault(("correct", key), f"is read by nothing that can be changed of process: {scenario.process} (change: "
+                        f"{', '.join(there)}); it reads {', '.join(names)}")  # fmt: skip
     if said.objective not in OBJECTIVES:
         yield Fault(
             ("correct", "objective"), f"{said.objective} is not there yet; there is {', '.join(sorted(OBJECTIVES))}"
         )
+    seen: dict[Fault, None] = {}
+    for one in said.change:
+        if (scenario.process, one) in CORRECTIONS:
+            seen |= dict.fromkeys(refusals_of(scenario.process, one, scenario, said, unroll))
+    yield from seen
+
+
+def _reads(process: str, change: str) -> frozenset[str]:
+    """Keys of the section that a change of a process reads."""
+    return READ.get((process, change), KEYS[change])
+
+
+def _unread(process: str, said: Correction) -> dict[str, list[str]]:
+    """Keys that are written and that none of the changes asked for reads, each with the changes of the process that do."""
+    there = changes_of(process)
+    read = frozenset[str]().union(*(_reads(process, one) for one in said.change if one in there))
+    return {key: [one for one in there if key in _reads(process, one)] for key in sorted(said.model_fields_set - read)}
 
 
 def _judged(task: Task, proposals: Sequence[Proposal], after: Result) -> Corrected:
@@ -102,7 +138,17 @@ def _judged(task: Task, proposals: Sequence[Proposal], after: Result) -> Correct
         tuple(change for one in proposals for change in one.changes),
         tuple(_row(result) for result in (before, after)),
         measured(values),
-        tuple(dict.fromkeys(text for one in proposals for text in one.told)),
+        tuple(
+            dict.fromkeys(
+                [
+                    *(text for one in proposals for text in one.told),
+                    *(
+                        f"correct.{key} is not used: it belongs to change: {' or '.join(users)}"
+                        for key, users in _unread(task.scenario.process, task.said).items()
+                    ),
+                ]
+            )
+        ),
         tuple(dict.fromkeys(reasons)),
         tuple(along for one in proposals for along in one.along),
     )

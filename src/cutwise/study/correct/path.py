@@ -19,7 +19,7 @@ from cutwise.study.correct.outcome import Along, Change, Proposal, Task
 from cutwise.study.correct.readings import other_readings
 from cutwise.study.correct.shift import Learned, Plant, errors, learn, rule_of, window
 from cutwise.study.correct.uncertain import Draw, draws_of, share_80
-from cutwise.study.correct.written import Written, as_program, from_wanted, largest, written
+from cutwise.study.correct.written import Written, as_program, chord_of, from_wanted, largest, written
 
 _MEASURE = "contour_error_max"
 _PROOFS = 3  # repetitions on the written program, which is read and planned again each time
@@ -37,7 +37,7 @@ def corrected(task: Task) -> Proposal:
     """
     given = task.scenario
     assert isinstance(given, MillingScenario)
-    _refuse(given)
+    _refuse(given, task.said)
     scenario = from_wanted(as_program(given))
     said = task.said
     told = commanded(scenario, scenario.numerics.substeps)
@@ -58,7 +58,13 @@ def corrected(task: Task) -> Proposal:
     return _proposal(task, best, found, before, told, residuals, undecided)
 
 
-def _refuse(scenario: MillingScenario) -> None:
+def _refuse(scenario: MillingScenario, said: Correction) -> None:
+    others = [] if "feed" in said.change else [name for name in said.limits if name != _MEASURE]
+    if others:
+        raise ScenarioFault([
+            Fault(("correct", "limits", name), f"is not held by change: path, which moves coordinates; {_MEASURE} is")
+            for name in others
+        ])  # fmt: skip
     why = None
     if scenario.in_3d or scenario.programmed:
         why = (
@@ -139,7 +145,7 @@ def _proposal(
         best.scenario,
         (_change(best, found, size, left),),
         values,
-        (*_told(found, best, size, residuals), *_elsewhere(best, whole), *undecided),
+        (*_told(found, best, size, residuals), *_grown(best, said), *_elsewhere(best, whole), *undecided),
         tuple(_kept(task, best, found, size, left, whole)),
         (_along(best, before, told),),
         after,
@@ -175,6 +181,15 @@ def _told(found: Learned, best: Written, before: float, residuals: list[float]) 
         )
     told.append("errors count from the program before (program.wanted)")
     return told
+
+
+def _grown(best: Written, said: Correction) -> list[str]:
+    """Chords that are longer than asked for."""
+    spacing = chord_of(best.scenario, best.told, said)
+    if spacing <= said.chord * (1.0 + 1e-9):
+        return []
+    shown = units.show(spacing, "length", 3), units.show(said.chord, "length", 3)
+    return [f"chords are {shown[0]} long, not {shown[1]}: shorter ones would be less than machine.control.block_time"]
 
 
 def _elsewhere(best: Written, whole: float) -> list[str]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -46,37 +47,37 @@ def draws_of(scenario: Scenario, said: Correction, fitted: int = FITTED) -> tupl
             raise ScenarioFault([Fault(_KEY, f"has {len(rows)} rows; the last {fitted} are fitted, the others judge the "
                                        "correction: give more")])  # fmt: skip
         return rows[-fitted:] if fitted else [], rows[: len(rows) - fitted]
-    random = distributions(scenario, said)
+    random = random_of(scenario, said.vary, _VARY)
     if not random:
         return [], []
-    judging = _rows(scenario, random, said.seed, said.draws)
-    return (_rows(scenario, random, said.seed + 1, fitted) if fitted else []), judging
+    judging = drawn_of(scenario, random, said.seed, said.draws)
+    return (drawn_of(scenario, random, said.seed + 1, fitted) if fitted else []), judging
 
 
-def distributions(scenario: Scenario, said: Correction) -> dict[str, Random]:
-    """What is said to vary.
+def random_of(scenario: Scenario, vary: Mapping[str, Any], key: tuple[str, str]) -> dict[str, Random]:
+    """What is said to vary, by the key of its section.
 
     Raises
     ------
     ScenarioFault
         A key or a distribution that is none; a list of values, which are no draws.
     """
-    if not said.vary:
+    if not vary:
         return {}
     faults = Faults()
-    tree = from_data({"vary": said.vary}, scenario.name)
+    tree = from_data({"vary": dict(vary)}, scenario.name)
     design, random = levers_of(tree, scenario, Path(), faults)
-    found = [Fault(("correct", *fault.path), fault.message) for fault in faults.found]
+    found = [Fault((*key[:-1], *fault.path), fault.message) for fault in faults.found]
     found += [
-        Fault((*_VARY, key), "is a list of values; draws need a distribution, for example {normal: [1, 0.1]}")
-        for key in design
+        Fault((*key, one), "is a list of values; draws need a distribution, for example {normal: [1, 0.1]}")
+        for one in design
     ]
     if found:
         raise ScenarioFault(found)
     return random
 
 
-def _rows(scenario: Scenario, random: Mapping[str, Random], seed: int, count: int) -> list[Draw]:
+def drawn_of(scenario: Scenario, random: Mapping[str, Random], seed: int, count: int) -> list[Draw]:
     """The first draws of a Sobol study with this seed."""
     study = Study("draws", scenario, None, {}, random, SOBOL, next_size(count, NETS), seed, (), None, None)
     drawn = columns(study, 0, count)

@@ -13,7 +13,7 @@ from cutwise.spec.correct import Correction
 from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.spec.milling import CornerPath, MillingScenario
 from cutwise.study.correct.chorded import Stretch, corner_program, joint_tolerance, mode_of, rewritten
-from cutwise.study.correct.shift import Learned, Plant, chords, errors, stretches, window
+from cutwise.study.correct.shift import Learned, Plant, chords, cut_level, errors, stretches, window
 
 
 class Written(NamedTuple):
@@ -112,7 +112,7 @@ def _renamed(file: str) -> str:
 def _stretches(scenario: MillingScenario, told: Commanded, found: Learned, said: Correction) -> list[Stretch]:
     """Chords of every stretch that is shifted at all, rounded as they are written."""
     path, limits = told.wanted, scenario.drives.limits
-    at, point = chords(path, found, said.chord)
+    at, point = chords(path, found, chord_of(scenario, told, said))
     point = np.round(point * 1e3, said.decimals) * 1e-3
     block = np.minimum(np.searchsorted(path.curve.knots, at - 1e-12, side="left") - 1, path.curve.count - 1)
     pieces, least = [], 0.5 * 10.0 ** -(3 + said.decimals)
@@ -127,6 +127,13 @@ def _stretches(scenario: MillingScenario, told: Commanded, found: Learned, said:
         tolerance = joint_tolerance(point[inside[0], :2], ends, speed, limits.acceleration, limits.jerk)
         pieces.append(Stretch(path.source[np.maximum(block[inside[1:]], 0)], ends, tolerance))
     return pieces
+
+
+def chord_of(scenario: MillingScenario, told: Commanded, said: Correction) -> float:
+    """Length of the chords [m]: as asked for, but no block shorter than the control takes."""
+    feed = told.wanted.feed[cut_level(told.wanted)]
+    block_time = scenario.drives.control.block_time
+    return said.chord if block_time is None else max(said.chord, float(feed.max(initial=0.0)) * block_time)
 
 
 def _own(at: FloatArray, inside: Any, low: float, high: float) -> Any:
