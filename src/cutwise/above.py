@@ -11,6 +11,7 @@ _HOMES = {
     "plot": "cutwise.app.plots.paper:history",
     "result_html": "cutwise.app.notebook:result_html",
     "scenario_html": "cutwise.app.notebook:scenario_html",
+    "view": "cutwise.app.notebook:view",
     "study_html": "cutwise.app.notebook:study_html",
 }
 

@@ -327,6 +327,10 @@ class Result:
         """A figure for a paper: see :func:`cutwise.plots.history`."""
         return above("plot")(self, name, unit, ax, width=width)
 
+    def view(self, height: int = 600) -> Any:
+        """The viewer of this run in a notebook, so many pixels high; the cell holds all of it, a megabyte or so."""
+        return above("view")(self, height)
+
     def _repr_html_(self) -> str:
         return str(above("result_html")(self))
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 _MOST_COMPONENTS = 12  # entries of a second dimension that become columns of their own
 
 
-class Stage(xr.DataTree):
+class Stage(xr.DataTree):  # type: ignore[no-untyped-call]
     """A stage of a result; an array that is not there is answered with the nearest one."""
 
     __slots__ = ()
@@ -33,7 +33,7 @@ class Stage(xr.DataTree):
 
     def __getattr__(self, name: str) -> Any:
         try:
-            return super().__getattr__(name)  # type: ignore[misc]
+            return super().__getattr__(name)
         except AttributeError:
             near = get_close_matches(name, [str(one) for one in self.variables], n=1)
             if name.startswith("_") or not near:
@@ -56,6 +56,7 @@ def histories(data: xr.Dataset) -> pd.DataFrame:
         something else, or over more than a few components.
     """
     main = main_dimension(data)
+    data = without_single(data, main)
     columns: dict[str, Any] = {}
     units: dict[str, str] = {}
     left_out = []
@@ -72,6 +73,11 @@ def histories(data: xr.Dataset) -> pd.DataFrame:
     frame.attrs = {"units": units, "index_unit": str(data[main].attrs.get("units", "")) if main in data.coords else ""}
     frame.attrs |= {"left_out": tuple(left_out)} if left_out else {}
     return frame
+
+
+def without_single(data: xr.Dataset, main: str) -> xr.Dataset:
+    """The arrays without dimensions of one entry, such as the one hole of a run; the main one stays."""
+    return data.squeeze([dim for dim, size in data.sizes.items() if size == 1 and dim != main], drop=True)
 
 
 def main_dimension(data: xr.Dataset) -> str:

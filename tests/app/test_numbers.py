@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from cutwise.app.numbers import amount, form, forms, grouped, held, span, titled
+from cutwise.app.numbers import amount, form, forms, group_of, grouped, held, span, titled
 from cutwise.io.scenario import load
 from cutwise.spec.scenario import Limit
 
@@ -50,6 +50,21 @@ def test_the_required_ones_come_first_then_the_focus_then_groups(examples):
     assert list(found)[1:] == ["surface", "force and power", "motion and time", "structure", "checks"]
     assert sum(map(len, found.values())) == len(scenario.measures)
     assert titled("surface_error_max") == "Surface error, max"
+
+
+@pytest.mark.parametrize(("name", "group"), [
+    ("surface_error_max", "surface"), ("wall_error_min", "surface"), ("deviation_max_ideal", "surface"),
+    ("share_arm", "structure"),
+    ("stiffness_normal_min", "structure"), ("tool_offset_max", "structure"), ("collisions", "checks"),
+    ("rapids_in_stock", "checks"),
+    ("chatter_growth_corner", "checks"), ("chip_thickness_max", "force and power"),
+    ("cost_per_part", "motion and time"),
+    ("feed_possible_min", "motion and time"), ("tool_life", "motion and time"),
+    ("drive_torque_max_x", "force and power"),
+    ("drive_error_max", "motion and time"), ("probability_all", "checks"), ("tilt", "structure"),
+])  # fmt: skip
+def test_the_group_of_a_measure(name, group):
+    assert group_of(name) == group
 
 
 def test_a_small_error_beside_a_long_path_is_not_shown_as_nothing(examples):

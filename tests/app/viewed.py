@@ -1,6 +1,5 @@
 """A server of ``cutwise view`` in a process of its own, spoken to over bare sockets."""
 
-import importlib.util
 import json
 import os
 import re
@@ -10,13 +9,6 @@ import subprocess
 import sys
 from contextlib import contextmanager, suppress
 from typing import NamedTuple
-
-_STUB = (
-    "import sys, types; one = types.ModuleType('cutwise.app.scene.view'); one.view_file = lambda result: b'CWVIEW1\\n' + "
-    "result.scenario.name.encode(); sys.modules['cutwise.app.scene'] = types.ModuleType('cutwise.app.scene'); "
-    "sys.modules['cutwise.app.scene.view'] = one; "
-)
-_PACKED = importlib.util.find_spec("cutwise.app.scene") is not None
 
 
 class Answer(NamedTuple):
@@ -96,7 +88,7 @@ def _joined(chunks: bytes) -> bytes:
 @contextmanager
 def viewing(*arguments, cwd, **environment):
     """A server; gone at the end."""
-    code = ("" if _PACKED else _STUB) + "from cutwise.app.cli import main; main()"
+    code = "from cutwise.app.cli import main; main()"
     env = {**os.environ, "SSH_CONNECTION": "", "TMPDIR": str(cwd), **environment}
     words = [sys.executable, "-c", code, "view", *map(str, arguments), "--no-browser"]
     process = subprocess.Popen(words, cwd=cwd, env=env, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)

@@ -191,6 +191,37 @@ def test_figures_for_papers(result):
         result.plot(width=100)
 
 
+def test_the_viewer_in_a_cell(result):
+    shown = result.view(height=400)
+    assert len(repr(shown).splitlines()) == 1
+    cell = shown._repr_html_()
+    assert cell.startswith("<iframe srcdoc=")
+    assert 'sandbox="allow-scripts"' in cell  # and not of the same origin
+    assert cell.count("<") == 6  # the frame, its end, and a sentence: what is inside of it is text
+    assert "height:400px" in cell
+    assert f"{len(shown.page) / 1e6:.1f} MB" in cell
+    assert 'id="cutwise-data"' in shown.page
+    assert "default-src 'none'" in shown.page
+    assert len(cell) < 3e6
+    with pytest.raises(ValueError, match="100 to 5000 pixels"):
+        result.view(height=0)
+
+
+def test_one_hole_is_no_dimension_of_a_drawing(examples):
+    found = cutwise.simulate(examples / "drill_robot.yaml")
+    assert found["structure"].tip_deflection.sizes["hole"] == 1
+    (axes,) = found.plot("structure/tip_deflection").axes
+    assert axes.get_xlabel().startswith("time")
+    assert "tip_deflection_x" in found.to_dataframe("structure").columns
+    on_machine = cutwise.simulate(examples / "drill_on_machine.yaml")
+    with pytest.raises(ValueError, match="natural_frequency has no value in this run"):
+        on_machine.plot("structure/natural_frequency")
+    budget = cutwise.simulate(examples / "machine_error_budget.yaml")
+    with pytest.raises(ValueError, match=r"twist has 3 dimensions \(time, body, component\)"):
+        budget.plot("structure/twist")
+    assert len(cutwise.load(examples / "machine_five_axis.yaml")._repr_html_()) <= 60_000
+
+
 def test_the_layers_below_do_not_import_the_figures():
     import subprocess
     import sys

@@ -1,12 +1,14 @@
 """What a notebook shows of a result, a scenario and a study: a short table and one curve, no script, nothing from outside."""
 
 from html import escape
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
+from cutwise.app.embedded import embedded
 from cutwise.app.findings import notices, reasons
 from cutwise.app.inputs import Input, inputs
 from cutwise.app.measured import listed
 from cutwise.app.numbers import titled
+from cutwise.app.pages import template
 from cutwise.app.plots import paper
 from cutwise.app.plots.figures import COLOURS, svg
 from cutwise.app.verdict_text import verdict_line
@@ -22,7 +24,8 @@ _STYLE = ";".join(f"{name}:{colour}" for name, colour in COLOURS.items())
 _TONES = {"pass": "var(--good)", "fail": "var(--bad)", "none": "var(--soft)"}
 _MOST_DRAWN = 30_000  # letters of a curve; a longer one is left out, said so
 _MOST_NOTICES = 5
-_MOST_INPUTS = 300
+_MOST_INPUTS = 180
+_LOWEST, _HIGHEST = 100, 5000  # pixels
 
 
 def result_html(result: "Result") -> str:
@@ -53,6 +56,48 @@ def _curve(result: "Result") -> str:
     if len(drawn) > _MOST_DRAWN:
         return f"<p>result.plot({escape(repr(name))}) draws {escape(name)}</p>"
     return f'<div style="max-width:360px">{drawn}</div><p><code>result.plot({escape(repr(name))})</code></p>'
+
+
+class View(NamedTuple):
+    """The viewer of a run in a cell of a notebook; in a terminal it says how large it is."""
+
+    page: str
+    height: int
+    name: str
+
+    def __repr__(self) -> str:
+        return f"<View of {self.name}: {len(self.page) / 1e6:.1f} MB, shown in a notebook>"
+
+    def _repr_html_(self) -> str:
+        size = f"This cell holds the whole view, {len(self.page) / 1e6:.1f} MB; clear its output to leave it out of the file."
+        return (
+            f'<iframe srcdoc="{escape(self.page)}" sandbox="allow-scripts" title="{escape(self.name)}" '
+            f'style="width:100%;height:{self.height}px;border:1px solid #888"></iframe><p><small>{size}</small></p>'
+        )
+
+
+def view(result: "Result", height: int = 600) -> View:
+    """The viewer of a run: part, tool and path in 3D, program, plots and worst places, in a frame that reaches nothing else.
+
+    Parameters
+    ----------
+    result : Result
+        A finished run.
+    height : int
+        Of the frame, in pixels of the page.
+
+    Raises
+    ------
+    ValueError
+        The run has nothing to be seen in 3D, or the height is none.
+    """
+    if not _LOWEST <= height <= _HIGHEST:
+        raise ValueError(f"height is {height}; expected {_LOWEST} to {_HIGHEST} pixels")
+    viewer = embedded(result)
+    if not viewer.script:
+        raise ValueError(viewer.why)
+    page = template("view").render(viewer=viewer, name=result.scenario.name, verdict=verdict_line(result))
+    return View(page, int(height), result.scenario.name)
 
 
 def scenario_html(scenario: "Scenario") -> str:

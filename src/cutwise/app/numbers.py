@@ -24,11 +24,12 @@ _STEPS = {  # unit from which size [SI] on, largest first
 GROUPS = ("surface", "force and power", "motion and time", "structure", "checks")
 _GROUP_OF = (  # the first pattern that a name matches
     ("checks", r"^probability_all$|margin|clearance|_bound|reach$|memory_index|growth|stable_depth|residual|balance|convexity"
-               r"|skating|interpolation|linear_|saturation|voltage|refused"),
-    ("structure", r"deflection|tilt$|drill_tilt|compliance|natural_frequency|redundancy|breakaway|loading_force|stiffening"),
-    ("force and power", r"force|power|thrust|torque|chip_area|removal|removed|engagement_angle"),
-    ("motion and time", r"time|feed_min|tracking|overshoot|bandwidth|path_length|edge_length|points|stops|position_start"
-                        r"|edges_|corners|trimmed|holes_drilled|chord"),
+               r"|skating|interpolation|linear_|saturation|voltage|refused|collision|rapids_in_stock|surface_check|probability_within"),
+    ("structure", r"deflection|tilt$|drill_tilt|compliance|natural_frequency|redundancy|breakaway|loading_force|stiff"
+                  r"|^share_|^sag_|tool_offset"),
+    ("force and power", r"force|power|thrust|torque|chip_|removal|removed|engagement_angle"),
+    ("motion and time", r"time|^feed_|tool_life|cost|drive_error|deviation_drives|tracking|overshoot|bandwidth|path_length"
+                        r"|edge_length|points|stops|position_start|edges_|corners|trimmed|holes_drilled|chord"),
 )  # fmt: skip
 
 

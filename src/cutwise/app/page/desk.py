@@ -7,7 +7,7 @@ import threading
 import zlib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from cutwise.app.inputs import as_yaml
 from cutwise.app.page import keys
@@ -16,12 +16,18 @@ from cutwise.disk import create_text, file_name, write_bytes
 from cutwise.io.edits import edited, with_edits
 from cutwise.io.files import as_text, read_bytes
 from cutwise.io.scenario import load, loaded, parse
+from cutwise.later import later
 from cutwise.process.recipes import prepare
 from cutwise.results import Result
 from cutwise.run_file import DamagedRun, is_netcdf
 from cutwise.spec.faults import Fault, ScenarioFault, dotted
 from cutwise.spec.scenario import Scenario
 from cutwise.spec.texts import visible
+
+if TYPE_CHECKING:
+    from cutwise.app.scene import rows, view
+else:  # scenes of all processes
+    rows, view = later("cutwise.app.scene.rows"), later("cutwise.app.scene.view")
 
 RUNS = Path("cutwise-runs")
 _MOST_RUNS = 12  # that were made in the page and are not kept
@@ -153,15 +159,16 @@ class Desk:
 
     def view(self, number: int) -> bytes:
         """The view file of a run, deflated."""
-        from cutwise.app.scene.view import view_file  # heavy: scenes of all processes
-
         source, kept = self.run(number), self._view_of(number)
         with self.lock:
             if kept.is_file():
                 return kept.read_bytes()
             result = Result.from_file(source, load(source))
             packer = zlib.compressobj(6, zlib.DEFLATED, -15)
-            packed = packer.compress(view_file(result)) + packer.flush()
+            try:
+                packed = packer.compress(view.view_file(result)) + packer.flush()
+            except rows.NothingToSee as missing:
+                raise Refused(404, f"there is nothing to be seen in 3D of this run: {missing}") from None
             write_bytes(kept, packed)
             return packed
 

@@ -13,7 +13,7 @@ from cutwise import units
 from cutwise.app.numbers import form, printed
 from cutwise.app.plots.figures import SERIES, SOFT, curve
 from cutwise.spec.faults import NoSuchName
-from cutwise.tabular import components, main_dimension
+from cutwise.tabular import components, main_dimension, without_single
 
 if TYPE_CHECKING:
     from cutwise.results import Result
@@ -61,12 +61,12 @@ def history(
     cutwise.units.UnitFault
         The unit is not one of this quantity.
     ValueError
-        Another width, or more dimensions than a drawing has.
+        Another width, no value at all, or more dimensions than a drawing has.
     """
     if width not in _WIDTHS:
         raise ValueError(f"width is {width:g} mm; a figure is 85 mm (one column) or 170 mm (two columns) wide")
     stage, column = _named(result, name)
-    array = result[stage].to_dataset()[column]
+    array = _drawable(result[stage].to_dataset()[column])
     scale, shown = _unit(array, unit)
     with mpl.rc_context(LOOK):
         axes = ax
@@ -81,6 +81,18 @@ def history(
     return found
 
 
+def _drawable(array: xr.DataArray) -> xr.DataArray:
+    """The array without dimensions of one entry; what no drawing has is refused."""
+    whole = array.to_dataset(name=array.name)
+    array = without_single(whole, main_dimension(whole))[array.name]
+    if not 1 <= array.ndim <= 2:
+        raise ValueError(f"{array.name} has {array.ndim} dimensions ({', '.join(map(str, array.dims))}); a drawing has one "
+                         "or two: select a part of it and draw that with xarray")  # fmt: skip
+    if not np.isfinite(array.values.astype(float)).any():
+        raise ValueError(f"{array.name} has no value in this run")
+    return array
+
+
 def default(result: "Result") -> str | None:
     """The history that says most: an error of the surface, then a force, then what there is; None without any."""
     arrays = [
@@ -90,7 +102,10 @@ def default(result: "Result") -> str | None:
         if array.ndim and array.size > 1 and np.issubdtype(array.dtype, np.number)
     ]
     focus = result.scenario.focus
-    flat = [(f"{stage}/{name}", stage, name, array.ndim) for stage, name, array in arrays if array.ndim <= 2]
+    flat = [
+        (f"{stage}/{name}", stage, name, wide) for stage, name, array in arrays
+        if (wide := sum(size > 1 for size in array.shape)) <= 2 and np.isfinite(array.values).any()
+    ]  # fmt: skip
     ranked = [
         [path for path, stage, name, _ in flat if focus.startswith((f"{stage}_{name}", name))],
         [path for path, stage, name, _ in flat if stage == "surface" and "error" in name],
@@ -140,9 +155,6 @@ def _labelled(name: str, unit: str) -> str:
 def _draw(axes: Axes, array: xr.DataArray, scale: float, label: str) -> None:
     main = main_dimension(array.to_dataset(name="drawn"))
     others = [str(dim) for dim in array.dims if dim != main]
-    if array.ndim == 0 or array.ndim > 2:
-        raise ValueError(f"{array.name} has {array.ndim} dimensions ({', '.join(map(str, array.dims))}); a drawing has one "
-                         "or two: select a part of it and draw that with xarray")  # fmt: skip
     if others and array.sizes[others[0]] > _MOST_CURVES:
         _map(axes, array, scale, label)
         return
