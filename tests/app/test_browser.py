@@ -133,8 +133,7 @@ def pocket(browser, reports):
 
 
 @pytest.mark.parametrize("name", ["deburr", "pocket"])
-@pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
-@pytest.mark.parametrize("width", [1000, 390])
+@pytest.mark.parametrize(("dark", "width"), [(False, 1000), (True, 390)], ids=["light, wide", "dark, narrow"])
 def test_opens_quietly_and_fits(browser, reports, name, dark, width):
     with page_of(browser, reports[name].as_uri(), width=width, color_scheme="dark" if dark else "light") as page:
         assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")

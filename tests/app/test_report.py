@@ -3,6 +3,7 @@
 import base64
 import hashlib
 import re
+from datetime import UTC, datetime
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -72,9 +73,16 @@ def test_report_of_every_example(example):
     assert parse(inputs.as_yaml(result.scenario)) == result.scenario
     assert 'id="cutwise-view"' in page
     assert len(page.encode()) <= 3_000_000
-    still = render(result, viewer=False)
+
+
+def test_report_without_the_viewer(reference, html):
+    """--static: no script, no policy, and everything else as in the report with it."""
+    still = render(reference, written=datetime(2026, 1, 2, 3, 4, tzinfo=UTC), viewer=False)
     assert "<script>" not in still
+    assert "Content-Security-Policy" not in still
     assert "cutwise-view" not in still
+    figures = [re.findall(r"<figcaption><b>.*?</b>", page) for page in (still, html)]
+    assert figures[0] == figures[1] != []
 
 
 def well_formed(outline):

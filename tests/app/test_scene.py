@@ -1,5 +1,6 @@
 """What a person sees, before a browser draws it: the view file, colours, worst places, magnification, maps."""
 
+import doctest
 import hashlib
 import html
 import json
@@ -8,11 +9,12 @@ import shutil
 import subprocess
 import zlib
 from base64 import b64decode
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from app.view_file import header_of, read
@@ -29,6 +31,7 @@ from cutwise.spec.program import StockBlock
 
 ROOT = Path(__file__).parent.parent.parent
 WEB, STATIC = ROOT / "web", ROOT / "src" / "cutwise" / "app" / "page" / "static"
+PATIENT = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])  # the first draw loads much
 FLOATS = st.floats(-1e12, 1e12, allow_subnormal=False) | st.just(float("nan"))
 
 
@@ -40,6 +43,7 @@ class TestPacking:
         assert found.scale == pytest.approx(3.814813684e-5, rel=1e-9)
         assert delta_bytes(found.q).hex() == "00669801670066990066"
 
+    @PATIENT
     @given(st.lists(FLOATS, min_size=1, max_size=60))
     def test_read_back_within_half_a_step(self, values):
         values = np.array(values)
@@ -75,6 +79,7 @@ class TestPacking:
 
 
 class TestThinning:
+    @PATIENT
     @given(st.lists(st.lists(FLOATS, min_size=30, max_size=30), min_size=1, max_size=3), st.integers(1, 12))
     def test_extremes_and_ends_of_buckets_stay(self, histories, buckets):
         arrays = [np.array(one) for one in histories]
@@ -303,6 +308,11 @@ class TestBundle:
         subprocess.run(["node", WEB / "build.mjs", tmp_path], check=True, capture_output=True)
         for made in tmp_path.iterdir():
             assert made.read_bytes() == (STATIC / made.name).read_bytes(), made.name
+
+
+@pytest.mark.parametrize("module", sorted(path.stem for path in (STATIC.parent.parent / "scene").glob("[a-z]*.py")))
+def test_examples_of_docstrings(module):
+    assert doctest.testmod(import_module(f"cutwise.app.scene.{module}")).failed == 0
 
 
 def test_every_process_has_a_scene():

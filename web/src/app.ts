@@ -98,7 +98,8 @@ export class App {
   }
 
   private get heldAgainst(): string {
-    return this.other && this.other.header.name !== this.run.header.name ? this.other.header.name : "before";
+    if (this.other && this.other.header.name !== this.run.header.name) return this.other.header.name;
+    return this.root.dataset.other ? "second run" : "before";
   }
 
   private tools(): HTMLElement {

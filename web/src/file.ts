@@ -63,6 +63,8 @@ export interface Header {
     map: { x: number; y: number; dx: number; dy: number; top: number; bottom: number; coloured: string; removed: string } | null;
     outlines: number;
     links: [number, number] | null;
+    links_are: "arm" | "bodies";
+    focus: [number[], number[]] | null;
     path: boolean;
     front: [number, number, number];
     said: string[];

@@ -13,7 +13,7 @@ export class Legend {
     const { scene, colour } = this.run.header;
     const named = new Map<string, string[]>();
     const add = (name: string, what: string) => {
-      if (colour.choices[name]) named.set(name, [...(named.get(name) ?? []), what]);
+      if (colour.choices[name]) named.set(name, [...(named.get(name) ?? []).filter((one) => one !== what), what]);
     };
     for (const surface of scene.surfaces) if (surface.coloured) add(surface.coloured, surface.title);
     if (scene.map?.coloured) add(scene.map.coloured, "stock");

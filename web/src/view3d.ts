@@ -8,6 +8,7 @@ import { bodyMaterial, shared, tableTexture } from "./shaders";
 
 const FIELD = 35; // degrees
 const NEAR_PIXELS = 12;
+const INNER = -1; // in place of a face: both sides of an edge are of one
 const FILLED = 0.86; // of the picture, by part and stock
 const EDGE = 25; // degrees over which an outline is drawn
 const TINTS: Record<string, { tint: number; opacity: number }> = {
@@ -95,7 +96,8 @@ export class View3D {
       this.scene.add(mesh);
       this.bodies.push(mesh);
       if (geometry.index!.count < 600_000 && opacity >= 1) {
-        const lines = new THREE.LineSegments(new THREE.EdgesGeometry(welded(geometry), EDGE), new THREE.LineBasicMaterial({ color: 0x39424d }));
+        const faces = file.has(`s/${k}/face`) ? (file.raw(`s/${k}/face`) as Uint32Array) : null;
+        const lines = new THREE.LineSegments(faces ? borders(geometry, faces) : new THREE.EdgesGeometry(welded(geometry), EDGE), new THREE.LineBasicMaterial({ color: 0x39424d }));
         this.scene.add(lines);
       }
     });
@@ -161,6 +163,8 @@ export class View3D {
     const cuts = (i: number) => !this.run.kind || this.run.kind[i] !== 0;
     if (box.isEmpty()) for (let i = 0; i < this.run.count; i++) if (cuts(i)) box.expandByPoint(new THREE.Vector3(...this.run.at(i)));
     if (box.isEmpty()) box.expandByPoint(new THREE.Vector3(...this.run.at(0)));
+    const { focus } = this.run.header.scene;
+    if (focus) box.set(new THREE.Vector3().fromArray(focus[0]), new THREE.Vector3().fromArray(focus[1]));
     box.getBoundingSphere(this.sphere);
     this.sphere.radius = Math.max(this.sphere.radius, 1e-3);
   }
@@ -299,7 +303,8 @@ export class View3D {
     this.links.clear();
     const material = bodyMaterial({ tint: TINTS.robot.tint, opacity: TINTS.robot.opacity, smooth: true });
     at.forEach((p, k) => {
-      const wide = reach * 0.03 * (1 - (0.97 * k) / (points - 1));
+      const thick = this.run.header.scene.links_are === "arm" ? 0.03 * reach : 0.05 * this.sphere.radius;
+      const wide = thick * (1 - (0.97 * k) / (points - 1));
       if (k < at.length - 1) {
         const ball = new THREE.Mesh(new THREE.SphereGeometry(1.15 * wide, 24, 16), material);
         ball.position.copy(p);
@@ -442,6 +447,28 @@ function turned(given: { cutter: [number, number][]; holder: [number, number][] 
     group.add(mesh, new THREE.LineSegments(new THREE.EdgesGeometry(welded(lathe), EDGE), dark));
   }
   return group;
+}
+
+/** Edges between triangles of different faces, and free ones: outlines of a part whatever its triangles are like. */
+function borders(geometry: THREE.BufferGeometry, faces: Uint32Array): THREE.BufferGeometry {
+  const corner = geometry.index!.array as Uint32Array;
+  const count = geometry.getAttribute("position").count;
+  const known = new Map<number, number>();
+  for (let t = 0; t < faces.length; t++) {
+    for (let e = 0; e < 3; e++) {
+      const [a, b] = [corner[3 * t + e], corner[3 * t + ((e + 1) % 3)]];
+      const key = Math.min(a, b) * count + Math.max(a, b);
+      const face = known.get(key);
+      if (face === undefined) known.set(key, faces[t]);
+      else if (face === faces[t]) known.set(key, INNER);
+    }
+  }
+  const ends: number[] = [];
+  for (const [key, face] of known) if (face !== INNER) ends.push(Math.floor(key / count), key % count);
+  const lines = new THREE.BufferGeometry();
+  lines.setAttribute("position", geometry.getAttribute("position"));
+  lines.setIndex(ends);
+  return lines;
 }
 
 /** Without normals, so that neighbouring triangles share their corners and smooth surfaces have no outlines. */

@@ -46,7 +46,8 @@ def stages(scenario: ChamferScenario, done: ChamferRun, program: xr.Dataset | No
         groups["carrier"] = chamfer_carrier.stations(scenario, done.carriers)
     if done.outline is not None:
         groups["part"] = _part(scenario, done)
-        groups["scene"] = _seen(paths[0])
+        if scenario.part.pipe is None:  # the faces of its mesh reach beyond it
+            groups["scene"] = _seen(paths[0])
     return xr.DataTree.from_dict(groups)
 
 

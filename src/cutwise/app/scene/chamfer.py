@@ -4,8 +4,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from cutwise.app.scene.pipe import pipe
 from cutwise.app.scene.scene import CUT, DWELL, FloatArray, History, IntArray, Scene, Surface, limits
-from cutwise.app.scene.shapes import ball_ended, band
+from cutwise.app.scene.shapes import ball_ended, band, welded
 
 if TYPE_CHECKING:
     from cutwise.results import Result
@@ -18,7 +19,8 @@ def scene(result: "Result") -> Scene:
     motion, engagement, scenario = result["motion"].dataset, result["engagement"].dataset, result.scenario
     way, number = motion["s"].values, motion["path"].values.astype(np.int64)
     width = _width(result, way, number)
-    low, high = limits(result, "width_min")[0], limits(result, "width_max")[1]
+    left = "width_deflected" if "width_deflected" in result["surface"].dataset else "width"
+    low, high = limits(result, f"{left}_min")[0], limits(result, f"{left}_max")[1]
     histories = {
         "width": History("chamfer width", width, "small_length", low, high, nominal=scenario.chamfer.width,  # type: ignore[attr-defined]
                          ends=("too narrow", "too wide")),
@@ -40,7 +42,10 @@ def scene(result: "Result") -> Scene:
         trace=engagement["contact"].values,
         kind=np.where(np.append(np.diff(number) != 0, True), DWELL, CUT).astype(np.uint8), deflection=deflection,
         tools=(ball_ended(tool.ball_radius, _ROD * tool.ball_radius, min(tool.rod_radius, tool.ball_radius)),),
-        surfaces=(*surfaces, _chamfer(engagement, width, number)), outlines=tuple(_rapids(result)), judged="width",
+        surfaces=(*surfaces, _chamfer(engagement, width, number)),
+        outlines=(*_rapids(result), *([] if surfaces else _lines(result))),
+        judged="width",
+        focus=_focus(result),
         said=said,
     )  # fmt: skip
 
@@ -90,17 +95,53 @@ def _chamfer(engagement: object, width: FloatArray, number: IntArray) -> Surface
 
 
 def _part(result: "Result") -> tuple[tuple[Surface, ...], tuple[str, ...]]:
+    drilled = result.scenario.part.pipe  # type: ignore[attr-defined]
+    if drilled is not None:
+        return _pipe(result, drilled.radius, drilled.wall)
     if "scene" not in result.stages.children:
         return (), ("the shape of the part is not in this run file: run it again",)
     seen = result["scene"].dataset
     corner = seen["corner"].values.reshape(-1, 3)
-    points, index = np.unique(np.round(corner, 9), axis=0, return_inverse=True)
+    points, triangles = welded(corner.astype(float), np.arange(len(corner)).reshape(-1, 3))
     names = [str(name) for name in np.atleast_1d(seen.attrs.get("face_names", []))]
     part = Surface(
-        "part", points.astype(float), index.reshape(-1, 3).astype(np.int64), "part", face=seen["face"].values.astype(np.int64),
+        "part", points, triangles, "part", face=seen["face"].values.astype(np.int64),
         names=dict(enumerate(names)),
     )  # fmt: skip
     return (part,), ()
+
+
+def _pipe(result: "Result", radius: float, wall: float) -> tuple[tuple[Surface, ...], tuple[str, ...]]:
+    """The pipe by its outline, which begins with the outer and the inner edge of the hole."""
+    if "part" not in result.stages.children:
+        return (), ("the shape of the pipe is not in this run file",)
+    outline = result["part"].dataset
+    point, number = outline["outline"].values, outline["outline_line"].values.astype(int)
+    outer, inner = point[number == 0], point[number == 1]
+    away = [np.hypot(edge[:, 0], edge[:, 2]) for edge in (outer, inner)]
+    both = len(outer) == len(inner) and all(
+        np.allclose(found, size, rtol=1e-6) for found, size in zip(away, (radius, radius - wall), strict=True)
+    )
+    if not both:
+        return (), ("the pipe is drawn by its outline: not both edges of its hole are closed",)
+    return (pipe(outer, inner, radius, wall, (float(point[:, 1].min()), float(point[:, 1].max()))),), ()
+
+
+def _lines(result: "Result") -> list[FloatArray]:
+    """The outline of the part, where its faces are not known."""
+    if "part" not in result.stages.children:
+        return []
+    outline = result["part"].dataset
+    number = outline["outline_line"].values
+    return [outline["outline"].values[number == one] for one in np.unique(number)]
+
+
+def _focus(result: "Result") -> tuple[FloatArray, FloatArray] | None:
+    """Corners of the outline: of a pipe only the stretch with the hole is looked at."""
+    if "part" not in result.stages.children:
+        return None
+    outline = result["part"]["outline"].values
+    return outline.min(axis=0), outline.max(axis=0)
 
 
 def _rapids(result: "Result") -> list[FloatArray]:

@@ -43,24 +43,24 @@ def _pass(result: "Result") -> Scene:
     return Scene(
         clock=time, clock_is="time", place=place, axis=_axis(result), histories=histories,
         line=line if line.any() else None, kind=np.where(motion["cuts"].values > 0, CUT, FEED).astype(np.uint8),
-        deflection=error, tools=(cylinder(radius, 5.0 * radius),), links=motion["body_origin"].values[shown],
+        deflection=error, tools=(cylinder(radius, 5.0 * radius),), links_are="bodies", links=motion["body_origin"].values[shown],
         link_of=np.clip(np.searchsorted(shown, np.arange(count)), 0, shown.size - 1), judged=judged,
         said=(*said, "bodies are drawn as the lines between their origins", "no part: only the path is known"),
     )  # fmt: skip
 
 
 def _axis(result: "Result") -> FloatArray:
-    """The tool axis, which turns with rotary axes: from the tool point to the origin of the body that holds it."""
+    """From the tool point up the tool: to the origin of the body that holds it, as both turn with rotary axes.
+
+    Where that origin is the tool point itself, the direction that the scenario says, which points from the holder down.
+    """
     motion = result["motion"].dataset
-    given = getattr(getattr(result.scenario, "path", None), "tool_axis", None)
-    if given is not None:
-        axis = np.array(given, float)
-        return np.asarray((axis / np.linalg.norm(axis))[None, :])
     away = motion["body_origin"].values[:, -1] - motion["position"].values
     size = np.linalg.norm(away, axis=1, keepdims=True)
-    if size.min() < 1e-6:
-        return np.broadcast_to(np.array([0.0, 0.0, 1.0]), (1, 3))
-    return np.asarray(away / size)
+    if size.min() > 1e-6:
+        return np.asarray(away / size)
+    down = np.array(getattr(getattr(result.scenario, "path", None), "tool_axis", None) or (0.0, 0.0, -1.0), float)
+    return np.asarray(-(down / np.linalg.norm(down))[None, :])
 
 
 def _radius(result: "Result") -> tuple[float, tuple[str, ...]]:

@@ -47,7 +47,8 @@ def _driven(result: "Result") -> Scene:
         deflection = np.pad(structure["tip"].values, ((0, 0), (0, 1)))
     shown = None
     if scenario.stock is not None:  # type: ignore[attr-defined]
-        shown = block_map(scenario.stock, place, radius, histories[judged].values, judged)  # type: ignore[attr-defined]
+        coloured = "wall_period" if "wall_period" in histories else judged
+        shown = block_map(scenario.stock, place, radius, histories[judged].values, coloured)  # type: ignore[attr-defined]
     else:
         said.append("no stock: the scenario has none")
     tool = scenario.tool  # type: ignore[attr-defined]
@@ -64,8 +65,8 @@ def _histories(result: "Result", time: FloatArray) -> dict[str, History]:
     if "wall_error_max" in structure:
         found["wall"] = _wall(result, structure["wall_error_min"].values, structure["wall_error_max"].values)
         worst = _in_a_period(found["wall"].values, _tooth_samples(result, time))
-        found["wall_period"] = found["wall"]._replace(title="wall error, worst of a tooth period", values=worst)
-        found["wall"] = found["wall"]._replace(drawn=False, coloured=False)
+        found["wall_period"] = found["wall"]._replace(values=worst)  # without the gaps from tooth to tooth
+        found["wall"] = found["wall"]._replace(title="wall error, each sample", drawn=False, coloured=False)
     elif "wall_error" in structure:
         wall = structure["wall_error"].values
         found["wall"] = _wall(result, wall, wall)

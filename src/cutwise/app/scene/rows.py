@@ -26,7 +26,7 @@ def of(result: "Result") -> Scene:
     try:
         return made(result)
     except KeyError as missing:
-        raise NothingToSee(str(missing)) from None
+        raise NothingToSee("it recorded no motion, or no surface") from missing
 
 
 class NothingToSee(ValueError):

@@ -90,6 +90,10 @@ class Scene:
     link_of: IntArray | None = None  # which row of links a sample has, (n,)
     outlines: tuple[FloatArray, ...] = ()  # lines to be drawn [m], each (k, 3)
     judged: str = ""  # the history by which the worst places are found; the colours of the scene at first
+    focus: tuple[FloatArray, FloatArray] | None = (
+        None  # corners of what the view is fitted to [m]; left out: part and stock
+    )
+    links_are: str = "arm"  # or bodies: the lines between their origins
     said: tuple[str, ...] = ()  # what is not shown, and what is drawn larger than it is
     path: bool = True  # whether the places are drawn as a ribbon
 

@@ -40,6 +40,18 @@ def band(rows: list[FloatArray]) -> tuple[FloatArray, IntArray]:
     )
 
 
+def welded(points: FloatArray, triangles: IntArray) -> tuple[FloatArray, IntArray]:
+    """Points that are the same to a nanometre taken for one, so that neighbouring triangles share their corners.
+
+    Examples
+    --------
+    >>> welded(np.array([[0.0, 0, 0], [1, 0, 0], [0, 0, 0]]), np.array([[0, 1, 2]]))[1].tolist()
+    [[0, 1, 0]]
+    """
+    kept, index = np.unique(np.round(points, 9), axis=0, return_inverse=True)
+    return kept, index.reshape(-1)[triangles].astype(np.int64)
+
+
 def cylinder(radius: float, length: float, neck: float = 0.0) -> Tool:
     """A mill of a length, and a holder above it that is wider.
 

@@ -171,6 +171,8 @@ def _scene(result: "Result", scene: Scene) -> dict[str, Any]:
         },
         "outlines": len(scene.outlines),
         "links": None if scene.links is None else list(scene.links.shape[:2]),
+        "links_are": scene.links_are,
+        "focus": None if scene.focus is None else [(_MM * corner).tolist() for corner in scene.focus],
         "path": scene.path,
         "front": FRONT.get(result.scenario.process, [0.0, -1.0, 0.0]),
         "said": list(scene.said),
