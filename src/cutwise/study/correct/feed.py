@@ -126,16 +126,27 @@ def refusals(scenario: Scenario, said: Correction, unroll: bool) -> Iterator[Fau
 def _keeps(scenario: MillingScenario, path: ProgramPath, cells: Cells, said: Correction) -> BoolArray:
     """Cells that keep their feed: moves in air, or what of them is near the stock, and plunges in contact."""
     block = cells.block
-    upright = cells.flat < FLAT
-    cuts = cells.cuts
-    in_air = ~np.bincount(block, cuts, path.curve.count).astype(bool)[block]
-    clearance = said.air_clearance
-    if clearance is None or not isinstance(scenario.stock, StockBlock):
-        return np.asarray(in_air)
-    end = path.curve.knots[block] + cells.begin + cells.length
-    met = cuts | (upright & _plunges_into(scenario, path, cells))
+    upright = _upright(path)[path.origin[block]]  # a plunge, and what of a blend belongs to it
+    in_air = ~np.bincount(path.origin[block], cells.cuts, path.programmed.count).astype(bool)[path.origin[block]]
+    if said.air_clearance is None or not isinstance(scenario.stock, StockBlock):
+        return np.asarray(in_air | upright)
+    return np.asarray(
+        (in_air | upright) & (_near(scenario, path, cells, said.air_clearance) | (upright & ~(cells.flat < FLAT)))
+    )
+
+
+def _upright(path: ProgramPath) -> BoolArray:
+    """Which blocks of the programmed path go straight up or down."""
+    told = path.programmed
+    return np.asarray(told.straight & (np.hypot(told.along[:, 0], told.along[:, 1]) < FLAT))
+
+
+def _near(scenario: MillingScenario, path: ProgramPath, cells: Cells, clearance: float) -> BoolArray:
+    """Cells in contact with the stock, and those within a clearance before one [m]."""
+    end = path.curve.knots[cells.block] + cells.begin + cells.length
+    met = cells.cuts | _plunges_into(scenario, path, cells)
     following = np.minimum.accumulate(np.where(met, end - cells.length, np.inf)[::-1])[::-1]
-    return np.asarray(in_air & (met | (following - end < clearance - 1e-9)))
+    return np.asarray(met | (following - end < clearance - 1e-9))
 
 
 def _plunges_into(scenario: MillingScenario, path: ProgramPath, cells: Cells) -> BoolArray:
@@ -181,6 +192,13 @@ def proposed(ready: Ready, room: Allowed, ceiling: FloatArray, said: Correction)
     own = np.maximum(own, 1e-6)
     if ready.scenario.stock is None:
         own = np.minimum(own, ready.path.feed[ready.cells.block])
+    clearance = said.air_clearance
+    if clearance is not None and ready.scenario.stock is not None:  # no quicker than programmed just before contact
+        close = (
+            _near(ready.scenario, ready.path, ready.cells, clearance) & ~ready.cells.cuts & np.isnan(ready.bed.fixed)
+        )
+        own = np.where(close, np.minimum(own, speeds_of(ready)), own)
+        own = np.maximum(own, 1e-6)
     inch = ready.trace.first.inch if not ready.trace.looked_at else ready.trace.states[ready.trace.looked_at[-1]].inch
     done = scheduled(ready.path, ready.cells, ready.bed, own, ready.scenario.drives, said, inch)
     return done, with_text(ready.scenario, rewritten(ready.trace, done.parts, ready.known))
@@ -219,7 +237,7 @@ def _said(ready: Ready, wanted: Asked, limits: Mapping[str, float], static: Mapp
     if ready.scenario.material.law != "linear":
         yield "Kienzle's law is taken by its slopes at the chip of the program before the new one is simulated with the law itself"
     if ready.scenario.tool.runout:
-        yield "run-out is left out of the schedule, and in the simulation of the new program"
+        yield "run-out is left out of the schedule; the simulation of the new program has it"
     if ready.scenario.drives.control.block_time is None:
         yield f"{ready.scenario.drives_key}.control.block_time is not given: blocks may be as short as gains"
 
