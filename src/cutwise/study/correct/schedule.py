@@ -9,17 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from cutwise.maths.linearc import turn_angles
+from cutwise.physics.motion.feed_stretches import Ramps, anticipated, stretch_times, time_bound
 from cutwise.physics.motion.lookahead import TANGENT
-from cutwise.physics.motion.schedule import (
-    Ramps,
-    Rules,
-    Runs,
-    anticipated,
-    feed_levels,
-    scheduled_feeds,
-    stretch_times,
-    time_bound,
-)
+from cutwise.physics.motion.schedule import Rules, Runs, feed_levels, scheduled_feeds
 from cutwise.process.program_path import ProgramPath
 from cutwise.programs.rewrite import Handle, Part, down, feed_step
 from cutwise.spec.correct import Correction
