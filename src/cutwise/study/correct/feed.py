@@ -71,7 +71,10 @@ def corrected(task: Task) -> Proposal:
     told = [*_said(ready, wanted, limits, static), *_conflicts(ready, room), *proof.told]
     kept = [*_helpless(ready, wanted, room, limits), *proof.missed]
     done = proof.schedule
-    values = dict(proof.measures) | _static_measures(ready, limits, static, done)
+    most = task.said.blocks_max
+    if most is not None and done.blocks > most and not proof.unchanged:
+        kept.append(f"{done.blocks} blocks are the fewest, more than correct.blocks_max: {most}")
+    values = dict(proof.measures) | _static_measures(ready, proof, static)
     values |= _binding_lengths(ready, room)
     values["time_bound"] = done.bound, "time"
     values["blocks_before"] = float(_blocks(ready)), "dimensionless"
@@ -115,6 +118,12 @@ def refusals(scenario: Scenario, said: Correction, unroll: bool) -> Iterator[Fau
             ("correct", "limits", "plunge_force_max"),
             "the end of the mill has no force in a block; plunges keep their feed",
         )
+    for name in said.limits:
+        if name.startswith(("tip_deflection", "chatter")) and not (scenario.tool is not None and scenario.tool.modes):
+            yield Fault(
+                ("correct", "limits", name),
+                "no run of this scenario has such a measure; it needs modes of the tool (tool.modes)",
+            )
     if scenario.stock is None and said.air_clearance is not None:
         yield Fault(("correct", "air_clearance"), "without a stock nothing is known to be air")
     if unroll:
@@ -268,19 +277,16 @@ def _helpless(ready: Ready, wanted: Asked, room: Allowed, limits: Mapping[str, f
         )
 
 
-def _static_measures(
-    ready: Ready, limits: Mapping[str, float], static: Mapping[str, float], done: Schedule
-) -> dict[str, tuple[float, str]]:
-    """Before and after of what a run does not tell: the largest of all cells at their feeds, the tip at rest."""
-    feed = np.where(ready.bed.rapid, 0.0, np.minimum(done.feed, ready.scenario.drives.limits.velocity))
-    after = greatest(ready.cells, values_at(ready.cells, ready.cutting, feed))
+def _static_measures(ready: Ready, proof: prove.Proof, static: Mapping[str, float]) -> dict[str, tuple[float, str]]:
+    """Before and after of the largest of all cells at their feeds, the tip at rest; ``static_`` where a run tells it too."""
+    feed = np.where(ready.bed.rapid, 0.0, np.minimum(proof.schedule.feed, ready.scenario.drives.limits.velocity))
+    after = static if proof.unchanged else greatest(ready.cells, values_at(ready.cells, ready.cutting, feed))
     out = {}
-    for name in static:
-        if name in after and (name in limits or name != "removal_rate_max"):
-            label = f"static_{name}" if name == "force_xy_peak" else name
-            out[f"{label}_before"] = static[name], LIMITED[name]
-            out[f"{label}_after"] = after[name], LIMITED[name]
-    return out
+    for name in static.keys() & after.keys() - {"removal_rate_max"}:
+        label = f"static_{name}" if name in proof.after.measures else name
+        out[f"{label}_before"] = static[name], LIMITED[name]
+        out[f"{label}_after"] = after[name], LIMITED[name]
+    return {name: out[name] for name in sorted(out)}
 
 
 def _binding_lengths(ready: Ready, room: Allowed) -> dict[str, tuple[float, str]]:
