@@ -279,8 +279,7 @@ def _helpless(ready: Ready, wanted: Asked, room: Allowed, limits: Mapping[str, f
 
 def _static_measures(ready: Ready, proof: prove.Proof, static: Mapping[str, float]) -> dict[str, tuple[float, str]]:
     """Before and after of the largest of all cells at their feeds, the tip at rest; ``static_`` where a run tells it too."""
-    feed = np.where(ready.bed.rapid, 0.0, np.minimum(proof.schedule.feed, ready.scenario.drives.limits.velocity))
-    after = static if proof.unchanged else greatest(ready.cells, values_at(ready.cells, ready.cutting, feed))
+    after = static if proof.unchanged else greatest(ready.cells, proof.values)
     out = {}
     for name in static.keys() & after.keys() - {"removal_rate_max"}:
         label = f"static_{name}" if name in proof.after.measures else name

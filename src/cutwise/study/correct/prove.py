@@ -48,6 +48,7 @@ class Proof(NamedTuple):
     schedule: Schedule
     scenario: MillingScenario
     after: Result
+    values: FloatArray  # what every cell comes to at its new feed, the tip at rest, shape (n, 9)
     ceiling: FloatArray  # highest feeds that simulations have left to the cells [m/s], infinite where they left all, shape (n,)
     measures: Mapping[str, tuple[float, str]]
     told: tuple[str, ...]
@@ -84,15 +85,17 @@ def proved(ready: Ready, task: Task, wanted: Asked, limits: Mapping[str, float],
         if np.array_equal(lowered, ceiling):
             break
         ceiling = lowered
-    missed = (*_missed(over, after), *_beyond(ready, done.feed, limits))
+    moving = np.where(np.isfinite(done.feed), np.minimum(done.feed, ready.scenario.drives.limits.velocity), 0.0)
+    values = values_at(ready.cells, ready.cutting, moving)
+    missed = (*_missed(over, after), *_beyond(ready, values, limits))
     told = tuple(_told(task, after, pair, at_rest, ceiling))
     before = task.before.measures["cycle_time"].value
     now = after.measures["cycle_time"].value
     if now > before * (1.0 - _GAINS) and not missed and _was_good(task.before, limits, wanted):
         nothing = "nothing is gained: within these limits no feed is quicker by more than 0.1 %"
         same = _times(before, before)
-        return Proof(done, ready.scenario, task.before, ceiling, same, told, (nothing,), unchanged=True)
-    return Proof(done, scenario, after, ceiling, _times(before, now), told, missed, unchanged=False)
+        return Proof(done, ready.scenario, task.before, values, ceiling, same, told, (nothing,), unchanged=True)
+    return Proof(done, scenario, after, values, ceiling, _times(before, now), told, missed, unchanged=False)
 
 
 def chatters(run: Result) -> bool:
@@ -214,10 +217,8 @@ def _missed(over: Mapping[str, tuple[float, float]], after: Result) -> Iterator[
             yield f"{name} is {shown[0]} in the simulation, beyond its limit of {shown[1]}"
 
 
-def _beyond(ready: Ready, feed: FloatArray, limits: Mapping[str, float]) -> Iterator[str]:
+def _beyond(ready: Ready, values: FloatArray, limits: Mapping[str, float]) -> Iterator[str]:
     """Lines that are beyond a limit with the tip at rest, because they keep their feed or no feed helps them."""
-    moving = np.where(np.isfinite(feed), np.minimum(feed, ready.scenario.drives.limits.velocity), 0.0)
-    values = values_at(ready.cells, ready.cutting, moving)
     for name, limit in limits.items():
         if name not in COLUMN or (name.startswith("wall") and ready.scenario.tool.modes):
             continue  # walls of a tool that swings are those of the simulation
