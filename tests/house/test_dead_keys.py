@@ -97,7 +97,7 @@ ONLY = {  # keys that are turned where an example costs much; the others are tur
         "[!m]*",
     ),
     "mill_on_machine": ("path*", "stability", "placement", "operation*", "load*", "numerics.[sm]*"),
-    "correct_pocket": ("tool.s*",),
+    "correct_pocket": ("tool.[ds]*",),
     "mill_on_robot": ("[ops]*", "tool*", "material*", "lobes*", "numerics*", "robot.[!ju]*", "robot.joint_*"),
     "mill_pocket": ("[!m]*", "material*"),
     "mill_pocket_stock": (
@@ -132,6 +132,7 @@ STILL = {  # keys that may move nothing: example, key, and why that is right
     ("*", "program.tools"): "the program of the example corrects for no length and no radius of its tool",
     ("*", "*.control.block_time"): "of what cutwise correct writes; a run plans the blocks that there are",
     ("*", "*.control.ramp"): "of what cutwise correct writes; the look-ahead of a run changes its speed inside the faster block",
+    ("correct_pocket", "tool.stiffness"): "cutwise correct holds walls to it; a run of a program takes the tool as rigid",
     ("mill_pocket", "program.top"): "the program of the example cuts far below the top",
     ("machine_pocket", "program.start"): "feed moves alone count, and the first one is not the first move",
     ("chamfer_compliant_spindle", "chamfer.clearance"): "nothing stands beside the rod at the outer edge of a pipe",

@@ -236,6 +236,8 @@ def advise(
         found = consult(scenario, levers, budget=most, named="--limit {}")
         weights = assumed_sensitivity(scenario) if budget is None else {}
     console.consulted(scenario, found, weights)
+    if getattr(scenario, "program", None) is not None and scenario.process == "mill":
+        console.line(f"the feed of each block of the program by itself: cutwise correct {file} --dry-run")
     raise typer.Exit(OK if found.met else REQUIREMENT_FAILED)
 
 

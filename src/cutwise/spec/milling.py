@@ -548,7 +548,7 @@ class MillingScenario(Scenario):
             if self.numerics.force != "tooth_resolved":
                 yield Notice(("stability",), "chatter is looked at tooth by tooth (numerics.force)")
         yield Notice(("numerics", "station"), "there is no robot, whose path is looked at in stations")
-        if self.program is not None:
+        if self.program is not None and self.correct is None:
             yield Notice(
                 ("tool", "stiffness"), "a run of a program takes the tool as rigid (or swinging: tool.modes); cutwise correct "
                 "holds walls to it",

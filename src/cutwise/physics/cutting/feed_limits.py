@@ -12,9 +12,9 @@ import numpy.typing as npt
 
 from cutwise.maths.compiled import compiled
 from cutwise.physics.cutting.discs import Discs
-from cutwise.physics.cutting.flute import Mill, mean_force
+from cutwise.physics.cutting.flute import Mill, arc_force, edge_in_cut, flutes_in_cut, mean_force
 from cutwise.physics.cutting.uneven import Edges
-from cutwise.physics.cutting.wall import DISCS, wall_force
+from cutwise.physics.cutting.wall import DISCS, FLUTES, wall_force
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -119,15 +119,25 @@ def largest_sine(low: float, high: float) -> float:
 def _unit_force(law: int, angle: float, patches: FloatArray, teeth: Teeth) -> tuple[float, float, float, float]:
     """A [N] and B [N/m] of all patches at an angle of flute 0, x along the feed, y to its left."""
     ax, ay, bx, by = 0.0, 0.0, 0.0, 0.0
+    mill = teeth.mill
     for p in range(patches.shape[0]):
         low, high, bottom, top = patches[p, 0], patches[p, 1], patches[p, 2], patches[p, 3]
-        if high > low:
-            x, y, _ = wall_force(law, angle, 0.0, low, high, bottom, top, 1.0, 0.0, teeth.mill, teeth.discs, teeth.edge)
-            ax, ay = ax + x, ay + y
-            x, y, _ = wall_force(
-                law, angle, 0.0, low, high, bottom, top, 1.0, 0.0, teeth.mill, teeth.discs, teeth.shear
-            )
-            bx, by = bx + x, by + y
+        if high <= low:
+            continue
+        if law == FLUTES:  # the same as below with one look for the flutes in cut: half of the time
+            rotation = 0.5 * math.pi - angle
+            first, last = flutes_in_cut(rotation, math.pi - high, math.pi - low, bottom, top, mill)
+            for flute in range(first, last + 1):
+                z1, z2, middle, span = edge_in_cut(rotation, flute, math.pi - high, math.pi - low, bottom, top, mill)
+                if z2 > z1:
+                    edge = arc_force(1.0, 0.0, middle, span, z2 - z1, teeth.edge.linear)
+                    shear = arc_force(1.0, 0.0, middle, span, z2 - z1, teeth.shear.linear)
+                    ax, ay, bx, by = ax + edge.x, ay + edge.y, bx + shear.x, by + shear.y
+            continue
+        x, y, _ = wall_force(law, angle, 0.0, low, high, bottom, top, 1.0, 0.0, mill, teeth.discs, teeth.edge)
+        ax, ay = ax + x, ay + y
+        x, y, _ = wall_force(law, angle, 0.0, low, high, bottom, top, 1.0, 0.0, mill, teeth.discs, teeth.shear)
+        bx, by = bx + x, by + y
     return ax, ay, bx, by
 
 

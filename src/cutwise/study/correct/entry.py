@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from cutwise.io.scenario import revised
-from cutwise.results import Measure, Result
+from cutwise.results import SOUNDNESS, Measure, Result
 from cutwise.spec.correct import KEYS, Correction
 from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.spec.scenario import Scenario
@@ -127,7 +127,7 @@ def _judged(task: Task, proposals: Sequence[Proposal], after: Result) -> Correct
             values[f"{name}_after"] = after.measures[name].value, dimension
     reasons = [text for one in proposals for text in one.kept]
     reasons += [f"{check.measure} misses its requirement" for check in after.checks if not check.passed]
-    reasons += [f"the new program is not sound: {finding.code}" for finding in after.unsound]
+    reasons += [_unsound(finding.code, task.said) for finding in after.unsound]
     reasons += list(after.infeasible)
     program = getattr(last.scenario, "program", None)
     return Corrected(
@@ -152,6 +152,14 @@ def _judged(task: Task, proposals: Sequence[Proposal], after: Result) -> Correct
         tuple(dict.fromkeys(reasons)),
         tuple(along for one in proposals for along in one.along),
     )
+
+
+def _unsound(code: str, said: Correction) -> str:
+    """Why the new program is nothing to go by."""
+    helps = (
+        "; change: [speed, feed] looks for a stable speed" if code == "unstable" and "speed" not in said.change else ""
+    )
+    return f"the new program is not sound ({code}): {SOUNDNESS[code]}{helps}"
 
 
 def _row(result: Result) -> dict[str, float]:

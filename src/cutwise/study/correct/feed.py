@@ -71,7 +71,10 @@ def corrected(task: Task) -> Proposal:
     told = [*_said(ready, wanted, limits, static), *_conflicts(ready, room), *proof.told]
     kept = [*_helpless(ready, wanted, room, limits), *proof.missed]
     done = proof.schedule
-    values = dict(proof.measures) | _static_measures(ready, limits, static, done)
+    most = task.said.blocks_max
+    if most is not None and done.blocks > most and not proof.unchanged:
+        kept.append(f"{done.blocks} blocks are the fewest, more than correct.blocks_max: {most}")
+    values = dict(proof.measures) | _static_measures(ready, proof, static)
     values |= _binding_lengths(ready, room)
     values["time_bound"] = done.bound, "time"
     values["blocks_before"] = float(_blocks(ready)), "dimensionless"
@@ -115,6 +118,12 @@ def refusals(scenario: Scenario, said: Correction, unroll: bool) -> Iterator[Fau
             ("correct", "limits", "plunge_force_max"),
             "the end of the mill has no force in a block; plunges keep their feed",
         )
+    for name in said.limits:
+        if name.startswith(("tip_deflection", "chatter")) and not (scenario.tool is not None and scenario.tool.modes):
+            yield Fault(
+                ("correct", "limits", name),
+                "no run of this scenario has such a measure; it needs modes of the tool (tool.modes)",
+            )
     if scenario.stock is None and said.air_clearance is not None:
         yield Fault(("correct", "air_clearance"), "without a stock nothing is known to be air")
     if unroll:
@@ -126,16 +135,27 @@ def refusals(scenario: Scenario, said: Correction, unroll: bool) -> Iterator[Fau
 def _keeps(scenario: MillingScenario, path: ProgramPath, cells: Cells, said: Correction) -> BoolArray:
     """Cells that keep their feed: moves in air, or what of them is near the stock, and plunges in contact."""
     block = cells.block
-    upright = cells.flat < FLAT
-    cuts = cells.cuts
-    in_air = ~np.bincount(block, cuts, path.curve.count).astype(bool)[block]
-    clearance = said.air_clearance
-    if clearance is None or not isinstance(scenario.stock, StockBlock):
-        return np.asarray(in_air)
-    end = path.curve.knots[block] + cells.begin + cells.length
-    met = cuts | (upright & _plunges_into(scenario, path, cells))
+    upright = _upright(path)[path.origin[block]]  # a plunge, and what of a blend belongs to it
+    in_air = ~np.bincount(path.origin[block], cells.cuts, path.programmed.count).astype(bool)[path.origin[block]]
+    if said.air_clearance is None or not isinstance(scenario.stock, StockBlock):
+        return np.asarray(in_air | upright)
+    return np.asarray(
+        (in_air | upright) & (_near(scenario, path, cells, said.air_clearance) | (upright & ~(cells.flat < FLAT)))
+    )
+
+
+def _upright(path: ProgramPath) -> BoolArray:
+    """Which blocks of the programmed path go straight up or down."""
+    told = path.programmed
+    return np.asarray(told.straight & (np.hypot(told.along[:, 0], told.along[:, 1]) < FLAT))
+
+
+def _near(scenario: MillingScenario, path: ProgramPath, cells: Cells, clearance: float) -> BoolArray:
+    """Cells in contact with the stock, and those within a clearance before one [m]."""
+    end = path.curve.knots[cells.block] + cells.begin + cells.length
+    met = cells.cuts | _plunges_into(scenario, path, cells)
     following = np.minimum.accumulate(np.where(met, end - cells.length, np.inf)[::-1])[::-1]
-    return np.asarray(in_air & (met | (following - end < clearance - 1e-9)))
+    return np.asarray(met | (following - end < clearance - 1e-9))
 
 
 def _plunges_into(scenario: MillingScenario, path: ProgramPath, cells: Cells) -> BoolArray:
@@ -181,6 +201,13 @@ def proposed(ready: Ready, room: Allowed, ceiling: FloatArray, said: Correction)
     own = np.maximum(own, 1e-6)
     if ready.scenario.stock is None:
         own = np.minimum(own, ready.path.feed[ready.cells.block])
+    clearance = said.air_clearance
+    if clearance is not None and ready.scenario.stock is not None:  # no quicker than programmed just before contact
+        close = (
+            _near(ready.scenario, ready.path, ready.cells, clearance) & ~ready.cells.cuts & np.isnan(ready.bed.fixed)
+        )
+        own = np.where(close, np.minimum(own, speeds_of(ready)), own)
+        own = np.maximum(own, 1e-6)
     inch = ready.trace.first.inch if not ready.trace.looked_at else ready.trace.states[ready.trace.looked_at[-1]].inch
     done = scheduled(ready.path, ready.cells, ready.bed, own, ready.scenario.drives, said, inch)
     return done, with_text(ready.scenario, rewritten(ready.trace, done.parts, ready.known))
@@ -219,7 +246,7 @@ def _said(ready: Ready, wanted: Asked, limits: Mapping[str, float], static: Mapp
     if ready.scenario.material.law != "linear":
         yield "Kienzle's law is taken by its slopes at the chip of the program before the new one is simulated with the law itself"
     if ready.scenario.tool.runout:
-        yield "run-out is left out of the schedule, and in the simulation of the new program"
+        yield "run-out is left out of the schedule; the simulation of the new program has it"
     if ready.scenario.drives.control.block_time is None:
         yield f"{ready.scenario.drives_key}.control.block_time is not given: blocks may be as short as gains"
 
@@ -250,19 +277,15 @@ def _helpless(ready: Ready, wanted: Asked, room: Allowed, limits: Mapping[str, f
         )
 
 
-def _static_measures(
-    ready: Ready, limits: Mapping[str, float], static: Mapping[str, float], done: Schedule
-) -> dict[str, tuple[float, str]]:
-    """Before and after of what a run does not tell: the largest of all cells at their feeds, the tip at rest."""
-    feed = np.where(ready.bed.rapid, 0.0, np.minimum(done.feed, ready.scenario.drives.limits.velocity))
-    after = greatest(ready.cells, values_at(ready.cells, ready.cutting, feed))
+def _static_measures(ready: Ready, proof: prove.Proof, static: Mapping[str, float]) -> dict[str, tuple[float, str]]:
+    """Before and after of the largest of all cells at their feeds, the tip at rest; ``static_`` where a run tells it too."""
+    after = static if proof.unchanged else greatest(ready.cells, proof.values)
     out = {}
-    for name in static:
-        if name in after and (name in limits or name != "removal_rate_max"):
-            label = f"static_{name}" if name == "force_xy_peak" else name
-            out[f"{label}_before"] = static[name], LIMITED[name]
-            out[f"{label}_after"] = after[name], LIMITED[name]
-    return out
+    for name in static.keys() & after.keys() - {"removal_rate_max"}:
+        label = f"static_{name}" if name in proof.after.measures else name
+        out[f"{label}_before"] = static[name], LIMITED[name]
+        out[f"{label}_after"] = after[name], LIMITED[name]
+    return {name: out[name] for name in sorted(out)}
 
 
 def _binding_lengths(ready: Ready, room: Allowed) -> dict[str, tuple[float, str]]:

@@ -149,7 +149,16 @@ def _arcs(scenario: MillingScenario, path: ProgramPath) -> FloatArray:
     bent = bend > 0.0
     radius = 1.0 / np.where(bent, bend, 1.0)
     quick = np.minimum(np.sqrt(_ON_ARCS * limits.acceleration * radius), np.cbrt(limits.jerk * radius**2))
-    return np.where(bent, quick, math.inf)
+    blend = bend > bend_of_origin(path) * (
+        1.0 + 1e-9
+    )  # of a blend the look-ahead takes care: no F is meant for it alone
+    return np.where(bent & ~blend, quick, math.inf)
+
+
+def bend_of_origin(path: ProgramPath) -> FloatArray:
+    """Curvature of the programmed block that each driven one came from [1/m], shape (blocks,)."""
+    told = path.programmed
+    return np.asarray((told.share**2 / told.radius)[path.origin])
 
 
 def _intervals(

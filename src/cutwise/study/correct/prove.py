@@ -10,6 +10,7 @@ import numpy as np
 
 from cutwise import units
 from cutwise.process.recipes import quick_outcome
+from cutwise.programs.block_text import block_named
 from cutwise.results import Result
 from cutwise.spec.correct import LIMITED
 from cutwise.spec.milling import MillingScenario
@@ -28,6 +29,7 @@ _SHY = 0.995  # of the limit that a lowered place aims at
 _SHIER = 0.005  # by which it aims lower in every further round
 _LOWEST = 0.2  # of a feed in one round
 _LESS = 0.98  # of a feed, at which it is looked how forces grow with it
+_SLACK = 2e-3  # of a limit, by which cells of shorter blocks may differ from those that were scheduled
 _POWERS = (0.2, 3.0)  # within which measures are taken to grow with the feed
 _GAINS = 1e-3  # of the time: less is nothing
 HISTORIES: Mapping[str, tuple[str, str]] = {
@@ -46,6 +48,7 @@ class Proof(NamedTuple):
     schedule: Schedule
     scenario: MillingScenario
     after: Result
+    values: FloatArray  # what every cell comes to at its new feed, the tip at rest, shape (n, 9)
     ceiling: FloatArray  # highest feeds that simulations have left to the cells [m/s], infinite where they left all, shape (n,)
     measures: Mapping[str, tuple[float, str]]
     told: tuple[str, ...]
@@ -73,7 +76,7 @@ def proved(ready: Ready, task: Task, wanted: Asked, limits: Mapping[str, float],
         if task.progress is not None:
             task.progress(0.2 + 0.8 * (turn + 1) / (_ROUNDS + 1))
         pair = Pair(first, _at_rest(scenario) if at_rest else _values(after))
-        over = dict(_over(after, pair, wanted, limits))
+        over = dict(_over(after, pair, wanted))
         if not over or turn == _ROUNDS:
             break
         seen = _seen(ready, after, over, scaled=not at_rest)
@@ -82,15 +85,17 @@ def proved(ready: Ready, task: Task, wanted: Asked, limits: Mapping[str, float],
         if np.array_equal(lowered, ceiling):
             break
         ceiling = lowered
-    missed = tuple(_missed(over, after))
+    moving = np.where(np.isfinite(done.feed), np.minimum(done.feed, ready.scenario.drives.limits.velocity), 0.0)
+    values = values_at(ready.cells, ready.cutting, moving)
+    missed = (*_missed(over, after), *_beyond(ready, values, limits))
     told = tuple(_told(task, after, pair, at_rest, ceiling))
     before = task.before.measures["cycle_time"].value
     now = after.measures["cycle_time"].value
     if now > before * (1.0 - _GAINS) and not missed and _was_good(task.before, limits, wanted):
         nothing = "nothing is gained: within these limits no feed is quicker by more than 0.1 %"
         same = _times(before, before)
-        return Proof(done, ready.scenario, task.before, ceiling, same, told, (nothing,), unchanged=True)
-    return Proof(done, scenario, after, ceiling, _times(before, now), told, missed, unchanged=False)
+        return Proof(done, ready.scenario, task.before, values, ceiling, same, told, (nothing,), unchanged=True)
+    return Proof(done, scenario, after, values, ceiling, _times(before, now), told, missed, unchanged=False)
 
 
 def chatters(run: Result) -> bool:
@@ -116,15 +121,13 @@ def _times(before: float, after: float) -> dict[str, tuple[float, str]]:
     }  # fmt: skip
 
 
-def _over(
-    after: Result, pair: Pair, wanted: Asked, limits: Mapping[str, float]
-) -> Iterator[tuple[str, tuple[float, float]]]:
-    """Measures of the run that are beyond their limits: value and limit."""
+def _over(after: Result, pair: Pair, wanted: Asked) -> Iterator[tuple[str, tuple[float, float]]]:
+    """Measures of the runs that are beyond their limits: value and limit."""
     for name, limit in wanted.limits.items():
         measure = after.measures.get(name)
-        if measure is not None and name in HISTORIES and exceeded(name, measure.value, limit):
+        if measure is not None and exceeded(name, measure.value, limit):
             yield name, (measure.value, limit)
-    for name in wanted.equal & set(EQUAL) & pair.before.keys() & pair.after.keys() & limits.keys():
+    for name in wanted.equal & pair.before.keys() & pair.after.keys():
         if exceeded(name, pair.after[name], pair.before[name], SAME):
             yield name, (pair.after[name], pair.before[name])
 
@@ -140,7 +143,7 @@ def _seen(
     ends = ready.cells.way + 0.5 * ready.cells.length
     cell = np.minimum(np.searchsorted(ends, np.asarray(after["motion"]["travelled"].values)), ends.size - 1)
     for name, (value, _) in over.items():
-        stage, array = HISTORIES[name]
+        stage, array = HISTORIES.get(name, ("", ""))
         if stage not in after.stages.children or array not in after[stage]:
             continue
         course = np.asarray(after[stage][array].values, dtype=float)
@@ -212,6 +215,25 @@ def _missed(over: Mapping[str, tuple[float, float]], after: Result) -> Iterator[
         if name not in failed:
             shown = [units.show(number, LIMITED[name], 4) for number in (value, limit)]
             yield f"{name} is {shown[0]} in the simulation, beyond its limit of {shown[1]}"
+
+
+def _beyond(ready: Ready, values: FloatArray, limits: Mapping[str, float]) -> Iterator[str]:
+    """Lines that are beyond a limit with the tip at rest, because they keep their feed or no feed helps them."""
+    for name, limit in limits.items():
+        if name not in COLUMN or (name.startswith("wall") and ready.scenario.tool.modes):
+            continue  # walls of a tool that swings are those of the simulation
+        value = _side(name) * values[:, COLUMN[name]]
+        over = np.flatnonzero(ready.cells.cuts & (value > _side(name) * limit + _SLACK * abs(limit) + 1e-12))
+        if over.size:
+            worst = int(over[np.argmax(value[over])])
+            shown = [units.show(one, LIMITED[name], 4) for one in (_side(name) * float(value[worst]), limit)]
+            line = block_named(ready.program.text, int(ready.bed.line[worst]))
+            yield f"{name} is {shown[0]} at {line}, beyond its limit of {shown[1]}{_because(ready, worst)}"
+
+
+def _because(ready: Ready, cell: int) -> str:
+    known = ready.known.get(int(ready.bed.line[cell]))
+    return f": the line keeps its feed ({known.why})" if known is not None and not known.change else ""
 
 
 def _was_good(before: Result, limits: Mapping[str, float], wanted: Asked) -> bool:

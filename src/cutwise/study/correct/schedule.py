@@ -9,23 +9,16 @@ from typing import NamedTuple
 import numpy as np
 
 from cutwise.maths.linearc import turn_angles
+from cutwise.physics.motion.feed_stretches import Ramps, anticipated, stretch_times, time_bound
 from cutwise.physics.motion.lookahead import TANGENT
-from cutwise.physics.motion.schedule import (
-    Ramps,
-    Rules,
-    Runs,
-    anticipated,
-    feed_levels,
-    scheduled_feeds,
-    stretch_times,
-    time_bound,
-)
+from cutwise.physics.motion.schedule import Rules, Runs, feed_levels, scheduled_feeds
 from cutwise.process.program_path import ProgramPath
 from cutwise.programs.rewrite import Handle, Part, down, feed_step
 from cutwise.spec.correct import Correction
 from cutwise.spec.drives import CncMachine
 from cutwise.study.correct.cells import BoolArray, Cells, FloatArray, IntArray
 
+_HARDLY = 1.005  # of the programmed feed
 _BLEND = 2.0  # tangent lengths of a blend that the block beside it keeps, so that the blend stays as it is
 
 
@@ -148,6 +141,7 @@ def scheduled(
     while True:
         feed = _feeds(cells, bed, cap, fixed, bend, free, base, Rules(
             gain, machine.control.block_time or 0.0, feed_step(inch), ramps), limits.velocity)  # fmt: skip
+        feed = _as_programmed(feed, path.feed[cells.block], cap)
         parts, blocks = _parts(path, cells, bed, feed, free | _is_repeated(bed))
         if said.blocks_max is None or blocks <= said.blocks_max or gain > 1e3:
             break
@@ -157,6 +151,12 @@ def scheduled(
     for a, b in _between(bed.rests):
         bound += time_bound(cells.length[a:b], whole[a:b], bend[a:b], limits.acceleration, np.zeros(2))
     return Schedule(feed, cap, parts, blocks, bound + float(path.dwell_after.sum()))
+
+
+def _as_programmed(feed: FloatArray, told: FloatArray, cap: FloatArray) -> FloatArray:
+    """Feeds hardly above the programmed one stay that: a word for less than half a percent is none."""
+    hardly = (feed > told) & (feed <= told * _HARDLY) & (told <= cap * (1.0 + 1e-6))
+    return np.where(hardly, told, feed)
 
 
 def _neighbours_seen(own: FloatArray, bed: Bed) -> FloatArray:
