@@ -20,8 +20,8 @@ from cutwise.spec.scenario import Origin
 from house import perturbation
 
 _SAME = 1e-9  # of a measure, within rounding
-# covariances and measured come with the entries; correct is read by the command of that name
-_OF_THE_LOADER = ("name", "process", "requirements", "covariances", "measured", "correct")
+# covariances and measured come with the entries; correct and compare are read by the commands of those names
+_OF_THE_LOADER = ("name", "process", "requirements", "covariances", "measured", "correct", "compare")
 _UNUSUAL = " is unusual; usual is "  # says nothing about whether the value is used
 
 _SHORT = """G21 G17 G90 G94 G40 G61
@@ -47,6 +47,10 @@ CASES = {  # the examples, short and coarse
     "chamfer_step_part": (
         "part.block.holes=[{x: 20 mm, y: 20 mm, radius: 3 mm}]", "part.edges='hole:1'", "path.chord_tolerance=20 um",
     ),
+    "compare_slot": ("pocket.x=[16 mm, 48 mm]", "numerics.settling_time=0.02 s", "numerics.substeps=4"),
+    "correct_corner": ("path.lead=6 mm", "numerics.settling_time=0.02 s", "numerics.substeps=4"),
+    "correct_deburr": ("operation.length=20 mm", "operation.lead_in_time=0.05 s", "numerics.time_step=100 us"),
+    "correct_drill": (),
     "correct_pocket": ("program={program}", _STOCK, "numerics.settling_time=0.02 s", "numerics.substeps=4"),
     "deburr_compliant_spindle": ("operation.duration=0.12 s", "operation.lead_in_time=0.05 s"),
     "deburr_on_robot": (*_LINE, "operation.lead_in_time=0.05 s", "numerics.station=8 mm"),
@@ -98,6 +102,11 @@ ONLY = {  # keys that are turned where an example costs much; the others are tur
     ),
     "mill_on_machine": ("path*", "stability", "placement", "operation*", "load*", "numerics.[sm]*"),
     "correct_pocket": ("tool.[ds]*",),
+    "compare_slot": ("pocket*", "shop*", "wear*"),
+    "correct_corner": ("path_mode*",),
+    "correct_deburr": ("operation.feed*",),
+    "correct_drill": ("hole*",),
+    "correct_pocket": ("tool.s*",),
     "mill_on_robot": ("[ops]*", "tool*", "material*", "lobes*", "numerics*", "robot.[!ju]*", "robot.joint_*"),
     "mill_pocket": ("[!m]*", "material*"),
     "mill_pocket_stock": (
@@ -128,6 +137,7 @@ STILL = {  # keys that may move nothing: example, key, and why that is right
     ("*", "program.step_limit"): "a limit of patience",
     ("chamfer_*", "spindle"): "rigid says in a word what a spindle that is left out means",
     ("machine_volumetric_map", "tool.stiffness"): "a map has no cut: nothing bends the tool",
+    ("*", "program.wanted"): "the program before a correction: tests/unit/study/test_correct_path.py turns it",
     ("*", "program.dialect"): "the program of the example reads the same in both",
     ("*", "program.tools"): "the program of the example corrects for no length and no radius of its tool",
     ("*", "*.control.block_time"): "of what cutwise correct writes; a run plans the blocks that there are",

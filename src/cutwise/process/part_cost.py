@@ -1,5 +1,6 @@
 """What a part costs: the machine's time, and the share of an edge that is worn."""
 
+import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
@@ -11,6 +12,7 @@ from cutwise.process.milling import MillRun
 from cutwise.spec.milling import MillingScenario
 from cutwise.spec.shop import Wear
 
+_QUANTILE = 1.6448536269514722  # of the normal distribution at 95 %
 _NEAR = 0.3  # share of the reference cut within which its law of wear is trusted
 
 
@@ -55,7 +57,12 @@ def measures(scenario: MillingScenario, done: MillRun) -> dict[str, float]:
         return {**found, "cost_per_part": part_cost(shop.machine_rate, use.time)}
     found["tool_life"] = life(scenario.wear, use)
     assert shop.tool_price is not None
-    found["cost_per_part"] = part_cost(shop.machine_rate, use.time, shop.tool_price, use.cutting, found["tool_life"])
+    price, lasts = shop.tool_price, found["tool_life"]
+    found["cost_per_part"] = part_cost(shop.machine_rate, use.time, price, use.cutting, lasts)
+    if scenario.wear.scatter:
+        for end, sign in (("low", 1.0), ("high", -1.0)):
+            drawn = lasts * math.exp(sign * _QUANTILE * scenario.wear.scatter)
+            found[f"cost_{end}"] = part_cost(shop.machine_rate, use.time, price, use.cutting, drawn)
     return found
 
 

@@ -197,6 +197,8 @@ MILLING: Mapping[str, MeasureSpec] = {
     "cutting_time": MeasureSpec("time", "time in which the tool is in the cut"),
     "tool_life": MeasureSpec("time", "how long an edge lasts in this cut"),
     "cost_per_part": MeasureSpec("money", "machine's time, and the share of an edge that is worn"),
+    "cost_low": MeasureSpec("money", "cost of a part with the tool life that one edge in twenty exceeds"),
+    "cost_high": MeasureSpec("money", "cost of a part with the tool life that one edge in twenty does not reach"),
 }
 
 

@@ -88,6 +88,7 @@ MILLING: Needs = {
     "cutting_time": ("shop",),
     "cost_per_part": ("shop",),
     "tool_life": ("wear",),
+    **dict.fromkeys(("cost_low", "cost_high"), ("shop", "wear.scatter")),
     "stable_depth_straight": ("tool.modes",),
     "stable_depth_corner": ("tool.modes",),
     **_ARM,

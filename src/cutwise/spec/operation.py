@@ -116,7 +116,8 @@ class DeburringOperation(Spec):
     )
     feed_profile: FeedProfile | None = Field(
         default=None, description="another feed at places of the edge, {table: file.csv} with w and feed; the lead-in takes its "
-        "time at operation.feed, and is run at this pace too", examples=["{table: feed.csv}"],
+        "time at operation.feed, and is run at this pace too",
+        examples=['{columns: {"w [mm]": [0, 500], "feed [mm/s]": [90, 60]}}'],
     )  # fmt: skip
     spindle_speed: Annotated[AngularSpeed, Usual("5000 rpm", "80000 rpm")] = Field(
         description="spindle speed", examples=["40000 rpm"], gt=0

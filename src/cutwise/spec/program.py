@@ -107,6 +107,11 @@ class WantedPath(Spec):
         default="", description="the text of that program (read from the file)", examples=["G21 G90 G1 X10 F600"]
     )
 
+    def contradictions(self) -> Iterator[Notice]:
+        """A program without a word."""
+        if not self.text.strip():
+            yield Notice(("file",), "holds no program")
+
 
 class MilledProgram(Program):
     """An NC program that drives follow, and the path that it was corrected from."""

@@ -54,6 +54,13 @@ class Wear(Spec):
         default=0.0, description="standard deviation of the logarithm of the life", examples=[0.4], ge=0, le=3
     )
 
+    def unused(self) -> Iterator[Notice]:
+        """A cut from which nothing counts."""
+        yield from super().unused()
+        for exponent, key in (("feed_exponent", "feed_per_tooth"), ("depth_exponent", "depth")):
+            if not getattr(self, exponent):
+                yield Notice(("at", key), f"no exponent counts from it ({exponent})")
+
     def contradictions(self) -> Iterator[Notice]:
         """An exponent without the cut that it starts from."""
         for exponent, key in (("feed_exponent", "feed_per_tooth"), ("depth_exponent", "depth")):
