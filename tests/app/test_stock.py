@@ -106,9 +106,23 @@ def test_the_solid_of_several_set_ups_is_refused_and_gone_on_from(cutwise, tmp_p
     (tmp_path / "next.yaml").write_text(f"process: mill\nstock: {{run: out}}\n{tail}program: top.nc\n")
     again = json.loads(cutwise("run", tmp_path / "next.yaml", "--json", "-o", tmp_path / "more").out)
     assert again["measures"]["removed_volume"]["value"] == 0.0
-    bad = (tmp_path / "two.yaml").read_text().replace("side.nc", "none.nc").replace("axis: [0, 1, 0]", "axis: [0, 0, 0]")
+    bad = (
+        (tmp_path / "two.yaml").read_text().replace("side.nc", "none.nc").replace("axis: [0, 1, 0]", "axis: [0, 0, 0]")
+    )
     (tmp_path / "bad.yaml").write_text(bad)
     told = cutwise("check", tmp_path / "bad.yaml")
     assert told.code == 2
     assert "none.nc" in told.err
     assert "axis: is zero" in told.err
+
+
+def test_the_real_surface_stands_beside_the_ideal_one_in_the_report(cutwise, examples, tmp_path):
+    machine = ("--set", "machine={library: fadal2216, reading: kp_ki_swapped}", "--set", "requirements={}")
+    coarse = ("--set", "numerics.stock={grid: 1 mm, engagement: none, check: 100}", "--set", "part.samples=2000")
+    found = cutwise("run", examples / "mill_part.yaml", *machine, *coarse, "--json", "-o", tmp_path / "out")
+    told = json.loads(found.out)
+    assert told["measures"]["deviation_max"]["value"] != told["measures"]["deviation_max_ideal"]["value"]
+    assert "feed drives" in told["notes"]["real surface"]
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    for words in ("Deviation from the part", "Deviation of the planned path", "Tool beside its path"):
+        assert words in page
