@@ -121,7 +121,7 @@ def test_the_real_surface_stands_beside_the_ideal_one_in_the_report(cutwise, exa
     coarse = ("--set", "numerics.stock={grid: 1 mm, engagement: none, check: 100}", "--set", "part.samples=2000")
     found = cutwise("run", examples / "mill_part.yaml", *machine, *coarse, "--json", "-o", tmp_path / "out")
     told = json.loads(found.out)
-    assert told["measures"]["deviation_max"]["value"] != told["measures"]["deviation_max_ideal"]["value"]
+    assert told["measures"]["deviation_min"]["value"] != told["measures"]["deviation_min_ideal"]["value"]
     assert "feed drives" in told["notes"]["real surface"]
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     for words in ("Deviation from the part", "Deviation of the planned path", "Tool beside its path"):

@@ -106,8 +106,8 @@ PLOTS: list[Plot] = [
          ("surface/deviation", "surface/point")),
     Plot("Deviation of the planned path", "The same for the surface that the tool would leave if nothing moved it beside its path.",
          ideal_deviation, ("surface_ideal/deviation", "surface_ideal/point")),
-    Plot("Tool beside its path", "Offset of the tool by drives, its bending and what carries it, in program axes, lag along the path "
-         "among it.", offset, ("offset/offset", "offset/along")),
+    Plot("Tool beside its path", "Offset of the tool by drives, its bending and what carries it, in program axes, with the lag "
+         "along the path.", offset, ("offset/offset", "offset/along")),
     Plot("Machined stock", "Height of what is left, seen along the tool axis.", machined, ("stock/height",)),
     Plot("Load along the program", "Contact angle of the flutes and force on the tool at the stations of feed moves.", load,
          ("motion/immersion", "lines/removed_volume")),
