@@ -16,7 +16,7 @@ import numpy as np
 
 from cutwise.maths import profiles
 from cutwise.maths.envelopes import COLUMNS, Segments
-from cutwise.maths.height_map import height_map, layout, swept_band, volume_of
+from cutwise.maths.height_map import RINGS, cell_middles, height_map, layout, swept_band, volume_of
 from cutwise.maths.map_surface import RECTANGLE, Outline, Solid
 from cutwise.maths.profiles import cylinder_foot, meridian
 from cutwise.maths.workpiece import alone
@@ -59,10 +59,18 @@ def path_of(points):
     return Segments(rows, np.arange(len(start) + 1))
 
 
+def wave(x, y):
+    """Height of the wavy surface [m]."""
+    return 5 * MM * np.sin(2 * math.pi * x / (60 * MM)) * np.cos(2 * math.pi * y / (70 * MM))
+
+
 def block(points, bottom, top, grid):
-    """A block over the plan of a path."""
+    """A block over the plan of a path; without a top it stands 0.5 mm over the wavy surface."""
     low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
     cells = layout((low[0], high[0]), (low[1], high[1]), grid)
+    if top is None:
+        x, y = (c[RINGS : RINGS + n] for c, n in zip(cell_middles(cells), (cells.across, cells.along), strict=True))
+        return height_map(cells, np.ones((cells.along, cells.across)), bottom, wave(*np.meshgrid(x, y)) + 0.5 * MM)
     return height_map(cells, np.ones((cells.along, cells.across)), bottom, top)
 
 
@@ -96,7 +104,7 @@ def stamped(points, radius, grid, moves):
 
 def engaged(points, pieces, grid, elements, refine, forces=False):
     """CPU seconds of contact at both ends of every move, with the sweep."""
-    path, tools, stock = path_of(points), profiles.cutters([pieces]), block(points, -20 * MM, 6 * MM, grid)
+    path, tools, stock = path_of(points), profiles.cutters([pieces]), block(points, -20 * MM, None, grid)
     count = path.first.size - 1
     radius = max(piece[2] for piece in pieces)
     edge = Edge(meridian(pieces, 0.0, elements), radius, cylinder_foot(pieces), math.inf)
@@ -114,16 +122,63 @@ def engaged(points, pieces, grid, elements, refine, forces=False):
     return time.process_time() - start
 
 
+def meshed(points, radius, moves):
+    """CPU seconds a move of meshes: the hull of the ball at both ends of a move, taken off a block (manifold3d)."""
+    from manifold3d import Manifold
+
+    ball = Manifold.sphere(1e3 * radius, 24)
+    low, high = 1e3 * points[: moves + 1].min(axis=0) - 10, 1e3 * points[: moves + 1].max(axis=0) + 10
+    block_ = Manifold.cube((high - low).tolist()).translate(low.tolist())
+    start = time.process_time()
+    for a, b in itertools.pairwise(1e3 * points[: moves + 1] + [0.0, 0.0, 1e3 * radius]):
+        block_ -= Manifold.batch_hull([ball.translate(a.tolist()), ball.translate(b.tolist())])
+    block_.volume()  # booleans are put off until they are asked for
+    return (time.process_time() - start) / moves
+
+
+def dropped(surface, radius):
+    """CPU seconds a point of a drop cutter: the ball put down on the surface, in triangles (opencamlib)."""
+    import opencamlib as ocl
+
+    count = len(np.unique(surface[:, 1].round(9)))
+    grid = 1e3 * surface.reshape(count, -1, 3)[::4, ::4]
+    solid = ocl.STLSurf()
+    for j, i in itertools.product(range(grid.shape[0] - 1), range(grid.shape[1] - 1)):
+        a, b, c, d = (ocl.Point(*map(float, grid[j + q, i + p])) for q, p in ((0, 0), (0, 1), (1, 1), (1, 0)))
+        solid.addTriangle(ocl.Triangle(a, b, c))
+        solid.addTriangle(ocl.Triangle(a, c, d))
+    job = ocl.BatchDropCutter()
+    job.setSTL(solid)
+    ball = ocl.BallCutter(2e3 * radius, 50.0)  # the job keeps no reference of its own
+    job.setCutter(ball)
+    job.setThreads(1)
+    some = 1e3 * surface[::5]
+    for x, y, _ in some:
+        job.appendPoint(ocl.CLPoint(float(x), float(y), -100.0))
+    start = time.process_time()
+    job.run()
+    return (time.process_time() - start) / len(some)
+
+
+PEERS = {name: importlib.util.find_spec(name) is not None for name in ("manifold3d", "opencamlib")}
+
+
 def wavy():
     """A ball on a wavy surface."""
     points, surface, normal = wavy_rows()
     pieces, count = profiles.ball(3 * MM), len(points) - 1
-    swept(points[:50], pieces, -20 * MM, 6 * MM, 0.5 * MM)  # compiled
+    swept(points[:50], pieces, -20 * MM, None, 0.5 * MM)  # compiled
     for grid in (0.1, 0.05):
-        spent = min(swept(points, pieces, -20 * MM, 6 * MM, grid * MM)[0] for _ in range(2))
-        plain = stamped(points, 3 * MM, grid * MM, 2000)
+        spent, plain, mesh = math.inf, math.inf, math.inf
+        for _ in range(2):  # in turns, so that a busy machine slows all of them
+            spent = min(spent, swept(points, pieces, -20 * MM, None, grid * MM)[0])
+            plain = min(plain, stamped(points, 3 * MM, grid * MM, 2000))
+            if PEERS["manifold3d"]:
+                mesh = min(mesh, meshed(points[30_000:], 3 * MM, 200))
+        told = f"; meshes (manifold3d, 24 segments) {mesh * count / spent:7.0f} times" if PEERS["manifold3d"] else ""
         print(
             f"sweep {grid:4.2f} mm: {count / spent:9.0f} moves a CPU s; NumPy, one pose a move {plain * count / spent:6.1f} times"
+            + told
         )
     some = points[:8001]
     for words, elements, refine, forces in (
@@ -133,13 +188,15 @@ def wavy():
         engaged(points[:60], pieces, 0.1 * MM, elements, refine, forces)
         spent = engaged(some, pieces, 0.1 * MM, elements, refine, forces)
         print(f"contact, {words}: {8000 / spent:9.0f} moves a CPU s, {1e6 * spent / 16000:5.1f} microseconds a station")
-    _, solid, _ = swept(points, pieces, -20 * MM, 6 * MM, 0.1 * MM)
+    _, solid, _ = swept(points, pieces, -20 * MM, None, 0.1 * MM)
     left = shaped_by(alone(solid))
     value, segment = np.empty(len(surface)), np.empty(len(surface), np.int64)
     deviations(left, surface[:9], normal[:9], 1e-5, value, segment)
     start = time.process_time()
     deviations(left, np.ascontiguousarray(surface), np.ascontiguousarray(normal), 1e-5, value, segment)
-    print(f"deviation: {len(surface) / (time.process_time() - start):9.0f} points a CPU s")
+    spent = (time.process_time() - start) / len(surface)
+    told = f"; drop cutter (opencamlib) {dropped(surface, 3 * MM) / spent:5.1f} times" if PEERS["opencamlib"] else ""
+    print(f"deviation: {1 / spent:9.0f} points a CPU s{told}")
 
 
 def of_program(file, diameter):
@@ -158,9 +215,9 @@ def of_program(file, diameter):
 
 def main():
     """Everything once."""
-    for peer in ("manifold3d", "opencamlib"):
-        if importlib.util.find_spec(peer) is None:
-            print(f"{peer} is not installed: left out")
+    for peer, there in PEERS.items():
+        if not there:
+            print(f"{peer} is not installed: left out (pip install cutwise[benchmark])")
     wavy()
     if len(sys.argv) == 3:
         of_program(sys.argv[1], float(sys.argv[2]))

@@ -84,3 +84,45 @@ def test_faults_of_files_are_told_together_by_check_and_run(cutwise, examples, t
         assert refused.code == 2
         for words in ("T1, which is not among them", "has no solid 3", "open.stl: is not closed"):
             assert words in refused.err, refused.err
+
+
+def test_the_solid_of_several_set_ups_is_refused_and_gone_on_from(cutwise, tmp_path):
+    (tmp_path / "top.nc").write_text("G21 G90 T1 M6 S8000 M3\nG0 X-10 Y10 Z5\nG1 Z-10 F600\nG1 X30\nG0 Z20\n")
+    (tmp_path / "side.nc").write_text("G21 G90 T1 M6 S8000 M3\nG0 X-10 Y8 Z5\nG1 Z-12 F600\nG1 X30\nG0 Z20\n")
+    block = "{x: [0 mm, 20 mm], y: [0 mm, 20 mm], z: [-20 mm, 0 mm]}"
+    tail = "tools: [{number: 1, shape: flat, diameter: 6 mm, flutes: 2, helix: 30 deg}]\nnumerics: {stock: {grid: 0.5 mm}}\n"
+    (tmp_path / "two.yaml").write_text(
+        f"process: mill\nstock: {block}\n{tail}setups:\n  - program: top.nc\n"
+        "  - {program: side.nc, axis: [0, 1, 0], zero: [0 mm, 20 mm, 0 mm]}\n"
+    )
+    found = cutwise("run", tmp_path / "two.yaml", "--json", "-o", tmp_path / "out")
+    assert found.code == 0, found.err
+    assert 1e9 * json.loads(found.out)["measures"]["removed_volume"]["value"] == pytest.approx(2140, rel=1e-6)
+    refused = cutwise("export", tmp_path / "out", "surface")
+    assert refused.code == 2
+    assert "stock: {run: ...}" in refused.err
+    assert cutwise("export", tmp_path / "out", "lines").code == 0
+    assert "setup" in (tmp_path / "out" / "lines.csv").read_text().splitlines()[0]
+    (tmp_path / "next.yaml").write_text(f"process: mill\nstock: {{run: out}}\n{tail}program: top.nc\n")
+    again = json.loads(cutwise("run", tmp_path / "next.yaml", "--json", "-o", tmp_path / "more").out)
+    assert again["measures"]["removed_volume"]["value"] == 0.0
+    bad = (
+        (tmp_path / "two.yaml").read_text().replace("side.nc", "none.nc").replace("axis: [0, 1, 0]", "axis: [0, 0, 0]")
+    )
+    (tmp_path / "bad.yaml").write_text(bad)
+    told = cutwise("check", tmp_path / "bad.yaml")
+    assert told.code == 2
+    assert "none.nc" in told.err
+    assert "axis: is zero" in told.err
+
+
+def test_the_real_surface_stands_beside_the_ideal_one_in_the_report(cutwise, examples, tmp_path):
+    machine = ("--set", "machine={library: fadal2216, reading: kp_ki_swapped}", "--set", "requirements={}")
+    coarse = ("--set", "numerics.stock={grid: 1 mm, engagement: none, check: 100}", "--set", "part.samples=2000")
+    found = cutwise("run", examples / "mill_part.yaml", *machine, *coarse, "--json", "-o", tmp_path / "out")
+    told = json.loads(found.out)
+    assert told["measures"]["deviation_min"]["value"] != told["measures"]["deviation_min_ideal"]["value"]
+    assert "feed drives" in told["notes"]["real surface"]
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    for words in ("Deviation from the part", "Deviation of the planned path", "Tool beside its path"):
+        assert words in page

@@ -32,6 +32,11 @@ def one_file(what: str, stages: "xr.DataTree", source: Path, output: Path | None
         target = output or source.with_name("surface.ply")
         if target.suffix.lower() not in ENDINGS:
             raise NothingThere(f"{target}: its ending says no format; write {', '.join(ENDINGS)}")
+        if "sweep_2" in stages.children:
+            raise NothingThere(
+                f"{source}: what several set-ups have left is no surface over one plan: no file of it is written; the next run "
+                "goes on from it with stock: {run: ...}"
+            )
         try:
             return target, surface_bytes(surface_of(stages), target.suffix.lower())
         except NoSurface as fault:

@@ -202,7 +202,7 @@ def _line_height(row: FloatArray, piece: FloatArray, q: float, p: float, way: fl
     return row[4] + k * s + piece_height(piece[0], piece[1], piece[3], piece[4], d)
 
 
-@stepping
+@inlined_stepping
 def _arc_distance(row: FloatArray, x: float, y: float) -> float:
     """Distance of a point from a level arc [m]."""
     dx, dy = x - row[2], y - row[3]
@@ -214,7 +214,7 @@ def _arc_distance(row: FloatArray, x: float, y: float) -> float:
     return min(a, b)
 
 
-@stepping
+@inlined_stepping
 def segment_height(path: Segments, tools: Cutters, segment: int, x: float, y: float) -> float:
     r"""Height that a segment leaves at a point [m]; infinite where the tool does not come.
 
@@ -333,7 +333,7 @@ def begun_height(path: Segments, tools: Cutters, segment: int, share: float, x: 
     return least
 
 
-@stepping
+@inlined_stepping
 def move_height(path: Segments, tools: Cutters, move: int, x: float, y: float) -> float:
     r"""Height that all segments of a move leave at a point [m].
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from cutwise.maths.compiled import compiled, stepping
+from cutwise.maths.compiled import compiled, inlined_stepping, stepping
 from cutwise.maths.envelopes import LINE, Segments, move_height, segment_height
 from cutwise.maths.height_map import NOTHING, RINGS, SIDE, STOCK, HeightMap, Layout, in_rows
 from cutwise.maths.profiles import Cutters, profile_height
@@ -32,6 +32,7 @@ class Outline(NamedTuple):
 
 
 RECTANGLE, CIRCLE, CELLS = 0, 1, 2
+_BITS = 4  # of a cell in a block
 
 
 class Solid(NamedTuple):
@@ -43,7 +44,7 @@ class Solid(NamedTuple):
     tools: Cutters
 
 
-@stepping
+@inlined_stepping
 def within(solid: Solid, x: float, y: float) -> bool:
     r"""Whether a point is inside the outline of the stock.
 
@@ -87,7 +88,7 @@ def within(solid: Solid, x: float, y: float) -> bool:
     return solid.map.share[cell(grid, int(min(u, grid.across - 1)), int(min(v, grid.along - 1)))] > 0.0
 
 
-@stepping
+@inlined_stepping
 def cell(grid: Layout, i: int, j: int) -> int:
     r"""Number of a cell of the stock, counted along x and y; rings have negative numbers or those beyond.
 
@@ -125,7 +126,7 @@ def cell(grid: Layout, i: int, j: int) -> int:
     return (block * SIDE + b % SIDE) * SIDE + a % SIDE
 
 
-@stepping
+@inlined_stepping
 def nearest(solid: Solid, x: float, y: float) -> int:
     r"""Number of the cell in which a point is; -1 beyond the rings.
 
@@ -164,7 +165,7 @@ def nearest(solid: Solid, x: float, y: float) -> int:
     return cell(grid, i, j)
 
 
-@stepping
+@inlined_stepping
 def top_at(solid: Solid, x: float, y: float) -> float:
     r"""Upper side of the uncut stock, bilinear between the middles of its cells [m].
 
@@ -258,19 +259,24 @@ def bottom_at(solid: Solid, x: float, y: float) -> float:
     return bottom[at] if at >= 0 else math.inf
 
 
-@stepping
+@inlined_stepping
 def _gathered(solid: Solid, i: int, j: int, low: int, high: int, found: IntArray) -> int:
     """Ids of the cells from ``low`` to ``high`` beside cell (i, j), each once; their number."""
     grid, count = solid.map.layout, 0
-    for b in range(low, high):
-        for a in range(low, high):
-            u, v = i + a, j + b
-            if not (-RINGS <= u < grid.across + RINGS and -RINGS <= v < grid.along + RINGS):
+    begin_u, end_u = max(i + low, -RINGS), min(i + high, grid.across + RINGS)
+    begin_v, end_v = max(j + low, -RINGS), min(j + high, grid.along + RINGS)
+    for v in range(begin_v, end_v):
+        b = v + RINGS
+        row = (b >> _BITS) * grid.columns
+        inner = (b & (SIDE - 1)) << _BITS
+        for u in range(begin_u, end_u):
+            a = u + RINGS
+            at = ((row + (a >> _BITS)) << (2 * _BITS)) + inner + (a & (SIDE - 1))
+            name = solid.map.cutter[at]
+            if count > 0 and found[count - 1] == name:
                 continue
-            at = cell(grid, u, v)
             if solid.map.height[at] == NOTHING:
                 continue
-            name = solid.map.cutter[at]
             known = False
             for k in range(count):
                 known = known or found[k] == name
@@ -280,7 +286,7 @@ def _gathered(solid: Solid, i: int, j: int, low: int, high: int, found: IntArray
     return count
 
 
-@stepping
+@inlined_stepping
 def surface(solid: Solid, done: int, x: float, y: float, found: IntArray) -> tuple[float, int]:
     """Height of what is left at a point [m], and the move that made it (-1: the stock itself).
 
@@ -331,7 +337,7 @@ def surface(solid: Solid, done: int, x: float, y: float, found: IntArray) -> tup
     return surface_within(solid, done, x, y, found)
 
 
-@stepping
+@inlined_stepping
 def surface_within(solid: Solid, done: int, x: float, y: float, found: IntArray) -> tuple[float, int]:
     """As :func:`surface`, of the stock carried on beyond its outline.
 
@@ -368,6 +374,62 @@ def surface_within(solid: Solid, done: int, x: float, y: float, found: IntArray)
     ----------
     As :func:`surface`.
     """
+    return _down_to(solid, done, x, y, -math.inf, found)
+
+
+@stepping
+def surface_above(solid: Solid, done: int, x: float, y: float, level: float, found: IntArray) -> float:
+    """As the height of :func:`surface`, as far down as a level: one that is not above it may be told too high.
+
+    Parameters
+    ----------
+    solid, done, x, y, found
+        As there.
+    level : float
+        Whether material stands above it is asked [m].
+
+    Returns
+    -------
+    float
+        Height [m].
+
+    Notes
+    -----
+    Valid as :func:`surface`: above the level the height is that of it, and not above it where that is not.
+
+    Examples
+    --------
+    The slot of :func:`surface` at -1 mm.
+
+    >>> from cutwise.maths.envelopes import line_row, segments
+    >>> from cutwise.maths.height_map import cut_by, height_map, layout, room
+    >>> from cutwise.maths.profiles import cutters, flat
+    >>> grid, tools = layout((0.0, 8e-3), (0.0, 4e-3), 1e-3), cutters([flat(1e-3)])
+    >>> stock = height_map(grid, np.ones((4, 8)), -5e-3, 0.0)
+    >>> path = segments([line_row(0, np.array([-2e-3, 2e-3, -1e-3]), np.array([10e-3, 2e-3, -1e-3]))], [1])
+    >>> taken = cut_by(stock, path, tools, 0, room(grid))
+    >>> slot = Solid(stock, Outline(RECTANGLE, 0.0, 0.0, 0.0), path, tools)
+    >>> [surface_above(slot, 1, 4e-3, y, -0.5e-3, np.empty(16, np.int64)) for y in (2.999e-3, 3.001e-3)]
+    [-0.001, 0.0]
+
+    References
+    ----------
+    As :func:`surface`.
+    """
+    if not within(solid, x, y):
+        return -math.inf
+    at = nearest(solid, x, y)
+    height = top_at(solid, x, y)
+    if height > level and at >= 0 and solid.map.cutter[at] != STOCK:
+        height = min(height, move_height(solid.path, solid.tools, solid.map.cutter[at], x, y))
+    if not height > level:
+        return height
+    return _down_to(solid, done, x, y, level, found)[0]
+
+
+@inlined_stepping
+def _down_to(solid: Solid, done: int, x: float, y: float, level: float, found: IntArray) -> tuple[float, int]:
+    """Height at a point and its move, looked for until it is not above a level [m]."""
     grid = solid.map.layout
     i = math.floor((x - grid.x) / grid.dx - 0.5)
     j = math.floor((y - grid.y) / grid.dy - 0.5)
@@ -393,6 +455,8 @@ def surface_within(solid: Solid, done: int, x: float, y: float, found: IntArray)
             left = move_height(solid.path, solid.tools, name, x, y)
             if left < height:
                 height, owner = left, name
+                if not height > level:
+                    return height, owner
         looked = high
     return height, owner
 

@@ -10,9 +10,9 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from cutwise.maths.compiled import compiled, stepping
+from cutwise.maths.compiled import compiled, inlined_stepping, stepping
 from cutwise.maths.height_map import RINGS, SIDE, HeightMap, Held
-from cutwise.maths.map_surface import Solid, nearest, surface
+from cutwise.maths.map_surface import Solid, nearest, surface, surface_above
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -130,9 +130,9 @@ def in_frame(piece: Workpiece, j: int, x: float, y: float, z: float) -> tuple[fl
     )
 
 
-@stepping
-def height_under(piece: Workpiece, done: int, x: float, y: float, found: IntArray) -> float:
-    """Height of what is left at a point of the plan [m], under all maps along the axis of the first.
+@inlined_stepping
+def height_under(piece: Workpiece, done: int, x: float, y: float, level: float, found: IntArray) -> float:
+    """Height of what is left at a point of the plan [m], under all maps along the axis of the first, as far down as a level.
 
     Parameters
     ----------
@@ -142,6 +142,8 @@ def height_under(piece: Workpiece, done: int, x: float, y: float, found: IntArra
         How many moves of the first map have been run.
     x, y : float
         The point [m].
+    level : float
+        Where material that stands no higher may be told too high [m].
     found : array (16,)
         Room for ids, integers.
 
@@ -152,7 +154,7 @@ def height_under(piece: Workpiece, done: int, x: float, y: float, found: IntArra
 
     Notes
     -----
-    Valid as :func:`cutwise.maths.map_surface.surface`.
+    Valid as :func:`cutwise.maths.map_surface.surface_above`.
 
     Examples
     --------
@@ -162,14 +164,14 @@ def height_under(piece: Workpiece, done: int, x: float, y: float, found: IntArra
     >>> from cutwise.maths.profiles import cutters, flat
     >>> stock = height_map(layout((0.0, 8e-3), (0.0, 4e-3), 1e-3), np.ones((4, 8)), -5e-3, 0.0)
     >>> block = alone(Solid(stock, Outline(RECTANGLE, 0.0, 0.0, 0.0), segments([], []), cutters([flat(1e-3)])))
-    >>> height_under(block, 0, 1e-3, 2e-3, np.empty(16, np.int64))
+    >>> height_under(block, 0, 1e-3, 2e-3, -math.inf, np.empty(16, np.int64))
     0.0
 
     References
     ----------
     Derived here.
     """
-    height = surface(piece.maps[0], done, x, y, found)[0]
+    height = surface_above(piece.maps[0], done, x, y, level, found)
     for j in range(1, piece.count):
         if piece.parallel[j]:
             u, v, w = in_frame(piece, j, x, y, 0.0)

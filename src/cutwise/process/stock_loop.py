@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from cutwise.maths.compiled import compiled, stepping
 from cutwise.maths.envelopes import LINE
-from cutwise.maths.height_map import RINGS, SIDE, HeightMap, Room, cut_by, overlap_by, room
+from cutwise.maths.height_map import HeightMap, Room, cut_by, overlap_by, room
 from cutwise.maths.map_surface import Solid, surface_within
 from cutwise.maths.profiles import Cutters
 from cutwise.maths.workpiece import Workpiece
@@ -63,21 +63,6 @@ class Run(NamedTuple):
 
 
 @stepping
-def _highest_near(stock: HeightMap, x: float, y: float, radius: float) -> float:
-    """Highest of the blocks that a tool at a place may reach [m]."""
-    grid = stock.layout
-    wide, tall = grid.dx * SIDE, grid.dy * SIDE
-    x0, y0 = grid.x - RINGS * grid.dx, grid.y - RINGS * grid.dy
-    a, b = max(0, math.floor((x - radius - x0) / wide)), min(grid.columns - 1, math.floor((x + radius - x0) / wide))
-    c, d = max(0, math.floor((y - radius - y0) / tall)), min(grid.rows - 1, math.floor((y + radius - y0) / tall))
-    top = -math.inf
-    for j in range(c, d + 1):
-        for i in range(a, b + 1):
-            top = max(top, float(stock.highest[j * grid.columns + i]))
-    return top
-
-
-@stepping
 def _place(solid: Solid, run: Run, move: int, segment: int, share: float) -> Place:
     """Where the tool is on a segment."""
     row, start, end = solid.path.row[segment], run.start[segment], run.end[segment]
@@ -123,8 +108,6 @@ def station_at(
     solid = piece.maps[0]
     out[:] = 0.0
     out[0] = place.share
-    if place.z >= _highest_near(solid.map, place.x, place.y, teeth.edge.radius):
-        return
     count = contact_rows(piece, place, teeth.edge, fan, rows, refine)
     level, climb = 1.0, 0.0
     if math.isinf(place.slope):

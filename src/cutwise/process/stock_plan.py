@@ -1,5 +1,6 @@
 """The program of a stock in 3D before anything is cut: its path, tools, feeds and times."""
 
+import re
 from typing import NamedTuple
 
 import numpy as np
@@ -24,6 +25,7 @@ from cutwise.spec.tool import EndMill
 
 IntArray = npt.NDArray[np.int64]
 
+_COMPENSATED = re.compile(r"[Gg]\s*0*4[12](?!\d)|CUTCOM|\[", re.IGNORECASE)  # or words that are computed
 _INSTANT = 1e-3  # [s] at which the planned speed is read; the ends of its phases besides
 _ABOVE = 50e-3  # [m] over the stock, where an unknown start is taken
 
@@ -56,8 +58,9 @@ def planned(scenario: MillingScenario, raw: Raw) -> Planned:
         All that is wrong with stock, tools and program.
     """
     tools = tool_set(cutters_of(scenario), scenario.numerics.stock.elements)
-    _called(_first_reading(scenario), tools)
-    program, said = _read(scenario, raw)
+    first = _first_reading(scenario)
+    _called(first, tools)
+    program, said = _read(scenario, raw, first)
     operation, machine = scenario.operation, scenario.machine
     mode = scenario.path_mode if "path_mode" in scenario.model_fields_set else None
     drives = drives_of(machine)
@@ -132,11 +135,12 @@ def _tool_rows(called: IntArray, tools: ToolSet) -> tuple[IntArray, tuple[str, .
     return rows, ()
 
 
-def _read(scenario: MillingScenario, raw: Raw) -> tuple[Interpreted, tuple[str, ...]]:
+def _read(scenario: MillingScenario, raw: Raw, read: Interpreted) -> tuple[Interpreted, tuple[str, ...]]:
     """The program; a start that is not said is taken above the stock, over the first place that the program names."""
     assert scenario.program is not None
-    given = _with_diameters(scenario, _first_reading(scenario).tools)
-    first = interpret(given.text, given.file, setup_of(given))
+    given = _with_diameters(scenario, read.tools)
+    beside = any(_COMPENSATED.search(text) for text in (given.text, *(given.subroutines or {}).values()))
+    first = interpret(given.text, given.file, setup_of(given)) if beside else read
     if given.start is not None:
         return first, ()
     table = first.moves

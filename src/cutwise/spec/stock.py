@@ -3,7 +3,8 @@
 from collections.abc import Iterator
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Discriminator, Field
+from pydantic import AfterValidator, Discriminator, Field
+from pydantic_core import PydanticCustomError
 
 from cutwise.spec.base import Angle, Count, Length, Notice, Number, SmallLength, Spec, Usual
 from cutwise.spec.cutter import Cutter
@@ -150,11 +151,19 @@ AnyPart = Annotated[
 ]
 
 
+def _some_direction(axis: tuple[float, float, float]) -> tuple[float, float, float]:
+    """A direction that is one; told beside whatever is wrong with the program."""
+    if not any(axis):
+        message = "is zero; write the direction to the spindle in the part, for example [0, 0, 1]"
+        raise PydanticCustomError("quantity", "{message}", {"message": message})
+    return axis
+
+
 class SetUp(Spec):
     """One clamping of the part: the program that is run, and how its axes lie in the part."""
 
     program: Program = Field(description="the program: G-code, or APT", examples=["top.nc"])
-    axis: tuple[Number, Number, Number] = Field(
+    axis: Annotated[tuple[Number, Number, Number], AfterValidator(_some_direction)] = Field(
         default=(0.0, 0.0, 1.0), description="direction to the spindle in the part; x of the program is x of the part across it "
         "(y where that is the axis)", examples=["[0, 1, 0]"],
     )  # fmt: skip
@@ -174,9 +183,7 @@ class SetUp(Spec):
     )  # fmt: skip
 
     def contradictions(self) -> Iterator[Notice]:
-        """No direction; tools twice."""
-        if not any(self.axis):
-            yield Notice(("axis",), "is zero; write the direction to the spindle in the part, for example [0, 0, 1]")
+        """Tools twice."""
         numbers = [tool.number for tool in self.tools]
         for number in sorted({n for n in numbers if numbers.count(n) > 1}):
             yield Notice(("tools",), f"tool {number} is there twice")

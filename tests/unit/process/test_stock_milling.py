@@ -300,3 +300,12 @@ def test_a_contact_in_more_pieces_than_there_is_room_for_is_no_result():
     found[1, STATION.index("contact")] = PIECES
     with pytest.raises(SolverFailure, match="1 stations is in more than 4096 pieces"):
         all_contact(SimpleNamespace(found=found))
+
+
+@pytest.mark.parametrize("under", [0.5, 1.5])
+def test_flutes_below_the_stock_cut_nothing(under):
+    """A slot through a plate, the tip below it: contact, torque and volume are those of the plate."""
+    head = "process: mill\nstock: {x: [0 mm, 40 mm], y: [-10 mm, 10 mm], z: [-4 mm, 0 mm]}\n"
+    _, done = ran(f"G21 G90 T1 M6 S8000 M3\nG0 X-10 Y0 Z5\nG1 Z{-4 - under} F600\nG1 X50\n", head=head)
+    rate = done.stations("removal")
+    assert 1e6 * rate.max() == pytest.approx(6 * 4, rel=1e-6)

@@ -18,7 +18,32 @@ _DEVIATION = LinearSegmentedColormap.from_list("deviation", ["#2166ac", "#f7f7f7
 
 def deviation(result: "Result") -> Figure:
     """Deviation of the machined surface from the part, seen from above."""
-    data = result["surface"]
+    return _deviation(result, "surface")
+
+
+def ideal_deviation(result: "Result") -> Figure:
+    """The same of the surface that the planned path would leave."""
+    return _deviation(result, "surface_ideal")
+
+
+def offset(result: "Result") -> Figure:
+    """How far drives, bending and carrier move the tool beside its path."""
+    data = result["offset"]
+    factor, unit = scale("length")
+    small, small_unit = scale("small_length")
+    drawn = figure(3.4)
+    axes = drawn.subplots()
+    for k, axis in enumerate("xyz"):
+        values = small * data["offset"].sel(axis=axis).values
+        curve(axes, factor * data["along"].values, values, color=SERIES[k], linewidth=0.8, label=axis)
+    axes.set(xlabel=f"way along the path [{unit}]", ylabel=f"tool less its planned place [{small_unit}]")
+    axes.margins(x=0)
+    legend_above(axes, 3)
+    return drawn
+
+
+def _deviation(result: "Result", group: str) -> Figure:
+    data = result[group]
     step = max(1, data.sizes["sample"] // _POINTS)
     point, value = data["point"].values[::step], data["deviation"].values[::step]
     order = np.argsort(np.abs(value))  # the worst on top
@@ -79,6 +104,10 @@ PLOTS: list[Plot] = [
     Plot("Deviation from the part", "Machined surface against the nominal part, seen along the tool axis; positive (red) is "
          "material left, negative (blue) is cut into the part; the limits of the colours are the tolerance.", deviation,
          ("surface/deviation", "surface/point")),
+    Plot("Deviation of the planned path", "The same for the surface that the tool would leave if nothing moved it beside its path.",
+         ideal_deviation, ("surface_ideal/deviation", "surface_ideal/point")),
+    Plot("Tool beside its path", "Offset of the tool by drives, its bending and what carries it, in program axes, with the lag "
+         "along the path.", offset, ("offset/offset", "offset/along")),
     Plot("Machined stock", "Height of what is left, seen along the tool axis.", machined, ("stock/height",)),
     Plot("Load along the program", "Contact angle of the flutes and force on the tool at the stations of feed moves.", load,
          ("motion/immersion", "lines/removed_volume")),

@@ -14,7 +14,8 @@ import numpy.typing as npt
 
 from cutwise.maths.compiled import compiled, inlined_stepping, stepping
 from cutwise.maths.envelopes import ARC, begun_height, segment_height
-from cutwise.maths.map_surface import Solid, bottom_at, nearest, within
+from cutwise.maths.height_map import RINGS, SIDE, HeightMap
+from cutwise.maths.map_surface import RECTANGLE, Solid, bottom_at, within
 from cutwise.maths.profiles import Meridian
 from cutwise.maths.workpiece import Workpiece, depth_under, height_under
 
@@ -27,8 +28,12 @@ _SHAVE = 1e-7  # [rad] off the ends of the cutting range, where the rim touches 
 _ANGLE = 1e-7  # [rad] to which ends of arcs are found
 _LAYERS = 24  # of the cylinder at one place
 _EVEN = 16  # layers where the material is hollow
+_BITS = 4  # of a cell in a block
+_ROUGH = 1e-7  # [m] of heights that are float32
 _MERGED = 0.01  # of the depth: heights that are one layer
 _STEPS = 60
+_FLAT = 1e-5  # of the larger height: the smaller one is no slope to go by
+_HALVINGS = 3  # of a bracket after a false position that came no closer
 _OWN = 1e-8  # [m] of a tool's own way, short of where it is
 _FAR = 1.0  # [m] that stands for an infinite height
 
@@ -99,15 +104,17 @@ def fan_room() -> Fan:
     )
 
 
-@stepping
-def _stands(piece: Workpiece, place: Place, x: float, y: float, found: IntArray) -> float:
+@inlined_stepping
+def _stands(piece: Workpiece, place: Place, x: float, y: float, level: float, found: IntArray) -> float:
     """Height of the material at a point before the move that is run, and cut by what of it has been run [m].
+
+    One that is not above the level may be told too high, but not above it.
 
     On a line a tool's own sweep never comes where it cuts.
     """
     solid = piece.maps[0]
-    height = height_under(piece, place.move, x, y, found)
-    if height > place.z:
+    height = height_under(piece, place.move, x, y, level, found)
+    if height > level:
         for segment in range(place.first, place.segment - 1):
             height = min(height, segment_height(solid.path, solid.tools, segment, x, y))
         if place.segment > place.first:
@@ -141,10 +148,10 @@ def _over(piece: Workpiece, place: Place, radius: float, level: float, angle: fl
     return _over_at(piece, place, x, y, level, found)
 
 
-@stepping
+@inlined_stepping
 def _over_at(piece: Workpiece, place: Place, x: float, y: float, level: float, found: IntArray) -> float:
     """The same at a point in plan."""
-    over = _bounded(_stands(piece, place, x, y, found) - level)
+    over = _bounded(_stands(piece, place, x, y, level, found) - level)
     if over > 0.0:
         if piece.maps[0].map.bottom.size > 1:
             over = min(over, _bounded(level - bottom_at(piece.maps[0], x, y)))
@@ -165,25 +172,38 @@ def _change(
     gb: float,
     found: IntArray,
 ) -> float:
-    """Angle between two at which contact begins or ends: false position, every third step a halving."""
-    side = 0
-    for step in range(_STEPS):
+    """Angle between two at which contact begins or ends: false position, halvings where that does not come closer.
+
+    A rim that runs along what the tool itself has left stands hardly above it: there false position would creep.
+    """
+    wa, wb, side, halve = ga, gb, 0, 0  # heights, those of an end that stays halved (Illinois)
+    for _ in range(_STEPS):
         if b - a <= _ANGLE:
             break
         middle = 0.5 * (a + b)
-        if step % 3 != 2 and ga != gb:
-            middle = min(max(a - ga * (b - a) / (gb - ga), a + 0.01 * (b - a)), b - 0.01 * (b - a))
+        straight = halve == 0 and min(abs(ga), abs(gb)) > _FLAT * max(abs(ga), abs(gb))
+        if straight:
+            middle = min(max(a - wa * (b - a) / (wb - wa), a + 0.01 * (b - a)), b - 0.01 * (b - a))
         g = _over(piece, place, radius, level, middle, found)
-        if (g > 0.0) == (ga > 0.0):
-            a, ga = middle, g
-            if side == 1:
-                gb *= 0.5
+        low = (g > 0.0) == (ga > 0.0)
+        halve = max(halve - 1, 0)
+        if straight and abs(g) > 0.5 * abs(ga if low else gb):
+            halve = _HALVINGS
+        slope = (gb - ga) / (b - a)
+        if low:
+            a, ga, wa, wb = middle, g, g, 0.5 * wb if side == 1 else gb
             side = 1
         else:
-            b, gb = middle, g
-            if side == -1:
-                ga *= 0.5
+            b, gb, wb, wa = middle, g, g, 0.5 * wa if side == -1 else ga
             side = -1
+        if straight and abs(g) <= 0.5 * _ANGLE * abs(slope) and b - a > _ANGLE:  # likely there: look on its other side
+            beside = middle + _ANGLE if low else middle - _ANGLE
+            g = _over(piece, place, radius, level, beside, found)
+            if (g > 0.0) == (ga > 0.0):
+                a, ga, wa = beside, g, g
+            else:
+                b, gb, wb = beside, g, g
+            halve = _HALVINGS
     return 0.5 * (a + b)
 
 
@@ -208,26 +228,69 @@ def _spread(fan: Fan, half: float) -> int:
     return FAN + 1
 
 
+@inlined_stepping
+def _cell_of(i: int, j: int, columns: int) -> int:
+    """Number of a cell of the stock, as :func:`cutwise.maths.map_surface.cell`, by shifts."""
+    a, b = i + RINGS, j + RINGS
+    return ((((b >> _BITS) * columns + (a >> _BITS)) * SIDE + (b & (SIDE - 1))) << _BITS) + (a & (SIDE - 1))
+
+
+@inlined_stepping
+def _all_beside(stock: HeightMap, i: int, j: int, level: float, above: bool) -> bool:
+    """Whether the four cells beside one of the stock all stand above a level, or all not."""
+    columns = stock.layout.columns
+    return (
+        (stock.height[_cell_of(i - 1, j, columns)] > level) == above
+        and (stock.height[_cell_of(i + 1, j, columns)] > level) == above
+        and (stock.height[_cell_of(i, j - 1, columns)] > level) == above
+        and (stock.height[_cell_of(i, j + 1, columns)] > level) == above
+    )
+
+
+@stepping
+def _highest_near(stock: HeightMap, x: float, y: float, radius: float) -> float:
+    """Highest of the blocks that a tool at a place may reach [m]."""
+    grid = stock.layout
+    wide, tall = grid.dx * SIDE, grid.dy * SIDE
+    x0, y0 = grid.x - RINGS * grid.dx, grid.y - RINGS * grid.dy
+    a, b = max(0, math.floor((x - radius - x0) / wide)), min(grid.columns - 1, math.floor((x + radius - x0) / wide))
+    c, d = max(0, math.floor((y - radius - y0) / tall)), min(grid.rows - 1, math.floor((y + radius - y0) / tall))
+    top = -math.inf
+    for j in range(c, d + 1):
+        for i in range(a, b + 1):
+            top = max(top, float(stock.highest[j * grid.columns + i]))
+    return top
+
+
 @stepping
 def _by_cells(piece: Workpiece, place: Place, radius: float, level: float, fan: Fan, refine: bool) -> None:
     """The fan by the cells in which its points are; where one is near the level, exactly."""
     solid = piece.maps[0]
     grid = solid.map.layout
-    near = max(grid.dx, grid.dy)  # of material that rises by no more than 55 degrees
+    near = max(grid.dx, grid.dy)  # half of it, and where cells beside tell otherwise all, are asked for exactly
     step = fan.angle[1] - fan.angle[0]  # points are turned on from one to the next: no sine for each
     turn_c, turn_s = math.cos(step), math.sin(step)
     c, s = math.cos(fan.angle[0]), math.sin(fan.angle[0])
     out_x, out_y = radius * (place.ux * c - place.uy * s), radius * (place.uy * c + place.ux * s)
     own = place.first < place.segment or piece.crossing or solid.map.bottom.size > 1
+    per_x, per_y, odd = 1.0 / grid.dx, 1.0 / grid.dy, solid.outline.kind != RECTANGLE
+    begin_u, begin_v = (place.x - grid.x) * per_x, (place.y - grid.y) * per_y
+    across, along = float(grid.across), float(grid.along)
     for i in range(FAN + 1):
         x, y = place.x + out_x, place.y + out_y
+        u, v = begin_u + out_x * per_x, begin_v + out_y * per_y
         out_x, out_y = out_x * turn_c - out_y * turn_s, out_y * turn_c + out_x * turn_s
-        if not within(solid, x, y):  # the rings of cells round the stock are no material
+        inside = 0.0 <= u <= across and 0.0 <= v <= along
+        if not inside or (odd and not within(solid, x, y)):  # the rings of cells round the stock are no material
             fan.above[i], fan.exact[i] = -_FAR, True
             continue
-        over = _bounded(float(solid.map.height[nearest(solid, x, y)]) - level)
+        a, b = int(u), int(v)
+        over = _bounded(float(solid.map.height[_cell_of(a, b, grid.columns)]) - level)
         fan.exact[i] = False
-        if (refine and abs(over) < near) or (over > 0.0 and own):
+        close = refine and abs(over) < near
+        if close and abs(over) > 0.5 * near:
+            close = not _all_beside(solid.map, a, b, level, over > 0.0)
+        if close or (over > 0.0 and own):
             over = _over_at(piece, place, x, y, level, fan.found)
             fan.exact[i] = True
         fan.above[i] = over
@@ -356,16 +419,33 @@ def _layers(fan: Fan, deepest: float) -> int:
 
 
 @stepping
-def _any_above(solid: Solid, place: Place, radius: float, level: float, fan: Fan) -> bool:
+def _any_above(stock: HeightMap, place: Place, radius: float, level: float, fan: Fan) -> bool:
     """Whether a cell that the rim crosses, or one beside it, may stand above a level."""
-    grid = solid.map.layout
-    for i in range(FAN + 1):
-        c, s = math.cos(fan.angle[i]), math.sin(fan.angle[i])
-        x = place.x + radius * (place.ux * c - place.uy * s)
-        y = place.y + radius * (place.uy * c + place.ux * s)
+    grid = stock.layout
+    step = fan.angle[1] - fan.angle[0]
+    turn_c, turn_s = math.cos(step), math.sin(step)
+    c, s = math.cos(fan.angle[0]), math.sin(fan.angle[0])
+    out_x, out_y = radius * (place.ux * c - place.uy * s), radius * (place.uy * c + place.ux * s)
+    per_x, per_y = 1.0 / grid.dx, 1.0 / grid.dy
+    begin_u, begin_v = (place.x - grid.x) * per_x + RINGS, (place.y - grid.y) * per_y + RINGS
+    across, along, last = grid.columns * SIDE - 1, grid.rows * SIDE - 1, -1
+    for _ in range(FAN + 1):
+        i, j = math.floor(begin_u + out_x * per_x), math.floor(begin_v + out_y * per_y)
+        out_x, out_y = out_x * turn_c - out_y * turn_s, out_y * turn_c + out_x * turn_s
+        if i < 0 or j < 0 or i > across or j > along:
+            continue
+        block = (j >> _BITS) * grid.columns + (i >> _BITS)
+        inner = 0 < i & (SIDE - 1) < SIDE - 1 and 0 < j & (SIDE - 1) < SIDE - 1
+        if inner and (block == last or not stock.highest[block] > level):
+            last = block
+            continue
         for k in range(5):
-            at = nearest(solid, x + grid.dx * ((k == 1) - (k == 2)), y + grid.dy * ((k == 3) - (k == 4)))
-            if at >= 0 and solid.map.height[at] > level:
+            a, b = i + (k == 1) - (k == 2), j + (k == 3) - (k == 4)
+            if (
+                0 <= a <= across
+                and 0 <= b <= along
+                and stock.height[_cell_of(a - RINGS, b - RINGS, grid.columns)] > level
+            ):
                 return True
     return False
 
@@ -380,16 +460,24 @@ def _cylinder_rows(
         return count
     foot = place.z + edge.foot
     _spread(fan, 0.5 * math.pi)
-    if not _any_above(solid, place, edge.radius, foot, fan):
+    if not _any_above(solid.map, place, edge.radius, foot, fan):
         return count
     bottom, highest = solid.map.bottom, 0.0
     under = max(bottom[0] - foot, 0.0) if bottom.size == 1 else 0.0  # flutes below the stock cut nothing
-    for i in range(FAN + 1):
-        fan.above[i] = _rises(piece, place, edge.radius, foot, fan.angle[i], fan.found)
+    hollow = piece.crossing or bottom.size > 1
+    if hollow:
+        for i in range(FAN + 1):
+            fan.above[i], fan.exact[i] = -_FAR, False
+    else:
+        _by_cells(piece, place, edge.radius, foot, fan, True)
+    for i in range(FAN + 1):  # exactly where it stands above the foot, and beside
+        beside = fan.above[max(i - 1, 0)] > 0.0 or fan.above[i] > 0.0 or fan.above[min(i + 1, FAN)] > 0.0
+        if hollow or (beside and not fan.exact[i]):
+            fan.above[i] = _rises(piece, place, edge.radius, foot, fan.angle[i], fan.found)
         highest = max(highest, min(fan.above[i], edge.end - edge.foot))
     if highest <= under:
         return count
-    if piece.crossing or bottom.size > 1:
+    if hollow:
         return _cylinder_steps(piece, place, edge, (under, highest), fan, rows, count, refine)
     layers = _layers(fan, highest)
     held = fan.held
@@ -417,7 +505,7 @@ def _rises(piece: Workpiece, place: Place, radius: float, level: float, angle: f
     c, s = math.cos(angle), math.sin(angle)
     x = place.x + radius * (place.ux * c - place.uy * s)
     y = place.y + radius * (place.uy * c + place.ux * s)
-    return _bounded(_stands(piece, place, x, y, found) - level)
+    return _bounded(_stands(piece, place, x, y, level, found) - level)
 
 
 @stepping
@@ -501,8 +589,14 @@ def contact_rows(piece: Workpiece, place: Place, edge: Edge, fan: Fan, rows: Flo
     Derived here.
     """
     count = 0
+    top = _highest_near(piece.maps[0].map, place.x, place.y, edge.radius) + _ROUGH
+    if place.z >= top:
+        return 0
     for element in range(edge.meridian.height.shape[0]):
-        count = _element_rows(piece, place, edge, element, fan, rows, count, refine)
+        if place.z + edge.meridian.height[element] < top:
+            count = _element_rows(piece, place, edge, element, fan, rows, count, refine)
+    if place.z + edge.foot >= top:
+        return count
     return _cylinder_rows(piece, place, edge, fan, rows, count, refine)
 
 
