@@ -145,7 +145,9 @@ def run(
 
 @app.command()
 def report(
-    run_file: Annotated[Path, typer.Argument(metavar="RUN", help="run file, or the folder that holds run.nc")],
+    run_file: Annotated[
+        Path, typer.Argument(metavar="RUN", help="run file, the folder that holds run.nc, or that of a study")
+    ],
     output: Annotated[
         Path | None,
         typer.Option("-o", "--output", metavar="FILE", help="where to write it; default report.html beside it"),
@@ -154,7 +156,9 @@ def report(
         bool, typer.Option("--static", help="without the viewer: pictures alone, a smaller file")
     ] = False,
 ) -> None:
-    """Write the HTML report of a finished run again."""
+    """Write the HTML report of a finished run again, or that of what is there of a study."""
+    if studying.reported(run_file, output):
+        return
     from cutwise.app.report import render
     from cutwise.io.scenario import loaded
 

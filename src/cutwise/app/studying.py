@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from cutwise.study.many.answers import Answers
     from cutwise.study.many.definition import Study
+    from cutwise.study.many.held import Against
 
 _SHOWN = 3  # worst cases
 _REASONS = 5  # of failures
@@ -76,6 +77,28 @@ def checked(file: Path, overrides: Sequence[str]) -> bool:
     print(f"{file}: no fault (study of {planned.scenario.name}, {planned.scenario.process})")
     for line in told(planned):
         print(line)
+    return True
+
+
+def reported(folder: Path, target: Path | None) -> bool:
+    """Tell what is there of the study in a folder, and write its page; False if it holds none."""
+    from cutwise.study.many.answers import collected
+    from cutwise.study.many.definition import SEARCHES
+    from cutwise.study.many.engine import in_folder
+
+    if not folder.is_dir() or not (folder / "identity.json").exists():
+        return False
+    planned, known = in_folder(folder)
+    if planned.method in SEARCHES:
+        refuse(
+            f"{folder}: holds a search ({planned.method}), whose answer follows from its trials: cutwise study FILE --resume"
+        )
+    done = len(collected(planned, folder, int(known["chunk"]))[0].get("case", ()))
+    if not done:
+        refuse(f"{folder}: no case is finished yet")
+    stopped = "" if done == planned.cases else "what is there now"
+    outputs.checked([target], [folder / "study.json"])
+    _tell(planned, folder, stopped, None, as_json=False, target=target)
     return True
 
 
@@ -158,24 +181,28 @@ def _print(lines: Sequence[str], answer: dict[str, object], report: Path, *, as_
 
 
 def _tell(
-    planned: "Study", folder: Path, stopped: str, table: Path | None, *, as_json: bool
+    planned: "Study", folder: Path, stopped: str, table: Path | None, *, as_json: bool, target: Path | None = None
 ) -> None:  # fmt: skip
+    """What is there of a study: in lines or as JSON, on a page, as a table; leaves with the exit code."""
     from cutwise.app.study_page import page
     from cutwise.disk import write_text
     from cutwise.study.many import folder as at
     from cutwise.study.many.answers import answers, demanded
+    from cutwise.study.many.held import against_full_runs
 
     known = at.identity_in(folder)
     assert known is not None
     found = answers(planned, folder, int(known["chunk"]))
+    against = against_full_runs(found)
     lines = [
         *([f"stopped at {found.done:,} of {planned.cases:,}: {stopped}"] if stopped else []),
         *said(found),
+        *held(found, against),
     ]
-    report = write_text(folder / "report.html", page(found, lines))
+    report = write_text(target or folder / "report.html", page(found, lines, known["study"][:16]))
     if table is not None:
         write_text(table, as_table(found))
-    _print(lines, as_object(found, stopped, {"report": str(report)}), report, as_json=as_json)
+    _print(lines, as_object(found, against, stopped, {"report": str(report)}), report, as_json=as_json)
     asked = demanded(found)
     if found.count_failed == found.done:
         raise typer.Exit(SOLVER_FAILED)
@@ -235,13 +262,30 @@ def said(found: "Answers") -> Iterator[str]:
         yield "A share is about the model and these distributions, not about what they leave out."
 
 
+def held(found: "Answers", against: "Against") -> Iterator[str]:
+    """What full runs of some cases say of the numbers of a study."""
+    measures = found.study.scenario.measures
+    changes = ", ".join(
+        f"{name} {units.show(value, measures[name].dimension, 2)}" for name, value in against.changes.items()
+    )
+    if changes:
+        yield f"cases {', '.join(map(str, against.cases))} run in full differ by at most {changes}"
+    yield from (f"  run in full, it comes to no end: {text}" for text in against.lost)
+    if against.too_coarse:
+        yield from _coarse(against)
+
+
+def _coarse(against: "Against") -> Iterator[str]:
+    yield f"step too coarse: a full run differs by {100 * against.share:.2g} % of the tolerance; write a finer one under coarse"
+
+
 def _measure(planned: "Study", name: str, value: float) -> str:
     if not math.isfinite(value):
         return f"{name} none"
     return f"{name} {units.show(value, planned.scenario.measures[name].dimension, 4)}"
 
 
-def as_object(found: "Answers", stopped: str, files: dict[str, str]) -> dict[str, object]:
+def as_object(found: "Answers", against: "Against", stopped: str, files: dict[str, str]) -> dict[str, object]:
     """The answers as one JSON object, in the form of a run."""
     from cutwise.study.many.answers import demanded, measures
 
@@ -263,7 +307,11 @@ def as_object(found: "Answers", stopped: str, files: dict[str, str]) -> dict[str
     return {
         "scenario": planned.name, "process": "study", "verdict": "none" if asked is None else "pass" if asked[0] else "fail",
         "measures": told, "combinations": over, "requirements": [], "assumed": [],
-        "warnings": [f"{count} failed: {text}" for text, count in found.failed.items()], "stopped": stopped, "files": files,
+        "warnings": [
+            *(f"{count} failed: {text}" for text, count in found.failed.items()), *(_coarse(against) if against.too_coarse else ()),
+        ],
+        "full_runs": {"cases": list(against.cases), "changes": against.changes, "lost": list(against.lost)},
+        "stopped": stopped, "files": files,
     }  # fmt: skip
 
 

@@ -52,7 +52,8 @@ def _program_faults(scenario: MillingScenario) -> Iterator[Notice]:
             )
     if scenario.program is not None and scenario.program.wanted is not None:
         yield Notice(
-            ("program", "wanted"), "is the path before a correction for drives, which stands with exact arcs (a stock that is a block, one tool)"
+            ("program", "wanted"),
+            "is the path before a correction for drives, which stands with exact arcs (a stock that is a block, one tool)",
         )
 
 
