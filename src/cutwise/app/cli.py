@@ -145,7 +145,9 @@ def run(
 
 @app.command()
 def report(
-    run_file: Annotated[Path, typer.Argument(metavar="RUN", help="run file, or the folder that holds run.nc")],
+    run_file: Annotated[
+        Path, typer.Argument(metavar="RUN", help="run file, the folder that holds run.nc, or that of a study")
+    ],
     output: Annotated[
         Path | None,
         typer.Option("-o", "--output", metavar="FILE", help="where to write it; default report.html beside it"),
@@ -154,7 +156,10 @@ def report(
         bool, typer.Option("--static", help="without the viewer: pictures alone, a smaller file")
     ] = False,
 ) -> None:
-    """Write the HTML report of a finished run again."""
+    """Write the HTML report of a finished run again, or that of what is there of a study."""
+    if studying.is_folder(run_file):
+        studying.reported(run_file, output)
+        return
     from cutwise.app.report import render
     from cutwise.io.scenario import loaded
 
@@ -168,17 +173,23 @@ def report(
 
 @app.command()
 def export(
-    run_file: Annotated[Path, typer.Argument(metavar="RUN", help="run file, or the folder that holds run.nc")],
+    run_file: Annotated[Path, typer.Argument(metavar="RUN", help="run file, the folder that holds run.nc, or that of a study")],
     what: Annotated[
         str | None,
         typer.Argument(metavar="[WHAT]", help="lines: load, volume and deviation line by line as CSV; surface: the machined stock "
                        "as .ply, .vtk or .stl; left out: every array of the run"),
     ] = None,
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="PATH", help="folder, or file of WHAT; default: beside the run")
+        Path | None, typer.Option("-o", "--output", metavar="PATH",
+                     help="folder, or file: of WHAT; of a study .csv, .nc or .parquet; default: beside the run")
     ] = None,
 ) -> None:  # fmt: skip
-    """Write the arrays of a finished run as CSV tables, maps of the working space as VTK, the machined stock as a solid."""
+    """Write the arrays of a finished run as CSV tables, maps as VTK, the machined stock as a solid; the cases of a study."""
+    if studying.is_folder(run_file):
+        if what is not None:
+            refuse(f"{what}: {run_file} is the folder of a study, whose cases are written as one table")
+        studying.exported(run_file, output)
+        return
     from cutwise.app.exporting import NothingThere, one_file
     from cutwise.io.export import tables
     from cutwise.run_file import tree_of

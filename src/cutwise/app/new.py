@@ -1,5 +1,6 @@
 """``cutwise new``: a scenario to begin with, and its schema beside it for editors."""
 
+from importlib.resources import files
 from pathlib import Path
 from typing import Annotated
 
@@ -10,12 +11,13 @@ from cutwise.app.complete import kinds
 from cutwise.app.exits import refuse
 from cutwise.disk import create_text, write_text
 
+_STUDY = "study"
 _GOES_WITH = {"--program": "mill", "--tool-diameter": "mill", "--step": "chamfer"}
 
 
 def new(
     kind: Annotated[
-        str, typer.Argument(metavar="KIND", help="process, for example deburr", autocompletion=kinds)
+        str, typer.Argument(metavar="KIND", help="process, for example deburr; or study", autocompletion=kinds)
     ],
     program: Annotated[
         Path | None, typer.Option("--program", metavar="FILE", help="NC program to mill: stock, speed and tool from it")
@@ -35,12 +37,16 @@ def new(
         bool, typer.Option("--schema/--no-schema", help="put the schema beside it, for editors that complete and check")
     ] = True,
 ) -> None:  # fmt: skip
-    """Write a commented scenario to begin with."""
+    """Write a commented scenario to begin with, or a study of one (KIND study)."""
     import json
 
     from cutwise.io.template import SCHEMAS, schema_line
     from cutwise.spec.schema import schema as json_schema
 
+    if kind == _STUDY:
+        _checked(kind, {"--program": program, "--tool-diameter": diameter, "--step": step})
+        _study(output)
+        return
     _checked(kind, {"--program": program, "--tool-diameter": diameter, "--step": step})
     source = program or step
     path = output or Path(f"{source.stem}.yaml" if source is not None else f"{kind}.yaml")
@@ -56,6 +62,29 @@ def new(
     if schema and path.is_file():
         write_text(path.parent / SCHEMAS / f"{kind}.json", json.dumps(json_schema(kind), indent=1) + "\n")
     print(f"{path}\nnext: cutwise check {path}; cutwise run {path}")
+
+
+def _study(output: Path | None) -> None:
+    """A study, and the scenario that it is of where none is there."""
+    from cutwise.io.template import template
+
+    text = (files("cutwise.app") / "templates" / "study.yaml").read_text(encoding="utf-8")
+    if str(output) == "-":
+        print(text, end="")
+        return
+    path = output or Path("study.yaml")
+    scenario = path.parent / "deburr.yaml"
+    outputs.checked([path, scenario], [])
+    try:
+        create_text(path, text)
+    except FileExistsError:
+        refuse(f"{path}: is there already; name another file with -o")
+    try:
+        create_text(scenario, template("deburr"))
+        print(scenario)
+    except FileExistsError:
+        pass  # that of the user is meant
+    print(f"{path}\nnext: cutwise check {path}; cutwise study {path}")
 
 
 def _checked(kind: str, given: dict[str, object]) -> None:

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from cutwise.app.plots import figures
-from cutwise.app.study_page import axis_of, page_of
-from cutwise.study.many import aims as worth
+from cutwise.app.plots.study import aim, axis_of, pareto
+from cutwise.app.study_page import page_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,7 +20,7 @@ def page(found: "Best", lines: Sequence[str]) -> str:
     """The page as HTML."""
     drawings = [("What was tried", _tried, "tried")]
     if found.front:
-        drawings.append(("What can be had of one aim for how much of the other", _front, "front"))
+        drawings.append(("What can be had of one aim for how much of the other", pareto, "front"))
     return page_of(found, lines, f"{found.done} settings", drawings)
 
 
@@ -34,7 +34,7 @@ def _tried(found: "Best") -> "Figure":
     met = np.array([one.met for one in found.tried])
     columns = [_lever(ax, found, key, k) for k, key in enumerate(keys)]
     while len(columns) < 2:
-        columns.append(_aim(ax, found, found.tried, 0, len(columns)))
+        columns.append(aim(ax, found, found.tried, 0, len(columns)))
     x, y = columns[:2]
     for some, label, colour in ((met, "limits kept", figures.SERIES[0]), (~met, "a limit missed", figures.BAD)):
         ax.plot(x[some], y[some], ".", markersize=4, label=label, color=colour)
@@ -50,28 +50,3 @@ def _lever(ax: "Axes", found: "Best", key: str, side: int) -> np.ndarray:
     factor, label = axis_of(found.study, key)
     ax.set(**{"ylabel" if side else "xlabel": label})
     return np.array([float(one.levers[key]) for one in found.tried]) * factor  # type: ignore[arg-type]
-
-
-def _aim(ax: "Axes", found: "Best", settings: Sequence[object], number: int, side: int) -> np.ndarray:
-    search = found.study.search
-    assert search is not None
-    aim = search.aims[number]
-    dimension, unit = worth.unit_of(aim, found.study.scenario)
-    factor, unit = figures.scale(dimension) if dimension else (1.0, unit)
-    ax.set(**{"ylabel" if side else "xlabel": f"{aim.text.removeprefix('cost: ')} [{unit}]"})
-    return np.array([one.aims[number] for one in settings]) * factor  # type: ignore[attr-defined]
-
-
-def _front(found: "Best") -> "Figure":
-    search = found.study.search
-    assert search is not None
-    fig = figures.figure(3.2)
-    ax = fig.subplots()
-    y = _aim(ax, found, found.front, 0, 1)
-    if len(search.aims) == 2:
-        x = _aim(ax, found, found.front, 1, 0)
-    else:
-        x = np.array([one.asked for one in found.front], float)
-        ax.set_xlabel("least share of good cases")
-    ax.plot(x, y, "o-", markersize=4)
-    return fig

@@ -1,16 +1,18 @@
 """The page of a study: shares, distributions with their limits, what decides, the worst cases; no outside requests."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 import cutwise
+from cutwise import units
 from cutwise.app.pages import template
 from cutwise.app.plots import figures
-from cutwise.study.many.answers import dimension_of
-from cutwise.study.many.cases import BAD, GOOD
-from cutwise.study.many.statements import Indices
+from cutwise.app.plots import study as pictures
+from cutwise.study.many.answers import command, dimension_of, missed, shown, worst
+from cutwise.study.many.cases import INFEASIBLE
+from cutwise.study.many.distributions import Truncated
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -18,124 +20,113 @@ if TYPE_CHECKING:
     from cutwise.study.many.answers import Answers
     from cutwise.study.many.definition import Study
 
-_BINS = 400  # of a distribution: as fine as is seen
-_POINTS = 3000  # of a scatter
-_MOST = 6  # measures that are drawn
+_WORST = 10  # cases that are listed
+Drawing = tuple[str, Callable[[Any], "Figure"], str]
+"""Title, function that draws, name in the page."""
+Table = tuple[str, tuple[str, ...], Sequence[Sequence[str]]]
+"""Title, head, rows; a text that begins with ``cutwise run`` is shown as a command."""
 
 
-def page(found: "Answers", lines: Sequence[str]) -> str:
+def page(found: "Answers", lines: Sequence[str], identity: str = "") -> str:
     """The page as HTML."""
-    drawings = [("Distributions, with their limits", _distributions, "cdf")]
-    if len(found.study.random) >= 2 and found.study.scenario.requirements:
-        drawings.append(("Good and bad cases over the two leading inputs", _scatter, "scatter"))
+    drawings: list[Drawing] = [("Distributions, with their limits", pictures.cdf, "cdf")]
+    if len(pictures.inputs_drawn(found.study)) >= 2 and found.study.scenario.asked:
+        drawings.append(("Good and bad cases over the two leading inputs", pictures.scatter, "scatter"))
     if found.indices:
-        drawings.append(("What decides", _tornado, "tornado"))
+        drawings.append(("What decides", pictures.tornado, "tornado"))
     if len(found.shares) > 1:
-        drawings.append(("Share of good cases over the design levers", _over_design, "design"))
-    return page_of(found, lines, f"{found.done} of {found.study.cases} cases", drawings)
-
-
-def page_of(
-    found: Any, lines: Sequence[str], done: str, drawings: Sequence[tuple[str, Callable[[Any], "Figure"], str]]
-) -> str:
-    """The page of anything that has a study: lines, how much is done, and drawings with title and name."""
-    plots = [(title, figures.svg(draw, found, name, title)) for title, draw, name in drawings]
-    return template("study").render(
-        found=found, lines=lines, done=done, plots=plots, version=cutwise.__version__, colours=figures.COLOURS
+        drawings.append(("Share of good cases over the settings", pictures.over_settings, "design"))
+    if found.shares:
+        drawings.append(("The estimate as it came", pictures.running, "running"))
+    return page_of(
+        found, lines, f"{found.done:,} of {found.study.cases:,} cases", drawings, list(_tables(found)), identity
     )
 
 
-def _drawn(found: "Answers") -> list[str]:
-    """Measures that have numbers, those of the requirements first."""
-    return [name for name in found.study.measures if np.isfinite(found.table[f"measure {name}"]).any()][:_MOST]
+def page_of(
+    found: Any, lines: Sequence[str], done: str, drawings: Sequence[Drawing], tables: Sequence[Table] = (),
+    identity: str = "",
+) -> str:  # fmt: skip
+    """The page of anything that has a study: lines, how much is done, drawings, tables, and what varies."""
+    plots = [(title, figures.svg(draw, found, name, title)) for title, draw, name in drawings]
+    return template("study").render(
+        found=found, lines=lines, done=done, plots=plots, tables=tables, varies=list(varies(found.study)),
+        identity=identity, version=cutwise.__version__, colours=figures.COLOURS,
+    )  # fmt: skip
 
 
-def _distributions(found: "Answers") -> "Figure":
-    names = _drawn(found)
-    fig = figures.figure(2.4 * -(-len(names) // 2) if names else 1.0)
-    for ax, name in zip(
-        np.atleast_1d(fig.subplots(-(-len(names) // 2), min(2, len(names)))).ravel(), names, strict=False
-    ):
-        scale, unit = figures.scale(found.study.scenario.measures[name].dimension)
-        value = np.sort(found.table[f"measure {name}"])
-        value = value[np.isfinite(value)] * scale
-        share = (np.arange(value.size) + 0.5) / value.size
-        some = np.unique(np.linspace(0, value.size - 1, min(_BINS, value.size)).astype(int))
-        ax.plot(value[some], share[some], color=figures.SERIES[0])
-        limit = found.study.scenario.requirements.get(name)
-        for bound in (limit.min, limit.max) if limit is not None else ():
-            if bound is not None:
-                ax.axvline(bound * scale, color=figures.BAD, linewidth=1.0, linestyle="--")
-        ax.set(xlabel=f"{name} [{unit}]", ylabel="share of cases below", ylim=(0.0, 1.0))
-    return fig
+def _tables(found: "Answers") -> Iterator[Table]:
+    study, table = found.study, found.table
+    rows = [
+        (text, f"{int(mask.sum()):,}", f"{100 * mask.mean():.2f} %", _extreme(found, text, mask))
+        for text, mask in missed(study, table).items()
+        if mask.any()
+    ]
+    if rows:
+        yield "What is wrong", ("requirement", "cases", "share", "worst"), rows
+    if study.measures:
+        order = worst(found, _WORST)
+        heads = ("case", *study.keys, *study.measures, "run again with")
+        yield "The worst cases", heads, [_row(found, case) for case in order]
+    for reasons, title in ((found.failed, "Cases that came to no end"), (found.infeasible, "Infeasible cases")):
+        if reasons:
+            first = [(text, f"{count:,}", _first(found, text)) for text, count in reasons.items()]
+            yield title, ("reason", "cases", "the first of them"), first
 
 
-def _leading(found: "Answers") -> tuple[str, str]:
-    """The two inputs that decide most: by their indices, else by rank correlation with being good."""
-    keys = [key for key, lever in found.study.random.items() if not lever.curve]
-    one = found.indices.get("good")
-    if one is not None:
-        of_factor = one.total if isinstance(one, Indices) else one.strength
-        names = found.study.factor_names
-        weight = np.array(
-            [next(w for w, name in zip(of_factor, names, strict=True) if key in name.split("+")) for key in keys]
+def _row(found: "Answers", case: int) -> list[str]:
+    study, table = found.study, found.table
+    levers = (shown(study, key, table[f"lever {key}"][case]) for key in study.keys)
+    measures = (_measure(study, name, table[f"measure {name}"][case]) for name in study.measures)
+    return [str(case), *levers, *measures, command(found, case)]
+
+
+def _measure(study: "Study", name: str, value: float) -> str:
+    return units.show(float(value), study.scenario.measures[name].dimension, 4) if np.isfinite(value) else "none"
+
+
+def _first(found: "Answers", text: str) -> str:
+    return command(found, int(np.argmax((found.table["said"] == text) & (found.table["state"] >= INFEASIBLE))))
+
+
+def _extreme(found: "Answers", text: str, mask: np.ndarray) -> str:
+    """The value farthest beyond a limit."""
+    name, side = text.split(" ")[:2]
+    values = found.table[f"measure {name}"][mask]
+    return _measure(found.study, name, float(values.max() if side == "above" else values.min()))
+
+
+def varies(study: "Study") -> Iterator[tuple[str, str, str]]:
+    """Each lever, how it varies in units that people read, and what the scenario says of its own value."""
+    searched = study.search.between if study.search is not None else {}
+    for key, one in searched.items():
+        ends = (
+            ", ".join(map(str, one.words))
+            if one.words
+            else f"{shown(study, key, one.low)} to {shown(study, key, one.high)}"
         )
-    else:
-        good = (found.table["state"] == GOOD).astype(float)
-        weight = np.array([_apart(found.table[f"lever {key}"], good) for key in keys])
-    order = np.argsort(-np.nan_to_num(weight))
-    return keys[int(order[0])], keys[int(order[1])]
+        yield key, ("one of " if one.words else "between ") + ends, _source(study, key)
+    for key, lever in study.design.items():
+        yield key, ", ".join(shown(study, key, value) for value in lever.values), _source(study, key)
+    for key in study.random:
+        yield key, scatters(study, key), _source(study, key)
 
 
-def _apart(values: np.ndarray, good: np.ndarray) -> float:
-    """How far the good cases lie from the bad ones, in deviations."""
-    if values.dtype.kind not in "fi" or good.min() == good.max():
-        return 0.0
-    return float(abs(values[good > 0.5].mean() - values[good < 0.5].mean()) / (values.std() or 1.0))
-
-
-def axis_of(study: "Study", key: str) -> tuple[float, str]:
-    """Factor from SI to the unit that is drawn, and the label of an axis of a lever."""
+def scatters(study: "Study", key: str) -> str:
+    """How an input scatters: its law, and its quantiles in the unit that people read."""
+    lever = study.random[key]
+    cut = isinstance(lever.distribution, Truncated)
+    law = type(lever.distribution.whole if cut else lever.distribution).__name__ + (", cut off" if cut else "")  # type: ignore[attr-defined]
+    if lever.curve:
+        return "a random curve along the edge, another in each case"
+    if lever.words:
+        return "one of " + ", ".join(map(str, lever.words))
+    ends = lever.of(np.array([0.05, 0.5, 0.95]))
     dimension = dimension_of(study, key)
-    if dimension is None:
-        return 1.0, key
-    factor, unit = figures.scale(dimension)
-    return factor, f"{key} [{unit}]" if unit else key
+    said = [units.show(float(x), dimension, 4) if dimension else f"{x:.4g}" for x in ends]  # type: ignore[arg-type]
+    return f"{law}: 5 % below {said[0]}, half below {said[1]}, 95 % below {said[2]}"
 
 
-def _scatter(found: "Answers") -> "Figure":
-    first, second = _leading(found)
-    fig = figures.figure(3.6)
-    ax = fig.subplots()
-    some = slice(0, min(_POINTS, found.done))
-    x, y, state = (found.table[name][some] for name in (f"lever {first}", f"lever {second}", "state"))
-    for value, label, colour in ((GOOD, "good", figures.SERIES[0]), (BAD, "bad", figures.BAD)):
-        ax.plot(x[state == value], y[state == value], ".", markersize=2.5, label=label, color=colour)
-    ax.set(xlabel=f"{first} (SI)", ylabel=f"{second} (SI)")
-    figures.legend_above(ax, 2)
-    return fig
-
-
-def _tornado(found: "Answers") -> "Figure":
-    names = list(found.indices)[:_MOST]
-    fig = figures.figure(0.5 * len(found.study.factors) * len(names) + 1.0)
-    for ax, name in zip(np.atleast_1d(fig.subplots(len(names), 1)), names, strict=True):
-        one = found.indices[name]
-        total, alone = (one.total, one.first) if isinstance(one, Indices) else (one.strength, np.abs(one.mean))
-        order = np.argsort(total)
-        keys = [found.study.factor_names[i] for i in order]
-        ax.barh(keys, total[order], color=figures.SOFT, label="with others")
-        ax.barh(keys, alone[order], height=0.4, color=figures.BAD, label="alone")
-        ax.set(title=name)
-    return fig
-
-
-def _over_design(found: "Answers") -> "Figure":
-    fig = figures.figure(3.0)
-    ax = fig.subplots()
-    shares = [share for _, share in found.shares]
-    value = np.array([share.value for share in shares])
-    room = np.array([[share.value - share.low, share.high - share.value] for share in shares]).T
-    ax.errorbar(np.arange(len(value)), value, yerr=np.abs(room), fmt="o", markersize=4, capsize=2)
-    ax.set(xlabel="combination of design levers, in their order", ylabel="share of good cases", ylim=(-0.02, 1.02))
-    return fig
+def _source(study: "Study", key: str) -> str:
+    origin = study.scenario.origins.get(key)
+    return "" if origin is None else ", ".join(filter(None, (origin.status, origin.source)))

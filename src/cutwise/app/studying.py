@@ -1,9 +1,8 @@
 """Commands for many cases: a study is begun, gone on with, shared with other machines, and told in words."""
 
 import json
-import math
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -17,11 +16,8 @@ from cutwise.app.options import Overrides
 if TYPE_CHECKING:
     import numpy as np
 
-    from cutwise.study.many.answers import Answers
     from cutwise.study.many.definition import Study
 
-_SHOWN = 3  # worst cases
-_REASONS = 5  # of failures
 
 StudyFile = Annotated[Path, typer.Argument(metavar="FILE", help="study (YAML): a scenario, and what varies in it")]
 
@@ -79,6 +75,51 @@ def checked(file: Path, overrides: Sequence[str]) -> bool:
     return True
 
 
+def is_folder(path: Path) -> bool:
+    """Whether a path is the folder of a study."""
+    return path.is_dir() and (path / "identity.json").exists()
+
+
+def reported(folder: Path, target: Path | None) -> None:
+    """Tell what is there of the study in a folder, and write its page."""
+    planned, _, done = _there(folder)
+    stopped = "" if done == planned.cases else "what is there now"
+    outputs.checked([target], [folder / "study.json"])
+    _tell(planned, folder, stopped, None, as_json=False, target=target)
+
+
+def exported(folder: Path, target: Path | None) -> None:
+    """Write the cases of the study in a folder as one file."""
+    from cutwise.disk import write_bytes
+    from cutwise.study.many.tables import NoWriter, file_of
+
+    planned, table, _ = _there(folder)
+    file = target or folder / "cases.csv"
+    outputs.checked([file], [folder / "study.json"])
+    try:
+        print(write_bytes(file, file_of(planned, table, file.suffix.lower())))
+    except NoWriter as why:
+        refuse(f"{file}: {why}")
+
+
+def _there(folder: Path) -> "tuple[Study, Mapping[str, np.ndarray], int]":
+    """The study of a folder, columns of what is finished, and how many cases that is."""
+    from cutwise.study.many.answers import collected
+    from cutwise.study.many.definition import SEARCHES
+    from cutwise.study.many.engine import in_folder
+
+    planned, known = in_folder(folder)
+    if planned.method in SEARCHES:
+        refuse(
+            f"{folder}: holds a search ({planned.method}), whose answer follows from its trials: "
+            "cutwise study FILE -o DIR --resume tells it again, with --table as a table"
+        )
+    table, done = collected(planned, folder, int(known["chunk"]))
+    if not done:
+        refuse(f"{folder}: no case is finished yet")
+    return planned, table, done
+
+
 def worker(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="folder of a study that was begun, seen by this machine")],
     for_time: Annotated[
@@ -130,6 +171,7 @@ def _rarely(
     from cutwise.app.console import Console
     from cutwise.disk import write_text
     from cutwise.study.many.rarely import rarely
+    from cutwise.study.many.tables import csv_of
 
     each = planned.draws
     with Console().progress(planned.name) as show:
@@ -137,7 +179,7 @@ def _rarely(
     lines = list(rare_text.said(found))
     report = write_text(folder / "report.html", rare_text.page(found, lines))
     if table is not None:
-        write_text(table, table_of(planned, found.table))
+        write_text(table, csv_of(planned, found.table))
     _print(lines, rare_text.as_object(found, {"report": str(report)}), report, as_json=as_json)
     if sum(found.failed.values()) == found.done:
         raise typer.Exit(SOLVER_FAILED)
@@ -158,134 +200,31 @@ def _print(lines: Sequence[str], answer: dict[str, object], report: Path, *, as_
 
 
 def _tell(
-    planned: "Study", folder: Path, stopped: str, table: Path | None, *, as_json: bool
+    planned: "Study", folder: Path, stopped: str, table: Path | None, *, as_json: bool, target: Path | None = None
 ) -> None:  # fmt: skip
+    """What is there of a study: in lines or as JSON, on a page, as a table; leaves with the exit code."""
     from cutwise.app.study_page import page
+    from cutwise.app.study_text import as_object, held, said
     from cutwise.disk import write_text
     from cutwise.study.many import folder as at
     from cutwise.study.many.answers import answers, demanded
+    from cutwise.study.many.held import against_full_runs
+    from cutwise.study.many.tables import csv_of
 
     known = at.identity_in(folder)
     assert known is not None
     found = answers(planned, folder, int(known["chunk"]))
+    against = against_full_runs(found)
     lines = [
         *([f"stopped at {found.done:,} of {planned.cases:,}: {stopped}"] if stopped else []),
         *said(found),
+        *held(found, against),
     ]
-    report = write_text(folder / "report.html", page(found, lines))
+    report = write_text(target or folder / "report.html", page(found, lines, known["study"][:16]))
     if table is not None:
-        write_text(table, as_table(found))
-    _print(lines, as_object(found, stopped, {"report": str(report)}), report, as_json=as_json)
+        write_text(table, csv_of(planned, found.table))
+    _print(lines, as_object(found, against, stopped, {"report": str(report)}), report, as_json=as_json)
     asked = demanded(found)
     if found.count_failed == found.done:
         raise typer.Exit(SOLVER_FAILED)
     raise typer.Exit(OK if asked is None or asked[0] else REQUIREMENT_FAILED)
-
-
-def said(found: "Answers") -> Iterator[str]:
-    """What a study says, in a few lines."""
-    from cutwise.study.many.answers import command, demanded, shown, worst
-    from cutwise.study.many.cases import GOOD
-    from cutwise.study.many.statements import Indices
-
-    planned, failed = found.study, found.count_failed
-    state, finer = found.table["state"], int(found.table["finer"].sum())
-    for values, share in found.shares:
-        at = ", ".join(f"{key} {shown(planned, key, value)}" for key, value in values.items())
-        ended = found.done - failed
-        of = f" of the {ended:,} cases that came to an end" if failed else ""
-        yield (
-            f"{f'{at}: ' if at else ''}P(good) = {share.value:.3f} ({share.low:.3f} to {share.high:.3f} with "
-            f"{100 * (planned.stop.level if planned.stop else 0.95):g} %){of}"
-        )
-    if planned.scenario.requirements and not found.shares:  # nothing scatters: no share of anything
-        yield f"{int((state == GOOD).sum()):,} of {found.done:,} combinations meet the requirements, {failed or 'none'} failed"
-    if found.shares:
-        good = int((state == GOOD).sum())
-        again = f", {finer} borderline cases run finer" if finer else ""
-        yield f"{good:,} of {found.done:,} cases are good, {failed or 'none'} failed{again}"
-        if failed:
-            low, high = good / found.done, (good + failed) / found.done
-            yield f"P(good) is {low:.3f} if all that failed are bad, {high:.3f} if all are good"
-    wrong = [f"{100 * count / found.done:.1f} % {text}" for text, count in found.wrong.items() if count]
-    if wrong:
-        yield f"  {', '.join(wrong)}"
-    for reasons, word in ((found.failed, "failed"), (found.infeasible, "infeasible")):
-        for text, count in list(reasons.items())[:_REASONS]:
-            yield f"  {count:,} {word}: {text}"
-    for name, one in found.indices.items():
-        each = zip(
-            planned.factor_names,
-            *((one.total, one.first) if isinstance(one, Indices) else (one.strength, one.mean)),
-            strict=True,
-        )
-        words = ("total {:.2f}, alone {:.2f}") if isinstance(one, Indices) else "effect {:.3g}, mean {:.3g}"
-        yield f"  what decides {name}: " + "; ".join(
-            f"{key} {words.format(a, b)}" for key, a, b in sorted(each, key=lambda x: -abs(x[1]))
-        )
-    asked = demanded(found)
-    if asked is not None:
-        yield asked[1]
-    for case in worst(found, _SHOWN if planned.scenario.requirements else 1):
-        measures = ", ".join(
-            _measure(planned, name, found.table[f"measure {name}"][case]) for name in planned.measures[:3]
-        )
-        yield f"  worst: case {case}, {measures}: {command(found, case)}"
-    if found.shares:
-        yield "A share is about the model and these distributions, not about what they leave out."
-
-
-def _measure(planned: "Study", name: str, value: float) -> str:
-    if not math.isfinite(value):
-        return f"{name} none"
-    return f"{name} {units.show(value, planned.scenario.measures[name].dimension, 4)}"
-
-
-def as_object(found: "Answers", stopped: str, files: dict[str, str]) -> dict[str, object]:
-    """The answers as one JSON object, in the form of a run."""
-    from cutwise.study.many.answers import demanded, measures
-
-    planned, asked = found.study, demanded(found)
-    told = {}
-    for name, value in measures(found).items():
-        if not math.isfinite(value):  # of no case at all
-            continue
-        base = next(
-            (known for known in planned.scenario.measures if name.endswith(known) and name.startswith("quantile")), None
-        )
-        dimension = planned.scenario.measures[base].dimension if base is not None else "dimensionless"
-        told[name] = {"value": value, "unit": units.DIMENSIONS[dimension].si}
-    over = [
-        {"levers": values, "probability": {"value": s.value, "low": s.low, "high": s.high}}
-        for values, s in found.shares
-        if math.isfinite(s.value)
-    ]
-    return {
-        "scenario": planned.name, "process": "study", "verdict": "none" if asked is None else "pass" if asked[0] else "fail",
-        "measures": told, "combinations": over, "requirements": [], "assumed": [],
-        "warnings": [f"{count} failed: {text}" for text, count in found.failed.items()], "stopped": stopped, "files": files,
-    }  # fmt: skip
-
-
-def as_table(found: "Answers") -> str:
-    """All cases of a study, one a line; SI with units in the titles."""
-    return table_of(found.study, found.table)
-
-
-def table_of(planned: "Study", table: Mapping[str, "np.ndarray"]) -> str:
-    """Columns of cases as CSV, one case a line; SI with units in the titles."""
-    import pandas as pd
-
-    from cutwise.io.cells import harmless
-    from cutwise.study.many.answers import dimension_of
-
-    columns = {"case": table["case"]}
-    for key in planned.keys:
-        dimension = dimension_of(planned, key)
-        columns[key if dimension is None else f"{key} [{units.DIMENSIONS[dimension].si}]"] = table[f"lever {key}"]
-    for name in planned.measures:
-        columns[f"{name} [{units.DIMENSIONS[planned.scenario.measures[name].dimension].si}]"] = table[f"measure {name}"]
-    words = ("good", "bad", "infeasible", "failed")
-    columns["state"] = [words[int(i)] for i in table["state"]]
-    columns["said"] = [harmless(str(text)) for text in table["said"]]
-    return pd.DataFrame(columns).to_csv(index=False, lineterminator="\n")

@@ -3,6 +3,7 @@
 import math
 import shlex
 from collections.abc import Mapping
+from itertools import takewhile
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -42,32 +43,33 @@ class Answers(NamedTuple):
 
 def collected(study: Study, folder: Path, size: int) -> tuple[dict[str, np.ndarray], int]:
     """The columns of the finished prefix of all cases, and its length."""
-    parts, done = [], 0
-    for first, count in at.chunks(study, size):
-        file = at.part_file(folder, first, count)
-        if not file.exists():
-            break
-        parts.append(at.read_part(file))
-        done = first + count
-    if not parts:
-        return {}, 0
-    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}, done
+    there = prefix(study, folder, size)
+    done = sum(count for _, count in there)
+    found: dict[str, np.ndarray] = {}
+    for first, count in there:
+        for name, values in at.read_part(at.part_file(folder, first, count)).items():
+            if name not in found:  # once for all: joining parts would take the room twice
+                found[name] = np.empty(done, values.dtype)
+            found[name][first : first + count] = values
+    return found, done
+
+
+def prefix(study: Study, folder: Path, size: int) -> list[tuple[int, int]]:
+    """First case and number of cases of the finished parts, up to the first that is missing."""
+    return list(takewhile(lambda one: at.part_file(folder, *one).exists(), at.chunks(study, size)))
 
 
 def share_of_prefix(study: Study, folder: Path, size: int) -> Share | None:
     """The widest interval over the design levers, as soon as there are enough cases for the stop rule."""
     if study.stop is None:
         return None
-    done = 0
-    for first, count in at.chunks(study, size):
-        if not at.part_file(folder, first, count).exists():
-            break
-        done = first + count
+    there = prefix(study, folder, size)
+    done = sum(count for _, count in there)
     least = study.stop.at_least * study.combinations
     if done < least or (study.method == SOBOL and (done // study.combinations) % NETS):
         return None
-    table, _ = collected(study, folder, size)
-    return max((share for _, share in _shares(study, table, done)), key=lambda share: share.half_width)
+    state = np.concatenate([at.read_part(at.part_file(folder, *one), "state")["state"] for one in there])
+    return max((share for _, share in _shares(study, {"state": state}, done)), key=lambda share: share.half_width)
 
 
 def _shares(study: Study, table: Mapping[str, np.ndarray], done: int) -> list[tuple[dict[str, Any], Share]]:
@@ -97,7 +99,8 @@ def answers(study: Study, folder: Path, size: int) -> Answers:
     state, said = table["state"], table["said"]
     return Answers(
         study, table, done, tuple(_shares(study, table, done)) if study.scenario.asked and study.random else (),
-        _counted(said[state == FAILED]), _counted(said[state == INFEASIBLE]), _wrong(study, table),
+        _counted(said[state == FAILED]), _counted(said[state == INFEASIBLE]),
+        {text: int(mask.sum()) for text, mask in missed(study, table).items()},
         _decides(study, table, done),
     )  # fmt: skip
 
@@ -106,8 +109,8 @@ def _counted(said: np.ndarray) -> dict[str, int]:
     return {str(text): int((said == text).sum()) for text in dict.fromkeys(said.tolist())}
 
 
-def _wrong(study: Study, table: Mapping[str, np.ndarray]) -> dict[str, int]:
-    """Cases that miss each requirement, by the words of its limit."""
+def missed(study: Study, table: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Which bad cases miss each requirement, by the words of its limit; a case may miss several."""
     found = {}
     bad = table["state"] == BAD
     for name, limit in study.scenario.asked.items():
@@ -115,8 +118,7 @@ def _wrong(study: Study, table: Mapping[str, np.ndarray]) -> dict[str, int]:
         value = table[f"measure {name}"]
         for bound, misses, words in ((limit.max, np.greater, "above"), (limit.min, np.less, "below")):
             if bound is not None:
-                count = int((misses(value, bound) & bad).sum())
-                found[f"{name} {words} {units.show(bound, dimension, 4)}"] = count
+                found[f"{name} {words} {units.show(bound, dimension, 4)}"] = misses(value, bound) & bad
     return found
 
 

@@ -147,10 +147,7 @@ def work(folder: Path, *, until: float | None = None, progress: Progress | None 
     ScenarioFault
         There is no study in the folder.
     """
-    known = at.identity_in(folder)
-    if known is None:
-        raise _refused(folder, "holds no study; cutwise study begins one")
-    study = unpack(json.loads((folder / "study.json").read_text(encoding="utf-8")))
+    study, known = in_folder(folder)
     size, done = int(known["chunk"]), 0
     while missing := [one for one in at.chunks(study, size) if not at.part_file(folder, *one).exists()]:
         if until is not None and time.monotonic() > until:
@@ -172,6 +169,23 @@ def work(folder: Path, *, until: float | None = None, progress: Progress | None 
         if progress is not None:
             progress(_done(study, folder, size), study.cases)
     return done
+
+
+def in_folder(folder: Path) -> tuple[Study, dict[str, Any]]:
+    """The study that a folder holds, and its identity.
+
+    Raises
+    ------
+    ScenarioFault
+        There is none.
+    """
+    known = at.identity_in(folder)
+    if known is None or not (folder / "study.json").exists():
+        raise _refused(folder, "holds no study; cutwise study begins one")
+    try:
+        return unpack(json.loads((folder / "study.json").read_text(encoding="utf-8"))), known
+    except (ValueError, KeyError, TypeError, AttributeError):
+        raise _refused(folder / "study.json", "is damaged; take another folder (-o)") from None
 
 
 class _Allowance:

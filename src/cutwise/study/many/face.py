@@ -7,21 +7,21 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from cutwise import units
 from cutwise.above import above
 from cutwise.io.tree import from_data
 from cutwise.results import Result
 from cutwise.spec.scenario import Scenario
 from cutwise.study.band import simulate
-from cutwise.study.many import engine
+from cutwise.study.many import engine, tables
 from cutwise.study.many import folder as at
-from cutwise.study.many.answers import Answers, answers, dimension_of, measures, worst
+from cutwise.study.many.answers import Answers, answers, measures, worst
 from cutwise.study.many.cases import case_of
 from cutwise.study.many.reading import read_study, study_of
 from cutwise.study.many.statements import Share
 
 if TYPE_CHECKING:
     import pandas as pd
+    import xarray as xr
 
 
 class StudyResult(NamedTuple):
@@ -43,17 +43,16 @@ class StudyResult(NamedTuple):
 
     def to_dataframe(self) -> "pd.DataFrame":
         """A row a case: levers and measures in SI, their units in ``attrs``."""
-        import pandas as pd
+        return tables.frame(self.answers.study, self.answers.table)
 
-        study, table = self.answers.study, self.answers.table
-        frame = pd.DataFrame({key: table[f"lever {key}"] for key in study.keys})
-        frame = frame.assign(**{name: table[f"measure {name}"] for name in study.measures}, state=table["state"])
-        frame.index = pd.Index(table["case"], name="case")
-        frame.attrs["units"] = {
-            **{key: units.DIMENSIONS[d].si for key in study.keys if (d := dimension_of(study, key)) is not None},
-            **{name: units.DIMENSIONS[study.scenario.measures[name].dimension].si for name in study.measures},
-        }
-        return frame
+    @property
+    def data(self) -> "xr.Dataset":
+        """Measures over draws and the settings of design levers, with numeric coordinates in SI."""
+        return tables.dataset(self.answers.study, self.answers.table)
+
+    def data_in(self, wanted: Mapping[str, str]) -> "xr.Dataset":
+        """:attr:`data` with some of its values in other units, for example ``{"spindle.pressure": "bar"}``."""
+        return tables.dataset_in(self.data, wanted, self.answers.study)
 
     def case(self, number: int) -> Scenario:
         """The scenario of a case, to be simulated in full."""

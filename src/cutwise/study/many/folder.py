@@ -100,12 +100,13 @@ def write_part(folder: Path, chunk: Chunk) -> Path:
     return write_bytes(part_file(folder, chunk.first, chunk.count), stream.getvalue())
 
 
-def read_part(file: Path) -> dict[str, np.ndarray]:
-    """The columns of a part."""
+def read_part(file: Path, only: str | None = None) -> dict[str, np.ndarray]:
+    """The columns of a part, or one of them."""
     with h5py.File(file, "r") as opened:
         return {
             name: values.asstr()[:] if h5py.check_string_dtype(values.dtype) else values[:]
             for name, values in opened.items()
+            if only is None or name == only
         }
 
 
