@@ -106,7 +106,6 @@ ONLY = {  # keys that are turned where an example costs much; the others are tur
     "correct_corner": ("path_mode*",),
     "correct_deburr": ("operation.feed*",),
     "correct_drill": ("hole*",),
-    "correct_pocket": ("tool.s*",),
     "mill_on_robot": ("[ops]*", "tool*", "material*", "lobes*", "numerics*", "robot.[!ju]*", "robot.joint_*"),
     "mill_pocket": ("[!m]*", "material*"),
     "mill_pocket_stock": (
