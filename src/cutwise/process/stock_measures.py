@@ -62,7 +62,7 @@ def _of_setup(scenario: MillingScenario, cut: Cut) -> dict[str, float]:
 def _aside(real: Real) -> dict[str, float]:
     """How far the tool stands beside its path while it cuts [m]."""
     where = aside(real)
-    found = {"tool_offset_max": float(where.max(initial=0.0))}
+    found = {"tool_offset_max": float(where.max())} if where.size else {}  # without contact nothing is known of the cut
     if real.change is not None:
         found["tool_offset_change"] = real.change
     return found
