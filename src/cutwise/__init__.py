@@ -21,7 +21,11 @@ if TYPE_CHECKING:
     from cutwise.study.advice import advise as advise
     from cutwise.study.band import simulate as simulate
     from cutwise.study.correct.entry import correct as correct
+    from cutwise.study.many.face import grid as grid
+    from cutwise.study.many.face import lognormal as lognormal
+    from cutwise.study.many.face import normal as normal
     from cutwise.study.many.face import run_study as run_study
+    from cutwise.study.many.face import uniform as uniform
     from cutwise.study.sweep import sweep as sweep
 
     plots: ModuleType  # figures; not imported here, where lower layers would reach it
@@ -32,7 +36,11 @@ _HOMES = {
     "load": "cutwise.io.scenario",
     "advise": "cutwise.study.advice",
     "correct": "cutwise.study.correct.entry",
+    "grid": "cutwise.study.many.face",
+    "lognormal": "cutwise.study.many.face",
+    "normal": "cutwise.study.many.face",
     "run_study": "cutwise.study.many.face",
+    "uniform": "cutwise.study.many.face",
     "simulate": "cutwise.study.band",
     "sweep": "cutwise.study.sweep",
 }
@@ -45,11 +53,15 @@ __all__ = [
     "__version__",
     "advise",
     "correct",
+    "grid",
     "load",
+    "lognormal",
+    "normal",
     "plots",
     "run_study",
     "simulate",
     "sweep",
+    "uniform",
 ]
 
 

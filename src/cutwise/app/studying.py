@@ -29,6 +29,12 @@ def study(
     ] = None,
     overrides: Overrides = None,
     jobs: Annotated[int, typer.Option("--jobs", min=1, metavar="N", help="processes")] = 1,
+    executor: Annotated[
+        str, typer.Option("--executor", metavar="local|dask", help="what starts the workers; dask is the extra 'distributed'")
+    ] = "local",
+    address: Annotated[
+        str | None, typer.Option("--address", metavar="URL", help="of a dask scheduler, for example tcp://host:8786")
+    ] = None,
     resume: Annotated[bool, typer.Option("--resume", help="go on with the cases that are there")] = False,
     cases: Annotated[int | None, typer.Option("--cases", min=1, metavar="N", help="draws, instead of those of the file")] = None,
     seed: Annotated[int | None, typer.Option("--seed", min=0, metavar="N", help="seed, instead of that of the file")] = None,
@@ -38,7 +44,7 @@ def study(
     """Run a scenario many times over what varies: how likely is a good part, what decides it, which cases are worst."""
     from cutwise.app.console import Console
     from cutwise.study.many import engine
-    from cutwise.study.many.definition import OPTIMISE, RARE
+    from cutwise.study.many.definition import OPTIMISE, RARE, SEARCHES
     from cutwise.study.many.reading import read_study, told
 
     planned = read_study(file, overrides or (), cases=cases, seed=seed)
@@ -49,6 +55,10 @@ def study(
     console = Console()
     for line in told(planned):
         console.err.print(line, markup=False)
+    if planned.method in SEARCHES and (executor != engine.LOCAL or address is not None):
+        refuse(
+            f"--executor, --address: {planned.method} follows from its own cases and takes processes of this machine (--jobs)"
+        )
     if planned.method == OPTIMISE:
         _optimised(planned, folder, table, jobs=jobs, resume=resume, as_json=as_json)
         return
@@ -56,7 +66,10 @@ def study(
         _rarely(planned, folder, table, jobs=jobs, resume=resume, as_json=as_json)
         return
     with console.progress(planned.name) as show:
-        ran = engine.run_study(planned, folder, jobs=jobs, resume=resume, progress=lambda done, of: show(done / of))
+        ran = engine.run_study(
+            planned, folder, jobs=jobs, resume=resume, executor=executor, address=address,
+            progress=lambda done, of: show(done / of),
+        )  # fmt: skip
     _tell(planned, folder, ran.stopped, table, as_json=as_json)
 
 

@@ -50,6 +50,8 @@ def cdf(found: Any) -> "Figure":
 def scatter(found: Any) -> "Figure":
     """Good cases, and the bad ones by what they miss, over the two inputs that decide most."""
     found = _answers(found)
+    if len(inputs_drawn(found.study)) < 2:
+        raise ValueError("a scatter needs two inputs that vary at random")
     first, second = leading(found)
     fig = figures.figure(3.8)
     ax = fig.subplots()

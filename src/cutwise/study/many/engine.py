@@ -1,5 +1,6 @@
 """Running a study: chunks until nothing is left, here or in as many processes as are wanted, on one folder."""
 
+import importlib.util
 import json
 import multiprocessing
 import time
@@ -23,6 +24,10 @@ _LOOKED = 0.2  # [s] between two looks at what is finished
 _WAITED = 1.0  # [s] between two looks for a part that others have leased
 _NARROW = "the interval is as narrow as the stop rule asks for"
 _SPENT = "the budget is spent; --resume goes on"
+
+LOCAL, DASK = EXECUTORS = ("local", "dask")
+"""What may start the workers of a study: processes of this machine, dask.distributed."""
+DASK_MISSING = "needs dask.distributed, which is not installed: pip install 'cutwise[distributed]'"
 
 Progress = Callable[[int, int], object]
 """Called with the cases that are done, and with all."""
@@ -51,7 +56,7 @@ def chunk_size(study: Study) -> int:
 
 def run_study(
     study: Study, folder: Path, *, jobs: int = 1, resume: bool = False, progress: Progress | None = None,
-    chunk: int | None = None,
+    chunk: int | None = None, executor: str = LOCAL, address: str | None = None,
 ) -> Ran:  # fmt: skip
     """Run what is missing of a study.
 
@@ -69,14 +74,32 @@ def run_study(
         Told what is done.
     chunk : int, optional
         Cases of a part; left out, as many as take some seconds.
+    executor : str
+        What starts the workers, of :data:`EXECUTORS`.
+    address : str, optional
+        Of a scheduler of dask that is there; left out, one is started here.
 
     Raises
     ------
     ScenarioFault
-        The folder holds another study, or parts of this one without ``resume``.
+        The folder holds another study, or parts of this one without ``resume``; or there is no such executor.
     """
+    if executor not in EXECUTORS:
+        raise ScenarioFault([Fault((), f"is not one of {', '.join(EXECUTORS)}", file=f"--executor {executor}")])
+    if address is not None and executor != DASK:
+        raise ScenarioFault([Fault((), "goes with --executor dask", file="--address")])
+    if study.method in SEARCHES:
+        raise ScenarioFault(
+            [Fault(("method",), f"{study.method} looks for its cases: it is no list of parts", file=study.name)]
+        )
+    if executor == DASK and importlib.util.find_spec("distributed") is None:
+        raise ScenarioFault([Fault((), DASK_MISSING, file="--executor dask")])  # before anything is run
     known = begun(study, folder, resume=resume, chunk=chunk)
     size = int(known["chunk"])
+    if executor == DASK:
+        from cutwise.study.many.distributed import run_on_dask
+
+        return run_on_dask(study, folder, size, jobs=jobs, address=address, progress=progress)
     if jobs <= 1:
         return _alone(study, folder, size, known, progress)
     return _together(study, folder, size, jobs, progress)
@@ -225,27 +248,54 @@ def _together(study: Study, folder: Path, size: int, jobs: int, progress: Progre
     workers = [context.Process(target=work, args=(folder,), daemon=True) for _ in range(jobs)]
     for worker in workers:
         worker.start()
-    stopped, allowance = "", _Allowance(study, _done(study, folder, size))
+    stopped, watch = "", Watch(study, folder, size, progress)
     try:
-        while any(worker.is_alive() for worker in workers):
+        while any(worker.is_alive() for worker in workers) and not stopped:
             time.sleep(_LOOKED)
-            if progress is not None:
-                progress(_done(study, folder, size), study.cases)
-            if _enough(study, folder, size):
-                stopped = _NARROW
-                break
-            if allowance.ended(_done(study, folder, size)):
-                stopped = _SPENT
-                break
+            watch.tell()
+            stopped = watch.stopped()
     finally:
         for worker in workers:
             worker.terminate()
             worker.join()
             at.give_back_of(folder, worker.pid)  # it had no time to do so itself
-    done = _done(study, folder, size)
-    if done < study.cases and not stopped:
-        stopped = "a worker ended before its time; --resume goes on"
-    return Ran(folder, done, stopped)
+    return watch.ended(stopped)
+
+
+class Watch:
+    """What is done of a study that others work on, and whether it should stop."""
+
+    def __init__(self, study: Study, folder: Path, size: int, progress: Progress | None) -> None:
+        self._study, self._folder, self._size, self._progress = study, folder, size, progress
+        self._allowance = _Allowance(study, self.done)
+
+    @property
+    def done(self) -> int:
+        """Cases whose parts are there."""
+        return _done(self._study, self._folder, self._size)
+
+    def missing(self) -> list[tuple[int, int]]:
+        """First case and number of cases of the parts that are not there."""
+        every = at.chunks(self._study, self._size)
+        return [one for one in every if not at.part_file(self._folder, *one).exists()]
+
+    def tell(self) -> None:
+        """Tell what is done."""
+        if self._progress is not None:
+            self._progress(self.done, self._study.cases)
+
+    def stopped(self) -> str:
+        """Why it is to stop before all is done; nothing if it is not."""
+        if _enough(self._study, self._folder, self._size):
+            return _NARROW
+        return _SPENT if self._allowance.ended(self.done) else ""
+
+    def ended(self, stopped: str) -> Ran:
+        """How the run ended."""
+        done = self.done
+        if done < self._study.cases and not stopped:
+            stopped = "a worker ended before its time; --resume goes on"
+        return Ran(self._folder, done, stopped if done < self._study.cases else "")
 
 
 def _enough(study: Study, folder: Path, size: int) -> bool:

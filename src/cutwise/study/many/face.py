@@ -1,7 +1,8 @@
 """Studies from Python: a file or a mapping in, shares, tables and the worst cases out."""
 
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -10,18 +11,23 @@ import numpy as np
 from cutwise.above import above
 from cutwise.io.tree import from_data
 from cutwise.results import Result
+from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.spec.scenario import Scenario
 from cutwise.study.band import simulate
 from cutwise.study.many import engine, tables
 from cutwise.study.many import folder as at
 from cutwise.study.many.answers import Answers, answers, measures, worst
 from cutwise.study.many.cases import case_of
+from cutwise.study.many.definition import OPTIMISE, RARE, SEARCHES, Study
 from cutwise.study.many.reading import read_study, study_of
 from cutwise.study.many.statements import Share
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
+
+    from cutwise.study.many.best import Best
+    from cutwise.study.many.rarely import Rarely
 
 
 class StudyResult(NamedTuple):
@@ -31,10 +37,10 @@ class StudyResult(NamedTuple):
     folder: Path | None  # None: nothing is kept
 
     @property
-    def probability(self) -> Share | list[tuple[dict[str, Any], Share]]:
-        """Share of good cases with its interval; over design levers one for each combination."""
-        shares = list(self.answers.shares)
-        return shares[0][1] if len(shares) == 1 else shares
+    def probability(self) -> "Share | xr.DataArray":
+        """Share of good cases with its interval; over design levers an array, with value, low and high along ``end``."""
+        shares = self.answers.shares
+        return shares[0][1] if len(shares) == 1 else tables.over_settings(self.answers.study, shares)
 
     @property
     def measures(self) -> dict[str, float]:
@@ -75,15 +81,19 @@ class StudyResult(NamedTuple):
 
 
 def run_study(
-    source: str | Path | Mapping[str, Any], *, folder: str | Path | None = None, jobs: int = 1, resume: bool = False,
-    cases: int | None = None, seed: int | None = None,
-) -> StudyResult:  # fmt: skip
+    source: str | Path | Mapping[str, Any] | Scenario, vary: Mapping[str, Any] | None = None, *,
+    folder: str | Path | None = None, jobs: int = 1, resume: bool = False, cases: int | None = None,
+    seed: int | None = None, method: str | None = None, executor: str = engine.LOCAL, address: str | None = None,
+) -> "StudyResult | Best | Rarely":  # fmt: skip
     """Run a study.
 
     Parameters
     ----------
-    source : str, Path or mapping
-        A study file, or a mapping with the keys of one.
+    source : str, Path, mapping or Scenario
+        A study file, a mapping with the keys of one, or a scenario.
+    vary : mapping, optional
+        What varies in a scenario: dotted key, and what a study file has for it; :func:`normal`, :func:`uniform` and
+        their like write that.
     folder : str or Path, optional
         Where its cases are kept, so that it can be gone on with; left out, they are kept in memory alone.
     jobs : int
@@ -92,26 +102,81 @@ def run_study(
         Go on with the cases that are in the folder.
     cases, seed : int, optional
         Instead of those of the source.
+    method : str, optional
+        With a scenario.
+    executor, address : str, optional
+        ``"dask"`` and its scheduler, where other machines are to work.
+
+    Returns
+    -------
+    StudyResult, Best or Rarely
+        Of an optimisation the best setting with all that were tried, of rare failures their probability.
 
     Raises
     ------
     ScenarioFault
         Everything that is wrong with the study.
     """
-    study = (
-        study_of(from_data(dict(source), "study"), [], Path("study"), cases=cases, seed=seed)
-        if isinstance(source, Mapping)
-        else read_study(Path(source), cases=cases, seed=seed)
-    )
+    study = _read(source, vary, method, cases, seed)
+    with _kept(folder) as place:
+        if study.method in SEARCHES and (executor != engine.LOCAL or address is not None):
+            raise ScenarioFault([Fault((), f"{study.method} takes processes of this machine", file="executor")])
+        if study.method == OPTIMISE:
+            from cutwise.study.many.best import optimised
+
+            return optimised(study, place, jobs=jobs, resume=resume)
+        if study.method == RARE:
+            from cutwise.study.many.rarely import rarely
+
+            return rarely(study, place, jobs=jobs, resume=resume)
+        engine.run_study(study, place, jobs=jobs, resume=resume, executor=executor, address=address)
+        return StudyResult(_answers(study, place), None if folder is None else place)
+
+
+def _read(
+    source: str | Path | Mapping[str, Any] | Scenario, vary: Mapping[str, Any] | None, method: str | None,
+    cases: int | None, seed: int | None,
+) -> Study:  # fmt: skip
+    if isinstance(source, Scenario):
+        said = {"name": source.name, "vary": dict(vary or {}), **({} if method is None else {"method": method})}
+        return study_of(from_data(said, "study"), [], Path("study"), cases=cases, seed=seed, of=source)
+    if vary is not None or method is not None:
+        raise ScenarioFault([Fault((), "vary and method go with a scenario; a study has its own", file="run_study")])
+    if isinstance(source, Mapping):
+        return study_of(from_data(dict(source), "study"), [], Path("study"), cases=cases, seed=seed)
+    return read_study(Path(source), cases=cases, seed=seed)
+
+
+@contextmanager
+def _kept(folder: str | Path | None) -> Iterator[Path]:
     if folder is not None:
-        engine.run_study(study, Path(folder), jobs=jobs, resume=resume)
-        return StudyResult(_answers(study, Path(folder)), Path(folder))
+        yield Path(folder)
+        return
     with tempfile.TemporaryDirectory() as temporary:
-        engine.run_study(study, Path(temporary), jobs=jobs)
-        return StudyResult(_answers(study, Path(temporary)), None)
+        yield Path(temporary)
 
 
-def _answers(study: Any, folder: Path) -> Answers:
+def grid(start: str | float, end: str | float, count: int, spacing: str = "linear") -> dict[str, Any]:
+    """Settings from one value to another, evenly spaced (``linear``) or by equal factors (``log``)."""
+    return {"grid": {"from": start, "to": end, "count": count, "spacing": spacing}}
+
+
+def normal(mean: str, deviation: str) -> dict[str, Any]:
+    """Normal scatter about a mean."""
+    return {"normal": {"mean": mean, "deviation": deviation}}
+
+
+def lognormal(median: str, log_deviation: float) -> dict[str, Any]:
+    """Scatter of a positive value whose logarithm is normal."""
+    return {"lognormal": {"median": median, "log_deviation": log_deviation}}
+
+
+def uniform(low: str, high: str) -> dict[str, Any]:
+    """Any value between two ends, none more likely."""
+    return {"uniform": [low, high]}
+
+
+def _answers(study: Study, folder: Path) -> Answers:
     known = at.identity_in(folder)
     assert known is not None
     found = answers(study, folder, int(known["chunk"]))

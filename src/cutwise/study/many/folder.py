@@ -47,7 +47,12 @@ def started(folder: Path, text: str, identity: dict[str, Any]) -> None:
     for name in ("parts", "lease"):
         (folder / name).mkdir(parents=True, exist_ok=True)
     write_text(folder / "study.json", text)
-    write_text(folder / "identity.json", json.dumps(identity, indent=1))
+    write_text(identity_file(folder), json.dumps(identity, indent=1))
+
+
+def identity_file(folder: Path) -> Path:
+    """Where the identity of a study stands; it is written last."""
+    return folder / "identity.json"
 
 
 def identity_in(folder: Path) -> dict[str, Any] | None:
@@ -58,7 +63,7 @@ def identity_in(folder: Path) -> dict[str, Any] | None:
     ScenarioFault
         The file is damaged.
     """
-    file = folder / "identity.json"
+    file = identity_file(folder)
     if not file.exists():
         return None
     try:

@@ -60,9 +60,9 @@ def read_study(
 
 def study_of(
     tree: Node | None, wrong: Sequence[Fault], path: Path, overrides: Sequence[str] = (), *, cases: int | None = None,
-    seed: int | None = None,
+    seed: int | None = None, of: Scenario | None = None,
 ) -> Study:  # fmt: skip
-    """The study of a tree; files are named beside ``path``."""
+    """The study of a tree; files are named beside ``path``. ``of``: the scenario, where the tree names none."""
     if tree is None or not isinstance(tree.value, dict):
         raise ScenarioFault(
             list(wrong) or [Fault((), "holds no study: write scenario, vary and method", file=str(path))]
@@ -75,7 +75,7 @@ def study_of(
         near = get_close_matches(key, _KEYS, n=1)
         hint = f"; did you mean {near[0]}?" if near else f"; a study has {', '.join(_KEYS)}"
         faults.at(node, (key,), f"unknown key{hint}", at_key=True)
-    scenario = _scenario(tree, path, overrides, faults)
+    scenario = _scenario(tree, path, overrides, faults) if of is None else of
     if scenario is None or faults.found:
         raise ScenarioFault(faults.found)
     study = _study(tree, scenario, path, overrides, faults, cases=cases, seed=seed)
@@ -155,10 +155,15 @@ def _study(
     found = Study(
         str(tree.value["name"].plain()) if "name" in tree.value else path.stem, curved,
         coarse, {} if search else levers.design, random, method, draws, chosen, measures, demanded, stop, levels,
-        str(path.parent / tree.value["scenario"].value), (*given, *overrides), relations, search, budget,
+        _source(tree, path, scenario), (*given, *overrides), relations, search, budget,
     )  # fmt: skip
     _allowed(found, tree, faults)
     return found
+
+
+def _source(tree: Node, path: Path, scenario: Scenario) -> str:
+    """Where the scenario of a study stands, as a command names it."""
+    return str(path.parent / tree.value["scenario"].value) if "scenario" in tree.value else scenario.name
 
 
 def _goes_together(
@@ -196,7 +201,7 @@ def _goes_together(
     for name, limit in scenario.requirements.items():
         if limit.whole_band:
             faults.at(
-                tree.value["scenario"], ("scenario",),
+                tree.value.get("scenario", tree), ("scenario",),
                 f"requirements.{name}.whole_band: a study judges the history of each case, not its whole band; set it false",
             )  # fmt: skip
     unused = {

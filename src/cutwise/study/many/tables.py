@@ -1,7 +1,7 @@
 """Cases of a study as tables: a row a case (pandas), arrays over settings and draws (xarray), files of both."""
 
 import io
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,6 +10,7 @@ from cutwise import units
 from cutwise.io.cells import harmless
 from cutwise.study.many.answers import dimension_of
 from cutwise.study.many.definition import Study
+from cutwise.study.many.statements import Share
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -75,6 +76,21 @@ def dataset(study: Study, table: Mapping[str, np.ndarray]) -> "xr.Dataset":
     )
     coordinates: dict[str, Any] = {key: (key, list(lever.values), said(key)) for key, lever in study.design.items()}
     return xr.Dataset(data, {"draw": np.arange(rows), **coordinates}, {"study": study.name, "seed": study.seed})
+
+
+def over_settings(study: Study, shares: Sequence[tuple[Mapping[str, Any], Share]]) -> "xr.DataArray":
+    """Shares of good cases over the settings of design levers, with value, low and high along ``end``."""
+    import xarray as xr
+
+    si = units_of(study)
+    shape = tuple(len(lever.values) for lever in study.design.values())
+    values = (
+        np.array([tuple(share) for _, share in shares]).reshape(*shape, 3) if shares else np.full((*shape, 3), np.nan)
+    )
+    coordinates: dict[str, Any] = {
+        key: (key, list(lever.values), {"units": si[key]} if key in si else {}) for key, lever in study.design.items()
+    }
+    return xr.DataArray(values, {**coordinates, "end": list(Share._fields)}, (*study.design, "end"), "probability")
 
 
 def dataset_in(found: "xr.Dataset", wanted: Mapping[str, str], study: Study) -> "xr.Dataset":
