@@ -17,11 +17,13 @@ import numpy as np
 from cutwise.maths import profiles
 from cutwise.maths.envelopes import COLUMNS, Segments
 from cutwise.maths.height_map import height_map, layout, swept_band, volume_of
-from cutwise.maths.map_surface import RECTANGLE, Outline, Solid, shaping_index
+from cutwise.maths.map_surface import RECTANGLE, Outline, Solid
 from cutwise.maths.profiles import cylinder_foot, meridian
+from cutwise.maths.workpiece import alone
 from cutwise.physics.cutting.flute import EdgeCoefficients, Mill
+from cutwise.physics.cutting.uneven import even_edges
 from cutwise.physics.engagement.map_contact import Edge
-from cutwise.physics.surface.map_deviation import deviations
+from cutwise.physics.surface.map_deviation import deviations, shaped_by
 from cutwise.process.stock_loop import STATION, Run, Teeth, run_moves
 
 MM = 1e-3
@@ -99,16 +101,16 @@ def engaged(points, pieces, grid, elements, refine, forces=False):
     radius = max(piece[2] for piece in pieces)
     edge = Edge(meridian(pieces, 0.0, elements), radius, cylinder_foot(pieces), math.inf)
     coefficients = EdgeCoefficients(767.01e6, 168.8e6, 222e6, 27.7e3, 26.6e3, 0.7e3)
-    teeth = Teeth(edge, Mill(radius, 2, math.radians(30)), -1.0, coefficients, forces)
+    teeth = Teeth(edge, Mill(radius, 2, math.radians(30)), -1.0, even_edges(coefficients), forces)
     stations = np.arange(0, 2 * count + 1, 2)
     run = Run(
         points[:-1], points[1:], np.linalg.norm(np.diff(points, axis=0), axis=1), np.zeros(count, bool), np.full(count, 0.05),
-        np.full(count, 1000.0), stations, np.zeros((2 * count, len(STATION))), np.zeros(2 * count, np.int64),
-        np.zeros(count, np.int64), np.zeros((count, 5)), np.zeros((count, 5)),
+        np.full(count, 1000.0), np.full(2 * count, 0.05), stations, np.zeros((2 * count, len(STATION))),
+        np.zeros(2 * count, np.int64), np.zeros(count, np.int64), np.zeros((count, 5)), np.zeros((count, 5)),
     )  # fmt: skip
     solid = Solid(stock, Outline(RECTANGLE, 0.0, 0.0, 0.0), path, tools)
     start = time.process_time()
-    run_moves(solid, NO_SHANK, teeth, run, (0, count), True, refine)
+    run_moves(alone(solid), NO_SHANK, teeth, run, (0, count), True, refine)
     return time.process_time() - start
 
 
@@ -132,11 +134,11 @@ def wavy():
         spent = engaged(some, pieces, 0.1 * MM, elements, refine, forces)
         print(f"contact, {words}: {8000 / spent:9.0f} moves a CPU s, {1e6 * spent / 16000:5.1f} microseconds a station")
     _, solid, _ = swept(points, pieces, -20 * MM, 6 * MM, 0.1 * MM)
-    index = shaping_index(solid)
+    left = shaped_by(alone(solid))
     value, segment = np.empty(len(surface)), np.empty(len(surface), np.int64)
-    deviations(solid, index, surface[:9], normal[:9], 1e-5, value, segment)
+    deviations(left, surface[:9], normal[:9], 1e-5, value, segment)
     start = time.process_time()
-    deviations(solid, index, np.ascontiguousarray(surface), np.ascontiguousarray(normal), 1e-5, value, segment)
+    deviations(left, np.ascontiguousarray(surface), np.ascontiguousarray(normal), 1e-5, value, segment)
     print(f"deviation: {len(surface) / (time.process_time() - start):9.0f} points a CPU s")
 
 

@@ -56,7 +56,8 @@ def test_a_run_without_such_a_stock_says_so(cutwise, examples, tmp_path):
 def test_what_is_wrong_is_said_at_once(cutwise, tmp_path):
     (tmp_path / "bad.yaml").write_text(
         "process: mill\nprogram: {file: a.nc, text: G1 X1 F1}\npart: {file: none.step, tolerance: 10}\n"
-        "tools:\n  - {number: 1, shape: bull_nose, diameter: 10 mm, flutes: 3, helix: 30 deg}\nsetups: []\n"
+        "tools:\n  - {number: 1, shape: bull_nose, diameter: 10 mm, flutes: 3, helix: 30 deg}\n"
+        "setups: [{program: {file: b.nc, text: G1 X1 F1}, axis: [0, 0, 0]}]\n"
     )
     refused = cutwise("check", tmp_path / "bad.yaml")
     assert refused.code == 2
@@ -65,7 +66,7 @@ def test_what_is_wrong_is_said_at_once(cutwise, tmp_path):
         "none.step: no such file",
         "has no unit",
         "corner_radius: missing",
-        "not supported yet",
+        "axis: is zero",
     ):
         assert words in refused.err
 

@@ -39,6 +39,7 @@ M2
 _LINE = ("path.line.from=[1900 mm, -8 mm, 800 mm]", "path.line.to=[1900 mm, 8 mm, 800 mm]")
 _STOCK = "stock={x: [35 mm, 56 mm], y: [15 mm, 45 mm], z: [-20 mm, 0 mm]}"
 CASES = {  # the examples, short and coarse
+    "cell_robot_wall": (*_LINE, "numerics.station=8 mm"),
     "chamfer_compliant_spindle": ("path.points=24", "operation.contact_feed=150 mm/s", "part.pipe.hole_radius=2 mm"),
     "chamfer_on_robot": ("path.points=24",),
     "chamfer_on_machine": ("path.points=24",),
@@ -78,6 +79,7 @@ CASES = {  # the examples, short and coarse
     "turn_shaft": ("numerics.station=40 mm",),
 }  # fmt: skip
 ONLY = {  # keys that are turned where an example costs much; the others are turned in examples beside it
+    "cell_robot_wall": ("cell*", "robot.base_compliance", "part*", "tool.stiffness"),
     "chamfer_on_robot": ("robot.*", "placement*", "spindle"),
     "chamfer_on_machine": (
         "machine.drives.[xyz]*",

@@ -18,7 +18,7 @@ WITHOUT_PHYSICS = {
     # chamfer: a plain pipe and cutter, the exact path, a set-up without error unless given
     "eccentricity", "holes", "edges", "definition", "tier", "tilt", "clearance", "pole_limit_angle", "axis", "retract",
     "preset", "part_error", "position", "radius", "wall", "angle", "ball_radius",
-    "slices", "seed", "force", "time_step", "runout", "runout_angle", "gravity", "numerics", "engagement",
+    "slices", "seed", "force", "time_step", "setups", "sweep", "runout", "runout_angle", "gravity", "numerics", "engagement",
     "stability", "samples", "points", "diagonal_points", "orders", "convention", "weights", "feed_moment", "load", "at", "elements",
     # drilling: flat plate where it lies, frames without a turn, one hole, the simple lip, postures by search
     "inclination", "slope_direction", "x", "y", "z", "steps", "rotation", "flange_origin", "flange_rotation",

@@ -7,6 +7,7 @@ import pytest
 
 from cutwise.maths import profiles
 from cutwise.maths.envelopes import Segments, heights_left
+from cutwise.maths.workpiece import alone
 from cutwise.physics.engagement.map_contact import Edge, Place, contact_rows, fan_room
 from peers.maps import MM, before, block, lines, tool
 
@@ -44,7 +45,7 @@ def test_arcs_are_where_material_stands_above_the_rim(name, plunge):
     for _ in range(6):
         path, place = random_case(draw, plunge)
         solid = before(block((-10, 10), (-10, 10), (-6, 0), 0.15), path, tool(pieces), 5)
-        count = contact_rows(solid, place, edge, fan_room(), rows, True)
+        count = contact_rows(alone(solid), place, edge, fan_room(), rows, True)
         earlier = Segments(path.row[:5].copy(), path.first[:6].copy())
         for k in range(edge.meridian.height.size):
             radius, sine, cosine = edge.meridian.radius[k], edge.meridian.sine[k], edge.meridian.cosine[k]

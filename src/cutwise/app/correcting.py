@@ -27,8 +27,10 @@ def correct(
     change: Annotated[str | None, typer.Option("--change", metavar="LIST", help="what may be changed: feed,speed,...")] = None,
     output: Annotated[Path | None, typer.Option("-o", "--output", metavar="OUT", help="write the new program")] = None,
     form: Annotated[
-        str, typer.Option("--format", metavar="FORMAT", help="language of the new program: rs274 (its own)")
-    ] = "rs274",
+        str | None,
+        typer.Option("--format", metavar="FORMAT", help="language of the new program: rs274 (its own), fanuc, apt; of robots "
+                     "poses, krl, rapid; table of feeds or errors"),
+    ] = None,
     draws: Annotated[str | None, typer.Option("--draws", metavar="N", help="draws of what is uncertain")] = None,
     ranges: Annotated[
         list[str] | None, typer.Option("--range", metavar="KEY=LO..HI", help="how far a setting may be turned; repeatable")
@@ -45,12 +47,18 @@ def correct(
     from cutwise.app.console import Console
     from cutwise.io.scenario import load
     from cutwise.study.correct.entry import correct as corrected
-    from cutwise.study.correct.table import FORMATS
+    from cutwise.study.correct.table import FORMATS, WRITTEN
 
-    if form != "rs274" and form not in FORMATS:
-        refuse(f"--format {form}: is not there yet; there are {', '.join(['rs274', *FORMATS])}")
+    if form not in (None, "rs274", *FORMATS):
+        refuse(f"--format {form}: is not there; there are {', '.join(['rs274', *FORMATS])}")
     settings = [*(overrides or ()), *_settings(objective, change, draws, ranges or ())]
     scenario = load(file, settings, named=SET)
+    languages = WRITTEN.get(scenario.process, ("rs274",))
+    if form is not None and form not in languages:
+        refuse(
+            f"--format {form}: does not go with process: {scenario.process}, of which there is {', '.join(languages)}"
+        )
+    form = form or languages[0]
     outputs.checked([output, report], [file, *scenario.files])
     console = Console()
     with console.progress(f"correct {scenario.name}") as progress:

@@ -48,6 +48,19 @@ class Layout(NamedTuple):
     rows: int  # blocks along y
 
 
+class Held(NamedTuple):
+    """Intervals of material in columns of cells, where other set-ups have cut too; none: a column is whole."""
+
+    first: IntArray  # first interval of each cell, and their number at the end, shape (cells + 1,); or shape (1,)
+    low: FloatArray  # [m], rising within a column
+    high: FloatArray
+
+
+def whole_columns() -> Held:
+    """No other set-up has cut."""
+    return Held(np.zeros(1, np.int64), np.zeros(0), np.zeros(0))
+
+
 class HeightMap(NamedTuple):
     """Material left; b blocks, row by row."""
 
@@ -59,6 +72,7 @@ class HeightMap(NamedTuple):
     whole: npt.NDArray[np.bool_]  # blocks that are stock all over, shape (b,)
     bottom: FloatArray  # underside of the stock [m], of each cell shape (b * 256,) or of all shape (1,)
     top: Float32Array  # upper side of the stock [m], of each cell shape (b * 256,) or of all shape (1,)
+    held: Held  # of cells
 
 
 def layout(x: tuple[float, float], y: tuple[float, float], grid: float) -> Layout:
@@ -85,7 +99,7 @@ def in_rows(grid: Layout, blocks: npt.NDArray[np.generic]) -> npt.NDArray[np.gen
 
 def cell_middles(grid: Layout) -> tuple[FloatArray, FloatArray]:
     """x and y of all cells, rings and what fills the blocks up included [m]."""
-    return (
+    return (  # type: ignore[return-value]
         grid.x + grid.dx * (np.arange(grid.columns * SIDE) - RINGS + 0.5),
         grid.y + grid.dy * (np.arange(grid.rows * SIDE) - RINGS + 0.5),
     )
@@ -127,7 +141,7 @@ def height_map(grid: Layout, share: FloatArray, bottom: float | FloatArray, top:
     lower = in_blocks(lowers) if np.ndim(bottom) else np.array([bottom], float)
     return HeightMap(
         grid, height, np.full(height.size, STOCK, np.int32), height.reshape(-1, _CELLS).max(axis=1), part,
-        (blocks == 1.0).all(axis=1), np.asarray(lower), np.asarray(upper),
+        (blocks == 1.0).all(axis=1), np.asarray(lower), np.asarray(upper), whole_columns(),
     )  # fmt: skip
 
 
@@ -407,6 +421,20 @@ def _line(
 
 
 @stepping
+def _held_off(stock: HeightMap, cell: int, height: Float32Array, level: Float32Array) -> float:
+    """What a row of cells loses of the intervals that other set-ups have left [m]."""
+    held, off = stock.held, 0.0
+    for j in range(SIDE):
+        if not level[j] < height[j]:
+            continue
+        share = np.float64(stock.share[cell + j])
+        for n in range(held.first[cell + j], held.first[cell + j + 1]):
+            gone = min(held.high[n], np.float64(height[j])) - max(held.low[n], np.float64(level[j]))
+            off += max(gone, 0.0) * share
+    return off
+
+
+@stepping
 def _lowered(stock: HeightMap, block: int, move: int, level: Float32Array, spare: Float32Array) -> int:
     """Take a block down to the heights of a move; returns what was taken off, in units of 2**-40 m."""
     base = block * _CELLS  # views, because an index that may be negative keeps loops out of vector lanes
@@ -429,7 +457,11 @@ def _lowered(stock: HeightMap, block: int, move: int, level: Float32Array, spare
             new = new if new > floor else floor
             old = old if old > floor else floor
             off += (old - new) * (1.0 if whole else np.float64(stock.share[base + k]))
-        taken += np.int64(math.floor(off * _GRAIN + 0.5))
+        if stock.held.first.size > 1:
+            off = _held_off(
+                stock, base + SIDE * i, height[SIDE * i : SIDE * i + SIDE], level[SIDE * i : SIDE * i + SIDE]
+            )
+        taken += np.int64(math.floor(off * _GRAIN + 0.5))  # type: ignore[assignment]
     for k in range(_CELLS):
         less = level[k] < height[k]
         cutter[k] = name if less else cutter[k]
@@ -714,6 +746,10 @@ def volume_of(stock: HeightMap, taken: IntArray | int) -> FloatArray:
 def material(stock: HeightMap) -> float:
     """Volume of what is left [m^3]."""
     depth = np.maximum(stock.height.astype(float) - stock.bottom, 0.0)
+    if stock.held.first.size > 1:
+        cell = np.repeat(np.arange(stock.height.size), np.diff(stock.held.first))
+        depth = np.zeros(stock.height.size)
+        np.add.at(depth, cell, np.maximum(np.minimum(stock.held.high, stock.height[cell]) - stock.held.low, 0.0))
     return float((depth * stock.share).sum() * stock.layout.dx * stock.layout.dy)
 
 

@@ -8,11 +8,13 @@ import numpy.typing as npt
 
 from cutwise.io.part_samples import Samples
 from cutwise.maths.curves import FloatArray
-from cutwise.maths.map_surface import CIRCLE, shaping_index
-from cutwise.physics.surface.map_deviation import REACH, Fit, deviations, fitted
+from cutwise.maths.map_surface import CIRCLE
+from cutwise.maths.workpiece import Frame, under
+from cutwise.physics.surface.map_deviation import REACH, Fit, deviations, fitted, shaped_by
 from cutwise.process.nominal_part import nominal_samples, tolerance_of
 from cutwise.process.stock_material import Raw
 from cutwise.process.stock_milling import StockRunDone
+from cutwise.process.stock_setups import Done
 from cutwise.spec.milling import MillingScenario
 
 IntArray = npt.NDArray[np.int64]
@@ -40,12 +42,25 @@ class FaceDeviation(NamedTuple):
     scallop: float  # [m]; NaN where neither ball nor bull-nose cut it
 
 
+class Owners(NamedTuple):
+    """The runs to which segments belong."""
+
+    first: IntArray  # number of the first segment of each run, shape (runs,); lower ones are of earlier runs
+    runs: tuple[StockRunDone, ...]
+
+    def of(self, segment: IntArray) -> tuple[IntArray, IntArray]:
+        """Run and segment in it, of segments (n,); the run is -1 for the stock and for earlier runs."""
+        run = np.searchsorted(self.first, segment, side="right") - 1
+        return run, segment - self.first[np.maximum(run, 0)]
+
+
 class Deviation(NamedTuple):
     """Deviation of the machined surface from the part, positive where material is left."""
 
     samples: Samples
     value: FloatArray  # [m]; NaN where a face is seen from behind, shape (n,)
-    segment: IntArray  # of the moves, that made the surface; -1 the stock, shape (n,)
+    segment: IntArray  # that made the surface, of all maps together; -1 the stock, shape (n,)
+    owners: Owners
     faces: tuple[FaceDeviation, ...]
     tolerance: float | None
     fit: Fit | None
@@ -65,26 +80,44 @@ class Deviation(NamedTuple):
         return int(np.argmin(value) if gouge else np.argmax(value))
 
 
-def deviation(scenario: MillingScenario, done: StockRunDone) -> Deviation | None:
-    """The machined surface against the part; None without a part."""
-    part = scenario.nominal
-    if part is None:
+class Judged(NamedTuple):
+    """The surface that comes off the machine, and where that is another one the ideal surface, against the part."""
+
+    left: Deviation
+    ideal: Deviation | None
+
+
+def judged(scenario: MillingScenario, done: Done) -> Judged | None:
+    """The machined surfaces against the part; None without a part."""
+    if scenario.nominal is None:
         return None
     samples = nominal_samples(scenario)
+    left = deviation(scenario, done, samples, ideal=False)
+    return Judged(left, deviation(scenario, done, samples, ideal=True) if done.moved else None)
+
+
+def deviation(scenario: MillingScenario, done: Done, samples: Samples, *, ideal: bool) -> Deviation:
+    """A machined surface against samples of the part."""
+    part = scenario.nominal
+    assert part is not None
     value, segment = np.empty(len(samples.weight)), np.empty(len(samples.weight), np.int64)
     tolerance = tolerance_of(scenario)
+    runs = done.left(ideal)
+    solids = done.solids(min(run.grid for run in runs), ideal)
+    seen = Frame(np.eye(3), np.zeros(3))
+    left = shaped_by(under([one.solid for one in solids], [one.frame for one in solids], seen))
     deviations(
-        done.solid, shaping_index(done.solid), np.ascontiguousarray(samples.point), np.ascontiguousarray(samples.normal),
-        tolerance, value, segment,
-    )  # fmt: skip
+        left, np.ascontiguousarray(samples.point), np.ascontiguousarray(samples.normal), tolerance, value, segment
+    )
+    owners = Owners(left.first[len(solids) - len(runs) :], runs)
     judged = np.isfinite(value)
-    upright = np.abs(samples.normal[:, 2]) <= _UPRIGHT
+    lean = np.abs(samples.normal @ left.piece.turn[:, 2].T).min(axis=1)
     own = (
-        judged & upright & (segment < 0) & (np.abs(value) <= _OWN)
+        judged & (lean <= _UPRIGHT) & (segment < 0) & (np.abs(value) <= _OWN)
     )  # the outline of the stock, which no tool has to make
     counted = judged & ~own
     faces = tuple(
-        _of_face(done, samples, value, segment, face, tolerance) for face in np.unique(samples.face[judged]).tolist()
+        _of_face(owners, samples, value, segment, face, tolerance) for face in np.unique(samples.face[judged]).tolist()
     )
     area = float(samples.weight[judged].sum())
     weight = samples.weight[counted]
@@ -95,12 +128,13 @@ def deviation(scenario: MillingScenario, done: StockRunDone) -> Deviation | None
     if total > 0.0 and judged.sum() > 6:  # the outline too: where it stands says where the part lies in the stock
         fit = fitted(samples.point[judged], samples.normal[judged], value[judged], samples.weight[judged])
     return Deviation(
-        samples, value, segment, faces, part.tolerance, fit, area, within, rms, _standing_out(done.planned.raw, samples.point)
+        samples, value, segment, owners, faces, part.tolerance, fit, area, within, rms,
+        _standing_out(done.raw, samples.point),
     )  # fmt: skip
 
 
 def _of_face(
-    done: StockRunDone, samples: Samples, value: FloatArray, segment: IntArray, face: int, tolerance: float
+    owners: Owners, samples: Samples, value: FloatArray, segment: IntArray, face: int, tolerance: float
 ) -> FaceDeviation:
     mine = (samples.face == face) & np.isfinite(value)
     d, w = value[mine], samples.weight[mine]
@@ -109,15 +143,18 @@ def _of_face(
     return FaceDeviation(
         face, samples.names[face], area, float(d.min()), float(d.max()), float(w @ d) / area,
         math.sqrt(float(w @ (d * d)) / area), -float(w @ np.minimum(d, 0.0)), float(w @ np.maximum(d, 0.0)),
-        bool((made >= 0).any()), _scallop(done, d, made, tolerance),
+        bool((made >= 0).any()), _scallop(owners, d, made, tolerance),
     )  # fmt: skip
 
 
-def _scallop(done: StockRunDone, value: FloatArray, segment: IntArray, tolerance: float) -> float:
+def _scallop(owners: Owners, value: FloatArray, segment: IntArray, tolerance: float) -> float:
     """Largest deviation less the 5 % quantile, where ball or bull-nose cut and no pass went too deep."""
-    rows = [row for row, shape in enumerate(done.planned.tools.shapes) if shape in _SCALLOPS]
-    tool = np.where(segment >= 0, done.moves.path.row[np.maximum(segment, 0), 1], -1.0)
-    theirs = np.isin(tool, rows)
+    run, own = owners.of(segment)
+    theirs = np.zeros(value.size, bool)
+    for number, done in enumerate(owners.runs):
+        mine = run == number
+        round_ = np.array([shape in _SCALLOPS for shape in done.planned.tools.shapes])
+        theirs[mine] = round_[done.moves.path.row[own[mine], 1].astype(np.int64)]
     there = theirs & (value >= -0.1 * tolerance)
     if (
         2 * int(theirs.sum()) <= value.size or not there.any()

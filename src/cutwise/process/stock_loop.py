@@ -1,6 +1,7 @@
 """The loop over the moves of a program in a stock in 3D: contact and force at stations of a move, then its sweep."""
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -11,20 +12,26 @@ from cutwise.maths.envelopes import LINE
 from cutwise.maths.height_map import RINGS, SIDE, HeightMap, Room, cut_by, overlap_by, room
 from cutwise.maths.map_surface import Solid, surface_within
 from cutwise.maths.profiles import Cutters
-from cutwise.physics.cutting.flute import EdgeCoefficients, Mill
-from cutwise.physics.cutting.meridian import Chip, meridian_force, peak_force, thickest_chip
+from cutwise.maths.workpiece import Workpiece
+from cutwise.physics.cutting.flute import Mill
+from cutwise.physics.cutting.meridian import Chip, MeridianForce, meridian_force, peak_force, thickest_chip
+from cutwise.physics.cutting.meridian_uneven import thickest_uneven_chip, uneven_meridian_force, uneven_peak_force
+from cutwise.physics.cutting.uneven import Edges, even_and_linear
 from cutwise.physics.engagement.map_contact import Edge, Fan, Place, angle_of_contact, contact_rows, fan_room, removal
+from cutwise.process.loops_drives import STANDSTILL
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 
 STATION = (
     "share", "contact", "angle", "removal", "force_x", "force_y", "force_z", "torque", "end_force", "force_xy_peak",
-    "chip_thickness", "over_centre",
+    "chip_thickness", "over_centre", "push_x", "push_y", "push_z",
 )  # fmt: skip
+Progress = Callable[[float], None]
+
 PIECES = 4096  # of contact at one place
 _UPRIGHT = 1e-12
-_AHEAD = 1e-8  # [m] of the start of a segment
+AHEAD = 1e-8  # [m] of the start of a segment
 
 
 class Teeth(NamedTuple):
@@ -33,7 +40,7 @@ class Teeth(NamedTuple):
     edge: Edge
     mill: Mill  # radius, flutes and helix
     core: float  # radius inside which no edge of the bottom cuts [m]; negative where there is no bottom to speak of
-    coefficients: EdgeCoefficients
+    edges: Edges  # force law and run-out
     forces: bool  # whether coefficients and a spindle speed are known
 
 
@@ -46,6 +53,7 @@ class Run(NamedTuple):
     rapid: npt.NDArray[np.bool_]  # of each move
     feed: FloatArray  # [m/s]
     spindle: FloatArray  # [rad/s]
+    speed: FloatArray  # at each station, as the machine plans it [m/s]: it sets what pushes the tool aside
     station: IntArray  # first station of each move, and their number at the end, shape (moves + 1,)
     found: FloatArray  # of each station, columns STATION
     segment: IntArray  # on which each station is
@@ -89,23 +97,35 @@ def _place(solid: Solid, run: Run, move: int, segment: int, share: float) -> Pla
 
 
 @stepping
-def _station(
-    solid: Solid,
+def _mean(rows: FloatArray, count: int, teeth: Teeth, chip: Chip) -> MeridianForce:
+    """Mean force of rows of contact, in closed form where teeth are even and the law is linear."""
+    mer = teeth.edge.meridian
+    if even_and_linear(teeth.edges):
+        return meridian_force(rows, count, mer, teeth.edge.radius, teeth.mill.flutes, chip, teeth.edges.linear)
+    return uneven_meridian_force(rows, count, mer, teeth.mill, chip, teeth.edges)
+
+
+@stepping
+def station_at(
+    piece: Workpiece,
     teeth: Teeth,
     run: Run,
     move: int,
     place: Place,
     refine: bool,
+    peak: bool,
+    planned: float,
     fan: Fan,
     rows: FloatArray,
     out: FloatArray,
 ) -> None:
-    """Contact and force at one place into a row of stations."""
+    """Contact and force at one place into a row of stations; ``planned``: the speed there by the machine [m/s]."""
+    solid = piece.maps[0]
     out[:] = 0.0
     out[0] = place.share
     if place.z >= _highest_near(solid.map, place.x, place.y, teeth.edge.radius):
         return
-    count = contact_rows(solid, place, teeth.edge, fan, rows, refine)
+    count = contact_rows(piece, place, teeth.edge, fan, rows, refine)
     level, climb = 1.0, 0.0
     if math.isinf(place.slope):
         level, climb = 0.0, math.copysign(1.0, place.slope)
@@ -125,16 +145,26 @@ def _station(
     tooth = 2.0 * math.pi * speed / (run.spindle[move] * teeth.mill.flutes)
     chip = Chip(tooth * level, tooth * climb)
     mer = teeth.edge.meridian
-    force = meridian_force(rows, count, mer, teeth.edge.radius, teeth.mill.flutes, chip, teeth.coefficients)
+    force = _mean(rows, count, teeth, chip)
     out[4], out[5], out[6], out[7], out[8] = force.x, force.y, force.z, force.torque, force.end
-    if refine:
-        out[9] = peak_force(rows, count, mer, teeth.mill, chip, teeth.coefficients)
-    out[10] = thickest_chip(rows, count, mer, chip)
+    if peak:
+        if even_and_linear(teeth.edges):
+            out[9] = peak_force(rows, count, mer, teeth.mill, chip, teeth.edges.linear)
+        else:
+            out[9] = uneven_peak_force(rows, count, mer, teeth.mill, chip, teeth.edges)
+    out[10] = thickest_uneven_chip(thickest_chip(rows, count, mer, chip), teeth.edges.runout, teeth.mill.flutes)
+    if planned <= STANDSTILL:
+        return
+    if planned != speed:  # the machine is slower there, and so is the chip
+        slow = Chip(chip.across * planned / speed, chip.along * planned / speed)
+        force = _mean(rows, count, teeth, slow)
+    out[12], out[13], out[14] = force.x, force.y, force.z
 
 
 @stepping
-def _stations(solid: Solid, teeth: Teeth, run: Run, move: int, refine: bool, fan: Fan, rows: FloatArray) -> None:
+def _stations(piece: Workpiece, teeth: Teeth, run: Run, move: int, refine: bool, fan: Fan, rows: FloatArray) -> None:
     """All stations of a move, evenly along it."""
+    solid = piece.maps[0]
     first, last = solid.path.first[move], solid.path.first[move + 1]
     begin, end = run.station[move], run.station[move + 1]
     if end == begin:
@@ -149,13 +179,14 @@ def _stations(solid: Solid, teeth: Teeth, run: Run, move: int, refine: bool, fan
             before += run.way[segment]
             segment += 1
         share = 1.0 if n == end - 1 else min((at - before) / run.way[segment], 1.0)
-        share = max(share, min(_AHEAD / run.way[segment], 1.0))  # at its start a rim lies on what it has swept before
+        share = max(share, min(AHEAD / run.way[segment], 1.0))  # at its start a rim lies on what it has swept before
         run.segment[n] = segment
-        _station(solid, teeth, run, move, _place(solid, run, move, segment, share), refine, fan, rows, run.found[n])
+        place = _place(solid, run, move, segment, share)
+        station_at(piece, teeth, run, move, place, refine, refine, run.speed[n], fan, rows, run.found[n])
 
 
 @stepping
-def _overlap(stock: HeightMap, solid: Solid, tools: Cutters, move: int, hit: FloatArray, work: Room) -> None:
+def overlap_along(stock: HeightMap, solid: Solid, tools: Cutters, move: int, hit: FloatArray, work: Room) -> None:
     """What the pieces of a tool table overlap with material along a move."""
     for segment in range(solid.path.first[move], solid.path.first[move + 1]):
         overlap_by(stock, solid.path, tools, segment, hit, work)
@@ -163,14 +194,14 @@ def _overlap(stock: HeightMap, solid: Solid, tools: Cutters, move: int, hit: Flo
 
 @compiled
 def run_moves(
-    solid: Solid, shanks: Cutters, teeth: Teeth, run: Run, moves: tuple[int, int], look: bool, refine: bool
+    piece: Workpiece, shanks: Cutters, teeth: Teeth, run: Run, moves: tuple[int, int], look: bool, refine: bool
 ) -> None:
     """Run moves with one tool: stations, then what rapid moves hit, the sweep, and what shank and holder hit.
 
     Parameters
     ----------
-    solid : Solid
-        The stock, which is cut.
+    piece : Workpiece
+        The stock, whose first map is cut.
     shanks : Cutters
         What is above the cutting edges of each tool; tools without have no pieces.
     teeth : Teeth
@@ -182,16 +213,17 @@ def run_moves(
     look, refine : bool
         Whether stations are looked at, and how closely.
     """
+    solid = piece.maps[0]
     fan, rows, work = fan_room(), np.empty((PIECES, 5)), room(solid.map.layout)
     for move in range(moves[0], moves[1]):
         tool = int(solid.path.row[solid.path.first[move], 1])
         if look and not run.rapid[move]:
-            _stations(solid, teeth, run, move, refine, fan, rows)
+            _stations(piece, teeth, run, move, refine, fan, rows)
         if run.rapid[move]:
-            _overlap(solid.map, solid, solid.tools, move, run.through[move], work)
+            overlap_along(solid.map, solid, solid.tools, move, run.through[move], work)
         run.taken[move] = cut_by(solid.map, solid.path, solid.tools, move, work)
         if shanks.first[tool + 1] > shanks.first[tool]:
-            _overlap(solid.map, solid, shanks, move, run.hit[move], work)
+            overlap_along(solid.map, solid, shanks, move, run.hit[move], work)
 
 
 @compiled
@@ -201,4 +233,4 @@ def run_into(stock: HeightMap, solid: Solid, tools: Cutters, moves: tuple[int, i
     for move in range(moves[0], moves[1]):
         tool = int(solid.path.row[solid.path.first[move], 1])
         if tools.first[tool + 1] > tools.first[tool]:
-            _overlap(stock, solid, tools, move, hit[move], work)
+            overlap_along(stock, solid, tools, move, hit[move], work)

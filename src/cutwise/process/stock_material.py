@@ -1,5 +1,6 @@
 """The stock and the fixtures of a scenario as height maps."""
 
+import itertools
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -15,11 +16,13 @@ from cutwise.maths.curves import FloatArray
 from cutwise.maths.height_map import HeightMap, cell_middles, height_map, layout
 from cutwise.maths.map_surface import CELLS, CIRCLE, RECTANGLE, Outline
 from cutwise.maths.rays import columns
+from cutwise.maths.workpiece import Frame
 from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.spec.program import StockBlock
 from cutwise.spec.stock import StockCylinder, StockFile
 
 _FINE = 16  # parts of a cell's side with which the share of a round bar is told
+_SQUARE = 1e-9  # of the axes of a set-up: quarter turns
 _CHORD = 1e-5  # [m] of the triangles of a STEP model
 _CELL_BYTES = 12  # heights, ids and shares
 _FILE_CELL_BYTES = 36  # and tops and bottoms
@@ -72,6 +75,56 @@ def raw_of(given: StockBlock | StockCylinder | StockFile, key: tuple[str | int, 
 
 def _step_triangles(file: str) -> FloatArray:
     return solid_triangles(file, None, _CHORD)
+
+
+def raw_seen(raw: Raw, frame: Frame) -> Raw:
+    """Stock of part coordinates in those of a set-up; a block or bar that stands askew there as triangles."""
+    axes = frame.axes
+    if raw.triangles is None and raw.kind == CIRCLE and abs(abs(axes[2, 2]) - 1.0) > _SQUARE:
+        return raw_seen(raw._replace(triangles=_bar(raw), kind=CELLS), frame)
+    if (
+        raw.triangles is None
+        and raw.kind == RECTANGLE
+        and not (np.abs(np.abs(axes).max(axis=0) - 1.0) <= _SQUARE).all()
+    ):
+        return raw_seen(raw._replace(triangles=_box(raw.box), kind=CELLS), frame)
+    if raw.triangles is not None:
+        points = (raw.triangles.reshape(-1, 3) - frame.zero) @ axes
+        return Raw(_around(points), CELLS, (0.0, 0.0, 0.0), np.ascontiguousarray(points.reshape(raw.triangles.shape)))
+    corners = np.array(list(itertools.product(*raw.box)))
+    square = np.where(np.abs(axes) <= _SQUARE, 0.0, axes)
+    box = _around((corners - frame.zero) @ (np.round(square) if raw.kind == RECTANGLE else square))
+    if raw.kind == RECTANGLE:
+        return Raw(box, RECTANGLE, raw.circle, None)
+    middle = (np.array([raw.circle[0], raw.circle[1], 0.0]) - frame.zero) @ square
+    (x, y), r = (float(v) for v in middle[:2]), raw.circle[2]
+    return Raw(((x - r, x + r), (y - r, y + r), box[2]), CIRCLE, (x, y, r), None)
+
+
+def _around(points: FloatArray) -> Box:
+    low, high = points.min(axis=0), points.max(axis=0)
+    return tuple((float(a), float(b)) for a, b in zip(low, high, strict=True))  # type: ignore[return-value]
+
+
+def _box(box: Box) -> FloatArray:
+    """Triangles of a box [m], shape (12, 3, 3)."""
+    corner = np.array(list(itertools.product(*box)))
+    sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    return np.array([corner[[a, b, c]] for i, j, k, n in sides for a, b, c in ((i, j, k), (i, k, n))])
+
+
+def _bar(raw: Raw) -> FloatArray:
+    """Triangles of a round bar, within a chord of the round [m], shape (n, 3, 3)."""
+    x, y, r = raw.circle
+    low, high = raw.box[2]
+    count = max(12, math.ceil(math.pi / math.acos(max(1.0 - _CHORD / r, 0.0))))
+    turn = 2.0 * math.pi * np.arange(count + 1) / count
+    rim = np.column_stack([x + r * np.cos(turn), y + r * np.sin(turn)])
+    found = []
+    for a, b in itertools.pairwise(rim.tolist()):
+        found += [[(*a, low), (*b, low), (*b, high)], [(*a, low), (*b, high), (*a, high)]]
+        found += [[(x, y, high), (*a, high), (*b, high)], [(x, y, low), (*b, low), (*a, low)]]
+    return np.array(found)
 
 
 def automatic_grid(raw: Raw, radii: Sequence[float]) -> float:

@@ -6,13 +6,40 @@ import numpy as np
 
 from cutwise.maths.curves import FloatArray
 from cutwise.physics.motion.lookahead import time_without_limits
-from cutwise.process.stock_deviation import Deviation
-from cutwise.process.stock_milling import StockRunDone, events, station_moves, station_times
+from cutwise.process.stock_deviation import Deviation, Judged
+from cutwise.process.stock_milling import StockRunDone
+from cutwise.process.stock_real import Cut, Real
+from cutwise.process.stock_setups import Done
+from cutwise.process.stock_stations import events, station_headings, station_moves, station_times
 from cutwise.spec.milling import MillingScenario
 
+_SUMMED = (
+    "cycle_time", "cycle_time_ideal", "path_length", "stops", "removed_volume", "air_cut_time", "rapids_in_stock", "collisions",
+)  # fmt: skip
 
-def measures(scenario: MillingScenario, done: StockRunDone, off: Deviation | None) -> dict[str, float]:
-    """All measures in SI; one that does not apply is left out."""
+
+def measures(done: Done, off: Judged | None) -> dict[str, float]:
+    """All measures in SI; one that does not apply is left out. Loads are those of the planned path.
+
+    Of several set-ups times, volumes and counts are summed, of others the largest is told.
+    """
+    found: dict[str, float] = {}
+    for job, cut in zip(done.jobs, done.cuts, strict=True):
+        for name, value in _of_setup(job.scenario, cut).items():
+            both = found[name] + value if name in _SUMMED and name in found else max(found.get(name, value), value)
+            found[name] = both
+    if off is None:
+        return found
+    found |= _of_part(off.left)
+    if off.ideal is not None:
+        ideal = _of_part(off.ideal)
+        found |= {f"{name}_ideal": ideal[name] for name in ("deviation_min", "deviation_max", "deviation_rms")}
+    return found
+
+
+def _of_setup(scenario: MillingScenario, cut: Cut) -> dict[str, float]:
+    """Motion, load and events of one set-up."""
+    done = cut.ideal
     found = _motion(done)
     volume = done.volume
     found["removed_volume"] = float(volume.sum())
@@ -24,9 +51,33 @@ def measures(scenario: MillingScenario, done: StockRunDone, off: Deviation | Non
     found["collisions"] = float(len(hits))
     if hits:
         found["collision_depth_max"] = max(event.depth for event in hits)
-    if done.check is not None:
-        found["surface_check_max"] = done.check.largest
-    return found | (_of_part(off) if off is not None else {})
+    checks = [one.check.largest for one in {id(run): run for run in (done, cut.left)}.values() if one.check is not None]
+    if checks:
+        found["surface_check_max"] = max(checks)
+    if cut.real is not None and cut.real.terms != ("runout",):
+        found |= _aside(cut.real)
+    return found
+
+
+def _aside(real: Real) -> dict[str, float]:
+    """How far the tool stands beside its path while it cuts [m]."""
+    where = aside(real)
+    found = {"tool_offset_max": float(where.max(initial=0.0))}
+    if real.change is not None:
+        found["tool_offset_change"] = real.change
+    return found
+
+
+def aside(real: Real) -> FloatArray:
+    """Distance of the tool from its path, what it lags along level moves left out, at stations in contact [m]."""
+    contact = real.done.stations("contact") > 0.0
+    segment = real.done.run.segment[contact]
+    off = real.off[segment, 0]
+    along = station_headings(real.done)[contact]
+    row = real.done.moves.path.row[segment]
+    level = np.where(row[:, 7] > 1e-12, 1.0 / np.sqrt(1.0 + row[:, 8] ** 2), 0.0)
+    ahead = np.column_stack([along * level[:, None], np.where(row[:, 7] > 1e-12, row[:, 8] * level, 1.0)])
+    return np.asarray(np.linalg.norm(off - (off * ahead).sum(axis=1)[:, None] * ahead, axis=1))
 
 
 def _motion(done: StockRunDone) -> dict[str, float]:

@@ -20,7 +20,7 @@ BoolArray = npt.NDArray[np.bool_]
 
 _LEVEL = 1e-9  # of a direction: less is level
 _UPRIGHT = 1e-12  # [m] in the plane
-_TOGETHER = 24  # chords of one move at the most
+TOGETHER = 24  # chords of one move at the most
 _REACH = 3.0  # cells: the length of short chords that go together
 
 
@@ -31,6 +31,7 @@ class Moves(NamedTuple):
     start: FloatArray  # tip at the start of each segment [m], shape (n, 3)
     end: FloatArray  # shape (n, 3)
     way: FloatArray  # length of each segment [m], shape (n,)
+    along: FloatArray  # place on the program's path at the start and the end of each segment [m], shape (n, 2)
     block: IntArray  # block of the program's path that each segment comes from, shape (n,)
     tool: IntArray  # row of the tools of each move, shape (m,)
     rapid: BoolArray  # shape (m,)
@@ -79,7 +80,7 @@ def moves_of(path: ProgramPath, tool: IntArray, feed: FloatArray, sagitta: float
     share = curve.length[block] / pieces[block]
     start, _ = at_blocks(curve, block, share * number)
     end, _ = at_blocks(curve, block, share * (number + 1))
-    rows = _line_rows(tool[block], start, end)
+    rows = line_rows(tool[block], start, end)
     for n in np.flatnonzero(arc[block]):
         rows[n] = _arc(curve, int(block[n]), int(tool[block[n]]))
     short = (curve.straight & (curve.length < _REACH * cell)) | (pieces > 1)
@@ -87,8 +88,9 @@ def moves_of(path: ProgramPath, tool: IntArray, feed: FloatArray, sagitta: float
     first = np.append((np.cumsum(pieces) - pieces)[alike], block.size).astype(np.int64)
     last = np.append(alike[1:], curve.count) - 1
     way = np.where(arc[block], curve.length[block], np.linalg.norm(end - start, axis=1))
+    along = curve.knots[block][:, None] + np.column_stack([share * number, share * (number + 1)])
     return Moves(
-        Segments(rows, first), start, end, way, block, tool[alike], rapid[alike], feed[alike],
+        Segments(rows, first), start, end, way, along, block, tool[alike], rapid[alike], feed[alike],
         np.abs(path.spindle[alike]), path.source[alike], path.source[last],
     )  # fmt: skip
 
@@ -104,7 +106,7 @@ def _begins(
     length, count = 0.0, 1
     lengths, going = path.curve.length, same.tolist()
     for i, goes_on in enumerate(going, start=1):
-        if goes_on and count < _TOGETHER and length + lengths[i] <= reach:
+        if goes_on and count < TOGETHER and length + lengths[i] <= reach:
             begins[i] = False
             length, count = length + lengths[i], count + 1
         else:
@@ -121,8 +123,8 @@ def _chords(curve: LineArc, i: int, sagitta: float) -> int:
     return max(1, math.ceil(curve.length[i] * bend / widest - 1e-9))
 
 
-def _line_rows(tool: IntArray, start: FloatArray, end: FloatArray) -> FloatArray:
-    """Rows of lines, as :func:`cutwise.maths.envelopes.line_row` makes them."""
+def line_rows(tool: IntArray, start: FloatArray, end: FloatArray) -> FloatArray:
+    """Rows of lines of the tip from (n, 3) to (n, 3) [m], as :func:`cutwise.maths.envelopes.line_row` makes them."""
     rows = np.zeros((len(start), COLUMNS))
     step = end - start
     flat = np.hypot(step[:, 0], step[:, 1])
@@ -144,3 +146,15 @@ def _arc(curve: LineArc, i: int, tool: int) -> list[float]:
     return arc_row(
         tool, centre, float(curve.start[i, 2]), float(curve.radius[i]), math.atan2(-inward[1], -inward[0]), float(sweep)
     )
+
+
+def tips(moves: Moves, segment: IntArray, share: FloatArray) -> FloatArray:
+    """Tip at shares of segments [m], shape (n, 3)."""
+    start, end, row = moves.start[segment], moves.end[segment], moves.path.row[segment]
+    point = start + share[:, None] * (end - start)
+    point[share == 1.0] = end[share == 1.0]
+    arc = (row[:, 0] != LINE) & (share != 0.0) & (share != 1.0)
+    angle = row[arc, 13] + share[arc] * row[arc, 14]
+    point[arc, 0] = row[arc, 2] + row[arc, 7] * np.cos(angle)
+    point[arc, 1] = row[arc, 3] + row[arc, 7] * np.sin(angle)
+    return np.asarray(point)

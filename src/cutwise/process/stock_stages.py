@@ -12,8 +12,12 @@ from cutwise.maths.curves import FloatArray
 from cutwise.maths.height_map import RINGS, cell_middles, in_rows
 from cutwise.maths.map_surface import corner_heights
 from cutwise.process.labels import labelled
-from cutwise.process.stock_deviation import Deviation
-from cutwise.process.stock_milling import StockRunDone, move_time, station_moves, station_places, station_times
+from cutwise.process.stock_deviation import Deviation, Judged
+from cutwise.process.stock_earlier import Sweep, kept
+from cutwise.process.stock_milling import StockRunDone
+from cutwise.process.stock_real import Cut, Real
+from cutwise.process.stock_setups import Done
+from cutwise.process.stock_stations import move_time, station_moves, station_places, station_times
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,13 +27,62 @@ else:
 IntArray = npt.NDArray[np.int64]
 
 
-def stages(done: StockRunDone, off: Deviation | None) -> xr.DataTree:
-    """Stations, moves, the map, faces and samples of the part."""
-    groups = {"motion": _stations(done), "lines": _lines(done, off), "stock": _map(done)}
+def stages(done: Done, off: Judged | None) -> xr.DataTree:
+    """Stations, moves, the maps, faces and samples of the part; of the ideal surface beside the real one too.
+
+    Stations and moves of several set-ups follow one another, the maps have groups of their own, each in its frame.
+    """
+    groups = {
+        "motion": _joined([_stations(cut.ideal) for cut in done.cuts], "station", done, timed=True),
+        "lines": _joined([_lines(done, number, off) for number in range(len(done.cuts))], "move", done, timed=True),
+    }
+    for number, (job, cut) in enumerate(zip(done.jobs, done.cuts, strict=True), start=1):
+        ending = "" if number == 1 else f"_{number}"
+        groups[f"stock{ending}"] = _map(cut.left)
+        groups[f"stock{ending}"].attrs |= {"axes": job.frame.axes.ravel(), "zero": job.frame.zero}
+        if cut.real is not None:
+            groups[f"offset{ending}"] = _offset(cut.real)
     if off is not None:
-        groups |= {"surface": _samples(done, off), "faces": _faces(off)}
-        groups["surface"].attrs["tolerance"] = off.tolerance or 0.0
+        groups |= {"surface": _samples(off.left), "faces": _faces(off.left)}
+        groups["surface"].attrs["tolerance"] = off.left.tolerance or 0.0
+        if off.ideal is not None:
+            groups["surface_ideal"] = _samples(off.ideal)
+            groups["surface_ideal"].attrs["tolerance"] = off.ideal.tolerance or 0.0
+    sweeps = [
+        Sweep(job.frame, run.moves.path, run.planned.tools.cutting, run.moves.line)
+        for job, run in zip(done.jobs, done.left(False), strict=True)
+    ]
+    groups |= kept(done.raw, (*(done.earlier.sweeps if done.earlier is not None else ()), *sweeps))
     return xr.DataTree.from_dict(groups)
+
+
+def _joined(parts: list[xr.Dataset], over: str, done: Done, *, timed: bool) -> xr.Dataset:
+    """Tables of set-ups one behind the other, with the number of the set-up where there are several."""
+    if len(parts) == 1:
+        return parts[0]
+    begins = 0.0
+    for number, (part, cut) in enumerate(zip(parts, done.cuts, strict=True), start=1):
+        part["setup"] = (over, np.full(part.sizes[over], number), {"units": "1", "long_name": "set-up"})
+        if timed:
+            part["time"] = part["time"] + begins
+            part["time"].attrs |= {"units": "s", "long_name": "time, set-ups one behind the other"}
+        begins += float(cut.ideal.planned.block_time[-1])
+    whole = xr.concat(parts, over)
+    whole[over] = np.arange(whole.sizes[over])
+    return whole
+
+
+def _offset(real: Real) -> xr.Dataset:
+    """Where the tool stands beside its planned path, at the start of each piece."""
+    moves = real.done.moves
+    row = ("piece", np.arange(len(moves.way)), "1", "piece of the path")
+    line = np.repeat(moves.line, np.diff(moves.path.first))
+    return labelled(row, {
+        "along": (moves.along[:, 0], "m", "place on the planned path"),
+        "line": (line, "1", "line of the program"),
+        "offset": (real.off[:, 0], "m", "tool less its planned place"),
+        "offset_known": (real.known[:, 0], "m", "part of it by drives and the sag of an arm"),
+    }, axis=["x", "y", "z"])  # fmt: skip
 
 
 def _stations(done: StockRunDone) -> xr.Dataset:
@@ -52,8 +105,9 @@ def _stations(done: StockRunDone) -> xr.Dataset:
     }, axis=["x", "y", "z"])  # fmt: skip
 
 
-def _lines(done: StockRunDone, off: Deviation | None) -> xr.Dataset:
+def _lines(all_: Done, number: int, off: Judged | None) -> xr.Dataset:
     """Moves with their lines: load, volume, events and the extremes of the deviation that they made."""
+    done = all_.cuts[number].ideal
     moves, count = done.moves, done.moves.count
     station = done.run.station
     numbers = np.array(done.planned.tools.numbers or (0,))
@@ -88,7 +142,7 @@ def _lines(done: StockRunDone, off: Deviation | None) -> xr.Dataset:
         "how deep shank, holder or fixture overlap",
     )
     if off is not None:
-        low, high = _made(done, off)
+        low, high = _made(all_.cuts[number], number, off.left)
         found["deviation_min"] = (low, "m", "least deviation of the surface that it made")
         found["deviation_max"] = (high, "m", "largest deviation of the surface that it made, positive: material left")
     return labelled(("move", np.arange(count), "1", "move"), found)
@@ -103,10 +157,13 @@ def _largest(values: FloatArray, first: IntArray) -> FloatArray:
     return out
 
 
-def _made(done: StockRunDone, off: Deviation) -> tuple[FloatArray, FloatArray]:
-    low, high = np.full(done.moves.count, np.nan), np.full(done.moves.count, np.nan)
-    made = off.judged_samples & (off.segment >= 0)
-    move = np.searchsorted(done.moves.path.first, off.segment[made], side="right") - 1
+def _made(cut: Cut, number: int, off: Deviation) -> tuple[FloatArray, FloatArray]:
+    moves = cut.ideal.moves
+    low, high = np.full(moves.count, np.nan), np.full(moves.count, np.nan)
+    run, segment = off.owners.of(off.segment)
+    made = off.judged_samples & (run == number)
+    middle = cut.left.moves.along.mean(axis=1)[segment[made]]  # pieces of a moved tool have moves of their own
+    move = np.searchsorted(moves.along[moves.path.first[:-1], 0], middle, side="right") - 1
     np.fmin.at(low, move, off.value[made])
     np.fmax.at(high, move, off.value[made])
     return low, high
@@ -146,17 +203,21 @@ def _unit(unit: str, name: str) -> dict[str, str]:
     return {"units": unit, "long_name": name}
 
 
-def _samples(done: StockRunDone, off: Deviation) -> xr.Dataset:
+def _samples(off: Deviation) -> xr.Dataset:
     judged = off.judged_samples
-    segment = off.segment[judged]
-    line = np.where(segment >= 0, done.planned.path.source[done.moves.block[np.maximum(segment, 0)]], 0)
+    run, segment = off.owners.of(off.segment[judged])
+    line = np.zeros(segment.size, np.int64)
+    for number, done in enumerate(off.owners.runs):
+        mine = run == number
+        line[mine] = done.planned.path.source[done.moves.block[segment[mine]]]
     row = ("sample", np.arange(int(judged.sum())), "1", "point of the nominal part")
     return labelled(row, {
         "point": (off.samples.point[judged].astype(np.float32), "m", "point of the nominal part"),
         "deviation": (off.value[judged].astype(np.float32), "m", "deviation, positive: material left"),
         "line": (line.astype(np.int32), "1", "line that made the surface there, 0: the stock"),
         "face": ((off.samples.face[judged] + 1).astype(np.int32), "1", "face of the part"),
-    }, axis=["x", "y", "z"])  # fmt: skip
+    } | ({"setup": ((run + 1).astype(np.int32), "1", "set-up that made it, 0: the stock, or an earlier run")}
+         if len(off.owners.runs) > 1 else {}), axis=["x", "y", "z"])  # fmt: skip
 
 
 def _faces(off: Deviation) -> xr.Dataset:

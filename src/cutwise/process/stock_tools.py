@@ -8,7 +8,8 @@ import numpy as np
 
 from cutwise.maths import profiles
 from cutwise.maths.profiles import Cutters, Piece, cylinder_foot, meridian
-from cutwise.physics.cutting.flute import EdgeCoefficients, Mill
+from cutwise.physics.cutting.flute import Mill
+from cutwise.physics.cutting.uneven import NO_LINEAR, Edges, even_edges, largest_radius
 from cutwise.physics.engagement.map_contact import Edge
 from cutwise.process.stock_loop import Teeth
 from cutwise.spec.cutter import Cutter
@@ -25,14 +26,15 @@ class ToolSet(NamedTuple):
     edges: tuple[Edge, ...]
     mills: tuple[Mill, ...]
     cores: tuple[float | None, ...]  # end_core [m]; None: the bottom does not cut, or there is none
+    runouts: tuple[tuple[float, float], ...]  # offset of the axis [m] and its direction [rad]
 
-    def teeth(self, row: int, coefficients: EdgeCoefficients | None) -> Teeth:
-        """One tool in a material."""
-        nothing = EdgeCoefficients(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-        core = self.cores[row]
+    def teeth(self, row: int, law: Edges | None) -> Teeth:
+        """One tool in a material, whose law of force is that of teeth that are alike."""
+        core, (runout, angle) = self.cores[row], self.runouts[row]
+        alike = law or even_edges(NO_LINEAR)
         return Teeth(
-            self.edges[row], self.mills[row], -1.0 if core is None else core, coefficients or nothing,
-            coefficients is not None,
+            self.edges[row], self.mills[row], -1.0 if core is None else core,
+            alike._replace(runout=runout, runout_angle=angle), law is not None,
         )  # fmt: skip
 
 
@@ -71,19 +73,26 @@ def shank_pieces(tool: Cutter | EndMill) -> list[Piece]:
     return found + (profiles.revolved(holder) if holder else [])
 
 
-def tool_set(tools: Sequence[Cutter | EndMill], elements: int) -> ToolSet:
-    """The tools of a scenario."""
-    cutting = [cutting_pieces(tool) for tool in tools]
+def tool_set(tools: Sequence[Cutter | EndMill], elements: int, *, real: bool = False) -> ToolSet:
+    """The tools of a scenario; ``real``: as wide as the tooth that run-out carries out most."""
+    nominal = [cutting_pieces(tool) for tool in tools]
+    out = [
+        largest_radius(tool.runout, tool.runout_angle, tool.flutes) if real and tool.runout else 0.0 for tool in tools
+    ]
+    cutting = [
+        [(kind, inner + more, outer + more, foot, shape) for kind, inner, outer, foot, shape in pieces]
+        for pieces, more in zip(nominal, out, strict=True)
+    ]
     edges, cores = [], []
-    for tool, pieces in zip(tools, cutting, strict=True):
+    for tool, pieces, bare, more in zip(tools, cutting, nominal, out, strict=True):
         core = None if isinstance(tool, EndMill) else tool.end_core
-        flat = pieces[0][1]
+        flat = bare[0][1]
         cores.append(core if flat > 0.0 else None)
         end = math.inf if tool.flute_length is None else tool.flute_length
         edges.append(
             Edge(
-                meridian(pieces, flat if core is None else core, elements),
-                0.5 * tool.diameter,
+                meridian(pieces, pieces[0][1] if core is None else core, elements),
+                0.5 * tool.diameter + more,
                 cylinder_foot(pieces),
                 end,
             )
@@ -93,6 +102,7 @@ def tool_set(tools: Sequence[Cutter | EndMill], elements: int) -> ToolSet:
         tuple("flat" if isinstance(tool, EndMill) else tool.shape for tool in tools),
         profiles.cutters(cutting), _shanks([shank_pieces(tool) for tool in tools]), tuple(edges),
         tuple(Mill(0.5 * tool.diameter, tool.flutes, tool.helix) for tool in tools), tuple(cores),
+        tuple((tool.runout, tool.runout_angle) for tool in tools),
     )  # fmt: skip
 
 

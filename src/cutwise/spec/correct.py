@@ -13,12 +13,15 @@ from cutwise.spec.base import Count, Length, Notice, Spec, Time, Usual, contradi
 
 _ALL = frozenset({"objective", "change", "limits"})
 _FEED = frozenset({"air_clearance", "station", "split_gain", "blocks_max"})
+EDGE = frozenset({"aim", "burr_scatter", "look_ahead", "judge_from"})
+"""What a feed along a burred edge reads."""
+
 _PATH = frozenset(
     {"residual", "iterations", "lead", "smoothing", "chord", "decimals", "shift_max", "draws", "vary", "seed"}
 )
 
 KEYS: Mapping[str, frozenset[str]] = {
-    "feed": _ALL | _FEED,
+    "feed": _ALL | _FEED | EDGE,
     "speed": _ALL | {"ranges"},
     "path": _ALL | _PATH,
     "offset": _ALL | _PATH | {"ranges"},
@@ -60,6 +63,7 @@ class Correction(Spec):
     """What may be changed, within which limits, and for what."""
 
     listed: ClassVar[bool] = False
+    beside: ClassVar[tuple[str, ...]] = ("draws",)
 
     objective: Literal["time", "error", "cost"] = Field(
         default="time", description="what is made least", examples=["time"]
@@ -115,6 +119,21 @@ class Correction(Spec):
     vary: dict[str, Any] = Field(
         default_factory=dict, description="what is uncertain, as in a study",
         examples=["{material.K_tc: {normal: {deviation: 3 %}}}"],
+    )  # fmt: skip
+    aim: Length | None = Field(
+        default=None, description="edge error of deburring that the feed aims at; left out: as far below zero as the burr scatters",
+        examples=["-0.02 mm"],
+    )  # fmt: skip
+    burr_scatter: Annotated[float, Usual(0.01, 0.5)] | None = Field(
+        default=None, description="standard deviation of the burr height over its mean, for the aim", examples=[0.06], ge=0, lt=0.6
+    )  # fmt: skip
+    look_ahead: Length | None = Field(
+        default=None, description="how far ahead of the tool the burr says the feed; left out: to the middle of the arc "
+        "of the deflected mill", examples=["2.5 mm"], ge=0,
+    )  # fmt: skip
+    judge_from: Length | None = Field(
+        default=None, description="place from which on an edge is judged; left out: behind the lead-in",
+        examples=["30 mm"], ge=0,
     )  # fmt: skip
     seed: Count = Field(default=1, description="seed of the draws", examples=[1], ge=0)
 

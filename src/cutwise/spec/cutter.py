@@ -7,7 +7,8 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field
 
 from cutwise import units
-from cutwise.spec.base import Angle, Count, Length, Notice, Spec, Usual
+from cutwise.spec.base import Angle, Count, Length, Notice, SmallLength, Spec, Stiffness, Usual
+from cutwise.spec.tool import ToolMode, bends_twice
 
 Shape = Literal["flat", "ball", "bull_nose", "taper", "ball_taper", "drill", "chamfer"]
 
@@ -82,6 +83,22 @@ class Cutter(Spec):
         default=None, description="radius inside which bottom edges do not cut (0 mm: they cut over the centre); left out: the "
         "bottom of a flat tip has no force", examples=["0 mm"], ge=0,
     )  # fmt: skip
+    runout: Annotated[SmallLength, Usual("0 um", "50 um")] = Field(
+        default=0.0, description="run-out ρ: offset of the tool axis from the spindle axis (left out: none)",
+        examples=["5 um"], ge=0,
+    )  # fmt: skip
+    runout_angle: Angle = Field(
+        default=0.0, description="direction λ of the run-out, counted from flute 0 in the sense in which the tool turns",
+        examples=["0 deg"],
+    )  # fmt: skip
+    stiffness: Annotated[Stiffness, Usual("0.1 N/um", "100 N/um")] | None = Field(
+        default=None, description="static stiffness of the tool at its tip across its axis; left out: rigid",
+        examples=["5 N/um"], gt=0,
+    )  # fmt: skip
+    modes: tuple[ToolMode, ...] = Field(
+        default=(), description="vibration modes of the tool tip, which count at rest: F/k",
+        examples=["[{direction: y, frequency: 1020 Hz, damping: 0.035, stiffness: 20 N/um}]"],
+    )  # fmt: skip
     holder: tuple[tuple[Length, Length], ...] = Field(
         default=(), description="outline of the holder, from below: pairs of height above the tip and diameter",
         examples=["[[45 mm, 20 mm], [70 mm, 40 mm]]"],
@@ -98,6 +115,9 @@ class Cutter(Spec):
                 others = ", ".join(shape for shape, (a, b) in _OF_SHAPE.items() if key in (*a, *b))
                 yield Notice((key,), f"does not belong to shape {self.shape}; it is for {others}")
         yield from self._size_faults()
+        yield from bends_twice(self)
+        if self.runout >= 0.5 * self.diameter:
+            yield Notice(("runout",), "is as large as the radius of the tool")
         heights = [height for height, _ in self.holder]
         if heights != sorted(heights):
             yield Notice(("holder",), "goes down again: write its points from below, by height above the tip")
@@ -154,7 +174,9 @@ class Cutter(Spec):
         return (radius - tip) / math.tan(half)
 
     def unused(self) -> Iterator[Notice]:
-        """A core of a bottom that is not there."""
+        """A core of a bottom that is not there, the direction of a run-out that is not there."""
+        if not self.runout:
+            yield Notice(("runout_angle",), "there is no run-out (runout)")
         if self.flat_radius <= 0.0:
             yield Notice(("end_core",), f"a tool of shape {self.shape} has no flat tip here")
 

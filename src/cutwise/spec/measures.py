@@ -102,6 +102,20 @@ STOCK: Mapping[str, MeasureSpec] = {
     "fraction_in_tolerance": MeasureSpec("dimensionless", "share of the judged area within the tolerance of the part"),
     "gouge_volume": MeasureSpec("volume", "volume cut into the part"),
     "excess_volume": MeasureSpec("volume", "volume of material left on the judged faces"),
+    "deviation_min_ideal": MeasureSpec(
+        "small_length", "least deviation of the surface that the planned path would leave"
+    ),
+    "deviation_max_ideal": MeasureSpec(
+        "small_length", "largest deviation of the surface that the planned path would leave"
+    ),
+    "deviation_rms_ideal": MeasureSpec("small_length", "root mean square of that deviation over the judged area"),
+    "tool_offset_max": MeasureSpec(
+        "small_length",
+        "how far drives, bending, machine or robot move the tool beside its path in contact, lag along it left out",
+    ),
+    "tool_offset_change": MeasureSpec(
+        "small_length", "largest change of the offset of the tool when the pieces of its path are halved: a check"
+    ),
     "scallop_max": MeasureSpec("small_length", "largest scallop that a ball or bull-nose leaves on a face"),
 }
 
@@ -180,6 +194,9 @@ MILLING: Mapping[str, MeasureSpec] = {
     "share_drives": MeasureSpec("small_length", "part of the drives in the displacement off the wall, worst place"),
     "share_bodies": MeasureSpec("small_length", "part of the bodies of the machine and the part in it"),
     "stops": MeasureSpec("dimensionless", "full stops between the first and the last point"),
+    "cutting_time": MeasureSpec("time", "time in which the tool is in the cut"),
+    "tool_life": MeasureSpec("time", "how long an edge lasts in this cut"),
+    "cost_per_part": MeasureSpec("money", "machine's time, and the share of an edge that is worn"),
 }
 
 

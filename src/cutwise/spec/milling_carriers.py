@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING
 
 from cutwise import units
 from cutwise.spec.base import Notice
-from cutwise.spec.chained import ONE_CARRIER, tip_faults
+from cutwise.spec.cell import ONE_CARRIER
+from cutwise.spec.chained import tip_faults
 from cutwise.spec.milled_path import MilledPath, machine_faults, robot_faults
 from cutwise.spec.milling_machine import MillingMachine
 

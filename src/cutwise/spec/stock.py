@@ -5,10 +5,11 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Discriminator, Field
 
-from cutwise.spec.base import Angle, Count, Length, Notice, SmallLength, Spec, Usual
+from cutwise.spec.base import Angle, Count, Length, Notice, Number, SmallLength, Spec, Usual
+from cutwise.spec.cutter import Cutter
 from cutwise.spec.fields import tag
 from cutwise.spec.part_block import PartBlock, PartSpring
-from cutwise.spec.program import StockBlock
+from cutwise.spec.program import Program, StockBlock
 
 _MODELS = (".step", ".stp", ".stl")
 
@@ -149,6 +150,38 @@ AnyPart = Annotated[
 ]
 
 
+class SetUp(Spec):
+    """One clamping of the part: the program that is run, and how its axes lie in the part."""
+
+    program: Program = Field(description="the program: G-code, or APT", examples=["top.nc"])
+    axis: tuple[Number, Number, Number] = Field(
+        default=(0.0, 0.0, 1.0), description="direction to the spindle in the part; x of the program is x of the part across it "
+        "(y where that is the axis)", examples=["[0, 1, 0]"],
+    )  # fmt: skip
+    zero: tuple[Length, Length, Length] = Field(
+        default=(0.0, 0.0, 0.0), description="zero of the program in the part", examples=["[0 mm, 0 mm, 0 mm]"]
+    )
+    rotation: Angle = Field(
+        default=0.0, description="angle by which the program is turned about the axis", examples=["0 deg"]
+    )
+    tools: tuple[Cutter, ...] = Field(
+        default=(), description="tools of this set-up; left out: those of all",
+        examples=["[{number: 1, shape: flat, diameter: 10 mm, flutes: 3, helix: 30 deg}]"],
+    )  # fmt: skip
+    fixtures: tuple[AnyFixture, ...] = Field(
+        default=(), description="clamps and jaws of this set-up, in the coordinates of its program",
+        examples=["[{x: [-30 mm, -5 mm], y: [0 mm, 20 mm], z: [-20 mm, 10 mm]}]"],
+    )  # fmt: skip
+
+    def contradictions(self) -> Iterator[Notice]:
+        """No direction; tools twice."""
+        if not any(self.axis):
+            yield Notice(("axis",), "is zero; write the direction to the spindle in the part, for example [0, 0, 1]")
+        numbers = [tool.number for tool in self.tools]
+        for number in sorted({n for n in numbers if numbers.count(n) > 1}):
+            yield Notice(("tools",), f"tool {number} is there twice")
+
+
 class StockNumerics(Spec):
     """How a stock in 3D is computed."""
 
@@ -159,6 +192,10 @@ class StockNumerics(Spec):
     engagement: Literal["none", "coarse", "refined"] = Field(
         default="refined", description="contact along the program: none (the surface alone), coarse (to 5.6°), refined (exact)",
         examples=["refined"],
+    )  # fmt: skip
+    sweep: Literal["real", "ideal"] = Field(
+        default="real", description="which way of the tool makes the surface: real (as drives, the bending of the tool, bodies of "
+        "the machine and a robot have it, where there are any) or ideal (as planned)", examples=["real"],
     )  # fmt: skip
     elements: Annotated[Count, Usual(4, 100)] = Field(
         default=12, description="elements of the cutting edges below the cylinder", examples=[12], ge=1, le=1000

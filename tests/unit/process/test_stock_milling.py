@@ -14,12 +14,12 @@ from cutwise.io.solid_files import closed
 from cutwise.io.stl import stl_bytes
 from cutwise.physics.engagement.path_sweep import swept_path
 from cutwise.physics.engagement.stock import contact_patches, immersion
-from cutwise.process import stock_deviation, stock_findings, stock_measures, stock_milling
+from cutwise.process import stock_deviation, stock_findings, stock_measures, stock_setups, stock_stations
 from cutwise.process.recipes import prepare, simulate
 from cutwise.process.stock_loop import PIECES, STATION
-from cutwise.process.stock_milling import _all_contact
+from cutwise.process.stock_milling import all_contact
 from cutwise.process.stock_moves import stock_of
-from cutwise.results import SolverFailure
+from cutwise.results import SolverFailure, in_words
 from cutwise.spec.faults import ScenarioFault
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
@@ -43,16 +43,25 @@ def box(x, y, z):
     return point[triangle]
 
 
+def planned_run(given):
+    """The one set-up of a scenario, its path swept as planned."""
+    return stock_setups.run(given).cuts[0].ideal
+
+
+def told(given, off=None):
+    return " | ".join(in_words(stock_findings.warnings(given, stock_setups.run(given), off)))
+
+
 def ran(*arguments, **named):
     given = scenario(*arguments, **named)
-    return given, stock_milling.run(given)
+    return given, planned_run(given)
 
 
 @cache
 def part_d(*overrides):
     given = load(PART, ("numerics.stock.engagement=none", "part.samples=1000000", "requirements={}", *overrides))
-    done = stock_milling.run(given)
-    return given, done, stock_deviation.deviation(given, done)
+    done = stock_setups.run(given)
+    return given, done, stock_deviation.judged(given, done)
 
 
 FACES = {  # area, min, max, mean, rms, gouge, excess; mm
@@ -65,7 +74,7 @@ FACES = {  # area, min, max, mean, rms, gouge, excess; mm
 
 @pytest.mark.parametrize("name", FACES)
 def test_worked_example_d_face_by_face(name):
-    off = part_d()[2]
+    off = part_d()[2].left
     area, least, most, mean, rms, gouge, excess = FACES[name]
     face = min(off.faces, key=lambda one: abs(1e6 * one.area - area))
     assert 1e6 * face.area == pytest.approx(area, rel=1e-6)
@@ -80,8 +89,9 @@ def test_worked_example_d_face_by_face(name):
 
 
 def test_worked_example_d_together():
-    given, done, off = part_d()
-    found = stock_measures.measures(given, done, off)
+    _, done, both = part_d()
+    off = both.left
+    found = stock_measures.measures(done, both)
     assert 1e3 * found["deviation_min"] == pytest.approx(-0.046985, abs=2e-5)
     assert 1e3 * found["deviation_max"] == pytest.approx(0.03, abs=1e-6)
     assert 1e3 * found["deviation_rms"] == pytest.approx(0.0227253, rel=2e-3)
@@ -90,7 +100,7 @@ def test_worked_example_d_together():
     assert 1e3 * found["scallop_max"] == pytest.approx(0.01041, rel=0.01)
     assert 1e9 * found["removed_volume"] == pytest.approx(24867.7333, rel=5e-4)
     assert found["fraction_in_tolerance"] == 1.0
-    worst = stock_findings.made_by(done, off, off.worst(True))
+    worst = stock_findings.made_by(off, off.worst(True))
     assert "line 162" in worst  # the pass that was lowered
     assert "T2" in worst
 
@@ -109,15 +119,15 @@ def test_a_tolerance_of_the_part_is_a_requirement():
 @pytest.mark.parametrize("shift", [(0.05, -0.08, 0.03), (0.1, 0.0, 0.0)])
 def test_a_misplaced_part_is_told(shift):
     given, _, off = part_d()
-    plain = off.fit.shift
+    plain = off.left.fit.shift
     moved = part_d("part.origin=[" + ", ".join(f"{v} mm" for v in shift) + "]")[2]
-    change = moved.fit.shift - plain
+    change = moved.left.fit.shift - plain
     assert 1e3 * change == pytest.approx(-np.array(shift), abs=0.03 * np.linalg.norm(shift))
-    assert any("offset" in text for text in stock_findings.warnings(given, part_d()[1], moved))
+    assert any("offset" in text for text in in_words(stock_findings.warnings(given, part_d()[1], moved)))
 
 
 def test_the_deviation_does_not_depend_on_the_grid():
-    one, other = (part_d(f"numerics.stock.grid={grid} mm", "part.samples=20000")[2] for grid in ("0.43", "0.27"))
+    one, other = (part_d(f"numerics.stock.grid={grid} mm", "part.samples=20000")[2].left for grid in ("0.43", "0.27"))
     assert one.value[one.judged_samples] == pytest.approx(other.value[other.judged_samples], abs=1e-9)
 
 
@@ -133,7 +143,7 @@ def test_flat_mills_at_levels_agree_with_the_exact_arcs():
     given = scenario(
         exact.program.text, tools, "numerics: {stock: {grid: 0.25 mm}}", f"process: mill\nstock: {{{sides}}}\n"
     )
-    done = stock_milling.run(given)
+    done = planned_run(given)
     assert 1e9 * done.volume.sum() == pytest.approx(29034.29, rel=1e-3)
     level = ~stock_measures.plunging(done) & (done.stations("contact") > 0)
     segment = done.run.segment[level]
@@ -141,7 +151,7 @@ def test_flat_mills_at_levels_agree_with_the_exact_arcs():
     curve = done.planned.path.curve
     block = done.moves.block[segment]
     way = curve.knots[block] + share * curve.length[block]
-    point = stock_milling.station_places(done)[level]
+    point = stock_stations.station_places(done)[level]
     row = done.moves.path.row[segment]
     angle = row[:, 13] + share * row[:, 14] + np.copysign(math.pi / 2, row[:, 14])
     heading = np.where(row[:, 0] == 0.0, np.arctan2(row[:, 6], row[:, 5]), angle)
@@ -158,8 +168,8 @@ def test_contact_balances_what_the_map_loses():
     errors = []
     for elements, grid in ((10, 0.3), (40, 0.1)):
         _, done = ran(program, tool, f"numerics: {{stock: {{grid: {grid} mm, elements: {elements}, station: 0.2 mm}}}}")
-        rate, where = done.stations("removal"), stock_milling.station_places(done)
-        move = stock_milling.station_moves(done)
+        rate, where = done.stations("removal"), stock_stations.station_places(done)
+        move = stock_stations.station_moves(done)
         step = np.linalg.norm(np.diff(where, axis=0), axis=1) * (np.diff(move) == 0)
         errors.append(float((0.5 * (rate[1:] + rate[:-1]) * step).sum() / done.volume.sum() - 1.0))
     assert abs(errors[0]) < 0.01
@@ -171,14 +181,14 @@ def test_torque_times_speed_is_the_removal_and_the_edges():
     _, done = ran(program, "{number: 1, shape: ball, diameter: 6 mm, flutes: 2, helix: 30 deg}",
                   "material: {K_tc: 800 N/mm^2, K_rc: 200 N/mm^2, K_te: 0 N/mm, K_re: 0 N/mm}")  # fmt: skip
     power = done.stations("torque") * 8000 * 2 * math.pi / 60
-    removal = done.stations("removal") * done.moves.feed[stock_milling.station_moves(done)]
+    removal = done.stations("removal") * done.moves.feed[stock_stations.station_moves(done)]
     assert power.max() > 1.0
     assert power == pytest.approx(800e6 * removal, rel=1e-6, abs=1e-9)
 
 
 def test_worked_example_h_a_shank_in_a_slot():
     _, done = ran("G21 G90 T1 M6\nG0 X-10 Y0 Z5\nG0 Z-10\nG1 X50 F600\n")
-    found = [event for event in stock_milling.events(done) if event.kind == "shank"]
+    found = [event for event in stock_stations.events(done) if event.kind == "shank"]
     assert [event.line for event in found] == [4]
     assert 1e3 * found[0].depth == pytest.approx(4.0, abs=1e-6)
     assert 1e9 * found[0].volume == pytest.approx(8 * 40, rel=0.08)
@@ -189,32 +199,31 @@ def test_rapids_starts_fixtures_and_bottoms_are_told():
         "G21 G90 T1 M6\nG0 X-10 Y0 Z5\nG0 X20 Z-3\nG1 X30 Z-21 F600\nG0 Z5\n", more="fixtures: [{x: [28 mm, 34 mm], y: "
         "[-3 mm, 3 mm], z: [-20 mm, 3 mm]}]",
     )  # fmt: skip
-    told = " | ".join(stock_findings.warnings(given, done, None))
-    kinds = {(event.kind, event.line) for event in stock_milling.events(done)}
+    said = told(given)
+    kinds = {(event.kind, event.line) for event in stock_stations.events(done)}
     assert ("rapid", 3) in kinds
     assert ("fixture", 4) in kinds
     assert ("rapid", 2) not in kinds
-    assert "below the bottom of the stock, by 1 mm" in told
+    assert "below the bottom of the stock, by 1 mm" in said
     inside = parse(
         HEAD
         + f'tools: [{FLAT}]\nprogram: {{file: a.nc, text: "G21 G90 T1 M6 G1 X30 F100", start: {{x: 20 mm, y: 0 mm, z: -3 mm}}}}'
     )
-    told = " | ".join(stock_findings.warnings(inside, stock_milling.run(inside), None))
-    assert "stands in the stock where the program begins, 3 mm deep" in told
+    assert "stands in the stock where the program begins, 3 mm deep" in told(inside)
 
 
 def test_a_tool_that_does_not_cut_over_centre_is_told():
     core = FLAT.replace("}", ", end_core: 1 mm}")
     _, done = ran("G21 G90 T1 M6\nG0 X20 Y0 Z5\nG1 Z-3 F600\n", core)
-    assert [(event.kind, event.line) for event in stock_milling.events(done)] == [("core", 3)]
+    assert [(event.kind, event.line) for event in stock_stations.events(done)] == [("core", 3)]
 
 
 def test_a_program_that_misses_is_told_with_both_extents():
-    given, done = ran("G20 G90 T1 M6\nG0 X100 Y90 Z1\nG1 X130 Y91 F60\n")
-    told = " | ".join(stock_findings.warnings(given, done, None))
+    given = scenario("G20 G90 T1 M6\nG0 X100 Y90 Z1\nG1 X130 Y91 F60\n")
+    said = told(given)
     for words in ("never meets the stock", "(stock 0 to 40 mm)", "25.4"):
-        assert words in told
-    assert [finding.code for finding in stock_findings.findings(done)] == ["untouched"]
+        assert words in said
+    assert [finding.code for finding in stock_findings.findings(stock_setups.run(given))] == ["untouched"]
 
 
 def test_an_unknown_start_is_taken_above_the_stock():
@@ -264,7 +273,7 @@ def test_a_round_bar_and_a_file_as_stock(tmp_path):
     (tmp_path / "raw.stl").write_bytes(stl_bytes(box((0, 40), (-10, 10), (-20, 0))))
     text = f"process: mill\nstock: {{file: raw.stl}}\ntools: [{FLAT}]\nprogram: {{file: t.nc, text: {json.dumps(program)}}}\n"
     given = parse(text, folder=tmp_path, overrides={"numerics.stock.grid": "0.25 mm"})
-    done = stock_milling.run(given)
+    done = planned_run(given)
     assert 1e9 * done.volume.sum() == pytest.approx(6 * 2 * 40, rel=1e-3)
     assert done.stations("angle").max() == pytest.approx(math.pi)
 
@@ -275,7 +284,7 @@ def test_cutter_compensation_takes_the_diameter_of_the_tool(entry):
     text = "G21 G90 G17 T1 M6\nG0 X-20 Y-8 Z5\nG1 Z-2 F600\nG42 D1 G1 X-10 Y5\nG1 X50\nG40 G1 X60 Y-8\n"
     listed = f", tools: [{{number: 1, {entry}}}]" if entry else ""
     given = parse(f"{HEAD}tools: [{FLAT}]\nprogram: {{file: t.nc, text: {json.dumps(text)}{listed}}}\n")
-    done = stock_milling.run(given)
+    done = planned_run(given)
     y = (
         1e3
         * done.moves.start[
@@ -287,7 +296,7 @@ def test_cutter_compensation_takes_the_diameter_of_the_tool(entry):
 
 def test_a_contact_in_more_pieces_than_there_is_room_for_is_no_result():
     found = np.zeros((3, len(STATION)))
-    _all_contact(SimpleNamespace(found=found))
+    all_contact(SimpleNamespace(found=found))
     found[1, STATION.index("contact")] = PIECES
     with pytest.raises(SolverFailure, match="1 stations is in more than 4096 pieces"):
-        _all_contact(SimpleNamespace(found=found))
+        all_contact(SimpleNamespace(found=found))

@@ -14,8 +14,9 @@ import numpy.typing as npt
 
 from cutwise.maths.compiled import compiled, inlined_stepping, stepping
 from cutwise.maths.envelopes import ARC, begun_height, segment_height
-from cutwise.maths.map_surface import Solid, nearest, surface, within
+from cutwise.maths.map_surface import Solid, bottom_at, nearest, within
 from cutwise.maths.profiles import Meridian
+from cutwise.maths.workpiece import Workpiece, depth_under, height_under
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -25,6 +26,7 @@ CYLINDER = -1  # element of a row of contact on the cylinder
 _SHAVE = 1e-7  # [rad] off the ends of the cutting range, where the rim touches the tool's own flank
 _ANGLE = 1e-7  # [rad] to which ends of arcs are found
 _LAYERS = 24  # of the cylinder at one place
+_EVEN = 16  # layers where the material is hollow
 _MERGED = 0.01  # of the depth: heights that are one layer
 _STEPS = 60
 _OWN = 1e-8  # [m] of a tool's own way, short of where it is
@@ -98,12 +100,13 @@ def fan_room() -> Fan:
 
 
 @stepping
-def _stands(solid: Solid, place: Place, x: float, y: float, found: IntArray) -> float:
+def _stands(piece: Workpiece, place: Place, x: float, y: float, found: IntArray) -> float:
     """Height of the material at a point before the move that is run, and cut by what of it has been run [m].
 
     On a line a tool's own sweep never comes where it cuts.
     """
-    height = surface(solid, place.move, x, y, found)[0]
+    solid = piece.maps[0]
+    height = height_under(piece, place.move, x, y, found)
     if height > place.z:
         for segment in range(place.first, place.segment - 1):
             height = min(height, segment_height(solid.path, solid.tools, segment, x, y))
@@ -130,17 +133,37 @@ def _bounded(value: float) -> float:
 
 
 @stepping
-def _over(solid: Solid, place: Place, radius: float, level: float, angle: float, found: IntArray) -> float:
-    """Height of the material over a level at a point of the rim [m]."""
+def _over(piece: Workpiece, place: Place, radius: float, level: float, angle: float, found: IntArray) -> float:
+    """Height of the material over a level at a point of the rim [m]; where others cut across, no more than the depth there."""
     c, s = math.cos(angle), math.sin(angle)
     x = place.x + radius * (place.ux * c - place.uy * s)
     y = place.y + radius * (place.uy * c + place.ux * s)
-    return _bounded(_stands(solid, place, x, y, found) - level)
+    return _over_at(piece, place, x, y, level, found)
+
+
+@stepping
+def _over_at(piece: Workpiece, place: Place, x: float, y: float, level: float, found: IntArray) -> float:
+    """The same at a point in plan."""
+    over = _bounded(_stands(piece, place, x, y, found) - level)
+    if over > 0.0:
+        if piece.maps[0].map.bottom.size > 1:
+            over = min(over, _bounded(level - bottom_at(piece.maps[0], x, y)))
+        if piece.crossing:
+            over = min(over, depth_under(piece, x, y, level, found))
+    return over
 
 
 @stepping
 def _change(
-    solid: Solid, place: Place, radius: float, level: float, a: float, b: float, ga: float, gb: float, found: IntArray
+    piece: Workpiece,
+    place: Place,
+    radius: float,
+    level: float,
+    a: float,
+    b: float,
+    ga: float,
+    gb: float,
+    found: IntArray,
 ) -> float:
     """Angle between two at which contact begins or ends: false position, every third step a halving."""
     side = 0
@@ -150,7 +173,7 @@ def _change(
         middle = 0.5 * (a + b)
         if step % 3 != 2 and ga != gb:
             middle = min(max(a - ga * (b - a) / (gb - ga), a + 0.01 * (b - a)), b - 0.01 * (b - a))
-        g = _over(solid, place, radius, level, middle, found)
+        g = _over(piece, place, radius, level, middle, found)
         if (g > 0.0) == (ga > 0.0):
             a, ga = middle, g
             if side == 1:
@@ -186,15 +209,16 @@ def _spread(fan: Fan, half: float) -> int:
 
 
 @stepping
-def _by_cells(solid: Solid, place: Place, radius: float, level: float, fan: Fan, refine: bool) -> None:
+def _by_cells(piece: Workpiece, place: Place, radius: float, level: float, fan: Fan, refine: bool) -> None:
     """The fan by the cells in which its points are; where one is near the level, exactly."""
+    solid = piece.maps[0]
     grid = solid.map.layout
     near = max(grid.dx, grid.dy)  # of material that rises by no more than 55 degrees
     step = fan.angle[1] - fan.angle[0]  # points are turned on from one to the next: no sine for each
     turn_c, turn_s = math.cos(step), math.sin(step)
     c, s = math.cos(fan.angle[0]), math.sin(fan.angle[0])
     out_x, out_y = radius * (place.ux * c - place.uy * s), radius * (place.uy * c + place.ux * s)
-    own = place.first < place.segment
+    own = place.first < place.segment or piece.crossing or solid.map.bottom.size > 1
     for i in range(FAN + 1):
         x, y = place.x + out_x, place.y + out_y
         out_x, out_y = out_x * turn_c - out_y * turn_s, out_y * turn_c + out_x * turn_s
@@ -204,13 +228,13 @@ def _by_cells(solid: Solid, place: Place, radius: float, level: float, fan: Fan,
         over = _bounded(float(solid.map.height[nearest(solid, x, y)]) - level)
         fan.exact[i] = False
         if (refine and abs(over) < near) or (over > 0.0 and own):
-            over = _bounded(_stands(solid, place, x, y, fan.found) - level)
+            over = _over_at(piece, place, x, y, level, fan.found)
             fan.exact[i] = True
         fan.above[i] = over
 
 
 @stepping
-def _settled(solid: Solid, place: Place, radius: float, level: float, fan: Fan) -> None:
+def _settled(piece: Workpiece, place: Place, radius: float, level: float, fan: Fan) -> None:
     """Where the fan changes its sign, both sides are exact: what cells said wrongly moves the change on."""
     changed = True
     while changed:
@@ -219,14 +243,14 @@ def _settled(solid: Solid, place: Place, radius: float, level: float, fan: Fan) 
             if (fan.above[i] > 0.0) != (fan.above[i + 1] > 0.0):
                 for k in range(i, i + 2):
                     if not fan.exact[k]:
-                        fan.above[k] = _over(solid, place, radius, level, fan.angle[k], fan.found)
+                        fan.above[k] = _over(piece, place, radius, level, fan.angle[k], fan.found)
                         fan.exact[k] = True
                         changed = True
 
 
 @stepping
 def _arcs(
-    solid: Solid, place: Place, radius: float, level: float, half: float, fan: Fan, rows: FloatArray, count: int,
+    piece: Workpiece, place: Place, radius: float, level: float, half: float, fan: Fan, rows: FloatArray, count: int,
     refine: bool,
 ) -> int:  # fmt: skip
     """Arcs of a settled fan into rows, columns 1 and 2; their number with those before."""
@@ -239,14 +263,14 @@ def _arcs(
                 low = 0.5 * (fan.angle[i - 1] + fan.angle[i])
                 if refine:
                     low = _change(
-                        solid, place, radius, level, fan.angle[i - 1], fan.angle[i], fan.above[i - 1], fan.above[i],
+                        piece, place, radius, level, fan.angle[i - 1], fan.angle[i], fan.above[i - 1], fan.above[i],
                         fan.found,
                     )  # fmt: skip
         elif inside and not now:
             high = 0.5 * (fan.angle[i - 1] + fan.angle[i])
             if refine:
                 high = _change(
-                    solid,
+                    piece,
                     place,
                     radius,
                     level,
@@ -268,26 +292,29 @@ def _arcs(
 
 @stepping
 def _element_rows(
-    solid: Solid, place: Place, edge: Edge, element: int, fan: Fan, rows: FloatArray, count: int, refine: bool
+    piece: Workpiece, place: Place, edge: Edge, element: int, fan: Fan, rows: FloatArray, count: int, refine: bool
 ) -> int:
     """Arcs of one element of the meridian."""
+    solid = piece.maps[0]
     mer = edge.meridian
     half = _range(place.slope, mer.sine[element], mer.cosine[element])
     if half <= 2.0 * _SHAVE:
         return count
     level, radius = place.z + mer.height[element], mer.radius[element]
+    if solid.map.bottom.size == 1 and level <= solid.map.bottom[0]:
+        return count
     _spread(fan, half)
-    _by_cells(solid, place, radius, level, fan, refine)
+    _by_cells(piece, place, radius, level, fan, refine)
     curved = solid.path.row[place.segment, 0] == ARC
     if refine or curved:
         if curved and refine:
             for i in range(FAN + 1):  # cells do not know what of the arc has been run
                 if fan.above[i] > 0.0 and not fan.exact[i]:
-                    fan.above[i] = _over(solid, place, radius, level, fan.angle[i], fan.found)
+                    fan.above[i] = _over(piece, place, radius, level, fan.angle[i], fan.found)
                     fan.exact[i] = True
-        _settled(solid, place, radius, level, fan)
+        _settled(piece, place, radius, level, fan)
     first = count
-    count = _arcs(solid, place, radius, level, half, fan, rows, count, refine)
+    count = _arcs(piece, place, radius, level, half, fan, rows, count, refine)
     for n in range(first, count):
         rows[n, 0] = element
         rows[n, 3], rows[n, 4] = mer.height[element], mer.height[element]
@@ -344,32 +371,40 @@ def _any_above(solid: Solid, place: Place, radius: float, level: float, fan: Fan
 
 
 @stepping
-def _cylinder_rows(solid: Solid, place: Place, edge: Edge, fan: Fan, rows: FloatArray, count: int, refine: bool) -> int:
+def _cylinder_rows(
+    piece: Workpiece, place: Place, edge: Edge, fan: Fan, rows: FloatArray, count: int, refine: bool
+) -> int:
     """Arcs of the cylinder in layers of what stands along its rim."""
+    solid = piece.maps[0]
     if math.isinf(place.slope) or edge.end <= edge.foot:
         return count
     foot = place.z + edge.foot
     _spread(fan, 0.5 * math.pi)
     if not _any_above(solid, place, edge.radius, foot, fan):
         return count
-    highest = 0.0
+    bottom, highest = solid.map.bottom, 0.0
+    under = max(bottom[0] - foot, 0.0) if bottom.size == 1 else 0.0  # flutes below the stock cut nothing
     for i in range(FAN + 1):
-        fan.above[i] = _over(solid, place, edge.radius, foot, fan.angle[i], fan.found)
+        fan.above[i] = _rises(piece, place, edge.radius, foot, fan.angle[i], fan.found)
         highest = max(highest, min(fan.above[i], edge.end - edge.foot))
-    if highest <= 0.0:
+    if highest <= under:
         return count
+    if piece.crossing or bottom.size > 1:
+        return _cylinder_steps(piece, place, edge, (under, highest), fan, rows, count, refine)
     layers = _layers(fan, highest)
     held = fan.held
     for i in range(FAN + 1):
         held[i] = fan.above[i]
-    low = 0.0
+    low = under
     for n in range(layers):
         high = fan.layer[n]
+        if high <= low:
+            continue
         level = 0.5 * (low + high)
         for i in range(FAN + 1):
             fan.above[i] = held[i] - level
         first = count
-        count = _arcs(solid, place, edge.radius, foot + level, 0.5 * math.pi, fan, rows, count, refine)
+        count = _arcs(piece, place, edge.radius, foot + level, 0.5 * math.pi, fan, rows, count, refine)
         for k in range(first, count):
             rows[k, 0], rows[k, 3], rows[k, 4] = CYLINDER, edge.foot + low, edge.foot + high
         low = high
@@ -377,14 +412,52 @@ def _cylinder_rows(solid: Solid, place: Place, edge: Edge, fan: Fan, rows: Float
 
 
 @stepping
-def contact_rows(solid: Solid, place: Place, edge: Edge, fan: Fan, rows: FloatArray, refine: bool) -> int:
+def _rises(piece: Workpiece, place: Place, radius: float, level: float, angle: float, found: IntArray) -> float:
+    """Height of the upper side of the material over a level at a point of the rim [m], hollow below or not."""
+    c, s = math.cos(angle), math.sin(angle)
+    x = place.x + radius * (place.ux * c - place.uy * s)
+    y = place.y + radius * (place.uy * c + place.ux * s)
+    return _bounded(_stands(piece, place, x, y, found) - level)
+
+
+@stepping
+def _cylinder_steps(
+    piece: Workpiece,
+    place: Place,
+    edge: Edge,
+    ends: tuple[float, float],
+    fan: Fan,
+    rows: FloatArray,
+    count: int,
+    refine: bool,
+) -> int:
+    """Arcs of the cylinder in even layers between two heights over its foot: what stands along the rim is hollow below."""
+    low, high = ends
+    width = (high - low) / _EVEN
+    for n in range(_EVEN):
+        level = place.z + edge.foot + low + (n + 0.5) * width
+        for i in range(FAN + 1):
+            fan.above[i] = _over(piece, place, edge.radius, level, fan.angle[i], fan.found)
+        first = count
+        count = _arcs(piece, place, edge.radius, level, 0.5 * math.pi, fan, rows, count, refine)
+        for k in range(first, count):
+            rows[k, 0], rows[k, 3], rows[k, 4] = (
+                CYLINDER,
+                edge.foot + low + n * width,
+                edge.foot + low + (n + 1) * width,
+            )
+    return count
+
+
+@stepping
+def contact_rows(piece: Workpiece, place: Place, edge: Edge, fan: Fan, rows: FloatArray, refine: bool) -> int:
     r"""Rows of contact of a tool at a place; their number.
 
     An element cuts where :math:`\cos\psi > k \cot\kappa` and where the material stands higher than its rim.
 
     Parameters
     ----------
-    solid : Solid
+    piece : Workpiece
         The material before the move on which the place is.
     place, edge : Place, Edge
         Where the tool is, and where it cuts.
@@ -413,9 +486,10 @@ def contact_rows(solid: Solid, place: Place, edge: Edge, fan: Fan, rows: FloatAr
     >>> from cutwise.maths.height_map import height_map, layout
     >>> from cutwise.maths.map_surface import RECTANGLE, Outline
     >>> from cutwise.maths.profiles import cutters, flat, meridian
+    >>> from cutwise.maths.workpiece import alone
     >>> stock = height_map(layout((0.0, 40e-3), (0.0, 20e-3), 1e-3), np.ones((20, 40)), -9e-3, 0.0)
     >>> path = segments([line_row(0, np.array([0.0, -3e-3, -2e-3]), np.array([40e-3, -3e-3, -2e-3]))], [1])
-    >>> block = Solid(stock, Outline(RECTANGLE, 0.0, 0.0, 0.0), path, cutters([flat(5e-3)]))
+    >>> block = alone(Solid(stock, Outline(RECTANGLE, 0.0, 0.0, 0.0), path, cutters([flat(5e-3)])))
     >>> place = Place(20e-3, -3e-3, -2e-3, 1.0, 0.0, 0.0, 0, 0, 0.5, 0)
     >>> edge, rows = Edge(meridian(flat(5e-3), 5e-3, 1), 5e-3, 0.0, 10e-3), np.zeros((8, 5))
     >>> count = contact_rows(block, place, edge, fan_room(), rows, True)
@@ -428,8 +502,8 @@ def contact_rows(solid: Solid, place: Place, edge: Edge, fan: Fan, rows: FloatAr
     """
     count = 0
     for element in range(edge.meridian.height.shape[0]):
-        count = _element_rows(solid, place, edge, element, fan, rows, count, refine)
-    return _cylinder_rows(solid, place, edge, fan, rows, count, refine)
+        count = _element_rows(piece, place, edge, element, fan, rows, count, refine)
+    return _cylinder_rows(piece, place, edge, fan, rows, count, refine)
 
 
 @stepping

@@ -62,7 +62,7 @@ def _nearest(swept: Swept, j: int, begin: float, x: float, y: float, z: float) -
 def _stays(swept: Swept, x: float, y: float, z: float, way: float, reach: float, stack: npt.NDArray[np.int64]) -> bool:
     """Whether no move behind a way comes over a point nearer than the reach, with its tip no higher than z."""
     tree, size = swept.tree, swept.tree.shape[0] // 2
-    now = max(np.searchsorted(swept.way, way, side="right") - 1, 0)
+    now = max(int(np.searchsorted(swept.way, way, side="right")) - 1, 0)
     first_later = swept.first[now]
     stack[0, 0], stack[0, 1], stack[0, 2] = 1, 0, size
     depth = 1

@@ -67,7 +67,9 @@ def feed_levels(base: float, least: float, most: float, step: float = 1.02) -> F
     """
     first = math.floor(math.log(least / base) / math.log(step) + 1e-9)
     last = math.floor(math.log(most / base) / math.log(step) + 1e-9)
-    return base * step ** np.arange(first, last + 1) if last >= first else np.array([most])
+    if last < first:
+        return np.array([most])
+    return np.asarray(base * step ** np.arange(first, last + 1), dtype=np.float64)
 
 
 @compiled

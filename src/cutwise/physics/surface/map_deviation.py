@@ -13,7 +13,8 @@ import numpy.typing as npt
 
 from cutwise.maths.compiled import compiled, stepping
 from cutwise.maths.height_map import STOCK
-from cutwise.maths.map_surface import Index, Solid, shaped
+from cutwise.maths.map_surface import Index, shaped, shaping_index
+from cutwise.maths.workpiece import Workpiece, in_frame
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -32,31 +33,53 @@ class _Crossing(NamedTuple):
     owner: int  # the segment that made the surface there
 
 
-@stepping
-def _gap(solid: Solid, index: Index, x: float, y: float, z: float) -> tuple[float, int]:
-    """Height of the material over a point [m], bounded, and its owner."""
-    height, owner = shaped(solid, index, x, y)
-    return min(max(height - z, -1.0), 1.0), owner
+class Shaped(NamedTuple):
+    """What is left under all maps of a part, with the segments that shaped each."""
+
+    piece: Workpiece
+    index: tuple[Index, ...]  # type: ignore[assignment]
+    first: IntArray  # number of the first segment of each map among those of all, shape (m,)
+    cell: float  # [m] width of the cells
+
+
+def shaped_by(piece: Workpiece) -> Shaped:
+    """Find the segments that shaped each map."""
+    count = [len(one.path.row) for one in piece.maps[: piece.count]]
+    first = np.concatenate(([0], np.cumsum(count)[:-1])).astype(np.int64)
+    cell = max(max(one.map.layout.dx, one.map.layout.dy) for one in piece.maps[: piece.count])
+    index = [shaping_index(one) for one in piece.maps[: piece.count]]
+    return Shaped(piece, (*index, *([index[0]] * (len(piece.maps) - len(index)))), first, cell)
 
 
 @stepping
-def _crossing(
-    solid: Solid, index: Index, p: FloatArray, v: tuple[float, float, float], inside: bool, most: float, cell: float
-) -> _Crossing:
+def _gap(left: Shaped, x: float, y: float, z: float) -> tuple[float, int]:
+    """Height of the material over a point [m], bounded, and its owner; of several maps the least, each along its axis."""
+    least, owner = math.inf, STOCK
+    for j in range(left.piece.count):
+        u, v, w = in_frame(left.piece, j, x, y, z)
+        height, made = shaped(left.piece.maps[j], left.index[j], u, v)
+        if height - w < least:
+            least = height - w
+            owner = made + left.first[j] if made != STOCK else STOCK
+    return min(max(least, -1.0), 1.0), owner
+
+
+@stepping
+def _crossing(left: Shaped, p: FloatArray, v: tuple[float, float, float], inside: bool, most: float) -> _Crossing:
     """First place of a ray where it leaves the material (from inside) or enters it."""
     low, high = 0.0, min(_FIRST, most)
-    g_low, owner_low = _gap(solid, index, p[0], p[1], p[2])
+    g_low, owner_low = _gap(left, p[0], p[1], p[2])
     if (g_low > 0.0) != inside:  # off the face the point is on the other side already
         return _Crossing(0.0, owner_low)
-    if most <= 0.5 * cell:
+    if most <= 0.5 * left.cell:
         high = most
-    g_high, owner_high = _gap(solid, index, p[0] + high * v[0], p[1] + high * v[1], p[2] + high * v[2])
+    g_high, owner_high = _gap(left, p[0] + high * v[0], p[1] + high * v[1], p[2] + high * v[2])
     while (g_high > 0.0) == inside:
         if high >= most:
             return _Crossing(math.inf, STOCK)
         low, g_low, owner_low = high, g_high, owner_high
-        high = min(high + min(max(high, _FIRST), 0.5 * cell), most)
-        g_high, owner_high = _gap(solid, index, p[0] + high * v[0], p[1] + high * v[1], p[2] + high * v[2])
+        high = min(high + min(max(high, _FIRST), 0.5 * left.cell), most)
+        g_high, owner_high = _gap(left, p[0] + high * v[0], p[1] + high * v[1], p[2] + high * v[2])
     side = 0
     for step in range(_STEPS):
         if high - low <= _FINE:
@@ -65,7 +88,7 @@ def _crossing(
         if step % 3 != 2 and g_high != g_low:
             at = low - g_low * (high - low) / (g_high - g_low)
             at = min(max(at, low + 1e-3 * (high - low)), high - 1e-3 * (high - low))
-        g, owner = _gap(solid, index, p[0] + at * v[0], p[1] + at * v[1], p[2] + at * v[2])
+        g, owner = _gap(left, p[0] + at * v[0], p[1] + at * v[1], p[2] + at * v[2])
         if (g > 0.0) == inside:
             low, g_low, owner_low = at, g, owner
             g_high = 0.5 * g_high if side == 1 else g_high
@@ -80,36 +103,55 @@ def _crossing(
 
 
 @stepping
-def _deviation(
-    solid: Solid, index: Index, p: FloatArray, n: FloatArray, tolerance: float, cell: float, q: FloatArray
-) -> tuple[float, int]:
+def _deviation(left: Shaped, p: FloatArray, n: FloatArray, tolerance: float, q: FloatArray) -> tuple[float, int]:
     """Deviation at one point [m], and the segment that made the surface there."""
-    over, owner = _gap(solid, index, p[0], p[1], p[2])
+    over, owner = _gap(left, p[0], p[1], p[2])
     inside = over > 0.0
     best = min(abs(over), REACH)
     if best <= _FINE:
         return 0.0, owner
     sense = 1.0 if inside else -1.0
-    along = _crossing(solid, index, p, (sense * n[0], sense * n[1], sense * n[2]), inside, best, cell)
+    maps = left.piece.count
+    if maps > 1 and not inside:  # what one map has cut there may have been cut by another as well
+        best = REACH
+        for j in range(maps):
+            t = left.piece.turn[j]
+            down = _crossing(left, p, (-t[2, 0], -t[2, 1], -t[2, 2]), inside, best)
+            if down.away < best:
+                best, owner = down.away, down.owner
+    along = _crossing(left, p, (sense * n[0], sense * n[1], sense * n[2]), inside, best)
     if along.away < best:
         best, owner = along.away, along.owner
     if best > tolerance:
         for k in range(3):
             q[k] = p[k] + sense * _OFF * n[k]
-        for ray in range(_RAYS):
-            turn = 2.0 * math.pi * ray / _RAYS
-            level = _crossing(solid, index, q, (math.cos(turn), math.sin(turn), 0.0), inside, best, cell)
-            lean = sense * (n[0] * math.cos(turn) + n[1] * math.sin(turn))
-            away = math.sqrt(level.away * level.away + _OFF * _OFF + 2.0 * level.away * _OFF * lean)
-            if away < best:
-                best, owner = away, level.owner
+        for j in range(maps):
+            t = left.piece.turn[j]
+            for ray in range(_RAYS):
+                turn = 2.0 * math.pi * ray / _RAYS
+                c, s = math.cos(turn), math.sin(turn)
+                v = (c * t[0, 0] + s * t[1, 0], c * t[0, 1] + s * t[1, 1], c * t[0, 2] + s * t[1, 2])
+                level = _crossing(left, q, v, inside, best)
+                lean = sense * (n[0] * v[0] + n[1] * v[1] + n[2] * v[2])
+                away = math.sqrt(level.away * level.away + _OFF * _OFF + 2.0 * level.away * _OFF * lean)
+                if away < best:
+                    best, owner = away, level.owner
     return sense * best, owner
+
+
+@stepping
+def _seen(left: Shaped, normal: FloatArray) -> bool:
+    """Whether a face is seen along the axis of a map, from above or from the side."""
+    for j in range(left.piece.count):
+        t = left.piece.turn[j]
+        if t[2, 0] * normal[0] + t[2, 1] * normal[1] + t[2, 2] * normal[2] >= BEHIND:
+            return True
+    return False
 
 
 @compiled
 def deviations(
-    solid: Solid,
-    index: Index,
+    left: Shaped,
     point: FloatArray,
     normal: FloatArray,
     tolerance: float,
@@ -120,14 +162,15 @@ def deviations(
 
     Parameters
     ----------
-    solid, index : Solid, Index
-        What is left, and the segments that shaped it.
+    left : Shaped
+        What is left, and the segments that shaped it, from :func:`shaped_by`.
     point, normal : array (n, 3)
         Points [m] and outward unit normals.
     tolerance : float
         Above it level rays are looked along too [m].
     out, owner : array (n,)
-        Deviation [m], positive where material is left, cut at 1 mm; NaN where the face is seen from behind. The segment that
+        Deviation [m], positive where material is left, cut at 1 mm; NaN where the face is seen from behind along every axis. The
+        segment that
         made the surface there, -1 where it is the stock.
 
     Notes
@@ -142,8 +185,9 @@ def deviations(
 
     >>> from cutwise.maths.envelopes import line_row, segments
     >>> from cutwise.maths.height_map import cut_by, height_map, layout, room
-    >>> from cutwise.maths.map_surface import RECTANGLE, Outline, shaping_index
+    >>> from cutwise.maths.map_surface import RECTANGLE, Outline, Solid
     >>> from cutwise.maths.profiles import cutters, flat
+    >>> from cutwise.maths.workpiece import alone
     >>> grid, tools = layout((0.0, 8e-3), (0.0, 4e-3), 1e-3), cutters([flat(1e-3)])
     >>> stock = height_map(grid, np.ones((4, 8)), -5e-3, 0.0)
     >>> path = segments([line_row(0, np.array([-2e-3, 2e-3, -1e-3]), np.array([10e-3, 2e-3, -1e-3]))], [1])
@@ -152,7 +196,7 @@ def deviations(
     >>> point = 1e-3 * np.array([[4.0, 2.0, -1.02], [4.0, 2.0, -0.97], [4.0, 2.98, -0.5]])
     >>> normal = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
     >>> out, owner = np.empty(3), np.empty(3, np.int64)
-    >>> deviations(slot, shaping_index(slot), point, normal, 1e-5, out, owner)
+    >>> deviations(shaped_by(alone(slot)), point, normal, 1e-5, out, owner)
     >>> (1e3 * out).round(6).tolist(), owner.tolist()
     ([0.02, -0.03, -0.02], [0, 0, 0])
 
@@ -161,12 +205,11 @@ def deviations(
     Derived here.
     """
     q = np.empty(3)
-    cell = max(solid.map.layout.dx, solid.map.layout.dy)
     for i in range(point.shape[0]):
-        if normal[i, 2] < BEHIND:
+        if not _seen(left, normal[i]):
             out[i], owner[i] = math.nan, STOCK
         else:
-            out[i], owner[i] = _deviation(solid, index, point[i], normal[i], tolerance, cell, q)
+            out[i], owner[i] = _deviation(left, point[i], normal[i], tolerance, q)
 
 
 class Fit(NamedTuple):
@@ -190,4 +233,4 @@ def fitted(point: FloatArray, normal: FloatArray, deviation: FloatArray, weight:
     found = np.linalg.lstsq(scaled.T @ columns, scaled.T @ deviation, rcond=1e-9)[0]
     left = deviation - columns @ found
     mean = [math.sqrt(float(weight @ (d * d)) / whole) for d in (deviation, left)]
-    return Fit(found[:3], found[3:] / size, centre, *mean)
+    return Fit(found[:3], found[3:] / size, centre, *mean)  # type: ignore[arg-type]

@@ -12,7 +12,7 @@ from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.spec.scenario import Scenario
 from cutwise.study.band import simulate
 from cutwise.study.correct.outcome import Corrected, Progress, Proposal, Task, measured
-from cutwise.study.correct.table import CORRECTIONS, OBJECTIVES, changes_of, found, refusals_of
+from cutwise.study.correct.table import CORRECTIONS, OBJECTIVES, READ, changes_of, found, refusals_of
 
 
 def correct(
@@ -86,10 +86,11 @@ def refused(scenario: Scenario, said: Correction, *, unroll: bool = False) -> It
                 f"nothing of process: {scenario.process} can be corrected yet" + (f", {one} of {', '.join(kinds)}" if kinds else "")
             )  # fmt: skip
             yield Fault(("correct", "change", place), f"{one} is not there yet; {known}")
-    for key, users in _unread(said).items():
-        if not set(users) & set(there):
-            yield Fault(("correct", key), f"belongs to change: {' or '.join(users)}, which is not there yet for process: "
-                        f"{scenario.process}")  # fmt: skip
+    for key, users in _unread(scenario.process, said).items():
+        if not users and there:
+            names = sorted(frozenset[str]().union(*(_reads(scenario.process, one) for one in there)))
+            yield Fault(("correct", key), f"is read by nothing that can be changed of process: {scenario.process} (change: "
+                        f"{', '.join(there)}); it reads {', '.join(names)}")  # fmt: skip
     if said.objective not in OBJECTIVES:
         yield Fault(
             ("correct", "objective"), f"{said.objective} is not there yet; there is {', '.join(sorted(OBJECTIVES))}"
@@ -101,10 +102,16 @@ def refused(scenario: Scenario, said: Correction, *, unroll: bool = False) -> It
     yield from seen
 
 
-def _unread(said: Correction) -> dict[str, list[str]]:
-    """Keys that are written and that none of the changes asked for reads, each with the changes that do."""
-    read = frozenset[str]().union(*(KEYS[change] for change in said.change))
-    return {key: [one for one, keys in KEYS.items() if key in keys] for key in sorted(said.model_fields_set - read)}
+def _reads(process: str, change: str) -> frozenset[str]:
+    """Keys of the section that a change of a process reads."""
+    return READ.get((process, change), KEYS[change])
+
+
+def _unread(process: str, said: Correction) -> dict[str, list[str]]:
+    """Keys that are written and that none of the changes asked for reads, each with the changes of the process that do."""
+    there = changes_of(process)
+    read = frozenset[str]().union(*(_reads(process, one) for one in said.change if one in there))
+    return {key: [one for one in there if key in _reads(process, one)] for key in sorted(said.model_fields_set - read)}
 
 
 def _judged(task: Task, proposals: Sequence[Proposal], after: Result) -> Corrected:
@@ -137,7 +144,7 @@ def _judged(task: Task, proposals: Sequence[Proposal], after: Result) -> Correct
                     *(text for one in proposals for text in one.told),
                     *(
                         f"correct.{key} is not used: it belongs to change: {' or '.join(users)}"
-                        for key, users in _unread(task.said).items()
+                        for key, users in _unread(task.scenario.process, task.said).items()
                     ),
                 ]
             )

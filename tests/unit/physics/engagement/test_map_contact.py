@@ -7,6 +7,7 @@ import pytest
 
 from cutwise.maths import profiles
 from cutwise.maths.envelopes import segments
+from cutwise.maths.workpiece import alone
 from cutwise.physics.engagement.map_contact import (
     CYLINDER,
     Edge,
@@ -32,7 +33,7 @@ def edge_of(pieces, elements=12, end=math.inf, core=0.0) -> Edge:
 
 def met(solid, place, edge, refine=True):
     rows = np.zeros((500, 5))
-    count = contact_rows(solid, place, edge, fan_room(), rows, refine)
+    count = contact_rows(alone(solid), place, edge, fan_room(), rows, refine)
     return rows[:count]
 
 

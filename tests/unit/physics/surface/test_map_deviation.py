@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 
 from cutwise.maths import profiles
-from cutwise.maths.map_surface import shaping_index
-from cutwise.physics.surface.map_deviation import REACH, deviations, fitted
+from cutwise.maths.workpiece import alone
+from cutwise.physics.surface.map_deviation import REACH, deviations, fitted, shaped_by
 from peers.maps import MM, block, lines, separate, swept, tool
 
 
 def off(solid, points, normals, tolerance=10e-6):
     points = MM * np.array(points, float)
     out, segment = np.empty(len(points)), np.empty(len(points), np.int64)
-    deviations(solid, shaping_index(solid), points, np.array(normals, float), tolerance, out, segment)
+    deviations(shaped_by(alone(solid)), points, np.array(normals, float), tolerance, out, segment)
     return 1e3 * out, segment
 
 

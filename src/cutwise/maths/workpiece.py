@@ -1,0 +1,331 @@
+r"""What is left of a stock that was cut in several set-ups: inside every map, each seen along its own tool axis.
+
+A point p of the frame that is looked along is :math:`T_j p + t_j` in that of map j, and material where it lies below the surface
+of each of them. Maps along the same axis give one height together; maps across it leave intervals of a column.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from cutwise.maths.compiled import compiled, stepping
+from cutwise.maths.height_map import RINGS, SIDE, HeightMap, Held
+from cutwise.maths.map_surface import Solid, nearest, surface
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+BoolArray = npt.NDArray[np.bool_]
+
+_FAR = 1.0  # [m] that stands for an infinite height
+_ALONG = 1e-9  # of the axes: two that are one
+_FINE = 1e-9  # [m] to which the ends of an interval are found
+_HALVINGS = 40
+
+
+class Workpiece(NamedTuple):
+    """Material under several maps; the first is the one that is cut, in whose frame points are told.
+
+    Loops are compiled for each number of maps; the tuple is filled up to a power of two, so that there are few of them.
+    """
+
+    maps: tuple[Solid, ...]
+    count: int  # type: ignore[assignment]  # of maps that count
+    turn: FloatArray  # T of each map, shape (m, 3, 3)
+    shift: FloatArray  # t of each map [m], shape (m, 3)
+    parallel: BoolArray  # whether a map is seen along the same axis, shape (m,)
+    crossing: bool  # whether one is not
+
+    @property
+    def solid(self) -> Solid:
+        """The map that is cut."""
+        return self.maps[0]
+
+
+def alone(solid: Solid) -> Workpiece:
+    """A stock of one set-up."""
+    return Workpiece((solid,), 1, np.eye(3)[None].copy(), np.zeros((1, 3)), np.ones(1, bool), False)
+
+
+class Frame(NamedTuple):
+    """How a set-up looks at the part: its axes as columns, and its zero [m], in part coordinates."""
+
+    axes: FloatArray  # shape (3, 3)
+    zero: FloatArray  # shape (3,)
+
+
+def frame_of(axis: FloatArray, zero: FloatArray, rotation: float) -> Frame:
+    """The frame whose z is the axis to the spindle; x is x of the part across it (y where that is the axis), turned about it [rad].
+
+    Examples
+    --------
+    Along y of the part: x stays, and y of the program points down.
+
+    >>> frame_of(np.array([0.0, 2.0, 0.0]), np.zeros(3), 0.0).axes.round(9).tolist()
+    [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]
+    """
+    z = np.asarray(axis, float) / np.linalg.norm(axis)
+    start = np.array([0.0, 1.0, 0.0]) if abs(abs(z[0]) - 1.0) <= _ALONG else np.array([1.0, 0.0, 0.0])
+    x = start - (start @ z) * z
+    x /= np.linalg.norm(x)
+    y = np.cross(z, x)
+    c, s = math.cos(rotation), math.sin(rotation)
+    return Frame(np.column_stack([c * x + s * y, c * y - s * x, z]), np.asarray(zero, float))
+
+
+def under(solids: list[Solid], frames: list[Frame], seen: Frame) -> Workpiece:
+    """Material under all solids, each in its frame, told in a frame; the first is the one that is cut there."""
+    turn = np.array([frame.axes.T @ seen.axes for frame in frames])
+    turn = np.where(np.abs(turn) < 1e-15, 0.0, turn)  # rounding of quarter turns
+    shift = np.array([frame.axes.T @ (seen.zero - frame.zero) for frame in frames])
+    parallel = np.abs(turn[:, 2, 2] - 1.0) <= _ALONG
+    size = 1 << (len(solids) - 1).bit_length()
+    filled = (*solids, *([solids[0]] * (size - len(solids))))
+    return Workpiece(filled, len(solids), turn, shift, parallel, bool((~parallel).any()))
+
+
+@stepping
+def in_frame(piece: Workpiece, j: int, x: float, y: float, z: float) -> tuple[float, float, float]:
+    r"""A point in the frame of a map, :math:`T_j p + t_j` [m].
+
+    Parameters
+    ----------
+    piece : Workpiece
+        The material.
+    j : int
+        Which map.
+    x, y, z : float
+        The point [m].
+
+    Returns
+    -------
+    tuple
+        Its coordinates [m].
+
+    Notes
+    -----
+    Valid for any point.
+
+    Examples
+    --------
+    >>> from cutwise.maths.envelopes import segments
+    >>> from cutwise.maths.height_map import height_map, layout
+    >>> from cutwise.maths.map_surface import RECTANGLE, Outline
+    >>> from cutwise.maths.profiles import cutters, flat
+    >>> stock = height_map(layout((0.0, 8e-3), (0.0, 4e-3), 1e-3), np.ones((4, 8)), -5e-3, 0.0)
+    >>> block = alone(Solid(stock, Outline(RECTANGLE, 0.0, 0.0, 0.0), segments([], []), cutters([flat(1e-3)])))
+    >>> in_frame(block, 0, 1e-3, 2e-3, -3e-3)
+    (0.001, 0.002, -0.003)
+
+    References
+    ----------
+    Derived here.
+    """
+    t, s = piece.turn[j], piece.shift[j]
+    return (
+        t[0, 0] * x + t[0, 1] * y + t[0, 2] * z + s[0],
+        t[1, 0] * x + t[1, 1] * y + t[1, 2] * z + s[1],
+        t[2, 0] * x + t[2, 1] * y + t[2, 2] * z + s[2],
+    )
+
+
+@stepping
+def height_under(piece: Workpiece, done: int, x: float, y: float, found: IntArray) -> float:
+    """Height of what is left at a point of the plan [m], under all maps along the axis of the first.
+
+    Parameters
+    ----------
+    piece : Workpiece
+        The material.
+    done : int
+        How many moves of the first map have been run.
+    x, y : float
+        The point [m].
+    found : array (16,)
+        Room for ids, integers.
+
+    Returns
+    -------
+    float
+        Height [m]; minus infinity outside of the stock.
+
+    Notes
+    -----
+    Valid as :func:`cutwise.maths.map_surface.surface`.
+
+    Examples
+    --------
+    >>> from cutwise.maths.envelopes import segments
+    >>> from cutwise.maths.height_map import height_map, layout
+    >>> from cutwise.maths.map_surface import RECTANGLE, Outline
+    >>> from cutwise.maths.profiles import cutters, flat
+    >>> stock = height_map(layout((0.0, 8e-3), (0.0, 4e-3), 1e-3), np.ones((4, 8)), -5e-3, 0.0)
+    >>> block = alone(Solid(stock, Outline(RECTANGLE, 0.0, 0.0, 0.0), segments([], []), cutters([flat(1e-3)])))
+    >>> height_under(block, 0, 1e-3, 2e-3, np.empty(16, np.int64))
+    0.0
+
+    References
+    ----------
+    Derived here.
+    """
+    height = surface(piece.maps[0], done, x, y, found)[0]
+    for j in range(1, piece.count):
+        if piece.parallel[j]:
+            u, v, w = in_frame(piece, j, x, y, 0.0)
+            other = piece.maps[j]
+            height = min(height, surface(other, other.path.first.size - 1, u, v, found)[0] - w)
+    return height
+
+
+@stepping
+def depth_under(piece: Workpiece, x: float, y: float, z: float, found: IntArray) -> float:
+    """How deep a point lies below the surfaces of the maps across the axis that is looked along, at least [m]; negative: above one.
+
+    Parameters
+    ----------
+    piece : Workpiece
+        The material.
+    x, y, z : float
+        The point [m].
+    found : array (16,)
+        Room for ids, integers.
+
+    Returns
+    -------
+    float
+        Depth, each along its own axis, no more than 1 m [m].
+
+    Notes
+    -----
+    Valid as :func:`cutwise.maths.map_surface.surface`; the underside of a stock from a file counts too.
+
+    Examples
+    --------
+    No map goes across a block that was cut in one set-up.
+
+    >>> from cutwise.maths.envelopes import segments
+    >>> from cutwise.maths.height_map import height_map, layout
+    >>> from cutwise.maths.map_surface import RECTANGLE, Outline
+    >>> from cutwise.maths.profiles import cutters, flat
+    >>> stock = height_map(layout((0.0, 8e-3), (0.0, 4e-3), 1e-3), np.ones((4, 8)), -5e-3, 0.0)
+    >>> block = alone(Solid(stock, Outline(RECTANGLE, 0.0, 0.0, 0.0), segments([], []), cutters([flat(1e-3)])))
+    >>> depth_under(block, 1e-3, 2e-3, -1e-3, np.empty(16, np.int64))
+    1.0
+
+    References
+    ----------
+    Derived here.
+    """
+    depth = _FAR
+    for j in range(1, piece.count):
+        if not piece.parallel[j]:
+            u, v, w = in_frame(piece, j, x, y, z)
+            other = piece.maps[j]
+            depth = min(depth, max(surface(other, other.path.first.size - 1, u, v, found)[0] - w, -_FAR))
+    return depth
+
+
+@stepping
+def _inside(piece: Workpiece, x: float, y: float, z: float, found: IntArray) -> bool:
+    """Whether a point is inside all maps but the first."""
+    for j in range(1, piece.count):
+        u, v, w = in_frame(piece, j, x, y, z)
+        other = piece.maps[j]
+        if not surface(other, other.path.first.size - 1, u, v, found)[0] > w:
+            return False
+    return True
+
+
+@stepping
+def _probably(piece: Workpiece, x: float, y: float, z: float) -> bool:
+    """The same by the cells in which the point is."""
+    for j in range(1, piece.count):
+        u, v, w = in_frame(piece, j, x, y, z)
+        other = piece.maps[j]
+        at = nearest(other, u, v)
+        if at < 0 or not other.map.height[at] > w:
+            return False
+    return True
+
+
+@stepping
+def _crossing(piece: Workpiece, x: float, y: float, low: float, high: float, step: float, found: IntArray) -> float:
+    """Where a column enters or leaves the material between two heights, or within a step of them [m]."""
+    a, b = low - step, high + step
+    inside = _inside(piece, x, y, a, found)
+    if inside == _inside(piece, x, y, b, found):
+        return 0.5 * (low + high)
+    for _ in range(_HALVINGS):
+        if b - a <= _FINE:
+            break
+        middle = 0.5 * (a + b)
+        if _inside(piece, x, y, middle, found) == inside:
+            a = middle
+        else:
+            b = middle
+    return 0.5 * (a + b)
+
+
+@compiled
+def _columns(
+    piece: Workpiece, x: FloatArray, y: FloatArray, bottom: FloatArray, top: FloatArray, step: float, first: IntArray,
+    low: FloatArray, high: FloatArray, fill: bool,
+) -> None:  # fmt: skip
+    """Intervals of material in columns: counted into ``first``, or filled in from there."""
+    found = np.empty(16, np.int64)
+    for k in range(x.size):
+        count = 0
+        if top[k] > bottom[k]:
+            steps = max(1, math.ceil((top[k] - bottom[k]) / step))
+            width = (top[k] - bottom[k]) / steps
+            before, begin = False, bottom[k]
+            for i in range(steps + 1):
+                z = bottom[k] + width * (i + 0.5)
+                now = i < steps and _probably(piece, x[k], y[k], z)
+                if now != before:
+                    at = bottom[k] if i == 0 else top[k]
+                    if 0 < i < steps:
+                        at = _crossing(piece, x[k], y[k], z - width, z, width, found)
+                        at = min(max(at, bottom[k]), top[k])
+                    if now:
+                        begin = at
+                    elif at > begin:
+                        if fill:
+                            low[first[k] + count], high[first[k] + count] = begin, at
+                        count += 1
+                before = now
+        if not fill:
+            first[k + 1] = count
+
+
+def held_columns(
+    piece: Workpiece, x: FloatArray, y: FloatArray, bottom: FloatArray, top: FloatArray, step: float
+) -> Held:
+    """Intervals of material under all maps but the first in columns (n,) of its frame, by steps of ``step`` [m]."""
+    first, none = np.zeros(x.size + 1, np.int64), np.zeros(0)
+    given = (piece, x, y, bottom, top, step)
+    _columns(*given, first, none, none, False)
+    first = np.cumsum(first)
+    low, high = np.zeros(int(first[-1])), np.zeros(int(first[-1]))
+    _columns(*given, first, low, high, True)
+    return Held(first, low, high)
+
+
+def with_held(stock: HeightMap, piece: Workpiece) -> HeightMap:
+    """A map before its first move that knows what other set-ups have left of each of its columns."""
+    grid = stock.layout
+    count = stock.height.size
+    block, cell = np.divmod(np.arange(count), SIDE * SIDE)
+    i = (block % grid.columns) * SIDE + cell % SIDE - RINGS
+    j = (block // grid.columns) * SIDE + cell // SIDE - RINGS
+    x, y = grid.x + grid.dx * (i + 0.5), grid.y + grid.dy * (j + 0.5)
+    bottom = np.broadcast_to(stock.bottom, count).astype(float)
+    top = np.where(stock.height > -1e29, stock.height.astype(float), bottom)
+    held = held_columns(piece, x, y, bottom, top, 0.5 * min(grid.dx, grid.dy))
+    height, last = stock.height.copy(), held.first[1:] - 1
+    there = np.diff(held.first) > 0
+    height[there] = held.high[last[there]].astype(np.float32)
+    inner = stock.share > 0.0
+    height[~there & inner] = np.minimum(height, bottom.astype(np.float32))[~there & inner]
+    return stock._replace(height=height, highest=height.reshape(-1, SIDE * SIDE).max(axis=1), held=held)
