@@ -45,10 +45,9 @@ def test_the_example_saves_a_quarter_and_more_at_equal_force_and_wall(cutwise, d
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (("--change", "path"), "path is not there yet"),
+        (("--change", "depth"), "depth is not there yet"),
         (("--change", "feed,spedd"), "did you mean speed?"),
         (("--objective", "cost"), "cost is not there yet"),
-        (("--draws", "9"), "correct.draws"),
         (("--unroll",), "--unroll"),
         (("--format", "krl"), "krl"),
         (("--range", "operation.spindle_speed=8000..9000"), "has no unit"),
