@@ -14,7 +14,7 @@ from pydantic.fields import FieldInfo
 from cutwise import units
 from cutwise.io import library
 from cutwise.references import SOURCES
-from cutwise.spec import fields, notices
+from cutwise.spec import cell, fields, notices
 from cutwise.spec.kinds import KINDS
 
 DOCS = Path(__file__).resolve().parent
@@ -85,7 +85,34 @@ def entry(name: str) -> str:
     return _rows(("value", "", "status", "source"), lines)
 
 
+def slots() -> str:
+    """The rows of every slot, and what fills them."""
+    lines = (
+        (slot if place == 0 else "", f"`{name}`", row.meaning, f"`{row.filled}`")
+        for slot, rows in cell.ROWS.items() for place, (name, row) in enumerate(rows.items())
+    )  # fmt: skip
+    return _rows(("slot", "row", "what it is", "written as"), lines)
+
+
+def presets() -> str:
+    """Which rows each process may have in each slot."""
+    lines = (
+        (f"`{process}`", *(" ".join(f"`{row}`" for row in rows) for rows in preset))
+        for process, preset in cell.PRESETS.items()
+    )
+    return _rows(("process", *cell.SLOTS), lines)
+
+
+def refused() -> str:
+    """Rows that a process refuses, with the reason."""
+    lines = ((f"`{process}`", f"`{row}`", why) for (process, row), why in cell.REFUSED.items())
+    return _rows(("process", "row", "why not, and what instead"), lines)
+
+
 TABLES: Mapping[str, Callable[[], str]] = {
+    "cell.slots": slots,
+    "cell.presets": presets,
+    "cell.refused": refused,
     **{f"measures.{kind}": partial(measures, kind) for kind in KINDS},
     **{f"keys.{kind}": partial(keys, kind) for kind in KINDS},
     **{f"errata.{key}": partial(errata, key) for key, source in SOURCES.items() if source.errata},

@@ -13,32 +13,54 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
+    from types import ModuleType
+
     from cutwise.io.scenario import load as load
     from cutwise.results import Result as Result
     from cutwise.spec.faults import ScenarioFault as ScenarioFault
     from cutwise.study.advice import advise as advise
     from cutwise.study.band import simulate as simulate
+    from cutwise.study.correct.entry import correct as correct
     from cutwise.study.many.face import run_study as run_study
     from cutwise.study.sweep import sweep as sweep
+
+    plots: ModuleType  # figures; not imported here, where lower layers would reach it
 
 _HOMES = {
     "Result": "cutwise.results",
     "ScenarioFault": "cutwise.spec.faults",
     "load": "cutwise.io.scenario",
     "advise": "cutwise.study.advice",
+    "correct": "cutwise.study.correct.entry",
     "run_study": "cutwise.study.many.face",
     "simulate": "cutwise.study.band",
     "sweep": "cutwise.study.sweep",
 }
 
-__all__ = ["Result", "ScenarioFault", "__version__", "advise", "load", "run_study", "simulate", "sweep"]
+_MODULES = {"plots": "cutwise.app.plots"}
+
+__all__ = [
+    "Result",
+    "ScenarioFault",
+    "__version__",
+    "advise",
+    "correct",
+    "load",
+    "plots",
+    "run_study",
+    "simulate",
+    "sweep",
+]
 
 
 def __getattr__(name: str) -> Any:
     """Import a public name at its first use (PEP 562), so that ``import cutwise`` costs nothing."""
-    if name not in _HOMES:
+    if name in _MODULES:
+        value: Any = importlib.import_module(_MODULES[name])
+    elif name in _HOMES:
+        value = getattr(importlib.import_module(_HOMES[name]), name)
+    else:
         raise AttributeError(f"module 'cutwise' has no attribute {name!r}")
-    value = getattr(importlib.import_module(_HOMES[name]), name)
     globals()[name] = value
     return value
 

@@ -12,7 +12,7 @@ TRIALS = 60  # looks at the force in one step; a step that takes them all has no
 
 
 @inlined_stepping
-def look(cell, flexed, pose, contact, load):  # type: ignore[no-untyped-def]
+def look(cell, flexed, pose, contact, load):
     """The force of the cut with the tool displaced as its structure stands; returns the number of rows of contact."""
     _, engagement, stock, cutting, structure = cell
     load.layer[:] = 0.0
@@ -23,7 +23,7 @@ def look(cell, flexed, pose, contact, load):  # type: ignore[no-untyped-def]
 
 
 @inlined_stepping
-def balance(cell, flexed, pose, contact, load, guess):  # type: ignore[no-untyped-def]
+def balance(cell, flexed, pose, contact, load, guess):
     r"""Solve for the displacement u of the terms without inertia that the force at that displacement gives.
 
     :math:`g(u) = u - C W(u) = 0` at the height where the surface is read: along y, and along x and z too where the
@@ -48,7 +48,7 @@ def balance(cell, flexed, pose, contact, load, guess):  # type: ignore[no-untype
 
 
 @inlined_stepping
-def balance_of_one(cell, flexed, pose, contact, load, guess, height):  # type: ignore[no-untyped-def]
+def balance_of_one(cell, flexed, pose, contact, load, guess, height):
     """Along y, by the secant rule inside a bracket.
 
     A force that falls as the tool retreats makes g rise with a slope of at least one, so that the root lies between u
@@ -82,14 +82,14 @@ def balance_of_one(cell, flexed, pose, contact, load, guess, height):  # type: i
 
 
 @inlined_stepping
-def forget(slopes):  # type: ignore[no-untyped-def]
+def forget(slopes):
     """Slopes of a cut that does not depend on the displacement: the unit matrix."""
     for i in range(9):
         slopes[i] = 1.0 if i % 4 == 0 else 0.0
 
 
 @inlined_stepping
-def newton_step(slopes, gx, gy, gz):  # type: ignore[no-untyped-def]
+def newton_step(slopes, gx, gy, gz):
     """The step to where g vanishes by its slopes J, shape (9,): minus J^-1 g, by Cramer's rule."""
     a, b, c = slopes[0], slopes[1], slopes[2]
     d, e, f = slopes[3], slopes[4], slopes[5]
@@ -106,7 +106,7 @@ def newton_step(slopes, gx, gy, gz):  # type: ignore[no-untyped-def]
 
 
 @inlined_stepping
-def learn(slopes, x, y, z, dx, dy, dz):  # type: ignore[no-untyped-def]
+def learn(slopes, x, y, z, dx, dy, dz):
     r"""Broyden's rule, from a step :math:`\Delta u` and the change of g.
 
     :math:`J \leftarrow J + (\Delta g - J \Delta u)\,\Delta u^T / |\Delta u|^2`.
@@ -124,7 +124,7 @@ def learn(slopes, x, y, z, dx, dy, dz):  # type: ignore[no-untyped-def]
 
 
 @inlined_stepping
-def balance_of_three(cell, flexed, pose, contact, load, guess, height):  # type: ignore[no-untyped-def]
+def balance_of_three(cell, flexed, pose, contact, load, guess, height):
     """Along x, y and z, by Broyden's rule from the slopes of the last step; a step that makes g larger is halved."""
     structure = cell.structure
     arm = pivot(structure)

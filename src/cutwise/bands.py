@@ -72,4 +72,5 @@ def note_from_json(told: Mapping[str, Any] | None) -> BandNote | None:
     if told is None:
         return None
     known: dict[str, Any] = {name: told[name] for name in BandNote.__slots__ if name in told}
-    return BandNote(**{name: texts(value) if isinstance(value, list) else value for name, value in known.items()})
+    said: dict[str, Any] = {name: texts(value) if isinstance(value, list) else value for name, value in known.items()}
+    return BandNote(**said)

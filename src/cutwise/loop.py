@@ -39,7 +39,7 @@ class Cell(NamedTuple):
 
 
 @inlined_stepping
-def record(table, row, part, share, pose, contact, load, structure, flexed, effort):  # type: ignore[no-untyped-def]
+def record(table, row, part, share, pose, contact, load, structure, flexed, effort):
     """Put a step into its row: the state of its first step; mean, mean square and peak of the forces of all."""
     seen, layer, total = contact.seen, load.layer, load.total
     if part == 0:
@@ -63,7 +63,7 @@ def record(table, row, part, share, pose, contact, load, structure, flexed, effo
 
 
 @stepping
-def advance(cell, flexed, contact, load, guess, table, starts, row, first, steps, dt):  # type: ignore[no-untyped-def]
+def advance(cell, flexed, contact, load, guess, table, starts, row, first, steps, dt):
     """Advance a run by a number of steps; states, stock and table change in place.
 
     Parameters

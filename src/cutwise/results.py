@@ -7,22 +7,27 @@ import json
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from cutwise import units
+from cutwise.above import above
 from cutwise.bands import BandNote, Spread, note_from_json, number, numbers, spread_from_json, texts
 from cutwise.disk import write_bytes
 from cutwise.later import later
 from cutwise.run_file import DamagedRun, sealed, tree_of
+from cutwise.spec.faults import NoSuchName
 from cutwise.spec.scenario import PROBABILITY_ALL, Scenario
 from cutwise.spec.uncertain import stem
 
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray as xr
+
+    from cutwise import tabular
 else:
     xr = later("xarray")
+    tabular = later("cutwise.tabular")
 
 Certainty = Literal["sure", "not_every_history", "unknown"]
 
@@ -66,9 +71,10 @@ class Remedy(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """Something that a run found out about itself; words are made of it in the app layer.
+    """Something that a run found out about itself, or why it cannot be; never read back from a text.
 
-    It decides the verdict if its code stands in :data:`SOUNDNESS`.
+    It decides the verdict if its code stands in :data:`SOUNDNESS`, or if the operation cannot be done. A row that says
+    something of its own has the words for it; words of what several processes find are made in the app layer.
     """
 
     code: str
@@ -78,17 +84,25 @@ class Finding:
     dimension: str = "dimensionless"
     measure: str = ""  # the measure that it is about
     remedy: Remedy | None = None
+    words: str = ""
+    cannot: bool = False  # the operation cannot be done
+
+    @property
+    def rank(self) -> int:
+        """Place in the one order of all reports: what cannot be done, what is not sound, what one should know."""
+        return 0 if self.cannot else 1 if self.code in SOUNDNESS else 2
 
     def as_json(self) -> dict[str, Any]:
         """The record in SI, without what it does not say."""
-        told: dict[str, Any] = {"code": self.code, "decides": self.code in SOUNDNESS}
+        told: dict[str, Any] = {"code": self.code, "decides": self.rank < 2}
         where = {name: value for name, value in self.where._asdict().items() if value not in (None, "", 0)}
         told |= {"measure": self.measure} if self.measure else {}
         told |= {"where": where} if where else {}
         told |= {name: value for name in ("value", "limit") if (value := getattr(self, name)) is not None}
         told |= {"unit": units.DIMENSIONS[self.dimension].si, "dimension": self.dimension}
         told |= {"remedy": self.remedy._asdict()} if self.remedy else {}
-        return told
+        told |= {"infeasible": True} if self.cannot else {}
+        return told | ({"text": self.words} if self.words else {})
 
     @classmethod
     def from_json(cls, told: Mapping[str, Any]) -> Finding:
@@ -96,8 +110,26 @@ class Finding:
         remedy = told.get("remedy")
         return cls(
             told["code"], Place(**told.get("where", {})), told.get("value"), told.get("limit"), told["dimension"],
-            told.get("measure", ""), Remedy(**remedy) if remedy else None,
+            told.get("measure", ""), Remedy(**remedy) if remedy else None, told.get("text", ""),
+            told.get("infeasible", False),
         )  # fmt: skip
+
+
+def warned(
+    code: str, words: str, value: float | None = None, limit: float | None = None, dimension: str = "dimensionless", *,
+    where: Place = NOWHERE, remedy: Remedy | None = None,
+) -> Finding:  # fmt: skip
+    """What a row warns of, in its own words."""
+    return Finding(code, where, value, limit, dimension, remedy=remedy, words=words)
+
+
+Said = Finding | str
+"""What a row says: a record; or, of the values of the scenario, a sentence."""
+
+
+def in_words(found: Iterable[Said]) -> tuple[str, ...]:
+    """The sentences of what rows say."""
+    return tuple(one if isinstance(one, str) else one.words for one in found)
 
 
 class Histories(NamedTuple):
@@ -105,7 +137,11 @@ class Histories(NamedTuple):
 
     low: float | None  # SI; None: no bound is known
     high: float | None
-    cause: str  # friction, setup
+    cause: str  # friction, set-up
+
+
+PARAMETERS = "parameters"
+"""Cause of a band that the scatter of the inputs makes; its ends stand in :class:`Spread`."""
 
 
 class SolverFailure(Exception):
@@ -115,22 +151,9 @@ class SolverFailure(Exception):
 class Infeasible(SolverFailure):
     """The operation cannot be done: what gives way, where, and what helps."""
 
-
-class NoSuchName(KeyError):
-    """A name that is not there, with the one that was probably meant."""
-
-    def __init__(self, kind: str, name: object, known: Iterable[str], where: str) -> None:
-        names = [str(one) for one in known]
-        near = get_close_matches(str(name), names, n=1)
-        hint = (
-            f"did you mean {near[0]}?"
-            if near
-            else f"there are {', '.join(names[:12])}{', ...' if len(names) > 12 else ''}"
-        )
-        super().__init__(f'no {kind} "{name}"; {hint} ({len(names)}: {where})')
-
-    def __str__(self) -> str:
-        return str(self.args[0])
+    def __init__(self, words: str, code: str = "infeasible", where: Place = NOWHERE) -> None:
+        super().__init__(words)
+        self.finding = Finding(code, where, words=words, cannot=True)
 
 
 class Measures(dict[str, "Measure"]):
@@ -141,6 +164,13 @@ class Measures(dict[str, "Measure"]):
         if found is not None:
             return found
         raise NoSuchName("measure", name, self, "result.measures")
+
+    def __repr__(self) -> str:
+        return f"<Measures: {len(self)}, {', '.join(list(self)[:3])}{', ...' if len(self) > 3 else ''}>"
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """A row a measure: value in SI, unit, description; and the ends of its band where there is one."""
+        return tabular.measures(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -196,8 +226,11 @@ class Check:
 
     @property
     def certainty(self) -> Certainty:
-        """Whether the same verdict holds for every history, and with each assumed value off by a tenth."""
-        if self.value is None or (self.histories is None and self.off is None):
+        """Whether the same verdict holds for every history, all of the band, and with each assumed value off by a tenth.
+
+        A probability that is demanded judges instead of the band.
+        """
+        if self.value is None or (self.histories is None and self.off is None and self.band is None):
             return "unknown"
         low, high = self.span
         if self.keeps(low) and self.keeps(high):
@@ -207,13 +240,15 @@ class Check:
 
     @property
     def span(self) -> tuple[float, float]:
-        """Least and greatest value of all histories and of assumed values off by a tenth; an unknown end is infinite."""
+        """Least and greatest value of histories, band, and assumed values off by a tenth; an unknown end is infinite."""
         ends = [(self.value, self.value)]
         if self.histories is not None:
             low, high, _ = self.histories
             ends.append((-math.inf if low is None else low, math.inf if high is None else high))
         if self.off is not None:
             ends.append((self.off[1], self.off[1]))
+        if self.band is not None and self.probability is None:
+            ends.append((self.band.low, self.band.high))
         return min(low for low, _ in ends), max(high for _, high in ends)
 
     def as_json(self) -> dict[str, Any]:
@@ -229,7 +264,10 @@ class Check:
         }
         told |= {"implied": True} if self.implied else {}
         told |= {"whole_band": True} if self.whole_band else {}
-        told |= {"histories": self.histories._asdict()} if self.histories else {}
+        if self.histories is not None:
+            told["histories"] = self.histories._asdict()
+        elif self.band is not None and self.probability is None:
+            told["histories"] = {"low": self.band.low, "high": self.band.high, "cause": PARAMETERS}
         told |= {"off": {"key": self.off[0], "value": self.off[1]}} if self.off else {}
         told |= {"band": self.band.as_json()} if self.band else {}
         both = {"probability": self.probability, "probability_reached": self.probability_reached}
@@ -263,10 +301,34 @@ class Result:
         object.__setattr__(self, "measures", Measures(self.measures))
 
     def __getitem__(self, stage: str) -> xr.DataTree:
-        try:
-            return self.stages[stage]  # type: ignore[return-value]
-        except KeyError:
-            raise NoSuchName("stage", stage, map(str, self.stages.children), "result.stages") from None
+        """A stage, or an array of one: ``result["cutting"]``, ``result["cutting/force"]``."""
+        name, _, column = str(stage).partition("/")
+        if name not in self.stages.children:
+            raise NoSuchName("stage", name, map(str, self.stages.children), "result.stages")
+        found = tabular.Stage.of(self.stages.children[name])
+        return found[column] if column else found
+
+    def __repr__(self) -> str:
+        kept = sum(check.passed for check in self.checks)
+        return (
+            f"<Result of {self.scenario.name} ({self.scenario.process}): {self.verdict}, {kept} of {len(self.checks)} checks "
+            f"passed>\n<{len(self.measures)} measures; stages: {', '.join(map(str, self.stages.children))}>"
+        )
+
+    def to_dataframe(self, stage: str) -> pd.DataFrame:
+        """The histories of a stage in SI, over time where it has one; ``attrs["units"]`` holds the unit of each column.
+
+        Components are columns of their own (``force_x``); what runs over something else than the index is named in
+        ``attrs["left_out"]``.
+        """
+        return tabular.histories(self[stage].to_dataset())
+
+    def plot(self, name: str | None = None, unit: str | None = None, ax: Any = None, *, width: float = 85.0) -> Any:
+        """A figure for a paper: see :func:`cutwise.plots.history`."""
+        return above("plot")(self, name, unit, ax, width=width)
+
+    def _repr_html_(self) -> str:
+        return str(above("result_html")(self))
 
     @property
     def verdict(self) -> Literal["pass", "fail", "none"]:
@@ -287,9 +349,15 @@ class Result:
 
     @property
     def certainty(self) -> Certainty:
-        """Whether the verdict holds for every history of friction and set-up, and near the assumed values."""
-        told = {check.certainty for check in self.checks if not check.implied}
-        if self.unsound or self.infeasible or "not_every_history" not in told:
+        """Whether the verdict holds for every history of friction and set-up, for all of the band of the inputs' scatter,
+        and near the assumed values; ``unknown`` where there is no verdict.
+        """
+        written = [check for check in self.checks if not check.implied]
+        told = {check.certainty for check in written}
+        missed = any(check.certainty == "sure" and not check.passed for check in written)  # by every history
+        if self.verdict == "none":
+            return "unknown"
+        if self.unsound or self.infeasible or missed or "not_every_history" not in told:
             return "sure" if "sure" in told else "unknown"
         return "not_every_history"
 
@@ -417,7 +485,7 @@ def _check_from_json(entry: Mapping[str, Any], measures: Mapping[str, Measure]) 
     histories, off = entry.get("histories"), entry.get("off")
     return Check(
         str(name), value, dimension, low, high, entry["pass"], entry.get("implied", False),  # type: ignore[arg-type]
-        entry.get("whole_band", False), Histories(**histories) if histories else None,
+        entry.get("whole_band", False), Histories(**histories) if histories and histories["cause"] != PARAMETERS else None,
         measures[name].band if name in measures else None, entry.get("probability"), entry.get("probability_reached"),
         (off["key"], off["value"]) if off else None,
     )  # fmt: skip

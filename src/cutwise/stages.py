@@ -54,7 +54,7 @@ def stage(signature: Law) -> Any:
         kind = arguments[0]
         if not isinstance(kind, BaseNamedTuple):
             return None
-        return _law_of(laws, kind.instance_class, name)
+        return _law_of(laws, kind.instance_class, name)  # type: ignore[attr-defined]
 
     choose.__signature__ = inspect.signature(signature)  # type: ignore[attr-defined]
     chosen.__name__ = chosen.__qualname__ = name
@@ -62,7 +62,7 @@ def stage(signature: Law) -> Any:
     chosen.__module__ = signature.__module__
     chosen.of = of  # type: ignore[attr-defined]
     chosen.laws = laws  # type: ignore[attr-defined]
-    overload(chosen, jit_options={"error_model": "numpy", "forceinline": True, "_nrt": False}, inline="never")(choose)
+    overload(chosen, jit_options={"error_model": "numpy", "forceinline": True, "_nrt": False}, inline="never")(choose)  # type: ignore[typeddict-unknown-key]
     return chosen
 
 

@@ -28,7 +28,7 @@ class Rest(NamedTuple):
 
 
 @stepping
-def at_poses(cell, flexed, poses, contact, load, guess, seen, state, layer, total, looks):  # type: ignore[no-untyped-def]
+def at_poses(cell, flexed, poses, contact, load, guess, seen, state, layer, total, looks):
     """Fill one row for each pose (n, 8), or (n, 9) with its spin; a rigid structure is taken as it stands."""
     structure = cell.structure
     for k in range(poses.shape[0]):

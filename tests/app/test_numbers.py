@@ -4,8 +4,9 @@ import math
 
 import pytest
 
-from cutwise.app.numbers import form, forms, grouped, held, titled
+from cutwise.app.numbers import amount, form, forms, grouped, held, span, titled
 from cutwise.io.scenario import load
+from cutwise.spec.scenario import Limit
 
 
 @pytest.mark.parametrize(("limit", "value", "shown"), [
@@ -56,3 +57,61 @@ def test_a_small_error_beside_a_long_path_is_not_shown_as_nothing(examples):
     values = {"path_length": 0.1, "tracking_error_max_x": 34.2e-6, "settling_overshoot": 9.9e-6}
     shapes = forms(scenario, values, list(values))
     assert [shapes[name].text(values[name]) for name in values] == ["100.0 mm", "34.20 µm", "9.90 µm"]
+
+
+@pytest.mark.parametrize(("typed", "ends", "shown", "limit"), [
+    ("50 um", (-13.75e-6, 480.3e-6), "-13.8 … 480 µm", "50 µm"),
+    ("0.05 mm", (-13.75e-6, 480.3e-6), "-0.0138 … 0.48 mm", "0.05 mm"),
+    ("50 um", (None, 50.004e-6), "? … 50.004 µm", "50 µm"),  # 50.0 would be within
+])  # fmt: skip
+def test_a_band_beside_its_limit(examples, typed, ends, shown, limit):
+    scenario = load(
+        examples / "deburr_compliant_spindle.yaml", [f"requirements={{surface_error_max: {{max: {typed}}}}}"]
+    )
+    assert span(scenario, "surface_error_max", ends, scenario.requirements["surface_error_max"]) == (shown, limit)
+    assert (
+        amount(scenario, "surface_error_max", 119.76e-6)
+        == f"{119.76 if 'um' in typed else 0.11976:.3g} " + limit.split()[1]
+    )
+
+
+def test_what_stands_between_two_limits(examples):
+    scenario = load(examples / "deburr_compliant_spindle.yaml")
+    both = Limit.model_construct(min=-5e-5, max=5e-5)
+    assert span(scenario, "surface_error_max", (0.0,), both) == ("0 mm", "-0.05 to 0.05 mm")
+
+
+def test_a_tolerance_of_the_part_comes_after_what_is_required(examples):
+    scenario = load(examples / "mill_part.yaml", ["requirements={force_xy_peak: {max: 2 kN}}"])
+    assert next(iter(scenario.asked)) == "force_xy_peak"
+    assert "deviation_max" in scenario.asked
+
+
+def test_the_position_of_a_robot_says_what_is_not_in_it(examples):
+    scenario = load(examples / "drill_robot.yaml")
+    said = "compliance only; an uncalibrated arm is off by tenths of a millimetre"
+    assert scenario.caveat("hole_position_error_exit") == said
+    assert scenario.caveat("thrust_max") == ""
+    assert load(examples / "drill_on_machine.yaml").caveat("hole_position_error_exit") == ""
+
+
+def test_what_does_not_change_is_a_sentence_and_no_plot():
+    from matplotlib.figure import Figure
+
+    from cutwise.app.plots.figures import svg
+
+    def drawn(y, bars=False):
+        figure = Figure()
+        axes = figure.subplots()
+        axes.plot(range(len(y)), y)
+        axes.axhline(1.0)
+        axes.set(ylabel="power [W]")
+        if bars:
+            axes.bar([0], [1])
+        return figure
+
+    assert (
+        svg(lambda _: drawn([175.0] * 9), None, "a", "t") == "<p>No curve, since nothing changes: power is 175 W.</p>"
+    )
+    assert "<svg" in svg(lambda _: drawn([175.0] * 8 + [175.1]), None, "a", "t")
+    assert "<svg" in svg(lambda _: drawn([175.0] * 9, bars=True), None, "a", "t")

@@ -1,5 +1,7 @@
 """The report: one file that asks for nothing, says everything, and can be run again."""
 
+import base64
+import hashlib
 import re
 from html.parser import HTMLParser
 from pathlib import Path
@@ -68,12 +70,21 @@ def test_report_of_every_example(example):
     asks_for_nothing(Outline(page), page)
     assert page.count("<figure>") == sum(plot.applies(result) for plot in PLOTS.get(result.scenario.process, ()))
     assert parse(inputs.as_yaml(result.scenario)) == result.scenario
+    assert 'id="cutwise-view"' in page
+    assert len(page.encode()) <= 3_000_000
+    still = render(result, viewer=False)
+    assert "<script>" not in still
+    assert "cutwise-view" not in still
 
 
 def well_formed(outline):
     assert outline.crossed == []
     assert outline.open == []
     assert len(outline.ids) == len(set(outline.ids))
+
+
+_STATIC = [{"type": "application/json", "id": "scenario"}]
+_WITH_VIEWER = [*_STATIC, {"type": "text/plain", "id": "cutwise-data"}, {}]
 
 
 def asks_for_nothing(outline, html):
@@ -86,7 +97,18 @@ def asks_for_nothing(outline, html):
                 assert value.startswith(("#", "data:image/png;base64,")), (tag, value[:80])
     assert not re.search(r"url\((?!#)|@import|<link|<img|<iframe", html)
     scripts = [attributes for tag, attributes in outline.elements if tag == "script"]
-    assert scripts == [{"type": "application/json", "id": "scenario"}]
+    assert scripts in (_STATIC, _WITH_VIEWER)
+    policy = [
+        a["content"]
+        for tag, a in outline.elements
+        if tag == "meta" and a.get("http-equiv") == "Content-Security-Policy"
+    ]
+    if scripts == _WITH_VIEWER:  # nothing but the one script may run, and nothing may be fetched
+        script = html.rpartition("<script>")[2].partition("</script>")[0]
+        digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+        assert policy == [
+            f"default-src 'none'; script-src 'sha256-{digest}'; style-src 'unsafe-inline'; img-src data: blob:"
+        ]
 
 
 def test_references_within_the_page_lead_somewhere(outline, html):
@@ -199,7 +221,8 @@ def test_thinned_curves_keep_every_peak():
 
 
 def test_report_is_not_too_large(html):
-    assert len(html) < 1_000_000
+    """The script of the viewer is 0.67 MB of it."""
+    assert len(html) < 1_500_000
 
 
 @pytest.mark.parametrize(

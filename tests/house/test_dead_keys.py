@@ -20,7 +20,8 @@ from cutwise.spec.scenario import Origin
 from house import perturbation
 
 _SAME = 1e-9  # of a measure, within rounding
-_OF_THE_LOADER = ("name", "process", "requirements", "covariances", "measured")  # the last two come with the entries
+# covariances and measured come with the entries; correct is read by the command of that name
+_OF_THE_LOADER = ("name", "process", "requirements", "covariances", "measured", "correct")
 _UNUSUAL = " is unusual; usual is "  # says nothing about whether the value is used
 
 _SHORT = """G21 G17 G90 G94 G40 G61
@@ -38,6 +39,7 @@ M2
 _LINE = ("path.line.from=[1900 mm, -8 mm, 800 mm]", "path.line.to=[1900 mm, 8 mm, 800 mm]")
 _STOCK = "stock={x: [35 mm, 56 mm], y: [15 mm, 45 mm], z: [-20 mm, 0 mm]}"
 CASES = {  # the examples, short and coarse
+    "cell_robot_wall": (*_LINE, "numerics.station=8 mm"),
     "chamfer_compliant_spindle": ("path.points=24", "operation.contact_feed=150 mm/s", "part.pipe.hole_radius=2 mm"),
     "chamfer_on_robot": ("path.points=24",),
     "chamfer_on_machine": ("path.points=24",),
@@ -45,6 +47,7 @@ CASES = {  # the examples, short and coarse
     "chamfer_step_part": (
         "part.block.holes=[{x: 20 mm, y: 20 mm, radius: 3 mm}]", "part.edges='hole:1'", "path.chord_tolerance=20 um",
     ),
+    "correct_pocket": ("program={program}", _STOCK, "numerics.settling_time=0.02 s", "numerics.substeps=4"),
     "deburr_compliant_spindle": ("operation.duration=0.12 s", "operation.lead_in_time=0.05 s"),
     "deburr_on_robot": (*_LINE, "operation.lead_in_time=0.05 s", "numerics.station=8 mm"),
     "deburr_arc": ("path.arc.sweep=15 deg", "operation.lead_in_time=0.05 s"),
@@ -76,6 +79,7 @@ CASES = {  # the examples, short and coarse
     "turn_shaft": ("numerics.station=40 mm",),
 }  # fmt: skip
 ONLY = {  # keys that are turned where an example costs much; the others are turned in examples beside it
+    "cell_robot_wall": ("cell*", "robot.base_compliance", "part*", "tool.stiffness"),
     "chamfer_on_robot": ("robot.*", "placement*", "spindle"),
     "chamfer_on_machine": (
         "machine.drives.[xyz]*",
@@ -93,6 +97,7 @@ ONLY = {  # keys that are turned where an example costs much; the others are tur
         "[!m]*",
     ),
     "mill_on_machine": ("path*", "stability", "placement", "operation*", "load*", "numerics.[sm]*"),
+    "correct_pocket": ("tool.s*",),
     "mill_on_robot": ("[ops]*", "tool*", "material*", "lobes*", "numerics*", "robot.[!ju]*", "robot.joint_*"),
     "mill_pocket": ("[!m]*", "material*"),
     "mill_pocket_stock": (
@@ -125,6 +130,8 @@ STILL = {  # keys that may move nothing: example, key, and why that is right
     ("machine_volumetric_map", "tool.stiffness"): "a map has no cut: nothing bends the tool",
     ("*", "program.dialect"): "the program of the example reads the same in both",
     ("*", "program.tools"): "the program of the example corrects for no length and no radius of its tool",
+    ("*", "*.control.block_time"): "of what cutwise correct writes; a run plans the blocks that there are",
+    ("*", "*.control.ramp"): "of what cutwise correct writes; the look-ahead of a run changes its speed inside the faster block",
     ("mill_pocket", "program.top"): "the program of the example cuts far below the top",
     ("machine_pocket", "program.start"): "feed moves alone count, and the first one is not the first move",
     ("chamfer_compliant_spindle", "chamfer.clearance"): "nothing stands beside the rod at the outer edge of a pipe",

@@ -44,6 +44,9 @@ WITHOUT_PHYSICS = {
     "link_weights",
     # turning: no pass without depth, towards the headstock
     "spring_passes", "towards",
+    # correct: what may be changed, and how closely it is looked at
+    "correct", "change", "limits", "split_gain", "residual", "iterations", "chord", "decimals", "shift_max", "draws", "vary",
+    "ramp",
 }  # fmt: skip
 
 

@@ -12,7 +12,8 @@ from cutwise.physics.engagement.burred_edge import Round
 from cutwise.physics.engagement.shoulder import SEEN, Shoulder
 from cutwise.physics.structure.series_compliance import in_axes, translation_at
 from cutwise.physics.structure.terms import Compliance, displacement, in_series, relaxed, width
-from cutwise.process import milling, milling_wall
+from cutwise.process import milling
+from cutwise.process.chain_compliance import parts_along
 from cutwise.process.edges import edges
 from cutwise.process.milling_measures import measures
 from cutwise.process.recipes import prepare
@@ -82,7 +83,8 @@ def test_each_body_gives_its_part_at_rest(scenario, done):
     each = [float((one @ force)[1]) / UM for one in translation_at(bodies.each[:, 15], 2.5e-3)]
     assert dict(zip(bodies.names, each, strict=True)) == pytest.approx(ELEMENTS, abs=2e-5)
     assert (displacement(terms[1], still.state[:, 6:], 2.5e-3)[0, 1]) / UM == pytest.approx(6.53148, abs=2e-5)
-    along = milling_wall.elements_at(done.wall, 1903, done.reference.travelled[1903])
+    wall = done.wall
+    along = parts_along(wall.bodies, path.at, done.reference.travelled[1903], wall.height, wall.moved["bodies"][1903])
     assert np.array(list(along.values())) / UM == pytest.approx(each, abs=2e-4)  # 11 µm before
     assert sum(along.values()) == pytest.approx(done.wall.moved["bodies"][1903, 1], abs=1e-15)
 

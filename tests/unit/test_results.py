@@ -2,7 +2,8 @@
 
 import pytest
 
-from cutwise.results import Check, Finding, Histories, Place, Remedy
+from cutwise.bands import Spread
+from cutwise.results import Check, Finding, Histories, Place, Remedy, _check_from_json
 
 
 def check(value=0.0, low=None, high=None, off=None, minimum=None, maximum=None):
@@ -36,3 +37,15 @@ def test_a_finding_reads_back_as_it_was_written():
     )  # fmt: skip
     assert Finding.from_json(finding.as_json()) == finding
     assert finding.as_json()["where"] == {"name": "corner", "line": 14}
+
+
+def test_a_band_of_the_inputs_counts_unless_a_probability_judges():
+    band = Spread(0.2, 0.6, 1.4)
+    wide = Check("m", 0.9, "length", None, 1.0, True, band=band)
+    assert wide.certainty == "not_every_history"
+    assert wide.as_json()["histories"] == {"low": 0.6, "high": 1.4, "cause": "parameters"}
+    assert _check_from_json(wide.as_json(), {}).histories is None  # its ends stand in the band
+    asked = Check("m", 0.9, "length", None, 1.0, True, band=band, probability=0.8, probability_reached=0.85)
+    assert asked.certainty == "sure"
+    assert "histories" not in asked.as_json()
+    assert Check("m", 0.9, "length", None, 1.5, True, band=band).certainty == "sure"

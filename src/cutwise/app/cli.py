@@ -8,11 +8,24 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn, TypeVar
 import typer
 
 import cutwise
-from cutwise.app import calibrating, exits, inspection, interrupt, outputs, studying, validating
+from cutwise.app import (
+    calibrating,
+    comparing,
+    complete,
+    correcting,
+    exits,
+    inspection,
+    interrupt,
+    new,
+    outputs,
+    studying,
+    validating,
+    viewing,
+)
 from cutwise.app.exits import INTERRUPTED, NOBODY_READS, OK, REQUIREMENT_FAILED, TERMINATED, explain, refuse
 from cutwise.app.options import SET, Overrides, ScenarioFile
 from cutwise.app.writing import REPORT, RUN, programs, written
-from cutwise.disk import create_text, file_name, write_bytes, write_text, write_together
+from cutwise.disk import file_name, write_bytes, write_text, write_together
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -26,7 +39,6 @@ _COLLECT = 200_000  # objects between two looks for garbage: imports and figures
 app = typer.Typer(
     name="cutwise",
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode="rich",
     context_settings={"help_option_names": ["-h", "--help"]},
@@ -52,36 +64,7 @@ def _options(
     """Options of all commands; ``main`` looks for --debug itself, since it may stand anywhere."""
 
 
-@app.command()
-def new(
-    kind: Annotated[str, typer.Argument(metavar="KIND", help="process, for example deburr")],
-    output: Annotated[
-        Path | None,
-        typer.Option("-o", "--output", metavar="FILE", help="where to write it; default KIND.yaml, - prints it"),
-    ] = None,
-    schema: Annotated[
-        bool, typer.Option("--schema/--no-schema", help="put the schema beside it, for editors that complete and check")
-    ] = True,
-) -> None:
-    """Write a commented scenario to begin with."""
-    import json
-
-    from cutwise.io.template import SCHEMAS, schema_line, template
-    from cutwise.spec.schema import schema as json_schema
-
-    text = template(kind)
-    if str(output) == "-":
-        print(text, end="")
-        return
-    path = output or Path(f"{kind}.yaml")
-    outputs.checked([path], [])
-    try:
-        create_text(path, f"{schema_line(kind)}\n{text}" if schema else text)
-    except FileExistsError:
-        refuse(f"{path}: is there already; name another file with -o")
-    if schema and path.is_file():
-        write_text(path.parent / SCHEMAS / f"{kind}.json", json.dumps(json_schema(kind), indent=1) + "\n")
-    print(f"{path}\nnext: cutwise check {path}; cutwise run {path}")
+app.command()(new.new)
 
 
 @app.command()
@@ -96,6 +79,10 @@ def check(file: ScenarioFile, overrides: Overrides = None) -> None:
         return
     scenario = load(file, overrides or (), named=SET)
     prepare(scenario)
+    if scenario.correct is not None:
+        from cutwise.study.correct.entry import checked as correction
+
+        correction(scenario)
     Console().checked(str(file), scenario, notices(scenario))
 
 
@@ -113,6 +100,10 @@ def run(
         bool, typer.Option("--json", help="print one JSON object (SI) and nothing else on standard output")
     ] = False,
     report: Annotated[bool, typer.Option("--report/--no-report", help="write the HTML report")] = True,
+    static: Annotated[
+        bool,
+        typer.Option("--static-report", help="write the report without the viewer: pictures alone, a smaller file"),
+    ] = False,
     advice: Annotated[
         bool, typer.Option("--advice/--no-advice", help="run variants for advice and sensitivities where that is quick")
     ] = True,
@@ -139,7 +130,7 @@ def run(
     console = Console()
     with console.progress(scenario.name) as progress:
         result = _simulated(scenario, progress, advice)
-        files = written(result, folder, report)
+        files = written(result, folder, report, viewer=not static)
         files |= programs(result, {"gcode": gcode, "apt": apt, "poses": poses})
     if as_json:
         import json
@@ -159,6 +150,9 @@ def report(
         Path | None,
         typer.Option("-o", "--output", metavar="FILE", help="where to write it; default report.html beside it"),
     ] = None,
+    static: Annotated[
+        bool, typer.Option("--static", help="without the viewer: pictures alone, a smaller file")
+    ] = False,
 ) -> None:
     """Write the HTML report of a finished run again."""
     from cutwise.app.report import render
@@ -168,7 +162,7 @@ def report(
     scenario = loaded(content, source)
     target = output or source.with_name(REPORT)
     outputs.checked([target], [source])
-    html = _of_run(source, content, lambda: render(_result(content, scenario)))
+    html = _of_run(source, content, lambda: render(_result(content, scenario), viewer=not static))
     print(write_text(target, html))
 
 
@@ -212,7 +206,7 @@ def advise(
     overrides: Overrides = None,
     limits: Annotated[
         list[str] | None,
-        typer.Option("--limit", metavar="KEY=LOW..HIGH",
+        typer.Option("--limit", metavar="KEY=LOW..HIGH", autocompletion=complete.assignments,
                      help="a setting that may be turned and how far, for example operation.feed='40 mm/s..90 mm/s'; "
                      "repeatable; default: the usual ones of the process"),
     ] = None,
@@ -250,7 +244,7 @@ def sweep(
     file: ScenarioFile,
     over: Annotated[
         list[str],
-        typer.Option("--over", metavar="KEY=VALUE,VALUE,...",
+        typer.Option("--over", metavar="KEY=VALUE,VALUE,...", autocompletion=complete.assignments,
                      help="values of a key, for example spindle.pressure='3 bar,4 bar,5 bar'; repeat for a grid"),
     ],
     overrides: Overrides = None,
@@ -289,17 +283,28 @@ for _look in (
     studying.worker,
     calibrating.calibrate,
     validating.validate,
+    correcting.correct,
+    comparing.compare,
     inspection.part,
     inspection.program,
     inspection.spindle,
+    viewing.view,
 ):
     app.command()(_look)
 
 
 @app.command()
 def library(
-    kind: Annotated[str | None, typer.Argument(metavar="[KIND]", help="shelf: tools, materials, spindles, ...")] = None,
-    name: Annotated[str | None, typer.Argument(metavar="[NAME]", help="entry, whose values are shown")] = None,
+    kind: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="[KIND]", help="shelf: tools, materials, spindles, ...", autocompletion=complete.shelves
+        ),
+    ] = None,
+    name: Annotated[
+        str | None,
+        typer.Argument(metavar="[NAME]", help="entry, whose values are shown", autocompletion=complete.entries),
+    ] = None,
 ) -> None:
     """Show the library: shelves, their entries, or the values of an entry with their sources."""
     from cutwise.app.console import Console
@@ -318,7 +323,10 @@ def library(
 
 @app.command()
 def schema(
-    kind: Annotated[str | None, typer.Argument(metavar="[KIND]", help="process; left out: all processes")] = None,
+    kind: Annotated[
+        str | None,
+        typer.Argument(metavar="[KIND]", help="process; left out: all processes", autocompletion=complete.kinds),
+    ] = None,
 ) -> None:
     """Print the JSON schema of scenarios, for editors."""
     import json

@@ -20,10 +20,11 @@ from cutwise import units
 from cutwise.app import interrupt
 from cutwise.app.findings import notices, reasons
 from cutwise.app.inputs import inputs
-from cutwise.app.measured import listed
+from cutwise.app.measured import caveats, listed
 from cutwise.app.numbers import form
 from cutwise.app.surety import surety
 from cutwise.app.verdict_text import against, compared, sensitivity_line, verdict_line
+from cutwise.spec.filled import in_words
 from cutwise.spec.texts import visible
 
 if TYPE_CHECKING:
@@ -89,6 +90,7 @@ class Console:
     def checked(self, file: str, scenario: "Scenario", unusual: Sequence[str]) -> None:
         """What ``check`` says about a scenario without fault."""
         self.line(f"{file}: no fault ({scenario.process}, {scenario.name})")
+        self.line(f"cell: {in_words(scenario)}")
         self.line(_assumed(scenario))
         for notice in unusual:
             self.line(f"unusual: {notice}", "yellow")
@@ -99,7 +101,9 @@ class Console:
         for group, lines in listed(result).items():
             rows += [(group, *[""] * 5)] if group else []
             for line in lines:
-                judged = _mark(line.check.passed) + against(line.check) if line.check is not None else ""
+                judged = (
+                    _mark(line.check.passed) + against(line.check, result.scenario) if line.check is not None else ""
+                )
                 name = f"  {line.name}" if group else line.name
                 rows.append((name, line.number, line.band, line.unit, line.asked, judged))
         self.table(
@@ -122,6 +126,8 @@ class Console:
         for name, note in result.notes.items():
             if name not in _SAID_ALREADY:
                 self.line(f"note: {note}")
+        for names, sentence in caveats(result):
+            self.line(f"note: {', '.join(names)}: {sentence}")
         for sentence in surety(result):
             self.line(f"band: {sentence}")
         self.line(_assumed(result.scenario))
@@ -140,7 +146,9 @@ class Console:
         rows, said = [], {}
         for place in product(*(range(table.sizes[key]) for key in keys)):
             here = table.isel(dict(zip(keys, place, strict=True)))
-            point = [str(here[name if (name := TEXT.format(key)) in table.coords else key].values) for key in keys]
+            point = [
+                escape(str(here[name if (name := TEXT.format(key)) in table.coords else key].values)) for key in keys
+            ]
             cells = ("-" if isnan(float(here[name])) else shapes[name].text(float(here[name]))
                      for name in shown)  # fmt: skip
             marks = []

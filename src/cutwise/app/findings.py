@@ -28,7 +28,7 @@ def _unstable(finding: Finding, result: Result) -> str:
     if finding.where.name in _OVER_LIMIT:
         return f"{_OVER_LIMIT[finding.where.name]} is {finding.value:.3g} times its limit"
     where = _CONTACTS.get(finding.where.name, finding.where.name)
-    return f"the tool chatters {where}: growth {finding.value:.3g} per tooth"
+    return f"the tool chatters {where} (growth {finding.value:.3g} per tooth)"
 
 
 def _untouched(finding: Finding, result: Result) -> str:
@@ -179,6 +179,8 @@ _WORDS: Mapping[str, Callable[[Finding, Result], str]] = {
 
 def said(finding: Finding, result: Result) -> str:
     """One sentence about a finding, with its remedy where one was tried."""
+    if finding.words:
+        return finding.words
     words = _WORDS[finding.code](finding, result)
     if finding.code == "unstable" and finding.where.name not in _OVER_LIMIT:
         if finding.remedy is None:
@@ -193,8 +195,11 @@ def reasons(result: Result) -> list[str]:
 
 
 def notices(result: Result) -> list[str]:
-    """The findings that do not decide, in words; with those that the scenario sets aside."""
-    unsound = set(map(id, result.unsound))
+    """The findings that do not decide, in words; with those that the scenario sets aside.
+
+    Those that are among the warnings of the result have their words there.
+    """
+    unsound = {id(finding) for finding in result.findings if finding.words} | set(map(id, result.unsound))
     told = [
         f"{said(finding, result)} (set aside: stability: ignore)" if finding.code in SOUNDNESS else said(finding, result)
         for finding in result.findings if id(finding) not in unsound

@@ -12,7 +12,20 @@ from typing import NamedTuple
 
 import cutwise
 
-_NEEDED = ("numpy", "scipy", "numba", "pydantic", "pint", "ruamel.yaml", "xarray", "h5netcdf", "matplotlib", "jinja2")
+_NEEDED = (
+    "numpy",
+    "scipy",
+    "numba",
+    "pydantic",
+    "pint",
+    "ruamel.yaml",
+    "xarray",
+    "h5netcdf",
+    "matplotlib",
+    "jinja2",
+    "starlette",
+    "uvicorn",
+)
 _ROOM = 200e6  # [bytes] a long run with its report
 
 

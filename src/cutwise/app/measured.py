@@ -45,6 +45,7 @@ def listed(result: "Result") -> dict[str, list[Line]]:
         found[group] = []
         for name in names:
             meaning = result.measures[name].description if name in values else scenario.measures[name].description
+            meaning = "; ".join(filter(None, (meaning, scenario.caveat(name))))
             check = checks.get(name)
             band = _band(result, name, None if check is not None else shapes[name])
             if check is not None:
@@ -54,6 +55,15 @@ def listed(result: "Result") -> dict[str, list[Line]]:
                 shape = shapes[name]
                 found[group].append(Line(name, shape.number(values[name]), shape.unit, "", None, meaning, band))
     return found
+
+
+def caveats(result: "Result") -> list[tuple[list[str], str]]:
+    """What has to be said of measures, each sentence once with their names."""
+    found: dict[str, list[str]] = {}
+    for name in result.measures:
+        if sentence := result.scenario.caveat(name):
+            found.setdefault(sentence, []).append(name)
+    return [(names, sentence) for sentence, names in found.items()]
 
 
 def _band(result: "Result", name: str, shape: Form | None) -> str:

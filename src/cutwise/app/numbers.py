@@ -94,6 +94,35 @@ def held(scenario: Scenario, name: str, value: float | None, limit: Limit) -> He
     return Held(_against(value / scale, ends, _meets(value, limit)), unit, asked)
 
 
+def amount(scenario: Scenario, name: str, value: float, digits: int = 3) -> str:
+    """A distance or another value of a measure beside its limit: in the unit as typed, so many figures."""
+    unit, scale = _typed(scenario, name, scenario.measures[name].dimension)
+    return _joined(_figures(value / scale, digits), unit)
+
+
+def span(scenario: Scenario, name: str, ends: Sequence[float | None], limit: Limit) -> tuple[str, str]:
+    """Ends of a band and the limit, both in the unit as typed: ``-13.8 … 480 µm`` and ``50 µm``.
+
+    Three figures, and more while the shown end would be on another side of the limit. An end that is not known is ``?``.
+    """
+    unit, scale = _typed(scenario, name, scenario.measures[name].dimension)
+    bounds = {end: float(f"{bound / scale:.12g}") for end, bound in (("min", limit.min), ("max", limit.max))
+              if bound is not None}  # fmt: skip
+    shown = ["?" if end is None else _beside_bounds(end / scale, bounds, _meets(end, limit)) for end in ends]
+    return _joined(" … ".join(shown), unit), _joined(" to ".join(f"{bound:.10g}" for bound in bounds.values()), unit)
+
+
+def _beside_bounds(number: float, bounds: Mapping[str, float], met: bool) -> str:
+    texts = (_figures(number, digits) for digits in range(3, 18))
+    return next((text for text in texts if _within(float(text), bounds) == met), f"{number:.17g}")
+
+
+def _figures(number: float, digits: int) -> str:
+    """So many significant figures, without an exponent where people can read it."""
+    text = f"{number:.{digits}g}"
+    return f"{float(text):.0f}" if "e+" in text and abs(number) < 1e7 else text
+
+
 def beside(scenario: Scenario, name: str, ends: Sequence[float], shown: Form | None) -> str:
     """Ends of a band in the unit of the measure, which has the form of its group or, with a limit, that of the limit."""
     dimension = scenario.measures[name].dimension
@@ -139,14 +168,15 @@ def _typed(scenario: Scenario, name: str, dimension: str) -> tuple[str, float]:
                 scale = units.factor(match[1], dimension)
             except units.UnitFault:
                 continue
-            return _pretty(match[1]), 1.0 / round(1.0 / scale, 9) if scale < 1.0 else scale
+            return printed(match[1]), 1.0 / round(1.0 / scale, 9) if scale < 1.0 else scale
     number, unit = units.displayed(1.0, dimension)
     return unit, 1.0 / number
 
 
-def _pretty(unit: str) -> str:
-    printed = units.pretty(unit.replace("^", "**"))
-    return re.sub(r"\bu(?=[A-Za-z])", "µ", printed)
+def printed(unit: str) -> str:
+    """A unit as it was typed, for print: ``um`` is µm, ``mm^2`` is mm²."""
+    text = units.pretty(unit.replace("^", "**"))
+    return re.sub(r"\bu(?=[A-Za-z])", "µ", text)
 
 
 def _joined(number: str, unit: str) -> str:

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import cutwise
 from cutwise import references, units
 from cutwise.app import inputs, surety
+from cutwise.app.embedded import Embedded, embedded
 from cutwise.app.findings import notices, reasons
 from cutwise.app.measured import Line, listed, rows
-from cutwise.app.numbers import titled
+from cutwise.app.numbers import amount, titled
 from cutwise.app.pages import template
 from cutwise.app.plots import PLOTS
 from cutwise.app.plots.figures import COLOURS, Plot, svg
-from cutwise.app.verdict_text import against, compared, doubted, improbable, margin, verdict_line
+from cutwise.app.verdict_text import against, compared, doubted, margin, verdict_line
 from cutwise.spec.fields import placed
 
 if TYPE_CHECKING:
@@ -39,10 +40,11 @@ class Gauge(NamedTuple):
     value: float
 
 
-def render(result: "Result", *, written: datetime | None = None) -> str:
+def render(result: "Result", *, written: datetime | None = None, viewer: bool = True) -> str:
     """The report of a result as one HTML document without any outside request.
 
-    ``written`` is the time printed on it; now if left out.
+    ``written`` is the time printed on it; now if left out. ``viewer``: with the part, tool and path in 3D, where the browser
+    runs scripts; without, and wherever it runs none, the pictures stand there.
     """
     scenario = result.scenario
     given = list(inputs.inputs(scenario))
@@ -76,6 +78,7 @@ def render(result: "Result", *, written: datetime | None = None) -> str:
         scenario_yaml=inputs.as_yaml(scenario),
         scenario_json=inputs.as_json(scenario),
         colours=COLOURS,
+        viewer=embedded(result) if viewer else Embedded(),
     )
 
 
@@ -96,11 +99,11 @@ def _checked(line: Line, result: "Result") -> dict[str, Any]:
         "meaning": measure.description if measure else "",
         "value": line.text,
         "requirement": line.asked,
-        "margin": "" if room is None else units.show(room, check.dimension, 3),
+        "margin": "" if room is None else amount(result.scenario, check.measure, room),
         "passed": check.passed,
         "implied": check.implied,
-        "doubts": [*doubted(check, result.scenario), *improbable(check)],
-        "missed": against(check).strip(),
+        "doubts": list(doubted(check, result.scenario)),
+        "missed": against(check, result.scenario).strip(),
         "gauge": _gauge(check),
     }
 

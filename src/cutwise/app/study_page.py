@@ -1,13 +1,14 @@
 """The page of a study: shares, distributions with their limits, what decides, the worst cases; no outside requests."""
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 import cutwise
 from cutwise.app.pages import template
 from cutwise.app.plots import figures
+from cutwise.study.many.answers import dimension_of
 from cutwise.study.many.cases import BAD, GOOD
 from cutwise.study.many.statements import Indices
 
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from cutwise.study.many.answers import Answers
+    from cutwise.study.many.definition import Study
 
 _BINS = 400  # of a distribution: as fine as is seen
 _POINTS = 3000  # of a scatter
@@ -30,9 +32,16 @@ def page(found: "Answers", lines: Sequence[str]) -> str:
         drawings.append(("What decides", _tornado, "tornado"))
     if len(found.shares) > 1:
         drawings.append(("Share of good cases over the design levers", _over_design, "design"))
-    plots = [(title, figures.svg(draw, found, name, title)) for title, draw, name in drawings]  # type: ignore[arg-type]
+    return page_of(found, lines, f"{found.done} of {found.study.cases} cases", drawings)
+
+
+def page_of(
+    found: Any, lines: Sequence[str], done: str, drawings: Sequence[tuple[str, Callable[[Any], "Figure"], str]]
+) -> str:
+    """The page of anything that has a study: lines, how much is done, and drawings with title and name."""
+    plots = [(title, figures.svg(draw, found, name, title)) for title, draw, name in drawings]
     return template("study").render(
-        found=found, lines=lines, plots=plots, version=cutwise.__version__, colours=figures.COLOURS
+        found=found, lines=lines, done=done, plots=plots, version=cutwise.__version__, colours=figures.COLOURS
     )
 
 
@@ -63,10 +72,14 @@ def _distributions(found: "Answers") -> "Figure":
 
 def _leading(found: "Answers") -> tuple[str, str]:
     """The two inputs that decide most: by their indices, else by rank correlation with being good."""
-    keys = list(found.study.random)
+    keys = [key for key, lever in found.study.random.items() if not lever.curve]
     one = found.indices.get("good")
     if one is not None:
-        weight = one.total if isinstance(one, Indices) else one.strength
+        of_factor = one.total if isinstance(one, Indices) else one.strength
+        names = found.study.factor_names
+        weight = np.array(
+            [next(w for w, name in zip(of_factor, names, strict=True) if key in name.split("+")) for key in keys]
+        )
     else:
         good = (found.table["state"] == GOOD).astype(float)
         weight = np.array([_apart(found.table[f"lever {key}"], good) for key in keys])
@@ -79,6 +92,15 @@ def _apart(values: np.ndarray, good: np.ndarray) -> float:
     if values.dtype.kind not in "fi" or good.min() == good.max():
         return 0.0
     return float(abs(values[good > 0.5].mean() - values[good < 0.5].mean()) / (values.std() or 1.0))
+
+
+def axis_of(study: "Study", key: str) -> tuple[float, str]:
+    """Factor from SI to the unit that is drawn, and the label of an axis of a lever."""
+    dimension = dimension_of(study, key)
+    if dimension is None:
+        return 1.0, key
+    factor, unit = figures.scale(dimension)
+    return factor, f"{key} [{unit}]" if unit else key
 
 
 def _scatter(found: "Answers") -> "Figure":
@@ -96,12 +118,12 @@ def _scatter(found: "Answers") -> "Figure":
 
 def _tornado(found: "Answers") -> "Figure":
     names = list(found.indices)[:_MOST]
-    fig = figures.figure(0.5 * len(found.study.random) * len(names) + 1.0)
+    fig = figures.figure(0.5 * len(found.study.factors) * len(names) + 1.0)
     for ax, name in zip(np.atleast_1d(fig.subplots(len(names), 1)), names, strict=True):
         one = found.indices[name]
         total, alone = (one.total, one.first) if isinstance(one, Indices) else (one.strength, np.abs(one.mean))
         order = np.argsort(total)
-        keys = [list(found.study.random)[i] for i in order]
+        keys = [found.study.factor_names[i] for i in order]
         ax.barh(keys, total[order], color=figures.SOFT, label="with others")
         ax.barh(keys, alone[order], height=0.4, color=figures.BAD, label="alone")
         ax.set(title=name)

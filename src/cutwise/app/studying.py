@@ -3,7 +3,7 @@
 import json
 import math
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -15,6 +15,8 @@ from cutwise.app.exits import OK, REQUIREMENT_FAILED, SOLVER_FAILED, refuse
 from cutwise.app.options import Overrides
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from cutwise.study.many.answers import Answers
     from cutwise.study.many.definition import Study
 
@@ -40,6 +42,7 @@ def study(
     """Run a scenario many times over what varies: how likely is a good part, what decides it, which cases are worst."""
     from cutwise.app.console import Console
     from cutwise.study.many import engine
+    from cutwise.study.many.definition import OPTIMISE, RARE
     from cutwise.study.many.reading import read_study, told
 
     planned = read_study(file, overrides or (), cases=cases, seed=seed)
@@ -50,6 +53,12 @@ def study(
     console = Console()
     for line in told(planned):
         console.err.print(line, markup=False)
+    if planned.method == OPTIMISE:
+        _optimised(planned, folder, table, jobs=jobs, resume=resume, as_json=as_json)
+        return
+    if planned.method == RARE:
+        _rarely(planned, folder, table, jobs=jobs, resume=resume, as_json=as_json)
+        return
     with console.progress(planned.name) as show:
         ran = engine.run_study(planned, folder, jobs=jobs, resume=resume, progress=lambda done, of: show(done / of))
     _tell(planned, folder, ran.stopped, table, as_json=as_json)
@@ -91,10 +100,66 @@ def worker(
     print(f"{done:,} cases done here")
 
 
+def _optimised(
+    planned: "Study", folder: Path, table: Path | None, *, jobs: int, resume: bool, as_json: bool
+) -> None:  # fmt: skip
+    """Look for the best setting, and tell it."""
+    from cutwise.app import optimum_text
+    from cutwise.app.console import Console
+    from cutwise.app.optimum_page import page
+    from cutwise.disk import write_text
+    from cutwise.study.many.best import optimised
+
+    with Console().progress(planned.name) as show:
+        found = optimised(planned, folder, jobs=jobs, resume=resume, progress=lambda done, _: show(done / (done + 100)))
+    lines = list(optimum_text.said(found))
+    report = write_text(folder / "report.html", page(found, lines))
+    if table is not None:
+        write_text(table, optimum_text.as_table(found))
+    _print(lines, optimum_text.as_object(found, {"report": str(report)}), report, as_json=as_json)
+    if not found.optimum.met and all(one.measures == {} for one in found.tried):
+        raise typer.Exit(SOLVER_FAILED)
+    raise typer.Exit(OK if found.proven else REQUIREMENT_FAILED)
+
+
+def _rarely(
+    planned: "Study", folder: Path, table: Path | None, *, jobs: int, resume: bool, as_json: bool
+) -> None:  # fmt: skip
+    """Find how rare failures are, and tell it."""
+    from cutwise.app import rare_text
+    from cutwise.app.console import Console
+    from cutwise.disk import write_text
+    from cutwise.study.many.rarely import rarely
+
+    each = planned.draws
+    with Console().progress(planned.name) as show:
+        found = rarely(planned, folder, jobs=jobs, resume=resume, progress=lambda done, _: show(done / (done + each)))
+    lines = list(rare_text.said(found))
+    report = write_text(folder / "report.html", rare_text.page(found, lines))
+    if table is not None:
+        write_text(table, table_of(planned, found.table))
+    _print(lines, rare_text.as_object(found, {"report": str(report)}), report, as_json=as_json)
+    if sum(found.failed.values()) == found.done:
+        raise typer.Exit(SOLVER_FAILED)
+    raise typer.Exit(OK if found.demanded in (None, True) else REQUIREMENT_FAILED)
+
+
+def _print(lines: Sequence[str], answer: dict[str, object], report: Path, *, as_json: bool) -> None:
+    """One JSON object, or the lines and where the page is."""
+    from cutwise.app.console import Console
+
+    if as_json:
+        print(json.dumps(answer, allow_nan=False))
+        return
+    console = Console()
+    for line in lines:
+        console.line(line)
+    print(f"report: {report}")
+
+
 def _tell(
     planned: "Study", folder: Path, stopped: str, table: Path | None, *, as_json: bool
 ) -> None:  # fmt: skip
-    from cutwise.app.console import Console
     from cutwise.app.study_page import page
     from cutwise.disk import write_text
     from cutwise.study.many import folder as at
@@ -110,13 +175,7 @@ def _tell(
     report = write_text(folder / "report.html", page(found, lines))
     if table is not None:
         write_text(table, as_table(found))
-    if as_json:
-        print(json.dumps(as_object(found, stopped, {"report": str(report)}), allow_nan=False))
-    else:
-        console = Console()
-        for line in lines:
-            console.line(line)
-        print(f"report: {report}")
+    _print(lines, as_object(found, stopped, {"report": str(report)}), report, as_json=as_json)
     asked = demanded(found)
     if found.count_failed == found.done:
         raise typer.Exit(SOLVER_FAILED)
@@ -156,7 +215,7 @@ def said(found: "Answers") -> Iterator[str]:
             yield f"  {count:,} {word}: {text}"
     for name, one in found.indices.items():
         each = zip(
-            planned.random,
+            planned.factor_names,
             *((one.total, one.first) if isinstance(one, Indices) else (one.strength, one.mean)),
             strict=True,
         )
@@ -209,21 +268,24 @@ def as_object(found: "Answers", stopped: str, files: dict[str, str]) -> dict[str
 
 
 def as_table(found: "Answers") -> str:
-    """All cases, one a line; SI with units in the titles."""
+    """All cases of a study, one a line; SI with units in the titles."""
+    return table_of(found.study, found.table)
+
+
+def table_of(planned: "Study", table: Mapping[str, "np.ndarray"]) -> str:
+    """Columns of cases as CSV, one case a line; SI with units in the titles."""
     import pandas as pd
 
     from cutwise.io.cells import harmless
     from cutwise.study.many.answers import dimension_of
 
-    planned, columns = found.study, {"case": found.table["case"]}
+    columns = {"case": table["case"]}
     for key in planned.keys:
         dimension = dimension_of(planned, key)
-        columns[key if dimension is None else f"{key} [{units.DIMENSIONS[dimension].si}]"] = found.table[f"lever {key}"]
+        columns[key if dimension is None else f"{key} [{units.DIMENSIONS[dimension].si}]"] = table[f"lever {key}"]
     for name in planned.measures:
-        columns[f"{name} [{units.DIMENSIONS[planned.scenario.measures[name].dimension].si}]"] = found.table[
-            f"measure {name}"
-        ]
+        columns[f"{name} [{units.DIMENSIONS[planned.scenario.measures[name].dimension].si}]"] = table[f"measure {name}"]
     words = ("good", "bad", "infeasible", "failed")
-    columns["state"] = [words[int(i)] for i in found.table["state"]]
-    columns["said"] = [harmless(str(text)) for text in found.table["said"]]
+    columns["state"] = [words[int(i)] for i in table["state"]]
+    columns["said"] = [harmless(str(text)) for text in table["said"]]
     return pd.DataFrame(columns).to_csv(index=False, lineterminator="\n")

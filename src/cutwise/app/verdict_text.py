@@ -6,32 +6,25 @@ from typing import TYPE_CHECKING
 
 from cutwise import units
 from cutwise.app.findings import reasons
+from cutwise.app.numbers import amount, form, span
+from cutwise.results import PARAMETERS
 from cutwise.spec.fields import placed
+from cutwise.spec.scenario import Limit
 
 if TYPE_CHECKING:
     from cutwise.results import Check, Result
     from cutwise.spec.scenario import Scenario
 
 
-def requirement(check: "Check") -> str:
-    """The limits of a requirement: ``-0.05 mm to 0.05 mm``, ``at most 340 W``."""
-    low, high = (
-        units.show(limit, check.dimension) if limit is not None else "" for limit in (check.minimum, check.maximum)
-    )
-    if low and high:
-        return f"{low} to {high}"
-    return f"at most {high}" if high else f"at least {low}"
-
-
-def against(check: "Check") -> str:
+def against(check: "Check", scenario: "Scenario") -> str:
     """By how much a failed requirement is missed."""
     if check.passed:
         return ""
     if check.value is None:
         return " (the run has no such measure)"
     if check.keeps(check.value):
-        return f" ({'; '.join(_not_enough(check))})"
-    return f" by {units.show(-margin(check), check.dimension, 3)}"  # type: ignore[operator]
+        return f" ({'; '.join(_not_enough(check, scenario))})"
+    return f" by {amount(scenario, check.measure, -margin(check))}"  # type: ignore[operator]
 
 
 def margin(check: "Check") -> float | None:
@@ -53,7 +46,8 @@ def verdict_line(result: "Result") -> str:
         return f"FAIL: the operation cannot be done ({count} condition{'' if count == 1 else 's'} violated)"
     why, written = reasons(result), [check for check in result.checks if not check.implied]
     failed = [check for check in written if not check.passed]
-    missed = f"{len(failed)} of {len(written)} requirements not met: {', '.join(map(_missed, failed))}"
+    names = ", ".join(_missed(check, result.scenario) for check in failed)
+    missed = f"{len(failed)} of {len(written)} requirements not met: {names}"
     if why:
         more = f" (and {len(why) - 1} more)" if len(why) > 1 else ""
         return f"FAIL: {why[0]}{more}" + (f"; {missed}" if failed else "")
@@ -66,25 +60,22 @@ def verdict_line(result: "Result") -> str:
     doubts = [text for check in written for text in doubted(check, result.scenario)]
     if doubts:
         return f"PASS, but not by every history: {'; '.join(doubts)}"
-    chances = [text for check in written for text in improbable(check)]
-    if chances:
-        return f"PASS, but not for sure: {'; '.join(chances)}"
     count = len(written)
     return f"PASS: {'the requirement is' if count == 1 else f'all {count} requirements are'} met"
 
 
-def _missed(check: "Check") -> str:
+def _missed(check: "Check", scenario: "Scenario") -> str:
     if check.keeps(check.value):
-        return f"{check.measure} ({'; '.join(_not_enough(check))})"
+        return f"{check.measure} ({'; '.join(_not_enough(check, scenario))})"
     return check.measure
 
 
-def _not_enough(check: "Check") -> Iterator[str]:
+def _not_enough(check: "Check", scenario: "Scenario") -> Iterator[str]:
     """What is missed although the value keeps its limits."""
     histories = check.histories
     whole = histories is not None and check.keeps(histories.low) and check.keeps(histories.high)
     if check.whole_band and not whole:
-        yield f"{_band(check)}, and the whole band is asked for"
+        yield f"{_band(check, scenario)[0]}, and the whole band is asked for"
     if check.probability is not None:
         asked = f"{check.probability:.4g} is asked for"
         if check.probability_reached is None:
@@ -98,40 +89,35 @@ def chance(probability: float) -> str:
     return f"{probability:.3g}" if probability < 0.99 else f"{probability:.6f}".rstrip("0").rstrip(".")
 
 
-def improbable(check: "Check") -> Iterator[str]:
-    """A limit that is kept, but not by all of the band that the scatter of the inputs makes."""
-    if check.band is None or check.probability_reached is None or not check.passed:
-        return
-    if check.keeps(check.band.low) and check.keeps(check.band.high):
-        return
-    low, high = (units.show(end, check.dimension, 4) for end in (check.band.low, check.band.high))
-    yield (
-        f"{check.measure} keeps its limit with probability {chance(check.probability_reached)} (90 % band {low} … {high}, limit "
-        f"{requirement(check)})"
-    )
-
-
 def doubted(check: "Check", scenario: "Scenario") -> Iterator[str]:
-    """What of friction, set-up and assumed values would give another verdict on a requirement."""
+    """What of friction, set-up, scatter of the inputs and assumed values would give another verdict on a requirement."""
     if check.certainty != "not_every_history":
         return
-    limits = [end for end in (check.minimum, check.maximum) if end is not None]
-    limit = " to ".join(units.show(end, check.dimension, 3) for end in limits)
     if check.histories is not None and not all(check.keeps(end) for end in check.histories[:2]):
-        yield f"{_band(check)}, limit {limit} ({check.measure}; {_holds(check)})"
+        left, limit = _band(check, scenario)
+        yield f"{left}, limit {limit} ({check.measure}; {_holds(check)})"
+    scattered = check.band is not None and not (check.keeps(check.band.low) and check.keeps(check.band.high))
+    if scattered and check.probability is None:
+        assert check.band is not None
+        ends, limit = span(scenario, check.measure, (check.band.low, check.band.high), _limit(check))
+        reached = check.probability_reached
+        kept = "" if reached is None else f"; kept with probability {chance(reached)}"
+        yield f"{PARAMETERS} leave {ends}, limit {limit} ({check.measure}{kept})"
     if check.off is not None and not check.keeps(check.off[1]):
-        value = units.show(check.off[1], check.dimension, 3)
+        (value, limit) = span(scenario, check.measure, (check.off[1],), _limit(check))
         yield f"{placed(scenario, check.off[0])} off by 10 % makes {check.measure} {value}, limit {limit}"
 
 
-def _band(check: "Check") -> str:
+def _limit(check: "Check") -> Limit:
+    return Limit.model_construct(min=check.minimum, max=check.maximum)
+
+
+def _band(check: "Check", scenario: "Scenario") -> tuple[str, str]:
+    """What the histories leave, in words, and the limit."""
     if check.histories is None:
-        return "its band is not known"
-    low, high = (
-        "?" if end is None else units.show(end, check.dimension, 3)
-        for end in (check.histories.low, check.histories.high)
-    )
-    return f"{check.histories.cause} leaves {low} … {high}"
+        return "its band is not known", ""
+    ends, limit = span(scenario, check.measure, (check.histories.low, check.histories.high), _limit(check))
+    return f"{check.histories.cause} leaves {ends}", limit
 
 
 def _holds(check: "Check") -> str:
@@ -162,7 +148,7 @@ def compared(result: "Result") -> tuple[tuple[str, ...], list[tuple[str, ...]]] 
         return None
     data, known = result["comparison"].dataset, result.scenario.measures
     rows = [
-        (str(name), *(units.show(value, known[str(name)].dimension, 4) for value in array.values))
+        (str(name), *map(form(known[str(name)].dimension, array.values.tolist()).text, array.values))
         for name, array in data.data_vars.items()
     ]
     return ("measure", *map(str, data["strategy"].values)), rows

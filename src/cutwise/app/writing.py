@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 RUN, REPORT = "run.nc", "report.html"
 
 
-def written(result: "Result", folder: Path, with_report: bool) -> dict[str, str]:
+def written(result: "Result", folder: Path, with_report: bool, viewer: bool = True) -> dict[str, str]:
     """Write the files of a run, all of them or none; a report of an earlier run does not stay beside this one."""
     interrupt.stop_if_asked()
 
@@ -21,7 +21,7 @@ def written(result: "Result", folder: Path, with_report: bool) -> dict[str, str]
     if with_report:
         from cutwise.app.report import render
 
-        html = render(result)
+        html = render(result, viewer=viewer)
     contents = {RUN: result.to_bytes()}
     if html is not None:
         contents[REPORT] = html.encode("utf-8", errors="replace")

@@ -264,5 +264,6 @@ def _bound(bound: float, info: FieldInfo | None) -> str:
 
 
 def _options(info: FieldInfo | None) -> list[str]:
-    kinds = fields.of_field(info) if info is not None else ()
-    return [str(option) for kind, _ in kinds if get_origin(kind) is Literal for option in get_args(kind)]
+    kinds = [kind for kind, _ in fields.of_field(info)] if info is not None else []
+    kinds += [entry for kind in kinds for entry, _ in fields.of_entries(kind)]
+    return [str(option) for kind in kinds if get_origin(kind) is Literal for option in get_args(kind)]

@@ -4,6 +4,7 @@ from dataclasses import replace
 from difflib import get_close_matches
 from typing import get_args
 
+from cutwise.io.slots import processes_named
 from cutwise.io.tree import Node, from_data
 from cutwise.spec import fields
 from cutwise.spec.faults import Fault
@@ -23,7 +24,10 @@ def model_of(tree: Node, faults: list[Fault]) -> type[Scenario] | None:
         faults.append(node.fault(("process",), f'"{node.text}" is not a process; {hint}'))
         if meant:
             return KINDS[meant]  # to find what else is wrong
-    fit = {name: _fit(tree, model) for name, model in KINDS.items()}
+    named = processes_named(tree)
+    if node is None and len(named) == 1:
+        return KINDS[named[0]]
+    fit = {name: _fit(tree, model) for name, model in KINDS.items() if name in (named or KINDS)}
     best = [name for name, score in fit.items() if score == max(fit.values()) and score > 0]
     if len(best) == 1:
         return KINDS[best[0]]

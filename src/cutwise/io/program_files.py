@@ -44,6 +44,7 @@ class ProgramFiles(NamedTuple):
         faults: list[Fault] = []
         library = program_setup.library_beside(place.parent)
         written = dict(node.value) if isinstance(node.value, dict) else {}
+        before = named_file(written["wanted"]) if "wanted" in written else None
         if "tools" in written and isinstance(written["tools"].value, str):
             written["tools"], found = self._tool_table(written["tools"], text, (*path, "tools"))
             faults += found
@@ -55,7 +56,21 @@ class ProgramFiles(NamedTuple):
             interpret(text, str(place), _setup(section, library))
         except ScenarioFault as fault:
             faults += _at(file, path, fault)
+        if before is not None:
+            wanted, found = self._wanted(before, _setup(section, library), (*path, "wanted"))
+            section.value["wanted"] = wanted
+            faults += found
         return section, faults
+
+    def _wanted(self, node: Node, setup: Setup, path: spec_faults.Path) -> tuple[Node, list[Fault]]:
+        """The program before its path was corrected, read and checked with what is given to the corrected one."""
+        place = self.place(node)
+        try:
+            text = program_setup.read_program(place, str(place))
+            interpret(text, str(place), setup)
+        except ScenarioFault as fault:
+            return node, _at(node, path, fault)
+        return from_data({"file": node.text, "text": text}, node.file, node.layer), []
 
     def _tool_table(self, node: Node, program: str, path: spec_faults.Path) -> tuple[Node, list[Fault]]:
         """The tools of a tool table file, as they would be written in the scenario."""

@@ -65,9 +65,23 @@ def revisions(scenario: Scenario, named: str = OVERRIDES) -> Callable[[Mapping[s
             if found is not None:
                 copy = scenario.model_copy(update={name: getattr(found, name) for name in found.model_fields_set})
                 return copy.with_origins({**scenario.origins, **{k: Origin("user", text=t) for k, t in texts.items()}})
-        return read_document(document, scenario.name, _texts(scenario, values, named), named=named)
+        return read_document(
+            document, scenario.name, _texts(scenario, values, named), named=named, folder=scenario.folder
+        )
 
     return revised
+
+
+def with_values(scenario: Scenario, values: Mapping[str, Any]) -> Scenario:
+    """The scenario with some values replaced by what could stand in its file: a number needs its unit there."""
+    if not isinstance(values, Mapping):
+        raise TypeError(
+            f'expected dotted keys with their values, {{"operation.feed": "60 mm/s"}}; this is {values!r:.60}'
+        )
+    given = {str(key): value for key, value in values.items()}
+    if all(isinstance(value, str) for value in given.values()):
+        return revisions(scenario)(given)
+    return read_document(scenario.document(), scenario.name, given, folder=scenario.folder)
 
 
 def _replaceable(scenario: Scenario, plain: Any) -> list[Path]:

@@ -16,7 +16,9 @@ from cutwise.io.documents import document_of_report, document_of_run
 from cutwise.io.fault_text import faults_among_sound_sections, faults_of, unknown_key
 from cutwise.io.files import as_text, read_bytes
 from cutwise.io.processes import model_of, process_named
+from cutwise.io.python_values import said
 from cutwise.io.scatter import Source, scatter_faults, with_covariances
+from cutwise.io.slots import with_slots
 from cutwise.io.tables import read_table
 from cutwise.io.tree import Node, compose, from_data, hidden_letters, merged, origins, placed, too_short, unwrapped
 from cutwise.later import later
@@ -51,13 +53,15 @@ Overrides = Sequence[str] | Mapping[str, Any]
 """Values that replace those of a file: ``key=value`` texts, or a mapping of dotted keys."""
 
 
-def load(path: str | Path, overrides: Overrides = (), *, named: str = OVERRIDES) -> Scenario:
-    """The scenario of a YAML or JSON file, of a run file (``.nc``) or of an HTML report.
+def load(
+    source: str | Path | Mapping[str, Any], overrides: Overrides | None = None, *, named: str = OVERRIDES
+) -> Scenario:
+    """The scenario of a YAML or JSON file, of a run file (``.nc``), of an HTML report, or of a mapping.
 
     Parameters
     ----------
-    path : str or Path
-        The file.
+    source : str, Path or mapping
+        The file; or what would stand in it, files that it names then being looked for where Python runs.
     overrides : mapping or sequence of str
         Values that replace those of the file: dotted keys with their values as in the file, for example
         ``{"operation.feed": "60 mm/s"}``; or texts ``dotted.key=value`` with the value in YAML.
@@ -69,7 +73,10 @@ def load(path: str | Path, overrides: Overrides = (), *, named: str = OVERRIDES)
     ScenarioFault
         With everything that is wrong, each fault with its place.
     """
-    return loaded(read_bytes(Path(path), str(path)), Path(path), overrides, named=named)
+    given = () if overrides is None else overrides
+    if isinstance(source, Mapping):
+        return read_document(said(source, "scenario"), "scenario", given, named=named)
+    return loaded(read_bytes(Path(source), str(source)), Path(source), given, named=named)
 
 
 def loaded(content: bytes, path: Path, overrides: Overrides = (), *, named: str = OVERRIDES) -> Scenario:
@@ -111,12 +118,12 @@ def parse(
 
 
 def read_document(
-    document: Any, name: str = "scenario", overrides: Overrides = (), *, named: str = OVERRIDES
+    document: Any, name: str = "scenario", overrides: Overrides = (), *, named: str = OVERRIDES, folder: str = ""
 ) -> Scenario:
     """The scenario that :meth:`Scenario.document` wrote, with some values replaced."""
     if not isinstance(document, Mapping):
         raise ScenarioFault([Fault((), "holds no scenario", file=name)])
-    return _scenario(from_data(dict(document), name), [], overrides, Path(), None, named)
+    return _scenario(from_data(dict(document), name), [], overrides, Path(folder), None, named)
 
 
 def revised(scenario: Scenario, overrides: Overrides) -> Scenario:
@@ -137,9 +144,9 @@ def _scenario(
     model = model_of(tree, faults)
     if model is None:
         raise ScenarioFault(_sorted(faults))
-    tree = process_named(tree, model, title)
+    tree = with_slots(process_named(tree, model, title), model)
     scenario, tree, files = _checked(tree, model, folder, faults)
-    return scenario.with_files(files).with_origins(
+    return scenario.with_files(files, str(folder)).with_origins(
         {dotted(path): origin for path, origin in origins(tree) if path[0] not in _UNNAMED and path[-1] != "library"}
     )
 
@@ -217,7 +224,11 @@ def _overridden(tree: Node, key: str, given: Any, faults: list[Fault], file: str
             faults += [Fault(path, fault.message, file=file) for fault in found]
             return tree
     else:
-        value, found = from_data(given, file, _OVERRIDE), []
+        try:
+            value, found = from_data(said(given, file), file, _OVERRIDE), []
+        except ScenarioFault as fault:
+            faults += fault.faults
+            return tree
     short = too_short(tree, path)
     if short is not None:
         faults.append(

@@ -29,8 +29,17 @@ def schema_line(kind: str) -> str:
     return f"# yaml-language-server: $schema={SCHEMAS}/{kind}.json"
 
 
-def template(kind: str) -> str:
+def template(kind: str, starts: Mapping[str, str] | None = None, *, name: str = "") -> str:
     """A commented scenario of a kind that loads without a fault.
+
+    Parameters
+    ----------
+    kind : str
+        The process.
+    starts : mapping, optional
+        Dotted keys with what is written for them; those of the process if left out.
+    name : str
+        Of the scenario.
 
     Raises
     ------
@@ -42,14 +51,15 @@ def template(kind: str) -> str:
         hint = f"did you mean {meant}?" if meant else f"known are: {', '.join(KINDS)}"
         raise ScenarioFault([Fault((), f'"{kind}" is not a process; {hint}')])
     model = KINDS[kind]
+    begun = model.starts if starts is None else starts
     summary = (model.__doc__ or "").strip().splitlines()[0]
     lines = [
         f"# {summary}",
         "# Every quantity has its unit. A value may also be written {value: 80 mm/s, status: measured, source: ...}.",
-        f"name: new_{kind}",
+        f"name: {name or f'new_{kind}'}",
         f"process: {kind}",
-        *_body(model, (), model.starts),
-        *_requirements(model, model.starts.get("requirements", "")),
+        *_body(model, (), begun),
+        *_requirements(model, begun.get("requirements", "")),
     ]
     return "\n".join(lines) + "\n"
 
@@ -68,7 +78,7 @@ def _body(section: type[Spec], path: Path, starts: Mapping[str, str]) -> Iterato
                 continue
             if _left_out(info, here, starts):
                 yield from ("",) if not path else ()
-                yield from _comment(f"{name}: {{{', '.join(inner[0].model_fields)}}} ({info.description})", indent)
+                yield from comment(f"{name}: {{{', '.join(inner[0].model_fields)}}} ({info.description})", indent)
                 continue
             yield "" if not path else f"{indent}# {info.description}"
             if not path:
@@ -94,7 +104,7 @@ def _value(info: FieldInfo, path: Path, starts: Mapping[str, str]) -> Iterator[s
     indent = "  " * (len(path) - 1)
     key = dotted(path)
     written = key in starts or info.is_required()
-    yield from _comment(_meaning(info), indent)
+    yield from comment(_meaning(info), indent)
     yield f"{indent}{'' if written else '# '}{path[-1]}: {starts.get(key, _example(info))}"
 
 
@@ -107,7 +117,8 @@ def _example(info: FieldInfo) -> str:
     return str(info.examples[0]) if info.examples else "..."
 
 
-def _comment(text: str, indent: str) -> Iterator[str]:
+def comment(text: str, indent: str) -> Iterator[str]:
+    """Lines of a comment."""
     yield from wrap(text, _WIDTH, initial_indent=f"{indent}# ", subsequent_indent=f"{indent}#   ")
 
 
@@ -118,15 +129,15 @@ def _from_library(section: type[LibrarySpec], path: Path, starts: Mapping[str, s
     there = {name: entry for name, entry in entries.items() if _fits(set(entry.values.value), section)}
     name = starts.get(dotted((*path, "library")), next(iter(there), ""))
     yield f"{indent}# values from the library (a key written here wins); see: cutwise library {section.library_shelf}"
-    yield from _comment(f"there are: {', '.join(there)}", indent)
+    yield from comment(f"there are: {', '.join(there)}", indent)
     if name in there:
-        yield from _comment(f"{name}: {there[name].describes}", indent)
+        yield from comment(f"{name}: {there[name].describes}", indent)
     yield f"{indent}library: {name}"
     values = there[name].values.value if name in there else {}
     hidden = [key for key, node in values.items() if _has_sections(node)]
     if hidden:
         where = f"their values and the file to copy them from: cutwise library {section.library_shelf} {name}"
-        yield from _comment(f"of one's own, instead of library: {', '.join(hidden)}; {where}", indent)
+        yield from comment(f"of one's own, instead of library: {', '.join(hidden)}; {where}", indent)
     for key, info in section.model_fields.items():
         if key in values and not _has_sections(values[key]):
             brief = re.split(r"[:;(]", info.description or "")[0].strip()
@@ -150,6 +161,6 @@ def _has_sections(node: Node) -> bool:
 def _requirements(model: type[Scenario], start: str) -> Iterator[str]:
     yield ""
     yield "# limits that the result is held against; measures that can be limited:"
-    yield from _comment(", ".join(model.measures), "")
+    yield from comment(", ".join(model.measures), "")
     if start:
         yield f"requirements: {start}"

@@ -20,7 +20,7 @@ from typing import Any, NamedTuple, TypeVar, cast
 
 import numba
 import numpy as np
-from numba.core.caching import CompileResultCacheImpl, FunctionCache, dumps
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, dumps  # type: ignore[attr-defined]
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -112,7 +112,7 @@ def _compiled(function: Function, **options: Any) -> Function:
     return cast(Function, dispatcher)
 
 
-class _KernelCache(FunctionCache):  # type: ignore[misc]
+class _KernelCache(FunctionCache):
     """Cache of one kernel: a file for each signature, named after the kernel, what it uses, and the signature."""
 
     def __init__(self, function: Callable[..., Any], options: dict[str, Any]) -> None:
@@ -122,7 +122,7 @@ class _KernelCache(FunctionCache):  # type: ignore[misc]
         self._impl = _Serialised()
         self._cache_path = str(cache_folder())
         self._label = f"{function.__module__.removeprefix('cutwise.')}.{function.__name__}"
-        self.enable()
+        self.enable()  # type: ignore[no-untyped-call]
 
     def flush(self) -> None:
         for file in cache_folder().glob(f"{self._label}-*{_SUFFIX}"):
@@ -188,7 +188,7 @@ def _spelled(kind: Any) -> str:
     return f"{place}{kind!r}[{', '.join(_spelled(part) for part in inner)}]" if inner else f"{place}{kind!r}"
 
 
-class _Serialised(CompileResultCacheImpl):  # type: ignore[misc]
+class _Serialised(CompileResultCacheImpl):
     """numba's own way to write a compiled function down, without its way to choose a file."""
 
     def __init__(self) -> None:
@@ -198,7 +198,7 @@ class _Serialised(CompileResultCacheImpl):  # type: ignore[misc]
 
 def _wrapped(payload: Any) -> bytes:
     """Payload with its checksum in front: a file cut short by a full disk or a crash is not believed."""
-    data = dumps(payload)
+    data = dumps(payload)  # type: ignore[no-untyped-call]
     return hashlib.sha256(data).digest() + bytes(data)
 
 
@@ -292,7 +292,7 @@ def _globals_used(function: Callable[..., Any]) -> Iterator[Any]:
 def _meaning(value: Any) -> tuple[str, list[Callable[..., Any]]]:
     """What a global means to compiled code, as text, and the functions behind it."""
     if isinstance(value, numba.core.dispatcher.Dispatcher):
-        options = getattr(value._cache, "_options", "")
+        options = getattr(value._cache, "_options", "")  # type: ignore[attr-defined]
         return f"{value.py_func.__qualname__} {options}", [value.py_func]
     if isinstance(value, types.FunctionType):
         return value.__qualname__, [value] if value.__module__.startswith("cutwise") else []

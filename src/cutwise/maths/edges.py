@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from cutwise.maths.curves import FloatArray
 from cutwise.maths.surfaces import SECTION_TERMS, IntArray, Surfaces
@@ -112,14 +113,14 @@ def swapped_sides(frames: EdgeFrames) -> EdgeFrames:
     )  # fmt: skip
 
 
-def part_of(frames: EdgeFrames, keep: slice) -> EdgeFrames:
+def part_of(frames: EdgeFrames, keep: slice | npt.NDArray[np.integer]) -> EdgeFrames:
     """Some samples of an edge as an open edge."""
     return _picked(frames, keep)._replace(period=0.0)
 
 
-def _picked(frames: EdgeFrames, keep: slice) -> EdgeFrames:
+def _picked(frames: EdgeFrames, keep: slice | npt.NDArray[np.integer]) -> EdgeFrames:
     names = ("parameter", "point", "tangent", "normal", "into", "wedge", "face", "section")
-    return frames._replace(**{name: np.ascontiguousarray(getattr(frames, name)[keep]) for name in names})
+    return frames._replace(**{name: np.ascontiguousarray(getattr(frames, name)[keep]) for name in names})  # type: ignore[arg-type]
 
 
 def lengths(point: FloatArray, *, closed: bool) -> FloatArray:

@@ -4,22 +4,45 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cutwise.later import later
 from cutwise.maths.curves import Cubic, FloatArray
 
 if TYPE_CHECKING:
-    from scipy import interpolate
+    from scipy import interpolate, special
 else:
     interpolate = later("scipy.interpolate")
+    special = later("scipy.special")
 
 _POINTS_PER_CORRELATION = 8
 _POINTS_PER_WAVE = 32
 
 
+_CURVES_FROM = 2**33  # second key of the noise of curves in studies
+
+
+def shares(words: NDArray[np.uint64]) -> FloatArray:
+    r"""Numbers in (0, 1) of random words: :math:`u = (\lfloor w / 2^{11} \rfloor + 1/2)\, 2^{-53}`."""
+    return ((words >> np.uint64(11)).astype(float) + 0.5) * 2.0**-53
+
+
+def curve_noise(seed: int, lever: int, case: int, count: int) -> FloatArray:
+    r"""Independent standard normal numbers of one curve of a study, whatever the others are; shape (count,).
+
+    Words of Philox under the key (seed, 2^33 + lever) from counter (0, case, 0, 0) on, as normal scores.
+
+    >>> curve_noise(1, 0, 7, 2).round(15).tolist()
+    [-0.617528484108496, -0.375146159424657]
+    """
+    words = np.random.Philox(key=[seed, _CURVES_FROM + lever], counter=[0, case, 0, 0]).random_raw(count)
+    return np.asarray(special.ndtri(shares(words)))
+
+
 def random_field(
-    length: float, mean: float, deviation: float, correlation_length: float, seed: int
-) -> tuple[FloatArray, FloatArray]:
+    length: float, mean: float, deviation: float, correlation_length: float, seed: int,
+    curve: tuple[int, int] | None = None,
+) -> tuple[FloatArray, FloatArray]:  # fmt: skip
     r"""A stationary normal field with covariance :math:`\sigma^2 e^{-(\Delta / l)^2}`.
 
     White noise smoothed by a Gaussian of :math:`l/2`, on a grid of l/8, one correlation length beyond both ends.
@@ -34,6 +57,8 @@ def random_field(
         Distance l over which the correlation falls to 1/e [m].
     seed : int
         Seed of the random numbers.
+    curve : tuple of int, optional
+        Lever and case of a study, whose curve this is (:func:`curve_noise`).
 
     Returns
     -------
@@ -53,7 +78,12 @@ def random_field(
     reach = int(np.ceil(2.0 * correlation_length / pitch))
     kernel = np.exp(-2.0 * (np.arange(-reach, reach + 1) * pitch / correlation_length) ** 2)
     kernel /= np.sqrt((kernel**2).sum())
-    noise = np.random.Generator(np.random.PCG64(seed)).standard_normal(position.size + 2 * reach)
+    count = position.size + 2 * reach
+    noise = (
+        np.random.Generator(np.random.PCG64(seed)).standard_normal(count)
+        if curve is None
+        else curve_noise(seed, *curve, count)
+    )
     return position, mean + deviation * np.convolve(noise, kernel, mode="valid")
 
 

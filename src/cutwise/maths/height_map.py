@@ -99,7 +99,7 @@ def in_rows(grid: Layout, blocks: npt.NDArray[np.generic]) -> npt.NDArray[np.gen
 
 def cell_middles(grid: Layout) -> tuple[FloatArray, FloatArray]:
     """x and y of all cells, rings and what fills the blocks up included [m]."""
-    return (
+    return (  # type: ignore[return-value]
         grid.x + grid.dx * (np.arange(grid.columns * SIDE) - RINGS + 0.5),
         grid.y + grid.dy * (np.arange(grid.rows * SIDE) - RINGS + 0.5),
     )
@@ -461,7 +461,7 @@ def _lowered(stock: HeightMap, block: int, move: int, level: Float32Array, spare
             off = _held_off(
                 stock, base + SIDE * i, height[SIDE * i : SIDE * i + SIDE], level[SIDE * i : SIDE * i + SIDE]
             )
-        taken += np.int64(math.floor(off * _GRAIN + 0.5))
+        taken += np.int64(math.floor(off * _GRAIN + 0.5))  # type: ignore[assignment]
     for k in range(_CELLS):
         less = level[k] < height[k]
         cutter[k] = name if less else cutter[k]

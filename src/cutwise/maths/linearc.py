@@ -33,7 +33,7 @@ class LineArc(NamedTuple):
     sharpness: FloatArray  # kappa', change of curvature per length [1/m^2], 0 but on clothoids, shape (n,)
 
     @property
-    def count(self) -> int:
+    def count(self) -> int:  # type: ignore[override]
         """Number of blocks."""
         return self.length.shape[0]
 
@@ -93,7 +93,7 @@ def arc(
 
     Raises ``ValueError`` if radius or sweep is zero.
     """
-    one = arcs(
+    one = arcs(  # type: ignore[call-arg]
         *(np.array([_triple(v)]) for v in (start, centre)),
         np.array([sweep]),
         np.array([_triple(axis)]),
@@ -156,13 +156,13 @@ def join(blocks: Sequence[Block]) -> LineArc:
 def block_at(curve: LineArc, i: int) -> Block:
     """Block ``i`` of a curve by itself; the reverse of :func:`join`."""
     vectors = (_triple(column[i]) for column in curve[:4])
-    return Block(*vectors, *(float(column[i]) for column in curve[4:]))
+    return Block(*vectors, *(float(column[i]) for column in curve[4:]))  # type: ignore[arg-type]
 
 
 def carried(curve: LineArc, turn: FloatArray, shift: FloatArray) -> LineArc:
     """The curve turned (or mirrored) by an orthogonal matrix (3, 3), then shifted [m]."""
     vectors = (column @ turn.T for column in curve[1:4])
-    return LineArc(curve.start @ turn.T + shift, *vectors, *curve[4:])
+    return LineArc(curve.start @ turn.T + shift, *vectors, *curve[4:])  # type: ignore[call-arg]
 
 
 def extremes(curve: LineArc, i: int, direction: FloatArray) -> FloatArray:

@@ -500,8 +500,8 @@ def surfaces(solid: Solid, x: float, y: float, height: FloatArray, owner: IntArr
     As :func:`surface`.
     """
     found = np.empty(16, np.int64)
-    for i in range(x.shape[0]):
-        height[i], owner[i] = surface(solid, solid.path.first.size - 1, x[i], y[i], found)
+    for i in range(x.shape[0]):  # type: ignore[attr-defined]
+        height[i], owner[i] = surface(solid, solid.path.first.size - 1, x[i], y[i], found)  # type: ignore[index]
 
 
 @compiled

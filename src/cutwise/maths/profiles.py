@@ -193,7 +193,7 @@ class Meridian(NamedTuple):
 def cylinder_foot(pieces: Sequence[Piece]) -> float:
     """Height above the tip at which the cylinder begins [m]."""
     last = max(pieces, key=lambda row: row[2])
-    return piece_height.py_func(last[0], last[1], last[3], last[4], last[2])  # type: ignore[attr-defined,no-any-return]
+    return piece_height.py_func(last[0], last[1], last[3], last[4], last[2])  # type: ignore[attr-defined]
 
 
 def meridian(pieces: Sequence[Piece], core: float, elements: int) -> Meridian:

@@ -31,7 +31,7 @@ class Workpiece(NamedTuple):
     """
 
     maps: tuple[Solid, ...]
-    count: int  # of maps that count
+    count: int  # type: ignore[assignment]  # of maps that count
     turn: FloatArray  # T of each map, shape (m, 3, 3)
     shift: FloatArray  # t of each map [m], shape (m, 3)
     parallel: BoolArray  # whether a map is seen along the same axis, shape (m,)

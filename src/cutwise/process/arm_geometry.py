@@ -9,6 +9,7 @@ from cutwise import units
 from cutwise.maths.frames import FloatArray
 from cutwise.physics.motion.arm_errors import Errors, Load, corrected_angles, moments, poses
 from cutwise.process.postures import Arm
+from cutwise.results import Finding, Place, warned
 from cutwise.spec.robot import Robot
 from cutwise.spec.uncertain import Fitted
 
@@ -78,7 +79,7 @@ def _outside(ranges: tuple[tuple[float, float], ...], angles: FloatArray) -> np.
     return np.asarray(np.mod(angles - low, 2.0 * np.pi) > high - low + 1e-9)
 
 
-def warnings(robot: Robot, found: Misplaced, measured: Fitted | None = None) -> Iterator[str]:
+def warnings(robot: Robot, found: Misplaced, measured: Fitted | None = None) -> Iterator[Finding]:
     """Joints outside of what was measured: their errors, or with ``measured`` their stiffness."""
     yield from _stiffness_beyond(robot, found, measured)
     if robot.errors is None or not found.outside.any():
@@ -91,10 +92,11 @@ def warnings(robot: Robot, found: Misplaced, measured: Fitted | None = None) -> 
             if robot.errors.of_gravity
             else "the nominal chain stands there, and no accuracy can be told"
         )
-        yield f"joint {robot.names[k]} leaves the range in which its errors were measured ({low} to {high}, modulo a turn): {what}"
+        yield warned("beyond_data", f"joint {robot.names[k]} leaves the range in which its errors were measured ({low} to {high}, "
+                     f"modulo a turn): {what}", where=Place(f"joint {robot.names[k]}"))  # fmt: skip
 
 
-def _stiffness_beyond(robot: Robot, found: Misplaced, measured: Fitted | None) -> Iterator[str]:
+def _stiffness_beyond(robot: Robot, found: Misplaced, measured: Fitted | None) -> Iterator[Finding]:
     """Postures other than those at which the springs of the arm were found."""
     if measured is None or measured.kind != "robot-stiffness":
         return
@@ -104,7 +106,8 @@ def _stiffness_beyond(robot: Robot, found: Misplaced, measured: Fitted | None) -
         if ends is not None and _outside((ends,), found.angles[:, k, None]).any():
             beyond.append(f"{name} ({units.show(ends[0], 'angle', 4)} to {units.show(ends[1], 'angle', 4)})")
     if beyond:
-        yield (
+        yield warned(
+            "beyond_data",
             f"the arm stands outside of the postures at which {measured.library} was measured: joint {', '.join(beyond)}; its "
-            "stiffness, and the band, are carried on beyond their data"
-        )
+            "stiffness, and the band, are carried on beyond their data", where=Place(", ".join(beyond)),
+        )  # fmt: skip

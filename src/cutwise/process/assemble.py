@@ -40,6 +40,7 @@ from cutwise.process.loops import (
     Strips,
     still_edge,
 )
+from cutwise.results import Finding
 from cutwise.spec.carrier import CarryingRobot, Standing
 from cutwise.spec.deburring import DeburringScenario
 from cutwise.spec.milling_machine import bodies_of, drives_key, drives_of
@@ -68,7 +69,18 @@ def deburring_cell(scenario: DeburringScenario) -> EdgeCell:
     ring, reach = None, 0.0
     if isinstance(spindle, CompliantSpindle):
         ring, reach = piston_ring(spindle), spindle.tool_reach
-    return EdgeCell(cut.path, cut.layers, cut.cutter, ring, reach, cut.arc, cut.behind, cut.paced, feeding_of(scenario))
+    return EdgeCell(
+        cut.path,
+        cut.layers,
+        cut.cutter,
+        ring,
+        reach,
+        cut.arc,
+        cut.behind,
+        cut.paced,
+        feeding_of(scenario),
+        cut.carriage,
+    )
 
 
 def feeding_of(scenario: DeburringScenario) -> Feeding | None:
@@ -106,21 +118,27 @@ def edge_cut(scenario: DeburringScenario) -> EdgeCut:
     alone = EdgeCut(edge_pass(operation, float(layers.burr_height.value.max())), layers, cutter)
     if scenario.path is not None and scenario.path.arc is not None:
         alone = alone._replace(arc=Arc(scenario.path.arc.radius, scenario.follows))
+    profile = operation.feed_profile
+    if profile is not None:
+        at, feeds = (np.array(values) for values in profile.points())
+        alone = alone._replace(paced=Paced((), *carried.pace_of(at, feeds, operation.feed)))
     if scenario.robot is None:
-        return alone._replace(behind=carriage.in_series(scenario.tool, _carriage(scenario), _part(scenario, alone)))
+        bodies = _carriage(scenario)
+        behind = carriage.in_series(scenario.tool, bodies, _part(scenario, alone))
+        return alone._replace(behind=behind, carriage=bodies)
     along, height = robot_along(scenario, alone), surface_height(alone)
     turn = turned_from_start(alone, along.path.at)
     sag = np.sin(turn) * (along.sag[:, 0] + along.sag[:, 4] * height)
     sag += np.cos(turn) * (along.sag[:, 1] - along.sag[:, 3] * height)
     path = alone.path._replace(error_curve=added(alone.path.error_curve, along.path.at, sag))
     arm = carriage.by_robot(answering(scenario), along, height)
-    paced = None
+    paced = alone.paced
     if scenario.operation.limit_feed:
         feed = scenario.operation.feed
         at, pace = carried.pace_of(along.path.at, carried.feeds_along(along, answering(scenario), feed), feed)
         paced = Paced((), at, pace)
     behind = carriage.in_series(scenario.tool, arm, _part(scenario, alone))
-    return alone._replace(path=path, behind=behind, paced=paced)
+    return alone._replace(path=path, behind=behind, paced=paced, carriage=arm)
 
 
 def answering(scenario: DeburringScenario) -> CarryingRobot:
@@ -164,7 +182,7 @@ def _carriage(scenario: DeburringScenario) -> carriage.Carriage:
     return carriage.by_machine(bodies, scenario.part.block, path_of(scenario))
 
 
-def beside_part(scenario: DeburringScenario) -> Iterator[str]:
+def beside_part(scenario: DeburringScenario) -> Iterator[Finding]:
     """What to say of a path that is not on the block under it."""
     if scenario.part.block is not None and scenario.path is not None:
         yield from chain_compliance.off_part(scenario.part.block, path_of(scenario).point, 0.5 * scenario.tool.diameter)
@@ -221,7 +239,7 @@ def edge_profile(size: float | Table | RandomField, length: float) -> Polyline:
         at, value = size.points()
         return Polyline(np.array(at), np.array(value))
     if isinstance(size, RandomField):
-        at, value = random_field(length, size.mean, size.deviation, size.correlation_length, size.seed)
+        at, value = random_field(length, size.mean, size.deviation, size.correlation_length, size.seed, size.curve)
         return Polyline(at, np.maximum(0.0, value))
     return constant(size)
 

@@ -1,7 +1,7 @@
 """A robot along a path: the postures it takes, and what it yields by there in process axes."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -20,7 +20,7 @@ from cutwise.process import arm_geometry
 from cutwise.process.arm_geometry import Misplaced, misplaced
 from cutwise.process.postures import Arm, candidates, posture_frames, posture_jacobian, spring_twists, tool_axes
 from cutwise.process.robot_arms import base_element, robot_arm
-from cutwise.results import Infeasible
+from cutwise.results import NOWHERE, Finding, Infeasible, Place, warned
 from cutwise.spec.carrier import CarriedPath as PathSpec
 from cutwise.spec.carrier import CarryingRobot, Standing
 from cutwise.spec.faults import Fault, ScenarioFault
@@ -96,7 +96,9 @@ def arm_along(
         place = path.at[why.station]
         raise Infeasible(
             f"the robot cannot follow the path at {place * 1e3:.4g} mm of it: {why}; move the part (placement), choose "
-            "another redundancy angle or posture, or take a longer arm"
+            "another redundancy angle or posture, or take a longer arm",
+            "unreachable",
+            Place(position=float(place)),
         ) from None
     jacobians = np.array([posture_jacobian(arm, q) for q in postures.q])
     joints = in_axes(cartesian_compliance(jacobians, arm.stiffness), path.axes)
@@ -414,14 +416,16 @@ def pace_of(at: FloatArray, feeds: FloatArray, feed: float) -> Slowdown:
     return Slowdown(time, fine / feed)
 
 
-def too_fast(found: Mapping[str, float], feed: float, said: str = "operation.feed") -> tuple[str, ...]:
+def too_fast(found: Mapping[str, float], feed: float | None, said: str = "operation.feed") -> tuple[Finding, ...]:
     """That the joints cannot follow the feed [m/s], if they cannot."""
-    if found.get("joint_speed_margin", 1.0) >= -ROUNDING:
+    if feed is None or found.get("joint_speed_margin", 1.0) >= -ROUNDING:
         return ()
-    return (
-        f"the joints follow {units.show(found['feed_possible_min'], 'speed')} at most, {said} is "
-        f"{units.show(feed, 'speed')}",
+    possible = found["feed_possible_min"]
+    words = (
+        f"the joints follow {units.show(possible, 'speed')} at most, {said} is {units.show(feed, 'speed')}: reduce it, or "
+        "move the part (placement)"
     )
+    return (Finding("too_fast", NOWHERE, feed, possible, "speed", "joint_speed_margin", words=words, cannot=True),)
 
 
 def measures(along: ArmAlong, robot: CarryingRobot, feed: float, *, limited: bool = False) -> dict[str, float]:
@@ -455,13 +459,15 @@ def measures(along: ArmAlong, robot: CarryingRobot, feed: float, *, limited: boo
     return found
 
 
-def warnings(robot: CarryingRobot, along: ArmAlong | None = None, measured: Fitted | None = None) -> tuple[str, ...]:
-    """What a user has to know about a robot along a path."""
-    said = list(arm_geometry.warnings(robot, along.wrong, measured)) if along is not None else []
+def warnings(
+    robot: CarryingRobot, arms: Iterable[ArmAlong] = (), measured: Fitted | None = None
+) -> tuple[Finding, ...]:
+    """What a user has to know about a robot along its paths."""
+    said = [one for along in arms for one in arm_geometry.warnings(robot, along.wrong, measured)]
     if not robot.joint_speed:
-        said.append("robot.joint_speed is not given: whether the joints can follow the feed was not looked at")
+        words = "robot.joint_speed is not given: whether the joints can follow the feed was not looked at"
+        said.append(warned("not_looked_at", words, where=Place("robot.joint_speed")))
     if robot.sag != "ignored" and not masses(robot):
-        said.append(
-            "robot.sag: no weight of tool or links is given (robot.tool_mass, robot.links): the sag is left out"
-        )
-    return tuple(said)
+        words = "robot.sag: no weight of tool or links is given (robot.tool_mass, robot.links): the sag is left out"
+        said.append(warned("left_out", words, where=Place("robot.sag")))
+    return tuple(dict.fromkeys(said))

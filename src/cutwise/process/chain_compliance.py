@@ -15,6 +15,7 @@ from cutwise.physics.structure.series_compliance import carried_to, chain_compli
 from cutwise.process.machine_assemble import axes_of, elements_of, part_block
 from cutwise.process.machine_pass import block_under, placed_elements
 from cutwise.process.machine_path import joints_of
+from cutwise.results import Finding, warned
 from cutwise.spec.faults import Fault, Path, ScenarioFault
 from cutwise.spec.machine import Machine
 from cutwise.spec.part_block import PartBlock
@@ -123,10 +124,11 @@ def _travel_faults(machine: Machine, axes: Axes, commands: FloatArray, key: Path
         )
 
 
-def off_part(part: PartBlock, at: FloatArray, reach: float) -> Iterator[str]:
+def off_part(part: PartBlock, at: FloatArray, reach: float) -> Iterator[Finding]:
     """What to say where tool points (m, 3) of the cut are not on the part, or beside it by more than a reach [m]."""
     if at[:, 2].max() > part.height * (1 + 1e-9) or at[:, 2].min() < 0.0:
         low, high = (units.show(float(end), "length") for end in (at[:, 2].min(), at[:, 2].max()))
-        yield f"the tool point cuts at z = {low} to {high}, but the part stands from 0 to {units.show(part.height, 'length')}"
+        yield warned("off_part", f"the tool point cuts at z = {low} to {high}, but the part stands from 0 to "
+                     f"{units.show(part.height, 'length')}", float(at[:, 2].max()), part.height, "length")  # fmt: skip
     if (np.abs(at[:, :2]) > 0.5 * np.array([part.width_x, part.width_y]) + reach).any():
-        yield "the tool point leaves the part by more than the radius of the tool while it cuts"
+        yield warned("off_part", "the tool point leaves the part by more than the radius of the tool while it cuts")

@@ -1,6 +1,7 @@
 """A chamfer run: paths planned and proved, then forces along them, a spindle that yields, and set-up errors."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 from cutwise.paths import reach
@@ -19,6 +20,7 @@ from cutwise.process.chamfer_setup import SetupBand, setup_band
 from cutwise.process.chamfer_task import pipe_hole, task_of
 from cutwise.process.chamfer_work import Outline, cad_work, pipe_outline, pipe_work, read_part, surroundings
 from cutwise.process.pace import Pace
+from cutwise.results import Finding, Place
 from cutwise.spec.chamfer import ChamferScenario
 
 LIMITS = (
@@ -46,7 +48,7 @@ class ChamferRun(NamedTuple):
     deflected: tuple[Deflected, ...]  # one for each path, or none
     band: SetupBand | None
     outline: Outline | None
-    infeasible: tuple[str, ...]
+    infeasible: tuple[Finding, ...]
     remedies: tuple[str, ...]
     notices: tuple[str, ...]
 
@@ -61,7 +63,7 @@ class _Planned(NamedTuple):
 
     plans: tuple[EdgePlan, ...] = ()
     members: tuple[proof.EdgeZone, ...] = ()
-    infeasible: tuple[str, ...] = ()
+    infeasible: tuple[Finding, ...] = ()
     remedies: tuple[str, ...] = ()
     notices: tuple[str, ...] = ()
     outline: Outline | None = None
@@ -141,8 +143,8 @@ def _pipe(scenario: ChamferScenario, part: PipeHole, *, helped: bool) -> _Planne
     found = [_pipe_edge(scenario, part, inner=side == "inner") for side in sides]
     named = len(found) > 1
     infeasible = [
-        f"{side} edge: {text}" if named else text
-        for side, one in zip(sides, found, strict=True) for text in one.infeasible
+        replace(why, where=Place(f"{side} edge"), words=f"{side} edge: {why.words}") if named else why
+        for side, one in zip(sides, found, strict=True) for why in one.infeasible
     ]  # fmt: skip
     plans = [plan for one in found for plan in one.plans]
     if len(plans) == 2:
@@ -151,11 +153,10 @@ def _pipe(scenario: ChamferScenario, part: PipeHole, *, helped: bool) -> _Planne
             plan._replace(paths=tuple(path._replace(margins=(*path.margins, shared)) for path in plan.paths))
             for plan in plans
         ]
-        infeasible += [] if shared.met else [str(shared)]
+        infeasible += [] if shared.met else [_missed(shared)]
     helps: tuple[str, ...] = ()
     if infeasible and helped:
-        failed = {text.removeprefix("outer edge: ").removeprefix("inner edge: ").split(":")[0] for text in infeasible}
-        helps = remedies(scenario, failed, _feasible)
+        helps = remedies(scenario, {why.code for why in infeasible}, _feasible)
     return _Planned(
         tuple(plans), sum((one.members for one in found), ()), tuple(infeasible), helps, (),
         pipe_outline(part),
@@ -177,11 +178,11 @@ def _pipe_edge(scenario: ChamferScenario, part: PipeHole, *, inner: bool) -> _Pl
         work = pipe_work(part, scenario, inner=inner)
         path = plan_pipe(task_of(scenario), work, part)
     except NoEdgeError as fault:
-        return _Planned(infeasible=(str(reach.Margin(reach.EDGE, fault.margin, False, str(fault))),))
+        return _Planned(infeasible=(_missed(reach.Margin(reach.EDGE, fault.margin, False, str(fault))),))
     except NoPathError as fault:
-        return _Planned(infeasible=(f"{reach.PATH}: {fault}",))
+        return _Planned(infeasible=(Finding(reach.PATH, words=f"{reach.PATH}: {fault}", cannot=True),))
     member = proof.edge_zone(work, float(path.path.leg.max()), scenario.chamfer.width)
-    return _Planned((EdgePlan(work, (path,), ()),), (member,), tuple(str(m) for m in path.failed))
+    return _Planned((EdgePlan(work, (path,), ()),), (member,), tuple(_missed(m) for m in path.failed))
 
 
 def _cad(
@@ -211,5 +212,12 @@ def _cad(
     )
 
 
-def _refused(plan: EdgePlan) -> str:
-    return f"{plan.work.name}: {'; '.join(dict.fromkeys(trim.reason for trim in plan.trims))}"
+def _refused(plan: EdgePlan) -> Finding:
+    words = f"{plan.work.name}: {'; '.join(dict.fromkeys(trim.reason for trim in plan.trims))}"
+    return Finding(reach.PATH, Place(plan.work.name), words=words, cannot=True)
+
+
+def _missed(margin: reach.Margin) -> Finding:
+    """An inequality that does not hold."""
+    dimension = "angle" if margin.angle else "length"
+    return Finding(margin.code, value=margin.value, limit=0.0, dimension=dimension, words=str(margin), cannot=True)

@@ -1,13 +1,11 @@
 """What carries a chamfering tool along its ball path, robot or machine: what it yields by there, and what that means."""
 
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
-from cutwise import units
 from cutwise.maths.curves import FloatArray
 from cutwise.maths.edges import lengths
 from cutwise.maths.frames import rotation_from_rpy
@@ -15,11 +13,13 @@ from cutwise.paths.carried import CarriedPath, placed
 from cutwise.paths.chamfer.plan import EdgePath
 from cutwise.physics.structure.series_compliance import in_axes, translation_at
 from cutwise.physics.structure.terms import Linked, Swinging, natural_frequencies
-from cutwise.process import arm_geometry, carriage, carried, yielding
+from cutwise.process import carriage, carried, yielding
 from cutwise.process.carriage import Carriage, Terms
+from cutwise.process.carriers import postures
 from cutwise.process.chain_compliance import BodiesAlong
 from cutwise.process.chamfer_cell import PassForces, Yielding, process_axes
 from cutwise.process.labels import labelled
+from cutwise.results import Finding
 from cutwise.spec.carrier import Standing
 from cutwise.spec.chamfer import ChamferScenario
 from cutwise.spec.milling_machine import bodies_of
@@ -201,73 +201,26 @@ def _durations(path: EdgePath) -> FloatArray:
     return time if path.path.frames.closed else np.append(time, time[-1])
 
 
-def infeasible(scenario: ChamferScenario, found: Mapping[str, float]) -> tuple[str, ...]:
-    """Why the robot cannot do it."""
-    feed = scenario.operation.contact_feed or scenario.operation.centre_feed
-    if feed is None or found.get("joint_speed_margin", 1.0) >= -carried.ROUNDING:
-        return ()
-    possible = units.show(found["feed_possible_min"], "speed")
-    return (
-        f"joint_speed: the joints follow {possible} at most, the feed is {units.show(feed, 'speed')}; reduce it, or move "
-        "the part (placement)",
-    )
-
-
-def warnings(scenario: ChamferScenario, carriers: Sequence[Carrier]) -> tuple[str, ...]:
+def warnings(scenario: ChamferScenario, carriers: Sequence[Carrier]) -> tuple[Finding, ...]:
     """What was not looked at."""
-    robot, said = scenario.robot, []
-    if robot is None:
+    if scenario.robot is None:
         return ()
-    if not robot.joint_speed:
-        said.append("robot.joint_speed is not given: whether the joints can follow the feed was not looked at")
-    if robot.sag != "ignored" and not carried.masses(robot):
-        said.append(
-            "robot.sag: no weight of tool or links is given (robot.tool_mass, robot.links): the sag is left out"
-        )
-    measured = scenario.measured.get("robot")
-    for one in carriers:
-        if one.arm is not None:
-            said += arm_geometry.warnings(robot, one.arm.wrong, measured)
-    return tuple(dict.fromkeys(said))
-
-
-def notes(carriers: Sequence[Carrier]) -> dict[str, str]:
-    """What another angle of the tool would bring."""
     arms = [one.arm for one in carriers if one.arm is not None]
-    known = [arm for arm in arms if math.isfinite(arm.constant) and math.isfinite(arm.turned)]
-    constant, turned = (sum(getattr(one, name) for one in known) for name in ("constant", "turned"))
-    if not known or turned >= constant * (1 - 1e-6):
-        return {}
-    return {
-        "redundancy": (
-            f"With robot.redundancy_angle: along_path the arm would yield by {turned / len(known) * 1e6:.4g} µm on average "
-            f"under the rigid cut, with the best single angle by {constant / len(known) * 1e6:.4g} µm."
-        )
-    }
+    return carried.warnings(scenario.robot, arms, scenario.measured.get("robot"))
 
 
 def stations(scenario: ChamferScenario, carriers: Sequence[Carrier]) -> xr.Dataset:
     """Compliance station by station, all paths one after another; of a robot its postures too."""
+    arms = [one.arm for one in carriers if one.arm is not None]
+    if arms and scenario.robot is not None:
+        return postures(scenario.robot, arms, "place along the ball paths")
     ends = np.concatenate([[0.0], np.cumsum([one.at[-1] for one in carriers])])
     at = ("s_station", np.concatenate([start + one.at for start, one in zip(ends[:-1], carriers, strict=True)]), "m",
           "place along the ball paths")  # fmt: skip
-    arms = [one.arm for one in carriers if one.arm is not None]
-    if not arms:
-        matrix = np.concatenate([yielding.whole([term for _, term in one.terms], one.at) for one in carriers])
-        normal = np.concatenate([one.air for one in carriers])
-        off = np.einsum("ni,nij,nj->n", normal, translation_at(matrix, scenario.tool.ball_radius), normal)
-        return labelled(at, {
-            "compliance_normal": (off, "m/N", "compliance off the chamfer"),
-            "compliance_rod": (matrix[:, 2, 2], "m/N", "compliance along the rod"),
-        })  # fmt: skip
-    assert scenario.robot is not None
-    joints = [joint.name or str(n) for n, joint in enumerate(scenario.robot.joints, 1)]
-    matrix = np.concatenate([arm.joints + arm.base for arm in arms])
+    matrix = np.concatenate([yielding.whole([term for _, term in one.terms], one.at) for one in carriers])
+    normal = np.concatenate([one.air for one in carriers])
+    off = np.einsum("ni,nij,nj->n", normal, translation_at(matrix, scenario.tool.ball_radius), normal)
     return labelled(at, {
-        "joint_angles": (np.concatenate([arm.postures.q for arm in arms]), "rad", "angles of the joints"),
-        "redundancy_angle": (
-            np.concatenate([arm.postures.angle for arm in arms]), "rad", "angle of the tool about its axis"
-        ),
-        "compliance_off_work": (matrix[:, 1, 1], "m/N", "compliance off the work, across the rod"),
+        "compliance_normal": (off, "m/N", "compliance off the chamfer"),
         "compliance_rod": (matrix[:, 2, 2], "m/N", "compliance along the rod"),
-    }, joint=joints)  # fmt: skip
+    })  # fmt: skip

@@ -15,14 +15,14 @@ from cutwise.paths.chamfer.proof import GOUGE_LIMIT
 from cutwise.paths.pipe import one_turn
 from cutwise.physics.structure.statics import characteristic
 from cutwise.physics.surface.approach import Approach
-from cutwise.process import chamfer_carrier, motor
+from cutwise.process import carriers, chamfer_carrier, motor
 from cutwise.process.assemble import piston_ring
 from cutwise.process.chamfer import ChamferRun
 from cutwise.process.chamfer_cell import SLICES
 from cutwise.process.chamfer_cut import TIME_STEP, Deflected, ball_end, deflected, mounted, rigid
 from cutwise.process.chamfer_task import task_of
 from cutwise.process.convergence import change_on_halved_step
-from cutwise.results import Histories
+from cutwise.results import Finding, Histories, Place, Remedy, Said, warned
 from cutwise.spec.chamfer import ChamferScenario
 from cutwise.spec.notices import notices
 
@@ -187,59 +187,66 @@ def _leg_ratio(path: EdgePath) -> float:
 
 def warnings(
     scenario: ChamferScenario, done: ChamferRun, found: Mapping[str, float], unproven: Sequence[str]
-) -> tuple[str, ...]:
+) -> tuple[Said, ...]:
     """What the user should know about the result."""
-    said = [*notices(scenario), *done.notices, *_trimmed(done)]
+    said: list[Said] = [*notices(scenario), *done.notices, *_trimmed(done)]
     if found.get("leg_ratio_max", 0.0) > reach.LOPSIDED:
-        said.append(
+        words = (
             f"the legs differ by a factor of {found['leg_ratio_max']:.2g}: the width is constant, but the chamfer is "
             "lopsided; a thinner rod needs less tilt"
         )
+        said.append(warned("lopsided", words, found["leg_ratio_max"], reach.LOPSIDED))
     if scenario.chamfer.tier == "envelope":
         fallen = sum(int((path.path.tier < ENVELOPE).sum()) for path in done.paths)
         if fallen:
-            said.append(f"at {fallen} points the envelope was not found: the surface tier stands there")
+            words = f"at {fallen} points the envelope was not found: the surface tier stands there"
+            said.append(warned("no_envelope", words, float(fallen), 0.0))
     wanted = scenario.path.chord_tolerance
     if wanted is not None and found.get("chord_error", 0.0) > wanted * (1.0 + 1e-3):
-        said.append(
+        words = (
             f"the path bends or jumps too sharply for path.chord_tolerance: {units.show(found['chord_error'], 'length', 3)}"
             f" instead of {units.show(wanted, 'length', 3)}"
         )
+        said.append(warned("chord_error", words, found["chord_error"], wanted, "length"))
     if unproven and not done.infeasible:
         more = f" and {len(unproven) - _SHOWN} more" if len(unproven) > _SHOWN else ""
-        said.append(
-            f"the lead to or from {', '.join(unproven[:_SHOWN])}{more} may touch the part: check it in the program"
-        )
+        words = f"the lead to or from {', '.join(unproven[:_SHOWN])}{more} may touch the part: check it in the program"
+        said.append(warned("lead_unproven", words, where=Place(unproven[0])))
     far = max(done.paths, key=lambda path: np.nan_to_num(path.stick_out), default=None)
     if far is not None and far.stick_out > _SLENDER * scenario.tool.rod_radius:
-        said.append(
+        words = (
             f"{far.work.name} needs {units.show(far.stick_out, 'length', 3)} of rod above the ball centre, "
             f"{far.stick_out / scenario.tool.rod_radius:.0f} times its radius: such a rod bends and chatters; come from "
             "another side (tool.axis), or take a thicker rod"
         )
+        limit = _SLENDER * scenario.tool.rod_radius
+        said.append(warned("slender", words, float(far.stick_out), limit, "length", where=Place(far.work.name)))
     slope = found.get("setup_sensitivity_z")
     if slope is not None and not done.infeasible:
         change = units.show(abs(slope) * 50e-6, "length", 3)
         instead = "probe the part, or use a compliant spindle"
         if scenario.compliant is not None:
             instead = "probe the part; how far the spindle makes up for it, a run with operation.part_error shows"
-        said.append(f"50 µm of set-up error along the tool axis change the width by {change}: {instead}")
+        words = f"50 µm of set-up error along the tool axis change the width by {change}: {instead}"
+        said.append(warned("setup_sensitive", words, abs(slope) * 50e-6, dimension="length"))
     beyond = found.get("gouge_max", 0.0)
     if beyond > GOUGE_LIMIT and all(path.gouge.value < beyond for path in done.paths):
-        said.append(
+        words = (
             f"preset and part error take the ball {units.show(beyond, 'length', 3)} into the part beside the chamfer: a "
             "rigid tool does not give way (operation.preset, operation.part_error)"
         )
+        said.append(warned("gouges", words, beyond, GOUGE_LIMIT, "length", remedy=Remedy("operation.preset", "less")))
     if scenario.compliant is not None and "cutting_power_mean" in found:
         said += motor.overload(scenario.compliant, found["cutting_power_mean"])
     return (*said, *_yielding(found), *chamfer_carrier.warnings(scenario, done.carriers))
 
 
-def _trimmed(done: ChamferRun) -> Iterator[str]:
+def _trimmed(done: ChamferRun) -> Iterator[Finding]:
     trimmed = [plan for plan in done.plans if plan.paths and plan.trims]
-    yield from (_left_out(plan) for plan in trimmed[:_SHOWN])
+    yield from (warned("left_out", _left_out(plan), where=Place(plan.work.name)) for plan in trimmed[:_SHOWN])
     if len(trimmed) > _SHOWN:
-        yield f"{len(trimmed) - _SHOWN} more edges have parts left out; the report lists them"
+        words = f"{len(trimmed) - _SHOWN} more edges have parts left out; the report lists them"
+        yield warned("left_out", words, float(len(trimmed) - _SHOWN), 0.0)
 
 
 def _left_out(plan: EdgePlan) -> str:
@@ -248,13 +255,14 @@ def _left_out(plan: EdgePlan) -> str:
     return f"{plan.work.name}: left out {'; '.join(parts)}"
 
 
-def _yielding(found: Mapping[str, float]) -> Iterator[str]:
+def _yielding(found: Mapping[str, float]) -> Iterator[Finding]:
     if "breakaway_force" in found and found["tip_deflection_max"] < 1e-7:
-        yield (
+        words = (
             f"the spindle does not move: the lateral force stays below breakaway "
             f"({units.show(found['lateral_force_max'], 'force', 3)} of {units.show(found['breakaway_force'], 'force', 3)}"
             ", without preset); the width is that of a rigid tool"
         )
+        yield warned("no_breakaway", words, found["lateral_force_max"], found["breakaway_force"], "force")
 
 
 def notes(done: ChamferRun) -> Mapping[str, str]:
@@ -277,7 +285,7 @@ def notes(done: ChamferRun) -> Mapping[str, str]:
         said["corners"] = "\n".join(
             f"{paths[link.first].work.name} goes on into {paths[link.second].work.name}" for link in done.links
         )
-    said |= chamfer_carrier.notes(done.carriers)
+    said |= carriers.redundancy([one.arm for one in done.carriers if one.arm is not None])
     if done.band is not None:
         said["set-up"] = str(done.band)
     return said

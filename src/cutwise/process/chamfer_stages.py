@@ -46,6 +46,7 @@ def stages(scenario: ChamferScenario, done: ChamferRun, program: xr.Dataset | No
         groups["carrier"] = chamfer_carrier.stations(scenario, done.carriers)
     if done.outline is not None:
         groups["part"] = _part(scenario, done)
+        groups["scene"] = _seen(paths[0])
     return xr.DataTree.from_dict(groups)
 
 
@@ -170,6 +171,15 @@ def _part(scenario: ChamferScenario, done: ChamferRun) -> xr.Dataset:
         worst_path=int(next(i for i, p in enumerate(paths) if p is nearest)), worst_point=at,
         worst_name=nearest.work.name,
     )  # fmt: skip
+
+
+def _seen(path: EdgePath) -> xr.Dataset:
+    """Triangles of the part with the faces that they are on, as a picture needs them."""
+    mesh, names = path.work.shape.mesh, path.work.shape.names
+    return labelled(("triangle", np.arange(len(mesh.face)), "1", "triangle of the part"), {
+        "corner": (mesh.piece[:, :9].astype(np.float32), "m", "corners of the triangles, x, y, z of each"),
+        "face": (mesh.face.astype(np.int32), "1", "face that they are on, from 0"),
+    }, number=list(range(9))).assign_attrs(face_names=list(names))  # fmt: skip
 
 
 def _worst(scenario: ChamferScenario, paths: Sequence[EdgePath]) -> tuple[EdgePath, int, str]:

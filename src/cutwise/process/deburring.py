@@ -14,10 +14,11 @@ from cutwise.maths.curves import FloatArray, largest_curvature
 from cutwise.physics.cutting.uneven import largest_radius
 from cutwise.physics.motion.edge import path_memory_index
 from cutwise.physics.structure.statics import Characteristic, characteristic
-from cutwise.physics.structure.terms import Compliance, Linked, Swinging, displacement, natural_frequencies
-from cutwise.physics.structure.terms import width as width_of
+from cutwise.physics.structure.terms import Compliance, Linked, Swinging, natural_frequencies
 from cutwise.physics.surface.edge import machined_profile
-from cutwise.process.assemble import robot_along, surface_height, turned_by, turned_from_start
+from cutwise.process import carriers, yielding
+from cutwise.process.assemble import surface_height, turned_by, turned_from_start
+from cutwise.process.carriage import Carriage
 from cutwise.process.labels import labelled
 from cutwise.process.loops import (
     TOOTH_RESOLVED,
@@ -31,7 +32,6 @@ from cutwise.process.loops import (
     tooth_resolved_forces,
 )
 from cutwise.process.plateaus import Band, band
-from cutwise.process.yielding import normal_stiffness, term_measures
 from cutwise.records import EdgeHistory, Surface
 from cutwise.results import Histories, SolverFailure
 from cutwise.spec.deburring import DeburringScenario
@@ -50,6 +50,8 @@ _TOOTH_PLACES = 1000
 _TOOTH_CURVE = 64  # samples of a tooth period in the curve
 _TOOTH_PERIODS = 4
 _AXES = ("x", "y", "z")
+PLATEAUS = ("surface_error_loaded", "surface_error_unloaded", "surface_error_frictionless")
+"""Measures of the band within which friction holds the edge."""
 
 
 class EdgeRun(NamedTuple):
@@ -90,17 +92,17 @@ def run_for(scenario: DeburringScenario, cell: EdgeCell) -> Callable[..., EdgeHi
     return run_swept_edge if kept else run_compliant_edge
 
 
-def evaluate(cell: EdgeCell, history: EdgeHistory) -> EdgeRun:
-    """Surface, band and static characteristic of a pass.
+def evaluate(cell: EdgeCell, history: EdgeHistory, *, plateaus: bool = True) -> EdgeRun:
+    """Surface, band (with its ``plateaus``) and static characteristic of a pass.
 
     Raises
     ------
     SolverFailure
         The tool went out of all bounds.
     """
-    wild = ~np.isfinite(history.response.tilt).all(axis=-1)
-    if wild.any():
-        first = float(history.motion.time[int(np.argmax(wild))])
+    settled = np.isfinite(history.response.tilt)
+    if not settled.all():
+        first = float(history.motion.time[int(np.argmin(settled.all(axis=-1)))])
         helps = " (robot.dynamics: modal gives the arm its mass)" if cell.behind else ""
         raise SolverFailure(
             f"the step from surface to force to tool did not settle after {first:.4g} s: take a smaller numerics.time_step"
@@ -125,7 +127,7 @@ def evaluate(cell: EdgeCell, history: EdgeHistory) -> EdgeRun:
     typical = float(np.interp(at_steady, burr.at, burr.value).mean())
     return EdgeRun(
         cell, history, surface,
-        Band(None, None, None) if cell.ring is None else band(cell, typical, float(width[steady].mean())),
+        band(cell, typical, float(width[steady].mean())) if cell.ring is not None and plateaus else Band(None, None, None),
         None if cell.ring is None else characteristic(cell.ring, cell.reach),
         centre,
         np.minimum(lowest, np.interp(centre[:, 0], burr.at, burr.value)),
@@ -136,11 +138,7 @@ def evaluate(cell: EdgeCell, history: EdgeHistory) -> EdgeRun:
 
 def displacements(cell: EdgeCell, history: EdgeHistory) -> dict[str, FloatArray]:
     """Displacement by each term behind the spindle and by drives, where the edge is read, over time [m]; shape (n, 3)."""
-    found, at = {}, 0
-    for name, term in cell.behind:
-        columns = history.response.behind[:, at : at + width_of(term)]
-        found[name] = displacement(term, columns, surface_height(cell))
-        at += width_of(term)
+    found = yielding.by_term(cell.behind, history.response.behind, surface_height(cell))
     return found if history.fed is None else {**found, "drives": history.fed}
 
 
@@ -157,7 +155,7 @@ def carried_measures(scenario: DeburringScenario, run: EdgeRun) -> dict[str, flo
     terms = {name: seen_from_edge(run, of_term) for name, of_term in terms.items()}
     total = sum(of_term[:, 1] for of_term in terms.values())
     worst = first + int(np.argmax(np.abs(total[first:last] - run.cell.path.preset)))
-    found = term_measures(terms, slice(first, last), worst)
+    found = yielding.term_measures(terms, slice(first, last), worst)
     if "drives" in terms:
         found = {name: value for name, value in found.items() if not name.startswith("deflection_drives")}
         off = terms["drives"][first:last, 1]
@@ -166,14 +164,22 @@ def carried_measures(scenario: DeburringScenario, run: EdgeRun) -> dict[str, flo
     if swings:
         found["natural_frequency_min"] = float(swings[0].min())
     if scenario.robot is None:
-        return {**found, **normal_stiffness([term for _, term in run.cell.behind])}
-    return {**found, **_postures(scenario, run)}
+        return {**found, **yielding.normal_stiffness([term for _, term in run.cell.behind])}
+    return {**found, **carried_by(scenario, run.cell.carriage)}
 
 
-def _postures(scenario: DeburringScenario, run: EdgeRun) -> dict[str, float]:
-    assert scenario.robot is not None
-    operation, along = scenario.operation, robot_along(scenario, run.cell)
-    return carried.measures(along, scenario.robot, operation.feed, limited=operation.limit_feed)
+def carried_by(scenario: DeburringScenario, carriage: Carriage) -> dict[str, float]:
+    """What the postures of the robot mean; nothing without one."""
+    if carriage.arm is None or scenario.robot is None:
+        return {}
+    operation = scenario.operation
+    return carried.measures(carriage.arm, scenario.robot, operation.feed, limited=operation.limit_feed)
+
+
+def on_path(run: EdgeRun) -> tuple[float, FloatArray, dict[str, FloatArray]]:
+    """Height at which the edge is read [m], places of the rows along it [m], and the displacement by each term there."""
+    height = surface_height(run.cell)
+    return height, run.history.motion.position, yielding.by_term(run.cell.behind, run.history.response.behind, height)
 
 
 def seen_from_edge(run: EdgeRun, moved: FloatArray) -> FloatArray:
@@ -215,9 +221,8 @@ def measures(scenario: DeburringScenario, run: EdgeRun, *, tooth: bool = True) -
     found["surface_error_mean"] = float(error.mean())
     found["surface_error_min"] = float(error.min())
     found["surface_error_max"] = float(error.max())
-    for name, state in zip(("loaded", "unloaded", "frictionless"), run.band, strict=True):
-        found[f"surface_error_{name}"] = None if state is None else state.error
-    found |= _fractions(scenario, run)
+    found |= {name: None if one is None else one.error for name, one in zip(PLATEAUS, run.band, strict=True)}
+    found |= fractions(after_lead_in(run), scenario.operation.tolerance)
     axial = scenario.material.K_ac is not None or scenario.material.k_a11 is not None
     for i, axis in enumerate(_AXES if axial else _AXES[:2]):
         found[f"burr_force_mean_{axis}"] = float(history.burr_force.mean[steady, i].mean())
@@ -254,12 +259,8 @@ def _spindle_measures(run: EdgeRun) -> dict[str, float | None]:
     }
 
 
-def _fractions(scenario: DeburringScenario, run: EdgeRun) -> dict[str, float]:
-    """Shares of the edge length after the lead-in that come out partial, ideal and excessive."""
-    return _shares(after_lead_in(run), scenario.operation.tolerance)
-
-
-def _shares(error: FloatArray, tolerance: float) -> dict[str, float]:
+def fractions(error: FloatArray, tolerance: float) -> dict[str, float]:
+    """Shares of an edge that come out partial, ideal and excessive, by its error [m], shape (n,)."""
     partial, excessive = float((error > tolerance).mean()), float((error < -tolerance).mean())
     return {
         "fraction_partial": partial,
@@ -283,7 +284,7 @@ def histories(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, flo
         bands[name] = _between(ends, found[name])
     error, tolerance = after_lead_in(run), scenario.operation.tolerance
     for name in ("fraction_partial", "fraction_ideal", "fraction_excessive"):
-        ends = [None if shift is None else _shares(error + shift, tolerance)[name] for shift in shifts]
+        ends = [None if shift is None else fractions(error + shift, tolerance)[name] for shift in shifts]
         bands[name] = _between(ends, found[name], share=True)
     return bands
 
@@ -337,7 +338,7 @@ def _tooth_peaks(run: EdgeRun) -> list[float]:
     return [float(peak) for peak in peaks]
 
 
-def stages(run: EdgeRun) -> xr.DataTree:
+def stages(scenario: DeburringScenario, run: EdgeRun) -> xr.DataTree:
     """The histories of all stages as labelled arrays, with units."""
     h = run.history
     time = ("time", h.motion.time, "s", "time")
@@ -368,6 +369,7 @@ def stages(run: EdgeRun) -> xr.DataTree:
             "burr_height": (run.surface.burr_height, "m", "burr height before the pass"),
         }).merge(labelled(time, {"error_at_tool": (run.error_at_tool, "m", "edge error at point C")})),
     }  # fmt: skip
+    groups |= carriers.of_carrier(run.cell.carriage, scenario.robot, *on_path(run))
     if run.cell.ring is not None:
         tooth_time, tooth = tooth_history(run, np.array([_last_rows(run)]), _TOOTH_CURVE, _TOOTH_PERIODS)
         groups["tooth"] = labelled(("tooth_time", tooth_time[0], "s", "time"), {
@@ -381,10 +383,8 @@ def _structure(run: EdgeRun, time: tuple[str, FloatArray, str, str]) -> xr.Datas
     """What the spindle does; without one, the displacement by each term."""
     h = run.history
     if run.cell.ring is None:
-        return labelled(time, {
-            f"deflection_{name}": (seen_from_edge(run, value), "m", f"displacement by the term {name} where the edge is read")
-            for name, value in displacements(run.cell, h).items()
-        }, axis=list(_AXES))  # fmt: skip
+        moved = {name: seen_from_edge(run, value) for name, value in displacements(run.cell, h).items()}
+        return labelled(time, carriers.deflections(moved, "the edge"), axis=list(_AXES))
     return labelled(time, {
         "tilt": (h.response.tilt, "rad", "tilt of the motor"),
         "tip_deflection": (h.response.tilt * run.cell.reach, "m", "deflection of the tool tip"),

@@ -78,6 +78,16 @@ _SMALLEST_IS_WORST = (
 _SINGLE_ONLY = ("redundancy_angle",)
 
 
+class Led(NamedTuple):
+    """Where the tool is led instead of the hole, in tool axes."""
+
+    shift: tuple[float, float]  # [m]
+    tilt: tuple[float, float]  # of the drill axis towards x and y [rad]
+
+
+NOT_LED = Led((0.0, 0.0), (0.0, 0.0))
+
+
 class DrillCell(NamedTuple):
     """Everything that takes part in drilling, as bare SI records."""
 
@@ -107,6 +117,7 @@ class DrilledHole(NamedTuple):
     outcome: HoleOutcome | None
     history: FloatArray  # shape (rows, 12)
     frequencies: FloatArray  # [Hz] of the arm in this posture, shape (3,)
+    led: Led = NOT_LED  # elsewhere than the hole is wanted
 
 
 class DrillRun(NamedTuple):
@@ -277,12 +288,67 @@ def fixed(scenario: DrillingScenario, cell: DrillCell, target: PoseTarget, angle
     return posture_at(cell.arm, angle, chosen if near is None else turned_towards(cell.arm, chosen, near))
 
 
-def drill_one(scenario: DrillingScenario, cell: DrillCell, target: PoseTarget, step: float) -> DrilledHole:
-    """Choose a posture and drill."""
+def led_to(hole: Hole) -> list[Led]:
+    """Where the tool is led at each hole."""
+    return [Led(one.shift, one.tilt) for one in hole.corrections] or [NOT_LED] * hole.count
+
+
+def led_target(target: PoseTarget, axes: FloatArray, led: Led) -> PoseTarget:
+    """Target and drill axis that the tool is led to: shifted and tilted in the axes of the tool at the hole, (3, 3)."""
+    position = target.position + axes[:, :2] @ np.array(led.shift)
+    axis = axes[:, 2] + axes[:, :2] @ np.array(led.tilt)
+    return PoseTarget(position, axis / np.linalg.norm(axis))
+
+
+def led_axes(target: PoseTarget, angle: float, led: Led) -> tuple[PoseTarget, FloatArray]:
+    """Where the tool is led, and its axes there as columns: turned about the drill axis as it was at the hole."""
+    axes = tool_axes(target.axis, np.array([angle]))[0]
+    there = led_target(target, axes, led)
+    x = axes[:, 0] - (axes[:, 0] @ there.axis) * there.axis
+    x /= np.linalg.norm(x)
+    return there, np.column_stack([x, np.cross(there.axis, x), there.axis])
+
+
+def led(scenario: DrillingScenario, cell: DrillCell, target: PoseTarget, posture: Posture, to: Led) -> Posture | None:
+    """The posture next to one at the hole, when the tool is led elsewhere; None if it is out of reach."""
+    if scenario.machine is not None:
+        axes = tool_axes(target.axis, 0.0)
+        return drilling_machine.on_machine(scenario.machine, scenario.part.block, led_target(target, axes, to))
+    assert cell.arm is not None
+    assert scenario.robot is not None
+    there, axes = led_axes(target, posture.angle, to)
+    return next_to(cell.arm, there.position, axes, posture, scenario.robot.singularity_margin)
+
+
+def next_to(arm: Arm, position: FloatArray, axes: FloatArray, posture: Posture, margin: float) -> Posture | None:
+    """The posture at a pose (tool axes as columns) that is nearest to another; None if there is none within the limits."""
+    found = candidates(arm, position[None, :], axes[None], thorough=True)
+    allowed = found.within[0] & (found.wrist_sine[0] >= margin)
+    if not np.any(allowed):
+        return None
+    turned = np.abs((found.q[0] - posture.q + math.pi) % (2.0 * math.pi) - math.pi).max(axis=1)
+    best = int(np.argmin(np.where(allowed, turned, math.inf)))
+    return posture_at(arm, posture.angle, turned_towards(arm, found.q[0][best], posture.q))
+
+
+def drill_one(
+    scenario: DrillingScenario, cell: DrillCell, target: PoseTarget, step: float, to: Led = NOT_LED
+) -> DrilledHole:  # fmt: skip
+    """Choose a posture and drill, where the tool is led."""
     posture, at, singular = choose(scenario, cell, target)
+    if posture is not None and to != NOT_LED:
+        posture = led(scenario, cell, target, posture, to)
+        singular = singular or posture is None
     if posture is None:
-        return DrilledHole(target, None, at, singular, None, np.zeros((0, 12)), np.zeros(3))
-    return drilled(cell, DrilledHole(target, posture, at, False, None, np.zeros((0, 12)), np.zeros(3)), step)
+        return DrilledHole(target, None, at, singular, None, np.zeros((0, 12)), np.zeros(3), to)
+    return drilled(cell, DrilledHole(target, posture, at, False, None, np.zeros((0, 12)), np.zeros(3), to), step)
+
+
+def hole_ends(cell: DrillCell, hole: DrilledHole) -> tuple[FloatArray, FloatArray]:
+    """Where the hole is at its entry and exit surface, from where it is wanted, in tool axes [m], shape (2,)."""
+    assert hole.outcome is not None
+    shift, tilt = (np.array(part) for part in hole.led)
+    return hole.outcome.entry + shift, hole.outcome.exit + shift + tilt * cell.cycle.thickness
 
 
 def drilled(cell: DrillCell, hole: DrilledHole, step: float) -> DrilledHole:
@@ -334,7 +400,7 @@ def hole_measures(scenario: DrillingScenario, cell: DrillCell, hole: DrilledHole
         "axial_deflection_mean": outcome.axial_mean,
         "lateral_deflection_max": outcome.lateral_max,
         "lateral_deflection_mean": outcome.lateral_mean,
-        **_position(scenario, cell, outcome, _misplacement(scenario, cell, posture)),
+        **_position(scenario, cell, hole, _misplacement(scenario, cell, posture)),
         "drill_tilt": axis_tilt(posture.compliance, outcome.thrust_mean),
         "circularity_estimate": abs(whirl[0] - whirl[1]),
         "oversize_estimate": whirl[0] + whirl[1],
@@ -388,28 +454,30 @@ def _misplacement(scenario: DrillingScenario, cell: DrillCell, posture: Posture)
     return np.concatenate([axes.T @ twist[:3], axes.T @ twist[3:]])
 
 
-def _position(scenario: DrillingScenario, cell: DrillCell, outcome: HoleOutcome, wrong: FloatArray) -> dict[str, float]:
+def _position(scenario: DrillingScenario, cell: DrillCell, hole: DrilledHole, wrong: FloatArray) -> dict[str, float]:
     """Where the hole is, as far as there is one: what was not reached is left out.
 
     ``wrong``: twist of the tip by geometric errors, tool axes. It shifts the hole and tilts it.
     """
-    found, robot = {}, scenario.robot
+    found, robot, outcome = {}, scenario.robot, hole.outcome
+    assert outcome is not None
+    entry, leaving = hole_ends(cell, hole)
     if outcome.entered:
-        found["hole_position_error_entry"] = float(np.hypot(*outcome.entry))
+        found["hole_position_error_entry"] = float(np.hypot(*entry))
     if outcome.through:
-        found["hole_position_error_exit"] = float(np.hypot(*outcome.exit))
+        found["hole_position_error_exit"] = float(np.hypot(*leaving))
     if robot is not None and (robot.accuracy is not None or robot.errors is not None):
         found["hole_position_error_arm"] = (robot.accuracy or 0.0) + float(np.hypot(*wrong[:2]))
     thickness = cell.cycle.thickness
     lean = np.array([wrong[4], -wrong[3]]) * thickness  # of the drill over the depth of the hole
     if "hole_position_error_arm" in found and outcome.through:
-        ends = (outcome.entry + wrong[:2], outcome.exit + wrong[:2] + lean)
-        known = hole_error(outcome) + found["hole_position_error_arm"]
+        ends = (entry + wrong[:2], leaving + wrong[:2] + lean)
+        known = max(float(np.hypot(*entry)), float(np.hypot(*leaving))) + found["hole_position_error_arm"]
         if robot is not None and robot.errors is not None:
             known = max(float(np.hypot(*end)) for end in ends) + (robot.accuracy or 0.0)
         found["hole_position_error_total"] = known
     if outcome.through:
-        found["perpendicularity_error"] = perpendicularity(outcome.entry, outcome.exit + lean, thickness)
+        found["perpendicularity_error"] = perpendicularity(entry, leaving + lean, thickness)
     return found
 
 

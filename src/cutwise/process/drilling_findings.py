@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,10 +14,20 @@ from cutwise.physics.cutting.drill_formulas import half_specific_force, shaw_oxf
 from cutwise.physics.structure.joint_compliance import geometric_stiffness, holding_force
 from cutwise.process import arm_geometry
 from cutwise.process.chain_compliance import off_part
-from cutwise.process.drilling import DrilledHole, DrillRun, dynamics, nominal_shares, skating_of, slope_angle
+from cutwise.process.drilling import (
+    NOT_LED,
+    DrillCell,
+    DrilledHole,
+    DrillRun,
+    dynamics,
+    hole_ends,
+    nominal_shares,
+    skating_of,
+    slope_angle,
+)
 from cutwise.process.loops_drilling import HoleOutcome, quasi_static_hole, step_limit
 from cutwise.process.postures import Posture, arm_compliance, posture_frames, posture_jacobian
-from cutwise.results import Finding, Place
+from cutwise.results import Finding, Place, Remedy, Said, warned
 from cutwise.spec.drilling import DrillingScenario
 from cutwise.spec.notices import notices
 
@@ -47,17 +58,22 @@ def limits(scenario: DrillingScenario) -> tuple[str, ...]:
     return (*(_OF_ARM if scenario.machine is None else _OF_MACHINE), *_OF_ALL)
 
 
-def infeasible(scenario: DrillingScenario, run: DrillRun) -> tuple[str, ...]:
+def infeasible(scenario: DrillingScenario, run: DrillRun) -> tuple[Finding, ...]:
     """Every hole that cannot be drilled, with what is missing."""
-    unreached = [_why(scenario, run, index, hole) for index, hole in enumerate(run.holes, 1) if hole.posture is None]
+    numbered = list(enumerate(run.holes, 1))
+    unreached = [
+        Finding("singular" if hole.singular else "unreachable", Place(f"hole {index}"), hole.reach.margin, 0.0,
+                "length" if hole.reach.motor < 0 else "angle", words=_why(scenario, run, index, hole), cannot=True)
+        for index, hole in numbered if hole.posture is None
+    ]  # fmt: skip
     unfinished = [
-        f"{_named(index, hole)} is never through: what carries the drill yields by "
-        f"{units.show(hole.outcome.axial_max, 'length', 3)} along it, and "
-        f"{units.show(hole.outcome.extra, 'length', 3)} of further feed did not bring the corner of the drill out; choose a "
-        "stiffer posture, or a smaller feed"
-        for index, hole in enumerate(run.holes, 1)
-        if hole.outcome is not None and not hole.outcome.through
-    ]
+        Finding("never_through", Place(f"hole {index}"), hole.outcome.axial_max, dimension="length", cannot=True, words=(
+            f"{_named(index, hole)} is never through: what carries the drill yields by "
+            f"{units.show(hole.outcome.axial_max, 'length', 3)} along it, and "
+            f"{units.show(hole.outcome.extra, 'length', 3)} of further feed did not bring the corner of the drill out; choose a "
+            "stiffer posture, or a smaller feed"))
+        for index, hole in numbered if hole.outcome is not None and not hole.outcome.through
+    ]  # fmt: skip
     return (*unreached, *unfinished)
 
 
@@ -69,6 +85,8 @@ def _why(scenario: DrillingScenario, run: DrillRun, index: int, hole: DrilledHol
     choice = scenario.robot.redundancy_angle
     where = "at any redundancy angle" if isinstance(choice, str) else f"at {units.show(choice, 'angle', 4)}"
     name = _named(index, hole)
+    if hole.led != NOT_LED and hole.reach.reached:
+        return f"{name} is reached {where}, but not where hole.corrections lead the tool"
     if hole.singular:
         return (
             f"{name} is reached {where} only in a singular posture: |sin| of the wrist angle stays below "
@@ -93,9 +111,9 @@ def _why(scenario: DrillingScenario, run: DrillRun, index: int, hole: DrilledHol
     )
 
 
-def warnings(scenario: DrillingScenario, run: DrillRun) -> tuple[str, ...]:
+def warnings(scenario: DrillingScenario, run: DrillRun) -> tuple[Said, ...]:
     """Everything that the engineer should know before he trusts the numbers."""
-    carrier = list(_robot(scenario, run) if scenario.robot is not None else ())
+    carrier: list[Said] = list(_robot(scenario, run) if scenario.robot is not None else ())
     if scenario.part.block is not None:
         carrier += off_part(
             scenario.part.block, np.stack([hole.target.position for hole in run.holes]), 0.5 * scenario.tool.diameter
@@ -103,7 +121,7 @@ def warnings(scenario: DrillingScenario, run: DrillRun) -> tuple[str, ...]:
     return tuple(dict.fromkeys([*notices(scenario), *carrier, *_process(scenario, run)]))
 
 
-def _robot(scenario: DrillingScenario, run: DrillRun) -> Iterator[str]:
+def _robot(scenario: DrillingScenario, run: DrillRun) -> Iterator[Finding]:
     arm = run.cell.arm
     yield from _own_error(scenario)
     there = [hole.posture.q for hole in run.holes if hole.posture is not None]
@@ -111,36 +129,39 @@ def _robot(scenario: DrillingScenario, run: DrillRun) -> Iterator[str]:
         wrong = arm_geometry.misplaced(scenario.robot, arm, np.array(there))
         yield from arm_geometry.warnings(scenario.robot, wrong, scenario.measured.get("robot"))
     if arm.general is not None and not arm.general.proven:
-        yield (
-            f"the arm has no spherical wrist ({run.cell.not_spherical}), and its axes are such that some of its postures "
-            "may not be found"
-        )
+        yield warned(
+            "postures_missed", f"the arm has no spherical wrist ({run.cell.not_spherical}), and its axes are such that some of its "
+            "postures may not be found",
+        )  # fmt: skip
     elif arm.wrist is not None and abs(arm.wrist.plane[5]) > 1e-4:
         offset = units.show(abs(arm.wrist.plane[5]), "length", 3)
-        yield (
-            f"the wrist centre lies {offset} beside the plane of the arm; offsets in public models often fail to "
-            "cancel: check the joint origins"
-        )
+        yield warned(
+            "wrist_beside_plane",
+            f"the wrist centre lies {offset} beside the plane of the arm; offsets in public models often fail "
+            "to cancel: check the joint origins", abs(arm.wrist.plane[5]), 1e-4, "length",
+        )  # fmt: skip
     payload = scenario.robot.payload
     sags = [sag(run, hole, payload) for hole in run.holes if hole.posture is not None and payload is not None]
     if sags and max(sags) > _ABSURD_SAG:
-        yield (
-            f"with this joint stiffness the arm sags {units.show(max(sags), 'length', 3)} under its rated payload of "
-            f"{units.show(payload or 0.0, 'mass')}: absurd, usual is 1 to 3 mm; the set is probably wrong by a factor"
-        )
+        yield warned(
+            "absurd_sag", f"with this joint stiffness the arm sags {units.show(max(sags), 'length', 3)} under its rated payload of "
+            f"{units.show(payload or 0.0, 'mass')}: absurd, usual is 1 to 3 mm; the set is probably wrong by a factor", max(sags),
+            _ABSURD_SAG, "length",
+        )  # fmt: skip
 
 
-def _own_error(scenario: DrillingScenario) -> Iterator[str]:
+def _own_error(scenario: DrillingScenario) -> Iterator[Finding]:
     """What the position of a hole does not hold."""
     own = scenario.robot.accuracy
     if own is None and scenario.robot.errors is not None:
         return
     if own is None:
-        yield (
-            "hole_position_error_entry and _exit are what the arm yields by under the cut, alone: where the arm stands "
+        yield warned(
+            "left_out", "hole_position_error_entry and _exit are what the arm yields by under the cut, alone: where the arm stands "
             "without load is not in them. Arms off the shelf miss a programmed point by 0.2 to 2 mm and a taught one by "
-            "0.05 to 0.15 mm; state it as robot.accuracy, which gives hole_position_error_total"
-        )
+            "0.05 to 0.15 mm; state it as robot.accuracy, which gives hole_position_error_total",
+            where=Place("robot.accuracy"),
+        )  # fmt: skip
         return
     tighter = [
         name
@@ -148,11 +169,12 @@ def _own_error(scenario: DrillingScenario) -> Iterator[str]:
         if name in ("hole_position_error_entry", "hole_position_error_exit") and (limit.max or math.inf) < own
     ]
     if tighter:
-        yield (
+        yield warned(
+            "tighter_than_arm",
             f"{' and '.join(tighter)}: this limit holds what the arm yields by under the cut, alone; its own error, "
             f"robot.accuracy {units.show(own, 'small_length', 3)}, is larger and comes on top: require "
-            "hole_position_error_total for the place of the hole"
-        )
+            "hole_position_error_total for the place of the hole", own, dimension="length",
+        )  # fmt: skip
 
 
 def sag(run: DrillRun, hole: DrilledHole, payload: float) -> float:
@@ -161,70 +183,78 @@ def sag(run: DrillRun, hole: DrilledHole, payload: float) -> float:
     return float(arm_compliance(run.cell.arm, hole.posture.q)[2, 2]) * payload * GRAVITY
 
 
-def _process(scenario: DrillingScenario, run: DrillRun) -> Iterator[str]:
+def _process(scenario: DrillingScenario, run: DrillRun) -> Iterator[Finding]:
     """What holds for several holes is said once, with their numbers."""
-    said: dict[str, list[int]] = {}
+    said: dict[Finding, list[int]] = {}
     for index, hole in enumerate(run.holes, 1):
         if hole.posture is not None and hole.outcome is not None:
-            for text in (*_posture(scenario, run, hole.posture), *_hole(scenario, hole, hole.outcome)):
-                said.setdefault(text, []).append(index)
-    for text, holes in said.items():
-        where = f"hole{'s' if len(holes) > 1 else ''} {', '.join(map(str, holes))}: " if len(run.holes) > 1 else ""
-        yield where + text
+            for one in (*_posture(scenario, run, hole.posture), *_hole(scenario, hole, hole.outcome)):
+                said.setdefault(one, []).append(index)
+    for one, holes in said.items():
+        where = f"hole{'s' if len(holes) > 1 else ''} {', '.join(map(str, holes))}"
+        yield replace(one, where=Place(where), words=f"{where}: {one.words}" if len(run.holes) > 1 else one.words)
     if scenario.tool.lip_model == "oblique":
-        yield (
+        words = (
             "oblique lips with coefficients of the simple ones underrate thrust (by 42 % in the reference case): use "
             "coefficients that were calibrated with oblique lips"
         )
+        yield warned("beyond_data", words, where=Place("tool.lip_model"))
 
 
-def _posture(scenario: DrillingScenario, run: DrillRun, posture: Posture) -> Iterator[str]:
+def _posture(scenario: DrillingScenario, run: DrillRun, posture: Posture) -> Iterator[Finding]:
     if scenario.robot is not None:
         yield from _stance(scenario, run, posture)
     friction, skates = scenario.contact.friction, skating_of(run.cell, posture)
     if skates > friction:
         number = f", {skates:.3g}," if len(run.holes) == 1 else ""
         other = "another redundancy angle (least_skating)" if scenario.robot is not None else "a stiffer setting-up"
-        yield (
+        words = (
             f"the tip skates at entry: its skating ratio{number} is above the friction of {friction:.3g}; choose {other}, "
             f"{'a milled seat, ' if len(run.cell.side) else ''}or a pilot hole"
         )
+        yield warned("skates", words, limit=friction, remedy=Remedy("robot.redundancy_angle", "least_skating"))
 
 
-def _stance(scenario: DrillingScenario, run: DrillRun, posture: Posture) -> Iterator[str]:
+def _stance(scenario: DrillingScenario, run: DrillRun, posture: Posture) -> Iterator[Finding]:
     """Room of the joints, and under the foot."""
     arm = run.cell.arm
     room = np.minimum(posture.q - arm.limits[:, 0], arm.limits[:, 1] - posture.q)
     if room.min() < _NEAR_LIMIT:
-        yield (
-            f"joint {scenario.robot.motors[int(room.argmin())] + 1} stands "
-            f"within {units.show(_NEAR_LIMIT, 'angle', 2)} of its limit: the "
-            "program will need some room to approach and retract"
+        joint = f"joint {scenario.robot.motors[int(room.argmin())] + 1}"
+        words = (
+            f"{joint} stands within {units.show(_NEAR_LIMIT, 'angle', 2)} of its limit: the program will need some room to "
+            "approach and retract"
         )
+        yield warned("near_limit", words, limit=_NEAR_LIMIT, dimension="angle")
     heights = posture_frames(arm, posture.q).origins[1:, 2]
     if heights.min() < 0.0:
-        yield f"joint {int(heights.argmin()) + 1} stands below the base: is there room under the foot of the robot?"
+        words = f"joint {int(heights.argmin()) + 1} stands below the base: is there room under the foot of the robot?"
+        yield warned("below_base", words)
 
 
-def _hole(scenario: DrillingScenario, hole: DrilledHole, outcome: HoleOutcome) -> Iterator[str]:
+def _hole(scenario: DrillingScenario, hole: DrilledHole, outcome: HoleOutcome) -> Iterator[Finding]:
     speed = scenario.operation.spindle_speed / (2.0 * math.pi)
     if any(_RESONANCE[0] < speed / f < _RESONANCE[1] for f in hole.frequencies):
-        yield (
+        words = (
             f"the spindle turns at {speed:.3g} Hz, next to a mode of the arm: unequal lips shake the tool; change the "
             "speed by a third"
         )
+        yield warned("resonance", words, speed, dimension="frequency")
     if outcome.extra > 0.0 and outcome.through:
-        yield (
+        words = (
             f"the arm lags so far behind that the corner comes out only {units.show(outcome.extra, 'length', 3)} beyond "
             "the usual overrun of 1 mm: program the feed that much further"
         )
+        yield warned("overrun", words, outcome.extra, dimension="length")
     if outcome.feed_max > 2.0 * scenario.operation.feed_per_rev:
-        yield (
+        words = (
             "the drill is pulled in at breakthrough, at more than twice the feed: reduce the feed before the exit, or "
             "choose a stiffer posture"
         )
+        twice = 2.0 * scenario.operation.feed_per_rev
+        yield warned("pulled_in", words, limit=twice, dimension="feed_per_revolution")
     if outcome.thrust_mean == 0.0:
-        yield "the plate is thinner than the drill point is high: there is no full cut"
+        yield warned("no_full_cut", "the plate is thinner than the drill point is high: there is no full cut")
 
 
 def notes(scenario: DrillingScenario, run: DrillRun) -> dict[str, str]:
@@ -235,7 +265,7 @@ def notes(scenario: DrillingScenario, run: DrillRun) -> dict[str, str]:
         told["skating"] = _skating(scenario, run, first)
         told["cross_check"] = _cross_check(run, first)
     if len(run.holes) > 1:
-        told["holes"] = "\n".join(_line(i, hole) for i, hole in enumerate(run.holes, 1))
+        told["holes"] = "\n".join(_line(run.cell, i, hole) for i, hole in enumerate(run.holes, 1))
     if run.places:
         best = ", ".join(f"{1e3 * x:.4g}" for x in run.shift)
         told["placement"] = f"Of {len(run.places)} places of the part, the shift ({best}) mm has the best worst hole."
@@ -326,13 +356,14 @@ def _stiffening(run: DrillRun, posture: Posture) -> float:
     return float(np.linalg.norm(changed) / np.linalg.norm(plain))
 
 
-def _line(index: int, hole: DrilledHole) -> str:
+def _line(cell: DrillCell, index: int, hole: DrilledHole) -> str:
     if hole.posture is None or hole.outcome is None:
         return f"{index}: not drilled"
     stands = "" if math.isnan(hole.posture.wrist_sine) else f"{units.show(hole.posture.angle, 'angle', 4)}, "
     if not hole.outcome.through:
         return f"{index}: {stands}never through"
-    return f"{index}: {stands}entry {_um(hole.outcome.entry)}, exit {_um(hole.outcome.exit)}"
+    entry, leaving = hole_ends(cell, hole)
+    return f"{index}: {stands}entry {_um(entry)}, exit {_um(leaving)}"
 
 
 def _um(position: FloatArray) -> str:

@@ -6,20 +6,21 @@ import numpy as np
 
 from cutwise import units
 from cutwise.physics.structure.pistons import SWEEPS
-from cutwise.process import arm_geometry, motor
-from cutwise.process.assemble import beside_part, robot_along
+from cutwise.process import arm_geometry, carriers, motor
+from cutwise.process.assemble import beside_part
 from cutwise.process.deburring import (
     EdgeRun,
     after_lead_in,
     answers_at_once,
     between,
     memory_needed,
+    on_path,
     places_after_lead_in,
     run_for,
 )
 from cutwise.process.loops import EdgeCell, programmed_heights, run_swept_edge
 from cutwise.process.weights import weight_on
-from cutwise.results import Finding, Place
+from cutwise.results import Finding, Place, Remedy, Said, warned
 from cutwise.spec.deburring import DeburringScenario
 from cutwise.spec.notices import notices
 
@@ -38,16 +39,16 @@ LIMITS = (
 )
 
 
-def warnings(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, float]) -> tuple[str, ...]:
+def warnings(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, float]) -> tuple[Said, ...]:
     """Everything that the engineer should know before he trusts the numbers."""
-    misled: Iterator[str] = iter(())
-    measured = scenario.measured.get("robot")
-    if scenario.robot is not None and (scenario.robot.errors is not None or measured is not None):
-        misled = arm_geometry.warnings(scenario.robot, robot_along(scenario, run.cell).wrong, measured)
+    misled: Iterator[Finding] = iter(())
+    arm = run.cell.carriage.arm
+    if scenario.robot is not None and arm is not None:
+        misled = arm_geometry.warnings(scenario.robot, arm.wrong, scenario.measured.get("robot"))
     return (*notices(scenario), *beside_part(scenario), *misled, *_process(scenario, run, found))
 
 
-def _process(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, float]) -> Iterator[str]:
+def _process(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, float]) -> Iterator[Finding]:
     steady = run.steady
     if run.cell.ring is None:
         yield from _beyond_the_steady_part(scenario, run)
@@ -55,34 +56,38 @@ def _process(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, floa
     yield from motor.overload(scenario.spindle, found["cutting_power_mean"])
     depth = run.history.engagement.burr_depth[steady] + run.history.engagement.work_depth[steady]
     if depth.max() > 0.0 and np.abs(run.history.response.tilt[steady]).max() * run.cell.reach < 1e-6:
-        yield (
+        yield warned(
+            "no_breakaway",
             "the spindle does not break away: the mill cuts like a rigid tool, to the preset; lower the pressure if "
-            "compliance is wanted"
-        )
+            "compliance is wanted", remedy=Remedy("spindle.pressure", "lower"),
+        )  # fmt: skip
     yield from _latched(run, found)
     yield from _beyond_the_steady_part(scenario, run)
     index = found["path_memory_index"]
     if memory_needed(run.cell) and not swept(scenario, run):
-        yield (
-            f"the mill meets its own older surface (path-memory index {index:.3g}, run-out "
+        yield warned(
+            "memory_left_out", f"the mill meets its own older surface (path-memory index {index:.3g}, run-out "
             f"{units.show(run.cell.cutter.edges.runout, 'small_length')}), which the arcs leave out: trust the mean error, "
             "not the wave; numerics.engagement swept (with averaged force"
-            f"{' and robot.dynamics: modal' if answers_at_once(run.cell) else ''}) keeps the surface"
-        )
+            f"{' and robot.dynamics: modal' if answers_at_once(run.cell) else ''}) keeps the surface", index, 1.0,
+            remedy=Remedy("numerics.engagement", "swept"),
+        )  # fmt: skip
 
 
-def _latched(run: EdgeRun, found: Mapping[str, float]) -> Iterator[str]:
+def _latched(run: EdgeRun, found: Mapping[str, float]) -> Iterator[Finding]:
     share = band_share(found)
     if share is None or share <= _LATCHED:
         return
     where = f"friction holds the tool {share:.0%} of the way from the loading to the unloading plateau: "
     if has_path_error(run.cell):
-        yield where + (
+        said = where + (
             "the waves of the path error carry it there and back, and seal friction does not let it follow; a more "
             "accurate path or seals of less friction help, a longer lead-in does not"
         )
+        yield warned("latched", said, share, _LATCHED)
     else:
-        yield where + "an overshoot of the lead-in has latched; lengthen the lead-in, or start lower"
+        said = where + "an overshoot of the lead-in has latched; lengthen the lead-in, or start lower"
+        yield warned("latched", said, share, _LATCHED, remedy=Remedy("operation.lead_in_time", "longer"))
 
 
 def has_path_error(cell: EdgeCell) -> bool:
@@ -90,7 +95,7 @@ def has_path_error(cell: EdgeCell) -> bool:
     return cell.path.error_amplitude != 0.0 or bool(np.any(cell.path.error_curve.coefficient))
 
 
-def _beyond_the_steady_part(scenario: DeburringScenario, run: EdgeRun) -> Iterator[str]:
+def _beyond_the_steady_part(scenario: DeburringScenario, run: EdgeRun) -> Iterator[Finding]:
     """The measures are those of the last quarter; say so where the rest of the edge breaks what is required there."""
     after = after_lead_in(run)
     steady = between(run, run.steady.start, run.steady.stop - 1)
@@ -101,11 +106,12 @@ def _beyond_the_steady_part(scenario: DeburringScenario, run: EdgeRun) -> Iterat
         limit = scenario.requirements.get(name)
         bound = None if limit is None else (limit.max if sign > 0 else limit.min)
         if bound is not None and sign * (worst - bound) > 0.0 >= sign * (there - bound):
-            yield (
+            yield warned(
+                "missed_before",
                 f"{name} is met in the steady part (the last quarter of the run), but the edge reaches {_error(worst)} "
                 "elsewhere after the lead-in; lengthen the run so that the last quarter sees whole waves of burr and path "
-                "error, or lengthen the lead-in"
-            )
+                "error, or lengthen the lead-in", float(worst), bound, "small_length",
+            )  # fmt: skip
 
 
 def swept(scenario: DeburringScenario, run: EdgeRun) -> bool:
@@ -144,7 +150,10 @@ def notes(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, float])
             f"After the lead-in the deepest place is {_error(error[deep])} at w = {units.show(w[deep], 'length')}, "
             f"the highest {_error(error[high])} at w = {units.show(w[high], 'length')}."
         )
-    return told
+    after = np.flatnonzero(run.pace >= run.cell.path.lead_in)
+    row = int(after[np.argmax(np.abs(run.error_at_tool[after]))]) if after.size else 0
+    height, at, moved = on_path(run)
+    return told | carriers.notes(run.cell.carriage, height, float(at[row]), moved, row)
 
 
 def _error(value: float) -> str:
@@ -156,9 +165,10 @@ def unsound(scenario: DeburringScenario, run: EdgeRun) -> Iterator[Finding]:
     time = run.history.motion.time
     if run.cell.ring is not None:
         travel, stroke = run.history.response.travel, run.cell.ring.piston.stroke
-        stopped = np.flatnonzero(travel.max(axis=1) >= stroke * (1.0 - _STOP))
-        if stopped.size:
-            yield Finding("at_stop", Place(time=float(time[stopped[0]])), float(travel.max()), stroke, "length")
+        farthest = float(travel.max())
+        if farthest >= stroke * (1.0 - _STOP):
+            first = int(np.argmax(travel.max(axis=1) >= stroke * (1.0 - _STOP)))
+            yield Finding("at_stop", Place(time=float(time[first])), farthest, stroke, "length")
     depth = run.history.engagement.burr_depth + run.history.engagement.work_depth
     if depth[run.steady].max() <= 0.0:
         yield Finding("untouched")

@@ -22,6 +22,7 @@ from cutwise.physics.motion.edge import EdgePass, programmed_motion
 from cutwise.physics.motion.paced import Paced
 from cutwise.physics.structure.pistons import PistonRing, at_rest
 from cutwise.physics.structure.terms import Pistons, PistonsState, Rigid, in_series, relaxed, width
+from cutwise.process.carriage import Carriage
 from cutwise.records import Contact, EdgeHistory, Load, edge_history
 from cutwise.results import SolverFailure
 from cutwise.stages import cut, met, moved
@@ -66,6 +67,7 @@ class EdgeCut(NamedTuple):
     arc: Arc | None = None  # the edge is an arc
     behind: tuple[tuple[str, NamedTuple], ...] = ()  # terms of the structure behind the spindle, by name
     paced: Paced | None = None  # instants and pace, where the feed is lowered; its motion is not looked at
+    carriage: Carriage = Carriage()  # what carries the spindle, whose terms are among those behind it
 
 
 class EdgeCell(NamedTuple):
@@ -80,6 +82,7 @@ class EdgeCell(NamedTuple):
     behind: tuple[tuple[str, NamedTuple], ...] = ()  # terms of the structure behind the spindle, by name
     paced: Paced | None = None  # instants and pace, where the feed is lowered; its motion is not looked at
     feeding: following.Feeding | None = None  # feed drives that follow the path
+    carriage: Carriage = Carriage()
 
 
 def round_tool(cutter: Cutter) -> Round:

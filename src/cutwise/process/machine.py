@@ -1,10 +1,11 @@
 """What a pass on a machine amounts to: budget by body, wall, probability, map of the working space."""
 
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from cutwise.later import later
 from cutwise.maths import chains
 from cutwise.maths.frames import FloatArray
 from cutwise.physics.motion import volumetric
@@ -17,6 +18,11 @@ from cutwise.process.machine_path import joints_of
 from cutwise.process.machine_wall import WallMap, wall_map
 from cutwise.spec.geometry_errors import COMPONENTS, LINEAR_AXES
 from cutwise.spec.machine_scenario import MachineScenario
+
+if TYPE_CHECKING:
+    from scipy import interpolate
+else:
+    interpolate = later("scipy.interpolate")
 
 MONTE_CARLO = frozenset({
     "deviation_p95", "deviation_random_p95", "probability_within",
@@ -144,11 +150,22 @@ def evaluate_volume(scenario: MachineScenario) -> VolumeMap | None:
     ideal = chains.tool_point(chains.frames(axes.chain, grid * axes.sense), tip)
     lines = commands(volumetric.diagonals(low, high, scenario.volume.diagonal_points))
     points = chains.tool_point(chains.frames(axes.chain, lines * axes.sense), tip)
+
+    def error(given: FloatArray) -> FloatArray:
+        """What is left of the error where a table of the control is taken off."""
+        whole = volumetric.volumetric_error(axes, tables, given, tip)
+        if scenario.volume is None or scenario.volume.table_points is None:
+            return whole
+        nodes = tuple(np.linspace(low[k], high[k], scenario.volume.table_points) for k in range(3))
+        known = commands(np.stack(np.meshgrid(*nodes, indexing="ij"), axis=-1))
+        table = interpolate.RegularGridInterpolator(nodes, volumetric.volumetric_error(axes, tables, known, tip))
+        return np.asarray(whole - table(given[..., places]))
+
     return VolumeMap(
         at,  # type: ignore[arg-type]
         ideal,
-        volumetric.volumetric_error(axes, tables, grid, tip),
-        volumetric.along(points, volumetric.volumetric_error(axes, tables, lines, tip)),
+        error(grid),
+        volumetric.along(points, error(lines)),
         np.linalg.norm(points - points[:, :1], axis=-1),
         volumetric.interpolation_error(axes, tables, tip),
     )

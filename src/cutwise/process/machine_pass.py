@@ -19,7 +19,7 @@ from cutwise.physics.structure.pads import ContactPads, NoEquilibriumError, PadL
 from cutwise.process.carried import ArmAlong
 from cutwise.process.machine_force import CutForce
 from cutwise.process.machine_path import ToolPath
-from cutwise.results import Infeasible, SolverFailure
+from cutwise.results import Infeasible, Place, SolverFailure
 
 
 class ElasticElement(NamedTuple):
@@ -218,7 +218,9 @@ def _contact_twists(element: ElasticElement, at: Frames, wrenches: FloatArray, t
             twist = contact_equilibrium(element.contact, local)[0]
         except PadLostError as error:
             where = ", ".join(units.show(float(value), "length", 4) for value in tool[k])
-            raise Infeasible(f"{element.name}: {error} (tool point at {where} in the part)") from None
+            raise Infeasible(
+                f"{element.name}: {error} (tool point at {where} in the part)", "gives_way", Place(element.name)
+            ) from None
         except NoEquilibriumError as error:
             raise SolverFailure(f"{element.name}: {error}") from None
         turned[k] = np.concatenate([rotation @ twist[:3], rotation @ twist[3:]])

@@ -13,7 +13,7 @@ from cutwise.process.machine import MachinePass, VolumeMap
 from cutwise.process.machine_pass import MachineRun
 from cutwise.process.stock_moves import collisions
 from cutwise.programs.block_text import block_named, blocks_named
-from cutwise.results import Finding, Place
+from cutwise.results import Finding, Place, Remedy, Said, warned
 from cutwise.spec.machine_scenario import MachineScenario
 from cutwise.spec.notices import notices
 
@@ -139,59 +139,67 @@ def _volume_group(volume: VolumeMap) -> xr.Dataset:
     })  # fmt: skip
 
 
-def warnings(scenario: MachineScenario, found: MachinePass | None) -> tuple[str, ...]:
+def warnings(scenario: MachineScenario, found: MachinePass | None) -> tuple[Said, ...]:
     """What the engineer should know before he trusts the numbers."""
     return (*notices(scenario), *(() if found is None else _warnings(scenario, found)))
 
 
-def _warnings(scenario: MachineScenario, found: MachinePass) -> Iterator[str]:
+def _warnings(scenario: MachineScenario, found: MachinePass) -> Iterator[Finding]:
     run = found.run
     tilt = float(np.abs(run.twists[..., 3:]).max())
     if tilt > _FIRST_ORDER:
         missed = units.show(float(np.linalg.norm(run.exact - run.deviation, axis=1).max()), "small_length", 3)
-        yield (
+        yield warned(
+            "beyond_first_order",
             f"a body turns by {tilt * 1e3:.3g} mrad: beyond 1 mrad the first-order sum is off; here by {missed} "
-            "against the exact composition"
-        )
+            "against the exact composition", tilt, _FIRST_ORDER, "small_angle",
+        )  # fmt: skip
     largest = run.size[run.worst]
     if largest > _TOO_FAR:
-        yield (
+        yield warned(
+            "too_far",
             f"the tool point is off by {units.show(largest, 'length', 3)}: look at the units of stiffnesses and errors (a "
-            "compliance is in m/N and rad/(N m))"
-        )
+            "compliance is in m/N and rad/(N m))", float(largest), _TOO_FAR, "length",
+        )  # fmt: skip
     yield from _cut_warnings(scenario, run)
     yield from _normal_warnings(scenario, run)
     if not scenario.tool.flexible and run.cell.cut.force.any():
-        yield "the tool does not bend in this run (tool.flexible: false); a slender mill may add more than the machine"
+        words = (
+            "the tool does not bend in this run (tool.flexible: false); a slender mill may add more than the machine"
+        )
+        yield warned("left_out", words, where=Place("tool"), remedy=Remedy("tool.flexible", "true"))
 
 
-def _normal_warnings(scenario: MachineScenario, run: MachineRun) -> Iterator[str]:
+def _normal_warnings(scenario: MachineScenario, run: MachineRun) -> Iterator[Finding]:
     """A wall that the feed runs into."""
     normal = scenario.surface.normal if scenario.surface is not None else None
     if normal is not None and run.cell.way.cuts.any():
         across = np.array(normal) / np.linalg.norm(normal)
         along = float(np.abs(run.cell.way.direction[run.cell.way.cuts] @ across).max())
         if along > _ALONG_FEED:
-            yield (
+            yield warned(
+                "wall_across_feed",
                 f"surface.normal is {np.degrees(np.arccos(min(along, 1.0))):.0f}° from the feed in places: a wall that the tool "
-                "passes by is at right angles to it"
-            )
+                "passes by is at right angles to it", along, _ALONG_FEED,
+            )  # fmt: skip
 
 
-def _cut_warnings(scenario: MachineScenario, run: MachineRun) -> Iterator[str]:
+def _cut_warnings(scenario: MachineScenario, run: MachineRun) -> Iterator[Finding]:
     """A spindle at rest, chips out of range, and a tool point that is nowhere near the part."""
     way, chips = run.cell.way, run.cell.cut.chip
     if way.still:
         named = blocks_named(_text(scenario), way.still)
-        yield f"the spindle does not turn in moves that would cut, which have no force here: {named}"
+        words = f"the spindle does not turn in moves that would cut, which have no force here: {named}"
+        yield warned("still_spindle", words, where=Place(line=way.still[0]))
     yield from stock_moves.said(way.into, _text(scenario))
     if chips is not None and way.cuts.any():
         greatest = float(chips[way.cuts].max())
         if not _CHIPS[0] <= greatest <= _CHIPS[1]:
-            yield f"the feed per tooth is {units.show(greatest, 'small_length', 4)}; usual is 5 to 400 µm"
+            words = f"the feed per tooth is {units.show(greatest, 'small_length', 4)}; usual is 5 to 400 µm"
+            yield warned("unusual_chip", words, greatest, _CHIPS[1], "small_length")
         assert scenario.material is not None
         if beyond := scenario.material.beyond(greatest):
-            yield beyond
+            yield warned("beyond_data", beyond, greatest, dimension="small_length", where=Place("material"))
     part = scenario.block
     if part is None:
         return

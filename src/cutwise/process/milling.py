@@ -9,15 +9,19 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from cutwise import units
+from cutwise.io.program_setup import setup_of
 from cutwise.later import later
 from cutwise.maths.curves import FloatArray
+from cutwise.maths.linearc import sample
 from cutwise.physics.cutting.wall import DELAYED
 from cutwise.physics.motion.contour import contour_errors
 from cutwise.physics.motion.driven import SetPoints
 from cutwise.physics.motion.drives import Drive, axes_of
 from cutwise.physics.motion.lookahead import Plan, highest_feeds, plan
 from cutwise.physics.motion.loop import LoopFigures, open_loop, sampled_response
+from cutwise.physics.motion.nearest import nearest_along
 from cutwise.physics.motion.reference import Reference, central_difference, sampled
+from cutwise.physics.structure.modes import Modes
 from cutwise.process.assemble_mill import (
     ProgramPath,
     cut,
@@ -33,7 +37,7 @@ from cutwise.process.labels import labelled
 from cutwise.process.loops_drives import Cut, DriveHistory, run_drives
 from cutwise.process.milling_contact import Contact, SteadyCuts, contact, steady_cuts
 from cutwise.process.milling_stability import TipStability, tip_stability
-from cutwise.programs.interpreter import Interpreted
+from cutwise.programs.interpreter import Interpreted, interpret
 from cutwise.spec.faults import Fault, ScenarioFault, all_faults
 from cutwise.spec.milling import MillingScenario
 
@@ -47,6 +51,7 @@ else:
 
 Progress = Callable[[float], None]
 
+MOST_APART = 1e-3  # [m] between a corrected path and the wanted one
 MOST_SAMPLES = 20_000_000  # of the controllers in a run: some gigabytes of histories
 
 
@@ -64,6 +69,8 @@ class MillRun(NamedTuple):
     path: ProgramPath
     plan: Plan
     reference: Reference
+    wanted: ProgramPath  # what the part is meant to be: the same path, unless program.wanted names another
+    place: Reference  # where on the wanted path the tool is meant to be at the same instants
     contact: Contact
     drives: tuple[Drive, ...]  # of x, y, and z if it has one
     loops: tuple[LoopFigures, ...]
@@ -84,56 +91,133 @@ class MillRun(NamedTuple):
         return float(self.reference.time[known]) if known < self.reference.time.size else None
 
 
-def run(scenario: MillingScenario, substeps: int, progress: Progress | None = None) -> MillRun:
-    """Plan, sample, and let the drives follow under the cutting force."""
+class Commanded(NamedTuple):
+    """What drives are told along a path, and what the tool meets there."""
+
+    path: ProgramPath
+    plan: Plan
+    reference: Reference
+    wanted: ProgramPath
+    place: Reference  # on the wanted path
+    contact: Contact
+    cut: Cut
+    drives: tuple[Drive, ...]
+    order: SetPoints
+    substeps: int  # of a servo step
+
+
+def commanded(scenario: MillingScenario, substeps: int) -> Commanded:
+    """Plan and sample the path of a scenario; find what its tool meets."""
     program = read_program(scenario)
     path, motion = _planned(scenario, program)
     spindle = spindle_speed(scenario, program)
     sample_time = scenario.drives.control.sample_time
     substeps *= max(1, math.ceil(sample_time / scenario.numerics.substeps / scenario.time_step - 1e-9))
     reference = sampled(path.curve, [motion.profile], sample_time, scenario.numerics.settling_time)
-    met = contact(scenario, path, reference)
-    cutting = cut(scenario, spindle, met.depth)
+    wanted = wanted_path(scenario)
+    place = reference if wanted is None else placed_on(wanted, path, reference)
+    wanted = wanted or path
+    met = contact(scenario, wanted, place)
     drives = feed_drives(scenario.drives, scenario.drives_key)
-    tip = tip_modes(scenario) if cutting.law == DELAYED and not milling_wall.on_loop(scenario) else None
+    order = set_points(reference, sample_time, len(drives), place)
+    return Commanded(
+        path, motion, reference, wanted, place, met, cut(scenario, spindle, met.depth), drives, order, substeps
+    )
+
+
+def followed(
+    scenario: MillingScenario, told: Commanded, order: SetPoints, progress: Progress | None = None
+) -> DriveHistory:
+    """What the drives do when they are told ``order``, in the contact of the path that was planned."""
+    tip = _swinging(scenario, told)
+    return run_drives(
+        order, told.contact.patches, told.drives, told.cut, told.substeps, progress, modes=tip,
+        tip_limit=tip_limit(scenario),
+    )  # fmt: skip
+
+
+def _swinging(scenario: MillingScenario, told: Commanded) -> Modes | None:
+    """Modes of the tip, if it swings on them in the loop."""
+    return tip_modes(scenario) if told.cut.law == DELAYED and not milling_wall.on_loop(scenario) else None
+
+
+def contour_error(told: Commanded, position: FloatArray) -> FloatArray:
+    """Distance of actual positions from the wanted path, positive to its right [m]; NaN on rapid moves."""
+    wanted, block = told.wanted, told.place.block
+    error = contour_errors(wanted.programmed, wanted.origin[block], position, True)
+    error[np.isinf(wanted.feed[block])] = np.nan
+    return error
+
+
+def run(scenario: MillingScenario, substeps: int, progress: Progress | None = None) -> MillRun:
+    """Plan, sample, and let the drives follow under the cutting force."""
+    told = commanded(scenario, substeps)
+    path, reference, place, wanted = told.path, told.reference, told.place, told.wanted
     wall = None
-    order = set_points(reference, sample_time, len(drives))
     if milling_wall.on_loop(scenario):
-        log, wall = milling_wall.wall_run(scenario, reference, order, axes_of(drives, substeps), substeps, progress)
+        axes = axes_of(told.drives, told.substeps)
+        log, wall = milling_wall.wall_run(scenario, reference, told.order, axes, told.substeps, progress)
         history = DriveHistory(*log, np.empty((0, 3)), np.empty((0, 2)), len(reference.time))
     else:
-        history = run_drives(
-            order, met.patches, drives, cutting, substeps, progress, modes=tip, tip_limit=tip_limit(scenario)
-        )  # fmt: skip
-    rapid = np.isinf(path.feed[reference.block])
-    error = contour_errors(path.programmed, path.origin[reference.block], history.position, True)
-    error[rapid] = np.nan
+        history = followed(scenario, told, told.order, progress)
+    error = contour_error(told, history.position)
     driven = error
-    if path.blended:
-        driven = contour_errors(path.curve, reference.block, history.position, True)
-        driven[rapid] = np.nan
-    limits, axes = motion_limits(scenario.drives)
-    feed = highest_feeds(path.curve, path.feed, limits, axes)
-    steady = steady_cuts(
-        scenario, path, reference, met, feed, cutting._replace(edges=cutting.edges._replace(runout=0.0))
-    )
+    if wanted.blended:
+        driven = contour_errors(wanted.curve, place.block, history.position, True)
+        driven[np.isinf(wanted.feed[place.block])] = np.nan
+    limits, axes_limits = motion_limits(scenario.drives)
+    feed = highest_feeds(path.curve, path.feed, limits, axes_limits)
+    smooth = told.cut._replace(edges=told.cut.edges._replace(runout=0.0))
+    cut_at = feed if wanted is path else highest_feeds(wanted.curve, wanted.feed, limits, axes_limits)
     return MillRun(
         path,
-        motion,
+        told.plan,
         reference,
-        met,
-        drives,
-        loops(drives),
-        cutting,
+        wanted,
+        place,
+        told.contact,
+        told.drives,
+        loops(told.drives),
+        told.cut,
         history,
         error,
         driven,
         feed,
-        steady,
-        tip is not None,
-        stop_cost(path, motion, scenario),
+        steady_cuts(scenario, wanted, place, told.contact, cut_at, smooth),
+        _swinging(scenario, told) is not None,
+        stop_cost(path, told.plan, scenario),
         wall,
     )
+
+
+def wanted_path(scenario: MillingScenario) -> ProgramPath | None:
+    """The path that the part is meant to have, where ``program.wanted`` names one."""
+    program = scenario.program
+    if program is None or program.wanted is None:
+        return None
+    read = interpret(program.wanted.text, program.wanted.file, setup_of(program))
+    return program_path(scenario, read)
+
+
+def placed_on(wanted: ProgramPath, path: ProgramPath, reference: Reference) -> Reference:
+    """Where on the wanted path a tool is meant to be that is told another: the nearest place, going on from the last.
+
+    Raises
+    ------
+    ScenarioFault
+        The path leaves the wanted one by more than a corrected path does.
+    """
+    travelled, off = nearest_along(wanted.curve, reference.point, reference.travelled)
+    travelled = np.where(reference.travelled >= path.curve.knots[-1], wanted.curve.knots[-1], travelled)
+    worst = int(np.argmax(off))
+    if not off[worst] <= MOST_APART:
+        line = int(path.source[reference.block[worst]])
+        raise ScenarioFault([Fault(("program", "wanted"), (
+            f"the program leaves this path by {units.show(float(off[worst]), 'length', 3)} at its line {line}, which is no "
+            f"correction: at most {units.show(MOST_APART, 'length')}; name the program that it corrects"
+        ))])  # fmt: skip
+    point, direction, block = sample(wanted.curve, wanted.curve.knots, travelled)
+    return reference._replace(travelled=travelled, point=point, direction=direction, block=block)
 
 
 def tip_limit(scenario: MillingScenario) -> float:
@@ -196,12 +280,18 @@ def _wall(scenario: MillingScenario) -> None:
         milling_wall.carriage_of(scenario, milling_wall.stations_of(scenario))
 
 
-def set_points(reference: Reference, sample_time: float, axes: int) -> SetPoints:
-    """What the first ``axes`` of x, y and z are told at the servo instants."""
+def set_points(reference: Reference, sample_time: float, axes: int, place: Reference | None = None) -> SetPoints:
+    """What the first ``axes`` of x, y and z are told at the servo instants; heading and way are those of ``place``."""
+    place = place or reference
     point = np.ascontiguousarray(reference.point[:, :axes])
+    heading = np.arctan2(place.direction[:, 1], place.direction[:, 0])
+    return timed(point, heading, place.travelled, sample_time)
+
+
+def timed(point: FloatArray, heading: FloatArray, along: FloatArray, sample_time: float) -> SetPoints:
+    """Set points with the rates that follow from them."""
     velocity = central_difference(point, sample_time)
-    heading = np.arctan2(reference.direction[:, 1], reference.direction[:, 0])
-    return SetPoints(point, velocity, central_difference(velocity, sample_time), heading, reference.travelled)
+    return SetPoints(point, velocity, central_difference(velocity, sample_time), heading, along)
 
 
 def wall_left(done: MillRun) -> FloatArray:
@@ -241,6 +331,7 @@ def stages(done: MillRun, **more: xr.Dataset | None) -> xr.DataTree:
             "contour_error": (done.contour_error, "m", "distance from the path, positive to its right (into the wall)"),
         }),
     }  # fmt: skip
+    groups["scene"] = _seen(done, time)
     if done.tip_swings:
         wall = wall_left(done)
         groups["structure"] = labelled(time, {
@@ -253,6 +344,17 @@ def stages(done: MillRun, **more: xr.Dataset | None) -> xr.DataTree:
         groups |= milling_wall.stages(done.wall, r)
     groups |= {name: group for name, group in more.items() if group is not None}
     return xr.DataTree.from_dict(groups)
+
+
+def _seen(done: MillRun, time: tuple[str, FloatArray, str, str]) -> xr.Dataset:
+    """What a picture needs besides: the height of the tip, and which line of the program a sample belongs to."""
+    r, path = done.reference, done.path
+    return labelled(time, {
+        "height": (r.point[:, 2], "m", "height of the tip as programmed"),
+        "line": (path.source[r.block].astype(np.int32), "1", "line of the program, 0: none"),
+        "rapid": (np.isinf(path.feed[r.block]).astype(np.int8), "1", "whether it is a rapid move"),
+        "cuts": (path.cuts[r.block].astype(np.int8), "1", "whether the block cuts"),
+    })  # fmt: skip
 
 
 def _engagement(done: MillRun, time: tuple[str, FloatArray, str, str]) -> xr.Dataset:

@@ -143,8 +143,12 @@ def _heaviest(met: Contact, chips: FloatArray, weight: FloatArray) -> dict[str, 
     place = int(np.argmax(weight))
     if not weight[place] > 0.0:
         return {}
-    whole = met.patches[place]
-    return {"corner": SteadyPatch(*_largest(whole[whole[:, 1] > whole[:, 0]]), float(chips[place]), whole)}
+    return {"corner": patch_of(met.patches[place], float(chips[place]))}
+
+
+def patch_of(whole: FloatArray, chip: float) -> SteadyPatch:
+    """A place by the patch of it that takes the most, with its feed per tooth [m]; ``whole``: all of them, shape (p, 4)."""
+    return SteadyPatch(*_largest(whole[whole[:, 1] > whole[:, 0]]), chip, whole)
 
 
 def _one_patch(angle: float, depth: float, chip: float) -> SteadyPatch:

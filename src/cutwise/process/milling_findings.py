@@ -6,14 +6,14 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from cutwise import units
-from cutwise.process import milling_wall, stock_moves
+from cutwise.process import milling_wall, part_cost, stock_moves
 from cutwise.process.loops_drives import NO_FORCE
 from cutwise.process.milling import MillRun, tip_limit
 from cutwise.process.milling_measures import SETTLED
 from cutwise.process.milling_stability import TipStability, stable_settings
 from cutwise.process.stock_moves import collisions
 from cutwise.programs.block_text import block_named
-from cutwise.results import Finding, Place
+from cutwise.results import Finding, Place, Remedy, Said, warned
 from cutwise.spec.drives import READINGS
 from cutwise.spec.milling import MillingScenario
 from cutwise.spec.notices import notices
@@ -48,67 +48,75 @@ def limits(done: MillRun) -> tuple[str, ...]:
     return LIMITS if done.wall is None else (*milling_wall.LIMITS, *(line for line in LIMITS if line not in _OF_RIGID))
 
 
-def warnings(scenario: MillingScenario, done: MillRun, found: Mapping[str, float]) -> Iterator[str]:
+def warnings(scenario: MillingScenario, done: MillRun, found: Mapping[str, float]) -> Iterator[Said]:
     """What should make the engineer doubt or change something."""
     machine = scenario.drives
     yield from notices(scenario)
+    yield from part_cost.warnings(scenario, done)
     if found.get("saturation_time", 0.0) > 0.0:
-        yield (
-            f"a controller is at its limit of {units.show(machine.control.saturation, 'voltage')} for "
-            f"{units.show(found['saturation_time'], 'time', 3)}; lower feed, acceleration or jerk"
-        )
+        yield warned(
+            "saturated", f"a controller is at its limit of {units.show(machine.control.saturation, 'voltage')} for "
+            f"{units.show(found['saturation_time'], 'time', 3)}; lower feed, acceleration or jerk", found["saturation_time"], 0.0,
+            "time",
+        )  # fmt: skip
     for axis, figures in zip("xyz", done.loops, strict=False):
         if figures.sampled_phase_margin < _THIN_MARGIN:
-            yield (
+            yield warned(
+                "thin_margin",
                 f"the position loop of {axis} has a phase margin of {math.degrees(figures.sampled_phase_margin):.1f}° "
                 f"only (gain margin {20 * math.log10(figures.sampled_gain_margin):.1f} dB); usual is "
-                f"{math.degrees(_THIN_MARGIN):.0f}° or more"
-            )
+                f"{math.degrees(_THIN_MARGIN):.0f}° or more", figures.sampled_phase_margin, _THIN_MARGIN, "angle",
+                where=Place(axis),
+            )  # fmt: skip
     yield from _feeds(scenario, done)
     yield from _joints(done)
     yield from _stock(scenario, done)
     if done.wall is not None:
         yield from milling_wall.warnings(scenario, done.wall)
     if "settling_overshoot" in found and "settling_time" not in found:
-        yield (
-            f"the tool does not stay within {units.show(SETTLED, 'small_length')} of the end point within "
+        yield warned(
+            "not_settled", f"the tool does not stay within {units.show(SETTLED, 'small_length')} of the end point within "
             f"{units.show(scenario.numerics.settling_time, 'time')}: there is no settling_time (friction that sticks, encoder "
-            "and backlash may hold it off for good; or lengthen numerics.settling_time)"
-        )
+            "and backlash may hold it off for good; or lengthen numerics.settling_time)", found["settling_overshoot"],
+            SETTLED, "small_length", remedy=Remedy("numerics.settling_time", "longer"),
+        )  # fmt: skip
 
 
-def _feeds(scenario: MillingScenario, done: MillRun) -> Iterator[str]:
+def _feeds(scenario: MillingScenario, done: MillRun) -> Iterator[Finding]:
     """A feed that the machine does not reach, and a path that is mostly stops."""
     path = done.path
     above = path.cuts & (path.feed > done.feed * (1.0 + 1e-9))
     if above.any():
         worst = int(np.argmax(np.where(above, path.feed / done.feed, 0.0)))
-        yield (
+        yield warned(
+            "feed_not_reached",
             f"the feed of {units.show(path.feed[worst], 'speed')} is above {scenario.drives_key}.limits.velocity: no more than "
-            f"{units.show(done.feed[worst], 'speed')} is run, and the forces of the straight and the corner are those of it"
-        )
+            f"{units.show(done.feed[worst], 'speed')} is run, and the forces of the straight and the corner are those of it",
+            float(path.feed[worst]), float(done.feed[worst]), "speed", where=Place(line=int(path.source[worst])),
+        )  # fmt: skip
     share, corners, asked = done.stop_cost
     if share > _STOPS:
         parts = [f"{corners} at corners between blocks"] * (corners > 0)
         parts += [f"{asked} by exact stop (G61.1) or for a change of tool"] * (asked > 0)
-        yield (
-            f"full stops cost {share:.0%} of the cycle time, which goes into braking and starting again: "
-            f"{' and '.join(parts)}; blend corners within a tolerance, for example path_mode: {{blend: 0.01 mm}} (G64 P)"
-        )
+        yield warned(
+            "stops", f"full stops cost {share:.0%} of the cycle time, which goes into braking and starting again: "
+            f"{' and '.join(parts)}; blend corners within a tolerance, for example path_mode: {{blend: 0.01 mm}} (G64 P)",
+            share, _STOPS, remedy=Remedy("path_mode", "{blend: 0.01 mm}"),
+        )  # fmt: skip
 
 
-def _stock(scenario: MillingScenario, done: MillRun) -> Iterator[str]:
+def _stock(scenario: MillingScenario, done: MillRun) -> Iterator[Finding]:
     """Moves that run into the stock as they should not, and contact above the flutes."""
     met, length = done.contact, scenario.tool.flute_length
     yield from stock_moves.said(met.into, _text(scenario))
     if scenario.stock is not None and length is not None and met.depth > length * (1 + 1e-9):
-        yield (
-            f"the stock stands {units.show(met.depth, 'length', 3)} above the tip, more than the flutes are long "
-            f"({units.show(length, 'length', 3)}): the shank rubs"
-        )
+        yield warned(
+            "shank_rubs", f"the stock stands {units.show(met.depth, 'length', 3)} above the tip, more than the flutes are long "
+            f"({units.show(length, 'length', 3)}): the shank rubs", met.depth, length, "length",
+        )  # fmt: skip
 
 
-def _joints(done: MillRun) -> Iterator[str]:
+def _joints(done: MillRun) -> Iterator[Finding]:
     """Joints at which the jerk limit is exceeded, because the curvature jumps there."""
     steps = done.plan.curvature_steps / done.drives[0].law.sample_time
     over = np.flatnonzero(done.plan.curvature_steps > 1e-9)
@@ -119,10 +127,12 @@ def _joints(done: MillRun) -> Iterator[str]:
         f"{units.show(steps[i], 'jerk', 3)} at {units.show(knots[i + 1], 'length', 4)}" for i in over[:_LISTED]
     )
     more = f" and {over.size - _LISTED} more" if over.size > _LISTED else ""
-    yield (
+    yield warned(
+        "jerk_exceeded",
         f"the normal acceleration jumps at {over.size} joint{'s' if over.size > 1 else ''} of line and arc, beyond the "
-        f"jerk limit there (over one sample: {listed}{more})"
-    )
+        f"jerk limit there (over one sample: {listed}{more})", float(steps[over].max()), dimension="jerk",
+        where=Place(position=float(knots[over[0] + 1])),
+    )  # fmt: skip
 
 
 def notes(scenario: MillingScenario, done: MillRun, program_notices: tuple[str, ...]) -> dict[str, str]:

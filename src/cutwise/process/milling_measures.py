@@ -9,7 +9,7 @@ from cutwise.maths.curves import FloatArray
 from cutwise.physics.cutting.uneven import even_and_linear
 from cutwise.physics.cutting.wall import AVERAGED, DELAYED, FLUTES, tooth_period, wall_force
 from cutwise.physics.motion.lookahead import time_without_limits
-from cutwise.process import milling_spindle, milling_wall
+from cutwise.process import milling_spindle, milling_wall, part_cost
 from cutwise.process.loops_drives import NO_FORCE
 from cutwise.process.milling import MillRun, wall_left
 from cutwise.process.milling_contact import SteadyPatch
@@ -40,7 +40,7 @@ def measures(scenario: MillingScenario, done: MillRun) -> dict[str, float]:
         found |= milling_wall.measures(done.wall) | milling_spindle.measures(scenario, done.wall.state)
     found["path_length"] = float(done.path.curve.knots[-1])
     found["stops"] = float(done.plan.stops)
-    return found
+    return found | part_cost.measures(scenario, done)
 
 
 def _errors(done: MillRun) -> dict[str, float]:
@@ -52,7 +52,7 @@ def _errors(done: MillRun) -> dict[str, float]:
         "contour_error_max": float(np.abs(error).max()),
         "contour_error_rms": float(np.linalg.norm(error)) / math.sqrt(error.size),
     }
-    if done.path.blended:
+    if done.wanted.blended:
         found["drive_error_max"] = float(np.nanmax(np.abs(done.drive_error)))
     return found
 

@@ -70,16 +70,20 @@ def tip_stability(cut: Cut, tip: Modes, steady: Mapping[str, SteadyPatch]) -> Ti
     return TipStability(cut, tip, {name: _steady(cut, tip, patch) for name, patch in steady.items()})
 
 
-def _steady_cut(cut: Cut, patch: SteadyPatch) -> SteadyCut:
-    k, lag = _coefficients(cut, patch), math.tan(cut.mill.helix) / cut.mill.radius
+def steady_cut(cut: Cut, patch: SteadyPatch) -> SteadyCut:
+    k, lag = coefficients_of(cut, patch), math.tan(cut.mill.helix) / cut.mill.radius
     entry, out = math.pi - patch.high, math.pi - patch.low
     return SteadyCut(cut.mill.flutes, cut.spindle, entry, out, patch.chip, patch.depth, lag, cut.discs.count, k)
 
 
 def _steady(cut: Cut, tip: Modes, patch: SteadyPatch) -> SteadyStability:
-    k, case = _coefficients(cut, patch), _steady_cut(cut, patch)
+    k, case = coefficients_of(cut, patch), steady_cut(cut, patch)
     limit = limit_depth(
-        cut.spindle, _milling(cut, patch, k), stability.Tip(*tip), lambda t: free_motion(tip, t), _DEEPEST * patch.depth
+        cut.spindle,
+        milling_of(cut, patch, k),
+        stability.Tip(*tip),
+        lambda t: free_motion(tip, t),
+        _DEEPEST * patch.depth,
     )
     return SteadyStability(patch, run_regenerative(case, tip, _PERIODS), limit if math.isfinite(limit) else None)
 
@@ -93,7 +97,7 @@ def stable_settings(scenario: MillingScenario, found: TipStability) -> Remedy | 
     speeds = drawn_speeds(scenario, cut)
     growth = np.zeros(len(speeds))
     for case in found.cases.values():
-        met = _milling(cut, case.patch, _coefficients(cut, case.patch))
+        met = milling_of(cut, case.patch, coefficients_of(cut, case.patch))
         one = stability.lobes(
             speeds, np.array([case.patch.depth]), met, stability.Tip(*tip), lambda t: free_motion(tip, t)
         )
@@ -119,16 +123,23 @@ def _stable(found: TipStability, spindle: float, share: float) -> bool:
         case.patch._replace(depth=share * case.patch.depth, chip=slower * case.patch.chip)
         for case in found.cases.values()
     ]
-    return all(run_regenerative(_steady_cut(cut, patch), found.tip, _PERIODS).stable for patch in patches)
+    return all(run_regenerative(steady_cut(cut, patch), found.tip, _PERIODS).stable for patch in patches)
 
 
-def _coefficients(cut: Cut, patch: SteadyPatch) -> EdgeCoefficients:
+def stays_stable(cut: Cut, tip: Modes, patch: SteadyPatch, spindle: float) -> bool:
+    """Whether vibration dies out in the run of a contact at a spindle speed [rad/s], at the feed of its place."""
+    slower = cut.spindle / spindle
+    case = steady_cut(cut._replace(spindle=spindle), patch._replace(chip=slower * patch.chip))
+    return run_regenerative(case, tip, _PERIODS).stable
+
+
+def coefficients_of(cut: Cut, patch: SteadyPatch) -> EdgeCoefficients:
     """Slopes of the force law at the mean chip thickness of the arc."""
     mean = patch.chip * (math.cos(patch.low) - math.cos(patch.high)) / (patch.high - patch.low)
     return tangent_coefficients(cut.edges, mean)
 
 
-def _milling(cut: Cut, patch: SteadyPatch, k: EdgeCoefficients) -> Milling:
+def milling_of(cut: Cut, patch: SteadyPatch, k: EdgeCoefficients) -> Milling:
     return Milling(cut.mill.flutes, math.pi - patch.high, math.pi - patch.low, k.K_tc, k.K_rc)
 
 
@@ -148,7 +159,7 @@ def lobe_diagram(scenario: MillingScenario, found: TipStability) -> xr.Dataset:
     depths = deepest * np.arange(1, given.depths + 1) / given.depths
 
     def growth(patch: SteadyPatch) -> FloatArray:
-        case = _milling(cut, patch, _coefficients(cut, patch))
+        case = milling_of(cut, patch, coefficients_of(cut, patch))
         return stability.lobes(speeds, depths, case, stability.Tip(*tip), lambda t: free_motion(tip, t))
 
     return xr.Dataset(

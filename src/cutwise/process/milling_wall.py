@@ -20,10 +20,10 @@ from cutwise.physics.motion.drives import Axis
 from cutwise.physics.motion.reference import Reference
 from cutwise.physics.structure.series_compliance import translation_at
 from cutwise.physics.structure.terms import Rigid, in_series, relaxed, width
-from cutwise.process import milling_spindle, yielding
+from cutwise.process import carriers, milling_spindle, yielding
 from cutwise.process.carriage import Carriage, Terms, by_machine, off_surface
 from cutwise.process.carriage import in_series as series
-from cutwise.process.chain_compliance import BodiesAlong, off_part, parts_along, tool_point_at_zero
+from cutwise.process.chain_compliance import BodiesAlong, off_part, tool_point_at_zero
 from cutwise.process.edges import edges
 from cutwise.process.labels import labelled
 from cutwise.process.loops_drives import STANDSTILL, DriveHistory
@@ -45,7 +45,7 @@ class WallRun(NamedTuple):
     """What the wall is left with, at the servo instants, n of them; process axes (x feed, y off the work, z up)."""
 
     path: CarriedPath  # stations, in the part
-    bodies: BodiesAlong | None
+    carriage: Carriage
     terms: Terms
     time: FloatArray  # [s], shape (n,)
     state: FloatArray  # columns of the terms, shape (n, k)
@@ -55,6 +55,11 @@ class WallRun(NamedTuple):
     counted: npt.NDArray[np.bool_]  # where the tool is in the cut, shape (n,)
     slot: bool  # both sides are walls
     height: float  # over the tip, where the wall is read [m]
+
+    @property
+    def bodies(self) -> BodiesAlong | None:
+        """The bodies of the machine along the wall, if they yield."""
+        return self.carriage.bodies
 
     @property
     def total(self) -> FloatArray:
@@ -115,7 +120,6 @@ def wall_run(
     carriage = carriage_of(scenario, path)
     tool = scenario.tool if scenario.modes_at_rest or scenario.tool.stiffness is not None else None
     terms = (*milling_spindle.pistons_of(scenario), *series(tool, carriage, off_surface(scenario.part_stiffness)))
-    bodies = carriage.bodies
     structure = in_series([term for _, term in terms]) if terms else Rigid(0.0)
     tool, up = scenario.tool, operation.milling == "up"
     mill = Mill(0.5 * tool.diameter, tool.flutes, tool.helix)
@@ -149,7 +153,7 @@ def wall_run(
     moved, turned = yielding.by_term(terms, state, height), yielding.turned(terms, state)
     counted = (reference.travelled >= begins) & (reference.travelled < ends)
     drives = _deviation(reference, order, motion.log, motion.side)
-    return motion.log, WallRun(path, bodies, terms, table[:, 0], state, moved, drives, turned, counted, slot, height)
+    return motion.log, WallRun(path, carriage, terms, table[:, 0], state, moved, drives, turned, counted, slot, height)
 
 
 def _first(rows: npt.NDArray[np.int64]) -> int:
@@ -204,13 +208,6 @@ def _largest(values: FloatArray) -> float:
     return float(values[int(np.argmax(np.abs(values)))])
 
 
-def elements_at(done: WallRun, row: int, along: float) -> dict[str, float]:
-    """What each body gives off the wall at an instant [m], by name: the force there is the one that all of it gives."""
-    if done.bodies is None:
-        return {}
-    return parts_along(done.bodies, done.path.at, along, done.height, done.moved["bodies"][row])
-
-
 def stages(done: WallRun, reference: Reference) -> dict[str, xr.Dataset]:
     """Histories of the terms, and the bodies one by one along the path, with units."""
     time = ("time", reference.time, "s", "time")
@@ -219,25 +216,14 @@ def stages(done: WallRun, reference: Reference) -> dict[str, xr.Dataset]:
     groups = {
         "structure": labelled(time, {
             "deviation_drives": (done.drives, "m", "deviation by the drives: along the feed, off the work, up"),
-            **{
-                f"deflection_{name}": (value, "m", f"displacement by the term {name} where the wall is read")
-                for name, value in done.moved.items()
-            },
+            **carriers.deflections(done.moved, "the wall"),
             "wall_error": (wall, "m", "error of the wall, positive into the part"),
             "floor_error": (floor, "m", "error of the floor, positive into the part"),
         }, axis=list("xyz")),
     }  # fmt: skip
     if done.bodies is not None:
-        at = ("s", done.path.at, "m", "place along the path")
-        normal = translation_at(done.bodies.each, done.height)[:, :, 1, 1].T
         rows = np.clip(np.searchsorted(reference.travelled, done.path.at), 0, len(reference.time) - 1)
-        parts = [
-            list(elements_at(done, int(row), float(s)).values()) for row, s in zip(rows, done.path.at, strict=True)
-        ]
-        groups["bodies"] = labelled(at, {
-            "compliance": (normal, "m/N", "compliance off the wall of each body and joint"),
-            "deflection": (np.array(parts), "m", "displacement off the wall by each under the force of the cut there"),
-        }, element=list(done.bodies.names))  # fmt: skip
+        groups["carrier"] = carriers.bodies(done.carriage, done.height, done.moved["bodies"][rows])
     return groups
 
 
@@ -248,19 +234,13 @@ def notes(
     told = {}
     if done.counted.any():
         row = done.worst
-        parts = {"drives": done.drives[row, 1], **{name: value[row, 1] for name, value in done.moved.items()}}
-        shares = ", ".join(f"{name} {units.show(-float(value), 'small_length', 4)}" for name, value in parts.items())
+        shares = carriers.shares({"drives": done.drives, **done.moved}, row, into=True)
         told["wall"] = (
             f"The wall is off most at {units.show(reference.travelled[row], 'length')} of the path, t = "
             f"{units.show(reference.time[row], 'time', 4)}: {units.show(float(done.wall[row]), 'small_length', 4)} "
             f"({shares}; positive is into the part)."
         )
-        by_element = elements_at(done, row, float(reference.travelled[row]))
-        if by_element:
-            told["bodies"] = "Of the bodies there: " + ", ".join(
-                f"{name} {units.show(-value, 'small_length', 4)}"
-                for name, value in sorted(by_element.items(), key=lambda item: -abs(item[1]))
-            ) + "."  # fmt: skip
+        told |= carriers.notes(done.carriage, done.height, float(reference.travelled[row]), done.moved, row)
     told |= dict(_standing(scenario, reference, history))
     return told
 
@@ -285,7 +265,7 @@ def _standing(
         )
 
 
-def warnings(scenario: MillingScenario, done: WallRun) -> Iterator[str]:
+def warnings(scenario: MillingScenario, done: WallRun) -> Iterator[Finding]:
     """A tool that is not beside the part."""
     if scenario.block is not None and done.bodies is not None:
         yield from off_part(scenario.block, done.path.point, 0.5 * scenario.tool.diameter)

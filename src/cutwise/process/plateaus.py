@@ -7,7 +7,7 @@ import numpy as np
 
 from cutwise.later import later
 from cutwise.maths.curves import FloatArray, Polyline, constant, no_cubic
-from cutwise.physics.structure.statics import Borders, borders, gauge
+from cutwise.physics.structure.statics import Borders, borders, gauge, mean_support
 from cutwise.process.loops import AVERAGED, EdgeCell, cell_of, loads_at
 
 if TYPE_CHECKING:
@@ -75,6 +75,56 @@ def equilibrium(
     if cell.ring.arm * float((cell.ring.direction @ tilt).max()) > cell.ring.piston.stroke:
         return None
     return Equilibrium(min(height, burr_height), tilt)
+
+
+def plateau_moment(cell: EdgeCell) -> float:
+    r"""Moment about the joint at which the pistons give way on loading, mean over directions [N m].
+
+    .. math:: M = l_p \frac{n}{\pi} (F_p + F_d)
+    """
+    piston = cell.ring.piston
+    friction = 0.0 if piston.law == 0 else piston.friction_dynamic
+    return float(cell.ring.arm * mean_support(cell.ring.direction) * (piston.pressure_force + friction))
+
+
+def feed_for(
+    cell: EdgeCell, burr_height: float, burr_width: float, error: float, feeds: tuple[float, float]
+) -> float:  # fmt: skip
+    r"""Feed at which the mean cutting force holds the loading plateau with the bottom of the mill at a height [m/s].
+
+    .. math:: |L_A F_b(v) + L_B F_w(v)| = l_p \frac{n}{\pi} (F_p + F_d)
+
+    with the tooth-mean forces of burr and work of a mill that goes straight along the edge. They rise with the feed, so
+    that there is one root.
+
+    Parameters
+    ----------
+    cell : EdgeCell
+        The pass.
+    burr_height, burr_width : float
+        [m]
+    error : float
+        Height of the lowest point of the mill above the nominal edge [m]: below zero it cuts into the work.
+    feeds : tuple
+        Lowest and highest feed [m/s]; the nearer end where no feed between them does.
+
+    References
+    ----------
+    Derived here from Berselli et al. 2016, Eqs. (10) and (11), corrected.
+    """
+    held = plateau_moment(cell)
+    arm = cell.reach - cell.layers.strips.burr_start - 0.5 * burr_width
+
+    def excess(feed: float) -> float:
+        at_feed = cell._replace(path=cell.path._replace(feed=feed))
+        return float(np.linalg.norm(_moments(at_feed, constant(burr_height), burr_width, arm)(error))) - held
+
+    low, high = feeds
+    if excess(low) >= 0.0:
+        return low
+    if excess(high) <= 0.0:
+        return high
+    return float(optimize.brentq(excess, low, high, xtol=1e-9))
 
 
 def _moments(cell: EdgeCell, profile: Polyline, burr_width: float, arm: float) -> Callable[[float], FloatArray]:

@@ -87,7 +87,7 @@ def moves_path(
     """
     _check_covered(program, rotary)
     table = program.moves
-    keep, dwell = _kept(table)
+    keep, dwell = kept_moves(table)
     curve = _curve(table, keep)
     cutting = np.isin(table.kinds[keep], CUTTING)
     within = cutting & _within(curve, table.ends[keep, 2], top, rotary)
@@ -188,7 +188,7 @@ def _all_alike(mode: str | Blend, count: int) -> PathModes:
     return PathModes(np.full(count, mode == "exact_stop"), np.full(count, tolerance), shape)
 
 
-def _kept(table: Moves) -> tuple[npt.NDArray[np.intp], FloatArray]:
+def kept_moves(table: Moves) -> tuple[npt.NDArray[np.intp], FloatArray]:
     """Which moves lead somewhere, and the time at rest behind each of them [s]."""
     pauses = table.kinds == KINDS.index("dwell")
     somewhere = (table.kinds == KINDS.index("arc")) | (table.starts != table.ends).any(axis=1)

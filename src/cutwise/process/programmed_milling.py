@@ -33,7 +33,6 @@ from cutwise.physics.engagement.shoulder import SEEN, Shoulder, Slot
 from cutwise.physics.motion.edge import EdgePass
 from cutwise.physics.motion.paced import Paced
 from cutwise.physics.motion.shifted import Shifted
-from cutwise.physics.structure.series_compliance import translation_at
 from cutwise.physics.structure.terms import (
     Compliance,
     Pistons,
@@ -44,11 +43,11 @@ from cutwise.physics.structure.terms import (
     relaxed,
     width,
 )
-from cutwise.process import carriage, carried, chain_compliance, milling_spindle, milling_wall, yielding
+from cutwise.process import carriage, carried, carriers, chain_compliance, milling_spindle, milling_wall, yielding
 from cutwise.process.edges import edges
 from cutwise.process.labels import labelled
 from cutwise.records import FIXED, UNSOLVED
-from cutwise.results import Finding, Place, SolverFailure
+from cutwise.results import Finding, Place, Said, SolverFailure
 from cutwise.spec.carrier import Standing
 from cutwise.spec.milling import MillingScenario
 from cutwise.spec.notices import notices
@@ -390,10 +389,6 @@ def stages(scenario: MillingScenario, done: Milled) -> xr.DataTree:
     """Histories along the path, with units."""
     at = ("s", done.at, "m", "place along the path")
     wall, floor = wall_and_floor(scenario, done)
-    twists = {
-        f"deflection_{name}": (value, "m", f"displacement by the term {name} where the wall is read")
-        for name, value in done.moved.items()
-    }
     groups = {
         "engagement": labelled(at, {
             "radial_depth": (done.seen[:, 0], "m", "radial depth of cut, the tool displaced"),
@@ -401,12 +396,12 @@ def stages(scenario: MillingScenario, done: Milled) -> xr.DataTree:
             "immersion": (done.seen[:, 2], "rad", "immersion angle"),
         }),
         "cutting": labelled(at, {"force": (done.force, "N", "mean force on the tool")}, axis=list("xyz")),
-        "structure": labelled(at, twists, axis=list("xyz")),
+        "structure": labelled(at, carriers.deflections(done.moved, "the wall"), axis=list("xyz")),
         "surface": labelled(at, {
             "wall_error": (wall, "m", "error of the wall, positive into the part"),
             "floor_error": (floor, "m", "error of the floor, positive into the part"),
         }),
-        **_of_carrier(scenario, done),
+        **carriers.of_carrier(done.carriage, scenario.robot, done.height, done.at, done.moved),
     }  # fmt: skip
     if any(math.isfinite(one.depth) for one in done.limits):
         limit = ("s_limit", done.limit_at, "m", "place along the path")
@@ -417,36 +412,12 @@ def stages(scenario: MillingScenario, done: Milled) -> xr.DataTree:
     return xr.DataTree.from_dict(groups)
 
 
-def _of_carrier(scenario: MillingScenario, done: Milled) -> dict[str, xr.Dataset]:
-    """Postures of a robot, or the bodies of a machine one by one, station by station."""
-    at = ("s_station", done.path.at, "m", "place along the path")
-    arm, bodies = done.carriage.arm, done.carriage.bodies
-    if arm is not None:
-        joints = [joint.name or str(n) for n, joint in enumerate(scenario.robot.joints, 1)]
-        return {"motion": labelled(at, {
-            "joint_angles": (arm.postures.q, "rad", "angles of the joints"),
-            "redundancy_angle": (arm.postures.angle, "rad", "angle of the tool about its axis"),
-            "compliance": ((arm.joints + arm.base)[:, 1, 1], "m/N", "compliance normal to the wall"),
-        }, joint=joints)}  # fmt: skip
-    if bodies is None:
-        return {}
-    moved = done.moved["bodies"]
-    here = np.column_stack([np.interp(done.path.at, done.at, one) for one in moved.T])
-    parts = [
-        list(chain_compliance.parts_along(bodies, done.path.at, float(s), done.height, u).values())
-        for s, u in zip(done.path.at, here, strict=True)
-    ]
-    return {"bodies": labelled(at, {
-        "compliance": (translation_at(bodies.each, done.height)[:, :, 1, 1].T, "m/N", "compliance off the wall of each"),
-        "deflection": (np.array(parts), "m", "displacement off the wall by each under the force of the cut there"),
-    }, element=list(bodies.names))}  # fmt: skip
-
-
-def warnings(scenario: MillingScenario, done: Milled) -> tuple[str, ...]:
+def warnings(scenario: MillingScenario, done: Milled) -> tuple[Said, ...]:
     """What a user has to know about the run."""
-    said = list(notices(scenario))
+    said: list[Said] = list(notices(scenario))
     if scenario.robot is not None:
-        said += carried.warnings(scenario.robot, done.carriage.arm, scenario.measured.get("robot"))
+        arms = [done.carriage.arm] if done.carriage.arm is not None else []
+        said += carried.warnings(scenario.robot, arms, scenario.measured.get("robot"))
     if scenario.block is not None:
         said += chain_compliance.off_part(scenario.block, done.path.point, 0.5 * scenario.tool.diameter)
     return tuple(said)
@@ -460,29 +431,12 @@ def limits_of(scenario: MillingScenario) -> tuple[str, ...]:
 def notes(scenario: MillingScenario, done: Milled) -> dict[str, str]:
     """Where the wall is off most and whose fault it is; what another angle of the tool would bring."""
     wall, worst = wall_and_floor(scenario, done)[0], _worst(scenario, done)
-    parts = {name: value[worst, 1] for name, value in done.moved.items()}
-    shares = ", ".join(f"{name} {units.show(-float(value), 'small_length', 4)}" for name, value in parts.items())
-    said = {
+    shares = carriers.shares(done.moved, worst, into=True)
+    return {
         "wall": f"The wall is off most at {units.show(float(done.at[worst]), 'length')} of the path: "
-        f"{units.show(float(wall[worst]), 'small_length', 4)} ({shares or 'nothing yields'}; positive is into the part)."
+        f"{units.show(float(wall[worst]), 'small_length', 4)} ({shares or 'nothing yields'}; positive is into the part).",
+        **carriers.notes(done.carriage, done.height, float(done.at[worst]), done.moved, worst),
     }
-    if done.carriage.bodies is not None:
-        each = chain_compliance.parts_along(
-            done.carriage.bodies, done.path.at, float(done.at[worst]), done.height, done.moved["bodies"][worst]
-        )
-        said["bodies"] = "Of the bodies there: " + ", ".join(
-            f"{name} {units.show(-value, 'small_length', 4)}"
-            for name, value in sorted(each.items(), key=lambda item: -abs(item[1]))
-        ) + "."  # fmt: skip
-    if done.carriage.arm is None:
-        return said
-    constant, turned = done.carriage.arm.constant, done.carriage.arm.turned
-    if math.isfinite(constant) and math.isfinite(turned) and turned < constant * (1 - 1e-6):
-        said["redundancy"] = (
-            f"With robot.redundancy_angle: along_path the arm would yield by {turned * 1e6:.4g} µm on average under the "
-            f"rigid cut, with the best single angle by {constant * 1e6:.4g} µm."
-        )
-    return said
 
 
 def unsound(found: Mapping[str, float]) -> Iterator[Finding]:

@@ -9,7 +9,18 @@ from typing import TYPE_CHECKING, NamedTuple
 from cutwise.later import later
 from cutwise.process import convergence as converged
 from cutwise.process.convergence import change_on_halved_step
-from cutwise.results import SOUNDNESS, Finding, Histories, Infeasible, Measure, Result, SolverFailure, judge, unreached
+from cutwise.results import (
+    Finding,
+    Histories,
+    Infeasible,
+    Measure,
+    Result,
+    Said,
+    SolverFailure,
+    in_words,
+    judge,
+    unreached,
+)
 from cutwise.spec.kinds import Registered
 from cutwise.spec.notices import notices
 from cutwise.spec.scenario import Scenario
@@ -95,8 +106,8 @@ class Outcome(NamedTuple):
 
     measures: Mapping[str, float]
     findings: tuple[Finding, ...] = ()
-    warnings: tuple[str, ...] = ()  # those of the run, but for what takes a second run with half the step
-    infeasible: tuple[str, ...] = ()
+    warnings: tuple[Said, ...] = ()  # those of the run, but for what takes a second run with half the step
+    infeasible: tuple[Said, ...] = ()
 
 
 def deburr(scenario: DeburringScenario, progress: Progress | None = None) -> Result:
@@ -111,7 +122,7 @@ def deburr(scenario: DeburringScenario, progress: Progress | None = None) -> Res
     return collect(
         scenario,
         found,
-        stages=deburring.stages(edge),
+        stages=deburring.stages(scenario, edge),
         findings=(*edge_findings.unsound(scenario, edge), *edge_findings.weight(edge)),
         bands=deburring.histories(scenario, edge, found),
         warnings=edge_findings.warnings(scenario, edge, found),
@@ -135,7 +146,7 @@ def deburr_at_rest(scenario: DeburringScenario, progress: Progress | None = None
     return collect(
         scenario,
         found,
-        stages=still_deburring.stages(done),
+        stages=still_deburring.stages(scenario, done),
         findings=still_deburring.findings(done),
         warnings=still_deburring.warnings(scenario, done),
         infeasible=carried.too_fast(found, scenario.operation.feed),
@@ -147,16 +158,20 @@ def deburr_at_rest(scenario: DeburringScenario, progress: Progress | None = None
 
 
 def _deburring_pass(
-    scenario: DeburringScenario, time_step: float, progress: Progress | None = None, *, tooth: bool = True
-) -> tuple[deburring.EdgeRun, Mapping[str, float]]:
+    scenario: DeburringScenario, time_step: float, progress: Progress | None = None, *, tooth: bool = True,
+    plateaus: bool = True,
+) -> tuple[deburring.EdgeRun, Mapping[str, float]]:  # fmt: skip
     cell = assemble.deburring_cell(scenario)
     history = deburring.run_for(scenario, cell)(cell, time_step, progress)
-    edge = deburring.evaluate(cell, history)
+    edge = deburring.evaluate(cell, history, plateaus=plateaus)
     return edge, deburring.measures(scenario, edge, tooth=tooth)
 
 
 def deburring_quick(scenario: DeburringScenario, wanted: Collection[str] = (), *, coarse: bool = False) -> Outcome:
-    """What studies need; coarse: at least 100 µs of step with averaged forces over arcs, and no word about the run."""
+    """What studies need; coarse: at least 100 µs of step with averaged forces over arcs, and no word about the run.
+
+    The plateaus of the band, as much work as half of the pass, are found for a coarse one only where they are wanted.
+    """
     scenario = deburring_part.on_part(scenario)
     if scenario.numerics.mode == "still":
         done = still_deburring.run(scenario)
@@ -165,10 +180,11 @@ def deburring_quick(scenario: DeburringScenario, wanted: Collection[str] = (), *
             at_rest, still_deburring.findings(done), still_deburring.warnings(scenario, done),
             carried.too_fast(at_rest, scenario.operation.feed),
         )  # fmt: skip
-    step = scenario.numerics.time_step
-    tooth = any(name.startswith("tooth_") for name in (*scenario.requirements, *wanted))
+    step, named = scenario.numerics.time_step, (*scenario.requirements, *wanted)
+    tooth = any(name.startswith("tooth_") for name in named)
+    plateaus = not coarse or any(name in deburring.PLATEAUS for name in named)
     edge, found = _deburring_pass(
-        scenario, max(step, _STUDY_STEP) if coarse and coarser(scenario) else step, tooth=tooth
+        scenario, max(step, _STUDY_STEP) if coarse and coarser(scenario) else step, tooth=tooth, plateaus=plateaus
     )
     said = () if coarse else tuple(edge_findings.warnings(scenario, edge, found))
     too_fast = carried.too_fast(found, scenario.operation.feed)
@@ -181,7 +197,7 @@ def machine_errors(scenario: MachineScenario, progress: Progress | None = None) 
     try:
         one_pass = machine.evaluate_pass(scenario) if scenario.has_pass else None
     except Infeasible as why:
-        infeasible = (str(why),)
+        infeasible = (why.finding,)
     volume = machine.evaluate_volume(scenario)
     found = _machine_found(scenario, one_pass, volume)
     infeasible = (*infeasible, *_machine_too_fast(one_pass, found))
@@ -306,14 +322,14 @@ def machine_quick(scenario: MachineScenario, wanted: Collection[str] = (), *, co
     try:
         one_pass = machine.evaluate_pass(scenario) if scenario.has_pass else None
     except Infeasible as why:
-        infeasible = (str(why),)
+        infeasible = (why.finding,)
     found = _machine_found(scenario, one_pass, machine.evaluate_volume(scenario))
     said = () if coarse else tuple(machine_stages.warnings(scenario, one_pass))
     infeasible = (*infeasible, *_machine_too_fast(one_pass, found))
     return Outcome(found, tuple(machine_stages.unsound(one_pass)), said, infeasible)
 
 
-def _machine_too_fast(one_pass: machine.MachinePass | None, found: Mapping[str, float]) -> tuple[str, ...]:
+def _machine_too_fast(one_pass: machine.MachinePass | None, found: Mapping[str, float]) -> tuple[Finding, ...]:
     """That the joints of a robot cannot follow the pass."""
     if one_pass is None or one_pass.run.cell.arm is None:
         return ()
@@ -360,9 +376,10 @@ def _drilling_run(scenario: DrillingScenario, progress: Progress | None = None) 
     shift, places = drilling.place(scenario, cell)
     holes = []
     targets = drilling.targets(scenario.hole)
-    for count, target in enumerate(targets, 1):
+    led = drilling.led_to(scenario.hole)
+    for count, (target, to) in enumerate(zip(targets, led, strict=True), 1):
         moved = target._replace(position=target.position + shift)
-        holes.append(drilling.drill_one(scenario, cell, moved, scenario.numerics.time_step))
+        holes.append(drilling.drill_one(scenario, cell, moved, scenario.numerics.time_step, to))
         if progress is not None:
             progress(count / len(targets))
     return drilling.DrillRun(cell, tuple(holes), shift, places)
@@ -395,7 +412,7 @@ def chamfer_path(scenario: ChamferScenario, progress: Progress | None = None) ->
         findings=(*chamfer_findings.unsound(done, found), *chamfer_findings.weight(scenario, done)),
         bands=chamfer_measures.histories(done, found),
         warnings=chamfer_measures.warnings(scenario, done, found, program.unproven if program else ()),
-        infeasible=(*done.infeasible, *chamfer_carrier.infeasible(scenario, found)),
+        infeasible=(*done.infeasible, *carried.too_fast(found, _chamfer_feed(scenario), "the feed")),
         advice=done.remedies,
         limits=chamfer.LIMITS,
         convergence=chamfer_measures.convergence(scenario, done),
@@ -404,13 +421,17 @@ def chamfer_path(scenario: ChamferScenario, progress: Progress | None = None) ->
     )
 
 
+def _chamfer_feed(scenario: ChamferScenario) -> float | None:
+    return scenario.operation.contact_feed or scenario.operation.centre_feed
+
+
 def chamfer_quick(scenario: ChamferScenario, wanted: Collection[str] = (), *, coarse: bool = False) -> Outcome:
     """What studies need; the band of set-up errors only if a requirement or ``wanted`` names it."""
     band = any(name.startswith("setup_width") for name in (*scenario.requirements, *wanted))
     done = chamfer.run(scenario, wanted=frozenset({"band"} if band else ()))
     found = chamfer_measures.measures(scenario, done)
     sound = tuple(chamfer_findings.unsound(done, found))
-    cannot = (*done.infeasible, *chamfer_carrier.infeasible(scenario, found))
+    cannot = (*done.infeasible, *carried.too_fast(found, _chamfer_feed(scenario), "the feed"))
     if coarse:
         return Outcome(found, sound, (), cannot)
     program = (
@@ -462,7 +483,7 @@ def simulate(scenario: Scenario, progress: Progress | None = None) -> Result:
     try:
         return RECIPES[scenario.process].run(scenario, progress)
     except Infeasible as why:
-        return collect(scenario, {}, stages=xr.DataTree(), warnings=notices(scenario), infeasible=(str(why),))
+        return collect(scenario, {}, stages=xr.DataTree(), warnings=notices(scenario), infeasible=(why.finding,))
 
 
 def prepare(scenario: Scenario) -> None:
@@ -501,9 +522,10 @@ def quick_outcome(scenario: Scenario, wanted: Collection[str] = (), *, coarse: b
         that of the run to the last bit.
     """
     try:
-        return RECIPES[scenario.process].quick(scenario, wanted, coarse=coarse)
+        told = RECIPES[scenario.process].quick(scenario, wanted, coarse=coarse)
     except Infeasible as why:
         return Outcome({}, infeasible=(str(why),))
+    return told._replace(warnings=in_words(told.warnings), infeasible=in_words(told.infeasible))
 
 
 def quick_measures(scenario: Scenario, wanted: Collection[str] = ()) -> Mapping[str, float]:
@@ -516,11 +538,16 @@ def collect(
     found: Mapping[str, float],
     *,
     findings: Iterable[Finding] = (),
+    warnings: Iterable[Said] = (),
+    infeasible: Iterable[Said] = (),
     bands: Mapping[str, Histories] | None = None,
     convergence: Mapping[str, float] | None = None,
     **parts: object,
 ) -> Result:
-    """A result: measures with their dimension and meaning, held against the requirements; findings, the worst first."""
+    """A result: measures with their dimension and meaning, held against the requirements; findings, the worst first.
+
+    What rows say as records is among the findings, and in words among what cannot be done or the warnings.
+    """
     known = type(scenario).measures
     wild = [name for name, value in found.items() if not math.isfinite(value)]
     if wild:
@@ -531,10 +558,12 @@ def collect(
     checks, change = tuple(judge(scenario, measures, bands)), convergence or {}
     sound = tuple(findings)
     moved = () if any(f.code in _MOOT for f in sound) else converged.findings(scenario, found, change)
-    said = (*sound, *unreached(checks), *moved)
+    cannot, told = tuple(infeasible), tuple(warnings)
+    said = (*sound, *unreached(checks), *moved, *(one for one in (*cannot, *told) if isinstance(one, Finding)))
     return Result(
         scenario=scenario, measures=measures, checks=checks, convergence=change,
-        findings=tuple(sorted(said, key=lambda finding: finding.code not in SOUNDNESS)), **parts,  # type: ignore[arg-type]
+        findings=tuple(sorted(said, key=lambda finding: finding.rank)), warnings=in_words(told),
+        infeasible=in_words(cannot), **parts,  # type: ignore[arg-type]
     )  # fmt: skip
 
 

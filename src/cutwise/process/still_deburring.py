@@ -13,20 +13,19 @@ from cutwise.later import later
 from cutwise.maths.curves import FloatArray
 from cutwise.paths.carried import stations
 from cutwise.physics.structure.terms import Rigid, in_series
-from cutwise.process import carried, yielding
+from cutwise.process import carried, carriers, yielding
 from cutwise.process.assemble import (
-    answering,
     beside_part,
     edge_cut,
     path_of,
-    robot_along,
     surface_height,
     turned_by,
     turned_from_start,
 )
+from cutwise.process.deburring import carried_by, fractions
 from cutwise.process.labels import labelled
 from cutwise.process.loops import EdgeCut, axis_over_edge, programmed_heights, still_edge
-from cutwise.results import Finding, SolverFailure
+from cutwise.results import Finding, Said, SolverFailure
 from cutwise.spec.deburring import DeburringScenario
 from cutwise.spec.notices import notices
 from cutwise.still import Rest
@@ -110,9 +109,7 @@ def measures(scenario: DeburringScenario, done: StillEdge) -> dict[str, float]:
         "surface_error_mean": float(error.mean()),
         "surface_error_min": float(error.min()),
         "surface_error_max": float(error.max()),
-        "fraction_partial": float((error > tolerance).mean()),
-        "fraction_ideal": float((np.abs(error) <= tolerance).mean()),
-        "fraction_excessive": float((error < -tolerance).mean()),
+        **fractions(error, tolerance),
         "cutting_power_mean": float(done.rest.total[:, 3].mean()) * cutter.mill.radius * cutter.spindle_speed,
     }
     axial = scenario.material.K_ac is not None or scenario.material.k_a11 is not None
@@ -127,21 +124,13 @@ def measures(scenario: DeburringScenario, done: StillEdge) -> dict[str, float]:
     wrench = wrenches(done.rest)
     twist = done.rest.state.reshape(len(done.at), -1, 6).sum(axis=1)
     found["energy_balance"] = yielding.energy_balance(terms, done.at, wrench, twist)
-    if scenario.robot is not None:
-        along = robot_along(scenario, done.cut)
-        operation = scenario.operation
-        found |= carried.measures(along, answering(scenario), operation.feed, limited=operation.limit_feed)
-    return {**found, **yielding.normal_stiffness(terms)}
+    return {**found, **carried_by(scenario, done.cut.carriage), **yielding.normal_stiffness(terms)}
 
 
-def stages(done: StillEdge) -> xr.DataTree:
+def stages(scenario: DeburringScenario, done: StillEdge) -> xr.DataTree:
     """Histories along the edge, with units."""
     at = ("w", done.at, "m", "position along the edge")
     cutter, seen = done.cut.cutter, done.rest.seen
-    moved = {
-        f"deflection_{name}": (value, "m", f"displacement by the term {name} where the edge is read")
-        for name, value in done.moved.items()
-    }
     whole = yielding.whole([term for _, term in done.cut.behind], done.at)
     return xr.DataTree.from_dict({
         "motion": labelled(at, {
@@ -156,7 +145,7 @@ def stages(done: StillEdge) -> xr.DataTree:
             "work_force": (done.rest.layer[:, 1], "N", "mean force of the work on the tool"),
             "power": (done.rest.total[:, 3] * cutter.mill.radius * cutter.spindle_speed, "W", "cutting power"),
         }, axis=list("xyz")),
-        "structure": labelled(at, moved, axis=list("xyz")).assign(compliance=(
+        "structure": labelled(at, carriers.deflections(done.moved, "the edge"), axis=list("xyz")).assign(compliance=(
             ("w", "twist", "wrench"), whole,
             {"units": "m/N", "long_name": "compliance at the tip, process axes (rotations 1/N, 1/(N m))"},
         )),
@@ -164,6 +153,7 @@ def stages(done: StillEdge) -> xr.DataTree:
             "error": (done.error, "m", "edge error"),
             "burr_height": (done.burr, "m", "burr height before the pass"),
         }),
+        **carriers.of_carrier(done.cut.carriage, scenario.robot, done.height, done.at, done.moved),
     })  # fmt: skip
 
 
@@ -172,24 +162,22 @@ def findings(done: StillEdge) -> tuple[Finding, ...]:
     return () if (done.rest.seen[:, :2] > 0.0).any() else (Finding("untouched"),)
 
 
-def warnings(scenario: DeburringScenario, done: StillEdge) -> tuple[str, ...]:
+def warnings(scenario: DeburringScenario, done: StillEdge) -> tuple[Said, ...]:
     """What a user has to know about the run."""
-    told = [*notices(scenario), *beside_part(scenario)]
+    told: list[Said] = [*notices(scenario), *beside_part(scenario)]
     if scenario.robot is not None:
-        measured = scenario.measured.get("robot")
-        looked = scenario.robot.errors is not None or measured is not None
-        told += carried.warnings(scenario.robot, robot_along(scenario, done.cut) if looked else None, measured)
+        arm = done.cut.carriage.arm
+        told += carried.warnings(scenario.robot, [arm] if arm is not None else [], scenario.measured.get("robot"))
     return tuple(told)
 
 
 def notes(done: StillEdge) -> dict[str, str]:
     """Where the edge comes out worst, and which term has how much of it."""
     worst = int(np.argmax(np.abs(done.error)))
-    parts = ", ".join(
-        f"{name} {units.show(float(value[worst, 1]), 'small_length', 4)}" for name, value in done.moved.items()
-    )
+    parts = carriers.shares(done.moved, worst)
     return {
         "worst": f"The worst place is w = {units.show(float(done.at[worst]), 'length')} with "
         f"{units.show(float(done.error[worst]), 'small_length', 4)}"
-        + (f"; off the edge: {parts}." if parts else "; nothing yields.")
+        + (f"; off the edge: {parts}." if parts else "; nothing yields."),
+        **carriers.notes(done.cut.carriage, done.height, float(done.at[worst]), done.moved, worst),
     }

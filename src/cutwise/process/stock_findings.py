@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from cutwise.process.stock_real import YIELDING, Cut, Real
 from cutwise.process.stock_setups import Done
 from cutwise.process.stock_stations import events, move_time, station_moves, station_places
 from cutwise.programs.block_text import block_named, blocks_named
-from cutwise.results import Finding, Place
+from cutwise.results import Finding, Place, Remedy, Said, warned
 from cutwise.spec.milling import MillingScenario
 from cutwise.spec.notices import notices
 
@@ -70,18 +71,23 @@ _EVENT = {
 }
 
 
-def warnings(scenario: MillingScenario, done: Done, off: Judged | None) -> Iterator[str]:
+def warnings(scenario: MillingScenario, done: Done, off: Judged | None) -> Iterator[Said]:
     """What should make the engineer doubt or change something."""
     yield from notices(scenario)
     yield from dict.fromkeys(
-        f"set-up {job.number}: {said}" if job.number else said
+        numbered(said, job.number)
         for job, cut in zip(done.jobs, done.cuts, strict=True) for said in _of_setup(job.scenario, cut)
     )  # fmt: skip
     if off is not None:
         yield from _part_warnings(off.left)
 
 
-def _of_setup(scenario: MillingScenario, cut: Cut) -> Iterator[str]:
+def numbered(said: Finding, number: int) -> Finding:
+    """A finding that says which set-up it is about; number 0: there is one only."""
+    return replace(said, words=f"set-up {number}: {said.words}") if number else said
+
+
+def _of_setup(scenario: MillingScenario, cut: Cut) -> Iterator[Finding]:
     """Events, extents, grid and tools of one set-up."""
     done = cut.ideal
     text = done.planned.program.text
@@ -92,40 +98,47 @@ def _of_setup(scenario: MillingScenario, cut: Cut) -> Iterator[str]:
             worst = max(some, key=lambda event: event.depth)
             named = blocks_named(text, [event.line for event in some])
             depth = f", {_mm(worst.depth)} deep in line {worst.line} at {_at(worst.place)}" if worst.depth > 0.0 else ""
-            yield f"{words}: {named}{depth}"
+            where = Place(line=worst.line)
+            yield warned(f"{kind}_in_stock", f"{words}: {named}{depth}", worst.depth, 0.0, "length", where=where)
     if done.start[1] > _STAND_OUT:
-        yield f"the tool stands in the stock where the program begins, {_mm(float(done.start[1]))} deep at {_at(done.start[2:5])}"
+        depth = float(done.start[1])
+        words = f"the tool stands in the stock where the program begins, {_mm(depth)} deep at {_at(done.start[2:5])}"
+        yield warned("begins_in_stock", words, depth, _STAND_OUT, "length")
     yield from _extents(done)
     yield from _grid(scenario, done)
     yield from _no_shank(scenario)
     if done.filled > _DEEP_ENOUGH:
-        yield (
+        words = (
             f"the stock has hollows that are closed from above ({units.show(done.filled, 'volume', 3)}): the map fills them up, so "
             "that the removed volume and the contact count them as material"
         )
+        yield warned("hollows_filled", words, done.filled, _DEEP_ENOUGH, "volume")
     if cut.real is not None:
         yield from _real_warnings(scenario, cut.real)
 
 
-def _real_warnings(scenario: MillingScenario, real: Real) -> Iterator[str]:
+def _real_warnings(scenario: MillingScenario, real: Real) -> Iterator[Finding]:
     """What makes the moved tool uncertain."""
     allowed = 0.1 * tolerance_of(scenario)
     if real.change is not None and real.change > allowed:
-        yield (
+        words = (
             f"with pieces of {_mm(real.spacing)} instead of twice that the tool stands up to "
             f"{units.show(real.change, 'small_length', 3)} elsewhere, more than a tenth of the tolerance: write a shorter "
             "numerics.stock.station"
         )
+        remedy = Remedy("numerics.stock.station", "shorter")
+        yield warned("pieces_too_long", words, real.change, allowed, "small_length", remedy=remedy)
     if real.carrier is not None and real.carrier.missed > _FIT:
-        yield (
+        words = (
             f"how {real.carrier.names[0]} yield along the program is no smooth function of the place: taken as one it is missed "
             f"by up to {100.0 * real.carrier.missed:.2g} %"
         )
+        yield warned("not_smooth", words, real.carrier.missed, _FIT)
     if real.change is None and YIELDING & set(real.terms):
-        yield "there are no forces of the cut: what yields stays where it is"
+        yield warned("no_forces", "there are no forces of the cut: what yields stays where it is")
 
 
-def _extents(done: StockRunDone) -> Iterator[str]:
+def _extents(done: StockRunDone) -> Iterator[Finding]:
     """A program that never meets the stock, or goes through its bottom."""
     moves, raw = done.moves, done.planned.raw
     cuts = done.volume > _DEEP_ENOUGH
@@ -136,10 +149,13 @@ def _extents(done: StockRunDone) -> Iterator[str]:
         said = ", ".join(
             f"{axis} {_span(low[k], high[k])} (stock {_span(*raw.box[k])})" for k, axis in enumerate("xyz")
         )
-        yield f"the program never meets the stock: its feed moves reach {said}"
+        yield warned("never_meets", f"the program never meets the stock: its feed moves reach {said}")
         ratio = max(high[:2] - low[:2]) / max(b - a for a, b in raw.box[:2])
         if 0.3 < ratio * _INCH < 3.0 or 0.3 < ratio / _INCH < 3.0:
-            yield "the sizes of program and stock differ by a factor near 25.4: one of them may be in inches (G20, G21)"
+            words = (
+                "the sizes of program and stock differ by a factor near 25.4: one of them may be in inches (G20, G21)"
+            )
+            yield warned("inches", words, float(ratio))
         return
     bottom = raw.box[2][0]
     lowest = np.minimum.reduceat(np.minimum(moves.start[:, 2], moves.end[:, 2]), moves.path.first[:-1])
@@ -147,63 +163,75 @@ def _extents(done: StockRunDone) -> Iterator[str]:
     if through.size:
         lines = np.unique(moves.line[through]).tolist()
         deepest = int(through[np.argmin(lowest[through])])
-        yield (
-            f"moves go below the bottom of the stock, by {_mm(bottom - float(lowest[deepest]))} in line {int(moves.line[deepest])} "
-            f"(is there a table?): {blocks_named(done.planned.program.text, lines)}"
+        below, line = bottom - float(lowest[deepest]), int(moves.line[deepest])
+        words = (
+            f"moves go below the bottom of the stock, by {_mm(below)} in line {line} (is there a table?): "
+            f"{blocks_named(done.planned.program.text, lines)}"
         )
+        yield warned("below_stock", words, below, 0.0, "length", where=Place(line=line))
 
 
-def _grid(scenario: MillingScenario, done: StockRunDone) -> Iterator[str]:
+def _grid(scenario: MillingScenario, done: StockRunDone) -> Iterator[Finding]:
     allowed = 0.1 * tolerance_of(scenario)
     if done.coarsened:
-        yield (
+        words = (
             f"the grid of {_mm(done.grid)} is wider than a quarter of the smallest tool radius and a hundredth of the stock: "
             "memory allows no more (numerics.stock.memory_limit)"
         )
+        yield warned("grid_coarse", words, done.grid, dimension="length", where=Place("numerics.stock.memory_limit"))
     if done.check is not None and done.check.largest > allowed:
         x, y = done.check.x, done.check.y
-        yield (
+        words = (
             f"the surface between cells is up to {units.show(done.check.largest, 'small_length', 3)} too high at "
             f"({1e3 * x:.4g}, {1e3 * y:.4g}) mm, more than a tenth of the tolerance: contact and force near there are uncertain; "
             f"write a finer grid (numerics.stock.grid, now {_mm(done.grid)})"
         )
+        remedy = Remedy("numerics.stock.grid", "finer")
+        yield warned("grid_coarse", words, done.check.largest, allowed, "small_length", remedy=remedy)
 
 
-def _no_shank(scenario: MillingScenario) -> Iterator[str]:
+def _no_shank(scenario: MillingScenario) -> Iterator[Finding]:
     blind = [
         str(tool.number)
         for tool in scenario.tools
         if tool.flute_length is None or (not tool.holder and tool.shank_diameter is None)
     ]
     if blind:
-        yield (
+        words = (
             f"of tool {', '.join(blind)} nothing is known above the edges (flute_length, shank_diameter, holder): its shank is "
             "not looked at"
         )
+        yield warned("not_looked_at", words, where=Place(f"tool {', '.join(blind)}"))
     if scenario.tool is not None:
-        yield "nothing is known of the tool above its edges: shank and holder are not looked at (write it under tools)"
+        words = (
+            "nothing is known of the tool above its edges: shank and holder are not looked at (write it under tools)"
+        )
+        yield warned("not_looked_at", words, where=Place("tool"))
 
 
-def _part_warnings(off: Deviation) -> Iterator[str]:
+def _part_warnings(off: Deviation) -> Iterator[Said]:
     yield from off.samples.notices
     away, place = off.outside
     if away > max(off.tolerance or 0.0, _STAND_OUT):
-        yield f"the part stands out of the stock by {_mm(away)} at {_at(place)}: check part.origin and part.rotation"
+        words = f"the part stands out of the stock by {_mm(away)} at {_at(place)}: check part.origin and part.rotation"
+        yield warned("part_outside", words, away, dimension="length", where=Place("part.origin"))
     fit = off.fit
     if fit is not None and fit.before > 1e-7 and fit.after < (1.0 - _OFFSET) * fit.before:
         shift = ", ".join(f"{1e3 * v:.3g}" for v in fit.shift)
         turn = math.degrees(float(np.linalg.norm(fit.turn)))
         turned = f", turned by {turn:.2g}°" if turn > 1e-3 else ""
-        yield (
+        words = (
             f"the deviation looks like an offset of ({shift}) mm{turned} of the machined surface, which takes "
             f"{100 * (1 - fit.after / fit.before):.0f} % of its rms: check part.origin and the work offset (G54)"
         )
+        yield warned("looks_offset", words, fit.before - fit.after, dimension="length", where=Place("part.origin"))
     raw = [face.name for face in off.faces if not face.cut and max(abs(face.least), abs(face.most)) > _STAND_OUT]
     if raw:
-        yield f"not machined, but off the part: {', '.join(raw)}"
+        yield warned("not_machined", f"not machined, but off the part: {', '.join(raw)}", where=Place(", ".join(raw)))
     worst = max((abs(v) for face in off.faces for v in (face.least, face.most)), default=0.0)
     if cut_off(worst):
-        yield "distances of more than 1 mm are told as 1 mm: gouge and excess volumes are too small there"
+        words = "distances of more than 1 mm are told as 1 mm: gouge and excess volumes are too small there"
+        yield warned("cut_off", words, worst, 1e-3, "length")
 
 
 def notes(done: Done, off: Judged | None) -> dict[str, str]:

@@ -14,7 +14,7 @@ from cutwise.maths.linearc import LineArc, at_blocks
 from cutwise.physics.engagement.path_sweep import Swept
 from cutwise.physics.engagement.stock import Stock, block_stock, contact_patches, immersion, stands_in_material
 from cutwise.programs.block_text import blocks_named
-from cutwise.results import Finding, Place
+from cutwise.results import Finding, Place, warned
 from cutwise.spec.program import StockBlock
 
 if TYPE_CHECKING:
@@ -97,19 +97,24 @@ def _lines(source: IntArray) -> tuple[int, ...]:
     return tuple(int(line) for line in np.unique(source))
 
 
-def said(moves: StockMoves, text: str) -> Iterator[str]:
+def said(moves: StockMoves, text: str) -> Iterator[Finding]:
     """The warnings; the text of the program names its blocks."""
     if moves.collisions:
-        yield f"rapid moves run through the stock: {blocks_named(text, moves.collisions)}"
+        named = blocks_named(text, moves.collisions)
+        yield warned(
+            "rapids_collide", f"rapid moves run through the stock: {named}", where=Place(line=moves.collisions[0])
+        )
     if moves.plunges:
         named = blocks_named(text, moves.plunges)
-        yield f"plunges straight into the stock have no force here (end cutting is not modelled): {named}"
+        words = f"plunges straight into the stock have no force here (end cutting is not modelled): {named}"
+        yield warned("plunges", words, where=Place(line=moves.plunges[0]))
     if moves.ramps:
         named = blocks_named(text, moves.ramps)
-        yield (
+        words = (
             f"ramps into the stock have no force at the end of the mill, and no volume of it, here: {named} (a stock in 3D has "
             "both: write the mill under tools)"
         )
+        yield warned("ramps", words, where=Place(line=moves.ramps[0]))
 
 
 def collisions(lines: tuple[int, ...]) -> Iterator[Finding]:

@@ -25,7 +25,7 @@ from cutwise.process.labels import labelled
 from cutwise.process.recipes import Outcome, Progress, Recipe, collect
 from cutwise.process.still_deburring import wrenches
 from cutwise.records import CONTACT
-from cutwise.results import Finding, Place, Result, SolverFailure
+from cutwise.results import Finding, Place, Result, SolverFailure, warned
 from cutwise.spec.notices import notices
 from cutwise.spec.turning import TurningScenario
 from cutwise.still import Rest, rest
@@ -259,7 +259,7 @@ def told(held: Setup) -> tuple[list[Turned], Outcome]:
     found = measures(held, done)
     chips = (one.rest.seen[one.rest.seen[:, 0] > 0.0, 1].min(initial=math.inf) for one in done)
     beyond = (material.beyond(chip, "mean chip") for chip in chips if chip < math.inf)
-    said = dict.fromkeys(f"material: {text}" for text in beyond if text)
+    said = dict.fromkeys(warned("beyond_data", f"material: {text}", where=Place("material")) for text in beyond if text)
     over = 1.0 - found.get("depth_margin", 1.0)
     unsound = (Finding("unstable", Place("shaft"), over, 1.0, measure="depth_margin"),) if over >= 1.0 else ()
     return done, Outcome(found, unsound, (*notices(held.scenario), *said))

@@ -3,7 +3,7 @@
 import math
 import re
 from collections.abc import Iterator
-from typing import Literal
+from typing import Literal, Protocol
 
 from cutwise.programs import execution, offsets
 from cutwise.programs.block import Block, computed_block, settle, without_call
@@ -46,6 +46,20 @@ def first_unit(text: str) -> bool | None:
     return None
 
 
+class Watch(Protocol):
+    """Something that looks on while a program runs; lines are those of the main program, from 0."""
+
+    closely: bool  # whether it wants to be told of every line by itself
+
+    def ran_plain(self, first: int, end: int) -> None:
+        """Lines of straight motions were run, from the first up to one before the end."""
+        ...
+
+    def ran(self, at: int, controller: Controller) -> None:
+        """Any other line was run, and this is the controller behind it."""
+        ...
+
+
 class Rs274:
     """A run through a G-code program.
 
@@ -68,6 +82,7 @@ class Rs274:
         self.faults: dict[Fault, None] = {}
         self.blocks = 0  # lines with something to run
         self.ended = False
+        self.watch: Watch | None = None
         _prepare(self.controller)
         place = to_machine(self.controller.offsets, self.controller.at)
         self.start = (place[0] * MILLIMETRE, place[1] * MILLIMETRE, place[2] * MILLIMETRE)  # in the machine [m]
@@ -132,7 +147,7 @@ class Rs274:
         c = self.controller
         return (
             c.motion in (0, 10) and not c.incremental and c.feed_mode == 94 and c.compensation is None
-            and c.spline is None and not c.no_arc_yet
+            and c.spline is None and not c.no_arc_yet and not (self.watch is not None and self.watch.closely)
         )  # fmt: skip
 
     def _plain_lines(self) -> Iterator[Command]:
@@ -174,6 +189,8 @@ class Rs274:
         c.motion = 0 if rapid else 10
         self.blocks += index - begun
         flow.index = index
+        if self.watch is not None and flow.source is flow.main:
+            self.watch.ran_plain(begun, index)
 
     @property
     def caller(self) -> int:
@@ -195,6 +212,8 @@ class Rs274:
         c.line = self.caller or at + 1
         try:
             self._run_line(source, at)
+            if self.watch is not None and source is flow.main:
+                self.watch.ran(at, c)
         except FlowFault as fault:
             self._fault(source, c.file_line - 1, fault)
             self.ended = True

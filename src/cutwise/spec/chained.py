@@ -9,8 +9,6 @@ from cutwise.spec.machine import Machine, Place
 from cutwise.spec.machine_checks import chain_faults
 from cutwise.spec.part_block import PartBlock
 
-ONE_CARRIER = "the tool has one carrier: write robot or machine"
-
 
 class CarryingMachine(Machine):
     """A machine tool as a chain of bodies that yield, with a tool that is not its own."""

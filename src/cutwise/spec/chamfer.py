@@ -24,7 +24,8 @@ from cutwise.spec.base import (
     contradiction,
 )
 from cutwise.spec.carrier import CarryingRobot, Standing, limited_feed
-from cutwise.spec.chained import ONE_CARRIER, tip_faults, what_yields_alone
+from cutwise.spec.cell import ONE_CARRIER
+from cutwise.spec.chained import tip_faults, what_yields_alone
 from cutwise.spec.fields import tag
 from cutwise.spec.material import Material
 from cutwise.spec.measures import CHAMFER

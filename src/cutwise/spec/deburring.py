@@ -10,7 +10,8 @@ from cutwise import units
 from cutwise.spec import needs
 from cutwise.spec.base import Notice
 from cutwise.spec.carrier import CarryingRobot, PartPath, Standing, limited_feed
-from cutwise.spec.chained import ONE_CARRIER, block_faults, tip_faults, what_yields_alone
+from cutwise.spec.cell import ONE_CARRIER
+from cutwise.spec.chained import block_faults, tip_faults, what_yields_alone
 from cutwise.spec.material import Material
 from cutwise.spec.measures import DEBURRING
 from cutwise.spec.milling_machine import ToolMachine, bodies_of, drives_of
@@ -189,6 +190,10 @@ class DeburringScenario(Scenario):
             )
         if path is not None and path.arc is not None and path.orientation == "follow":
             yield Notice(("path", "orientation"), "a machine does not turn its spindle with the edge: write fixed")
+        if drives is not None and self.operation.feed_profile is not None:
+            yield Notice(
+                ("operation", "feed_profile"), "with feed drives is not covered: they run a line at operation.feed"
+            )
         if drives is not None and self.numerics.mode == "still":
             yield Notice(("numerics", "mode"), "drives need time stepping: write mode: step, or leave the drives out")
 

@@ -23,7 +23,8 @@ from cutwise.spec.base import (
     Time,
     Usual,
 )
-from cutwise.spec.chained import ONE_CARRIER, CarryingMachine, block_faults, tip_faults, what_yields_alone
+from cutwise.spec.cell import ONE_CARRIER, REFUSED
+from cutwise.spec.chained import CarryingMachine, block_faults, tip_faults, what_yields_alone
 from cutwise.spec.measures import DRILLING
 from cutwise.spec.needs import Needs
 from cutwise.spec.part_block import PartBlock
@@ -35,7 +36,8 @@ class Drill(LibrarySpec):
     """A twist drill with two lips."""
 
     refused: ClassVar[Mapping[str, str]] = {
-        "modes": "bending modes of a free drill do not hold once the hole guides it: leave them out",
+        "modes": REFUSED["drill", "tip_modes"],
+        "stiffness": REFUSED["drill", "tip"],
     }
 
     library_shelf: ClassVar[str] = "drills"
@@ -143,6 +145,19 @@ class HoleGrid(Spec):
     )
 
 
+class HoleCorrection(Spec):
+    """Where the tool is led so that the hole comes out where it is wanted; in the axes of the tool at the hole."""
+
+    shift: tuple[Length, Length] = Field(
+        default=(0.0, 0.0), description="of the target along x and y of the tool", examples=["[-18 um, 6 um]"]
+    )
+    tilt: tuple[Angle, Angle] = Field(
+        default=(0.0, 0.0),
+        description="of the drill axis towards x and y of the tool",
+        examples=["[-0.5 mrad, 0.05 mrad]"],
+    )
+
+
 class Hole(Spec):
     """Where to drill, in the base frame of the robot, or in the frame of the part on a machine."""
 
@@ -160,10 +175,22 @@ class Hole(Spec):
         default=(), description="entry points of further holes", examples=["[[1950 mm, 300 mm, 800 mm]]"]
     )
 
+    corrections: tuple[HoleCorrection, ...] = Field(
+        default=(), description="where the tool is led instead, one for each hole (first, pattern, others), see cutwise correct",
+        examples=["[{shift: [-18 um, 6 um], tilt: [-0.5 mrad, 0.05 mrad]}]"],
+    )  # fmt: skip
+
+    @property
+    def count(self) -> int:
+        """Number of holes."""
+        return (self.grid.columns * self.grid.rows if self.grid is not None else 1) + len(self.others)
+
     def contradictions(self) -> Iterator[Notice]:
-        """An axis with a length."""
+        """An axis with a length; a correction for each hole."""
         if math.hypot(*self.axis) < 1e-9:
             yield Notice(("axis",), "has no length; write for example [0, 0, -1]")
+        if self.corrections and len(self.corrections) != self.count:
+            yield Notice(("corrections",), f"are {len(self.corrections)} for {self.count} holes; write one for each")
 
 
 class Placement(Spec):
@@ -250,17 +277,13 @@ class DrillingNumerics(Spec):
 class DrillingMachine(CarryingMachine):
     """A machine tool that drills, as a chain of bodies that yield."""
 
-    refused: ClassVar[Mapping[str, str]] = {
-        "drives": "drives hold still while a drill feeds along z: leave them out",
-    }
+    refused: ClassVar[Mapping[str, str]] = {"drives": REFUSED["drill", "drives"]}
 
 
 class DrillingScenario(Scenario):
     """Drilling a plate with a robot (Garnier, Subrin, Waiyagan 2017), or on a machine tool."""
 
-    refused: ClassVar[Mapping[str, str]] = {
-        "spindle": "a spindle tilting on pistons cannot guide a drill: leave it out",
-    }
+    refused: ClassVar[Mapping[str, str]] = {"spindle": REFUSED["drill", "pistons"]}
     measures: ClassVar[Mapping[str, MeasureSpec]] = DRILLING
     needs: ClassVar[Needs] = needs.DRILLING
     starts: ClassVar[Mapping[str, str]] = {
@@ -310,6 +333,13 @@ class DrillingScenario(Scenario):
         own = None if self.robot is None else self.robot.accuracy
         return "hole_position_error_exit" if own is None else "hole_position_error_total"
 
+    def caveat(self, measure: str) -> str:
+        """Positions of a robot whose chain nobody has measured hold what it yields by, and no more."""
+        unmeasured = self.robot is not None and self.robot.errors is None
+        if unmeasured and measure in ("hole_position_error_entry", "hole_position_error_exit"):
+            return "compliance only; an uncalibrated arm is off by tenths of a millimetre"
+        return ""
+
     def checks(self) -> Iterator[Iterator[Notice]]:
         """The drill in its plate; what carries it."""
         yield self._hole_faults()
@@ -329,6 +359,12 @@ class DrillingScenario(Scenario):
         yield from block_faults(self.machine, self.part.block, self.part.stiffness)
         if self.machine is not None:
             yield from tip_faults(self.machine)
+            for number, one in enumerate(self.hole.corrections):
+                if any(one.tilt):
+                    yield Notice(
+                        ("hole", "corrections", number, "tilt"),
+                        "a machine does not tilt its spindle: shift the hole alone",
+                    )
         if self.machine is not None and self.part.placement is not None:
             yield Notice(
                 ("part", "placement"),

@@ -107,6 +107,15 @@ class Control(Spec):
     encoder: Annotated[SmallLength, Usual("0 um", "5 um")] = Field(
         description="quantum of the measured position; 0 for none", examples=["1 um"], ge=0
     )
+    block_time: Annotated[Time, Usual("0.2 ms", "20 ms")] | None = Field(
+        default=None, description="least time that a block of a program may take; what cutwise correct writes keeps it",
+        examples=["2 ms"], gt=0,
+    )  # fmt: skip
+    ramp: Literal["inside_faster", "after"] = Field(
+        default="inside_faster",
+        description="where the speed changes between two feeds: inside the faster block, or behind the border, for cutwise correct",
+        examples=["inside_faster"],
+    )
 
 
 class CncMachine(LibrarySpec):

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
 
 from cutwise.spec.texts import visible
 
@@ -53,6 +54,23 @@ class ScenarioFault(Exception):
         count = len(self.faults)
         total = f"{count} fault{'s' if count != 1 else ''}, nothing was run"
         return "\n".join([*(str(fault) for fault in self.faults), total])
+
+
+class NoSuchName(KeyError):
+    """A name that is not there, with the one that was probably meant."""
+
+    def __init__(self, kind: str, name: object, known: Iterable[str], where: str) -> None:
+        names = [str(one) for one in known]
+        near = get_close_matches(str(name), names, n=1)
+        hint = (
+            f"did you mean {near[0]}?"
+            if near
+            else f"there are {', '.join(names[:12])}{', ...' if len(names) > 12 else ''}"
+        )
+        super().__init__(f'no {kind} "{name}"; {hint} ({len(names)}: {where})')
+
+    def __str__(self) -> str:
+        return str(self.args[0])
 
 
 def all_faults(*jobs: Callable[[], object]) -> None:

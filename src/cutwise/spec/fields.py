@@ -64,7 +64,7 @@ def dimension_at(model: type[Spec], path: Path) -> str | None:
     kinds = list(of_field(info))
     for step in path[named:]:
         kinds = [inside for kind, _ in kinds for inside in _element(kind, int(step))]
-    metadata = (item for kind, own in kinds for item in (*own, *(m for _, more in _entries(kind) for m in more)))
+    metadata = (item for kind, own in kinds for item in (*own, *(m for _, more in of_entries(kind) for m in more)))
     return next((item.dimension for item in metadata if isinstance(item, Quantity)), None)
 
 
@@ -87,11 +87,11 @@ def usual(info: FieldInfo) -> Usual | None:
 def _metadata(info: FieldInfo) -> Iterator[Any]:
     for kind, metadata in of_field(info):
         yield from metadata
-        for _, inside in _entries(kind):
+        for _, inside in of_entries(kind):
             yield from inside
 
 
-def _entries(kind: Any) -> Iterator[tuple[Any, tuple[Any, ...]]]:
+def of_entries(kind: Any) -> Iterator[tuple[Any, tuple[Any, ...]]]:
     """The types of the entries of a list or mapping type."""
     origin, arguments = get_origin(kind), get_args(kind)
     if origin in (tuple, list):
@@ -103,7 +103,7 @@ def _entries(kind: Any) -> Iterator[tuple[Any, tuple[Any, ...]]]:
 def inner(info: FieldInfo) -> Iterator[type[Spec]]:
     """Specifications inside a field: its sections, or the entries of a list or mapping of sections."""
     for kind, _ in of_field(info):
-        for found in (kind, *(entry for entry, _ in _entries(kind))):
+        for found in (kind, *(entry for entry, _ in of_entries(kind))):
             if isinstance(found, type) and issubclass(found, Spec):
                 yield found
 
@@ -123,7 +123,7 @@ def _below(kind: Any, path: Path, info: FieldInfo) -> FieldInfo | None:
     if isinstance(kind, type) and issubclass(kind, Spec):
         return field_at(kind, path)
     named = str if get_origin(kind) is dict else int  # a word after a list names nothing in it, but a key elsewhere
-    entries = (_below(entry, path[1:], info) for entry, _ in _entries(kind) if isinstance(path[0], named))
+    entries = (_below(entry, path[1:], info) for entry, _ in of_entries(kind) if isinstance(path[0], named))
     return next((found for found in entries if found is not None), None)
 
 

@@ -22,7 +22,7 @@ from cutwise.spec.base import (
     Usual,
 )
 from cutwise.spec.carrier import CarryingRobot, Standing
-from cutwise.spec.chained import ONE_CARRIER
+from cutwise.spec.cell import ONE_CARRIER, REFUSED
 from cutwise.spec.faults import Path
 from cutwise.spec.geometry_errors import LINEAR_AXES, ROTARY_AXES, SQUARENESS, GeometryErrors
 from cutwise.spec.machine import Joint, Machine, Place, gantry, merged_errors, stiffnesses
@@ -131,6 +131,10 @@ class Volume(Spec):
     points: Annotated[Count, Usual(5, 60)] = Field(
         default=11, description="points along each linear axis", examples=[11], ge=2, le=200
     )
+    table_points: Annotated[Count, Usual(5, 60)] | None = Field(
+        default=None, description="points along each linear axis of an error table in the control, taken off with straight lines "
+        "between them: the map then shows what is left; left out: no table", examples=[11], ge=2, le=200,
+    )  # fmt: skip
     at: AxisPosition = Field(
         default_factory=AxisPosition, description="commands of the rotary axes", examples=["{C: 0 deg}"]
     )
@@ -142,15 +146,13 @@ class Volume(Spec):
 class StillMachine(Machine):
     """A machine tool whose pass is looked at at rest."""
 
-    refused: ClassVar[Mapping[str, str]] = {"drives": "drives need time stepping; use process: mill"}
+    refused: ClassVar[Mapping[str, str]] = {"drives": REFUSED["machine", "drives"]}
 
 
 class MachineScenario(Scenario):
     """Error budget of a machine tool along a pass, and its volumetric error (Demeč and Madáč; ISO 230)."""
 
-    refused: ClassVar[Mapping[str, str]] = {
-        "spindle": "pistons remember how they were loaded, machine is still; use process: deburr or mill",
-    }
+    refused: ClassVar[Mapping[str, str]] = {"spindle": REFUSED["machine", "pistons"]}
     measures: ClassVar[Mapping[str, MeasureSpec]] = MACHINE
     needs: ClassVar[Needs] = needs.MACHINE
     either: ClassVar[tuple[tuple[str, ...], ...]] = (("path",), ("program",))

@@ -194,6 +194,9 @@ MILLING: Mapping[str, MeasureSpec] = {
     "share_drives": MeasureSpec("small_length", "part of the drives in the displacement off the wall, worst place"),
     "share_bodies": MeasureSpec("small_length", "part of the bodies of the machine and the part in it"),
     "stops": MeasureSpec("dimensionless", "full stops between the first and the last point"),
+    "cutting_time": MeasureSpec("time", "time in which the tool is in the cut"),
+    "tool_life": MeasureSpec("time", "how long an edge lasts in this cut"),
+    "cost_per_part": MeasureSpec("money", "machine's time, and the share of an edge that is worn"),
 }
 
 

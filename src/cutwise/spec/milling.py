@@ -6,7 +6,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeAlias
 
 from annotated_types import Gt
-from pydantic import Discriminator, Field
+from pydantic import Discriminator, Field, ValidationError, model_validator
 
 from cutwise import units
 from cutwise.spec import milling_carriers, needs
@@ -32,8 +32,10 @@ from cutwise.spec.milled_path import MilledPath, machine_faults
 from cutwise.spec.milling_machine import MillingLoad, MillingMachine, ToolMachine, drives_key, drives_of
 from cutwise.spec.needs import Needs
 from cutwise.spec.part_block import PartBlock, PartSpring
-from cutwise.spec.program import Blend, PathMode, Program, StockBlock
+from cutwise.spec.pocket import Pocket
+from cutwise.spec.program import Blend, MilledProgram, PathMode, StockBlock
 from cutwise.spec.scenario import Limit, MeasureSpec, Scenario
+from cutwise.spec.shop import Shop, Wear
 from cutwise.spec.spindle import CompliantSpindle, Spindle
 from cutwise.spec.stock import AnyFixture, AnyPart, AnyStock, NominalPart, SetUp, StockNumerics
 from cutwise.spec.stock_milling import STOCK_CHECKS, stock_notices, stock_unused
@@ -58,6 +60,9 @@ if TYPE_CHECKING:  # only a stock in 3D can be without them, and it is checked a
 else:
     _Mill = EndMill | None
     _Material = Material | None
+
+MADE = "pocket.nc"
+"""Name of the program that is made of a pocket."""
 
 _LONG_FLUTES = 5.0  # diameters
 _STEP = 20e-6  # [s] where nothing else sets it
@@ -208,7 +213,7 @@ class MillingScenario(Scenario):
 
     measures: ClassVar[Mapping[str, MeasureSpec]] = MILLING
     needs: ClassVar[Needs] = needs.MILLING
-    either: ClassVar[tuple[tuple[str, ...], ...]] = (("path",), ("program",), ("setups",))
+    either: ClassVar[tuple[tuple[str, ...], ...]] = (("path",), ("program", "pocket"), ("setups",))
     starts: ClassVar[Mapping[str, str]] = {
         "path.corner": "2 mm",
         "path.compare": "[sharp, 2 mm, 5 mm]",
@@ -261,7 +266,14 @@ class MillingScenario(Scenario):
     robot: CarryingRobot | None = Field(
         default=None, description="the robot that carries the mill instead of a machine"
     )
-    program: Program | None = Field(default=None, description="an NC program (or give path)")
+    program: MilledProgram | None = Field(default=None, description="an NC program (or give path)")
+    pocket: Pocket | None = Field(
+        default=None, description="a rectangular pocket, whose program is made (instead of program)",
+        examples=["{x: [0 mm, 100 mm], y: [0 mm, 60 mm], depth: 5 mm, strategy: contour, stepover: 4 mm, feed: 40 mm/s, "
+                  "plunge_feed: 5 mm/s, spindle_speed: 8000 rpm}"],
+    )  # fmt: skip
+    shop: Shop | None = Field(default=None, description="what an hour and a tool cost: the cost of a part is then told")
+    wear: Wear | None = Field(default=None, description="how long the tool lasts: its share of the cost of a part")
     stock: AnyStock | None = Field(
         default=None,
         description="what a program cuts, a block, a cylinder, a file or what an earlier run left: contact then follows from what "
@@ -312,6 +324,26 @@ class MillingScenario(Scenario):
         description="whether a tool that chatters fails (required); ignore: it does not, and the run never passes",
         examples=["ignore"],
     )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _program_of_the_pocket(cls, given: Any) -> Any:
+        """The program of a pocket is made of it, whatever was made of an earlier one."""
+        if not isinstance(given, Mapping) or not isinstance(given.get("pocket"), Mapping | Pocket):
+            return given
+        written = given.get("program")
+        if written is not None and not (isinstance(written, Mapping) and written.get("file") == MADE):
+            return given  # two programs: told with what else contradicts itself
+        tool = given.get("tool")
+        try:
+            pocket = Pocket.model_validate(given["pocket"])
+            diameter = (tool if isinstance(tool, EndMill) else EndMill.model_validate(tool)).diameter
+        except ValidationError:
+            return given  # its faults are told at their places
+        if any(pocket.misfits(diameter)):
+            return given
+        kept = dict(written) if isinstance(written, Mapping) else {}
+        return {**given, "program": {**kept, "file": MADE, "text": pocket.program(diameter)}}
 
     @property
     def focus(self) -> str:  # type: ignore[override]
@@ -387,8 +419,8 @@ class MillingScenario(Scenario):
             return self.requirements
         implied = {"deviation_min": Limit(min=-tolerance), "deviation_max": Limit(max=tolerance)}
         return {
-            **{name: limit for name, limit in implied.items() if name not in self.requirements},
             **self.requirements,
+            **{name: limit for name, limit in implied.items() if name not in self.requirements},
         }
 
     @property
@@ -424,11 +456,23 @@ class MillingScenario(Scenario):
         if self.in_3d:
             yield from (check(self) for check in STOCK_CHECKS)
             return
+        yield self._pocket_faults()
         yield self._missing()
         yield milling_carriers.carrier_faults(self)
         yield milling_carriers.yielding_faults(self)
         yield limited_feed(self)
         yield self._cut_faults()
+
+    def _pocket_faults(self) -> Iterator[Notice]:
+        """A pocket that the mill does not fit, or beside another program; a tool that wears for nothing."""
+        if self.pocket is not None:
+            yield from (Notice(("pocket", *one.path), one.message) for one in self.pocket.misfits(self.tool.diameter))
+            if self.program is not None and self.program.file != MADE:
+                yield Notice(("pocket",), "makes the program, and program names another: write one of them")
+        if self.wear is not None and (self.shop is None or self.shop.tool_price is None):
+            yield Notice(("wear",), "says how long a tool lasts, and shop.tool_price is not there: write what it costs")
+        if self.programmed and self.shop is not None:
+            yield Notice(("shop",), "the cost of a part is told of a cut with drives (machine.x, y, control)")
 
     def _missing(self) -> Iterator[Notice]:
         """What only a stock in 3D can do without."""
@@ -441,7 +485,7 @@ class MillingScenario(Scenario):
         if self.programmed:
             yield from milling_carriers.programmed_faults(self)
             return
-        if (self.path is None) == (self.program is None):
+        if (self.path is None) == (self.program is None) and self.pocket is None:
             yield Notice(("path",), "give exactly one of path (a corner or a line) and program (a G-code file)")
         if isinstance(self.path, MilledPath):
             yield from machine_faults(self.path)
@@ -458,7 +502,7 @@ class MillingScenario(Scenario):
     def _depth_faults(self) -> Iterator[Notice]:
         """Depths missing, or more than engagement and tool cover; a stock without a program."""
         operation = self.operation
-        if self.stock is not None and self.program is None:
+        if self.stock is not None and self.program is None and self.pocket is None:
             yield Notice(
                 ("stock",), "is cut by a program; a corner has its depths (operation.radial_depth, .axial_depth)"
             )
@@ -504,6 +548,11 @@ class MillingScenario(Scenario):
             if self.numerics.force != "tooth_resolved":
                 yield Notice(("stability",), "chatter is looked at tooth by tooth (numerics.force)")
         yield Notice(("numerics", "station"), "there is no robot, whose path is looked at in stations")
+        if self.program is not None:
+            yield Notice(
+                ("tool", "stiffness"), "a run of a program takes the tool as rigid (or swinging: tool.modes); cutwise correct "
+                "holds walls to it",
+            )  # fmt: skip
         if self.lobes.model_fields_set and (not self.tool.modes or self.numerics.force != "tooth_resolved"):
             why = (
                 "the tool has no modes (tool.modes)" if not self.tool.modes else "force is not resolved tooth by tooth"

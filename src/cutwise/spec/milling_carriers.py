@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING
 
 from cutwise import units
 from cutwise.spec.base import Notice
-from cutwise.spec.chained import ONE_CARRIER, tip_faults
+from cutwise.spec.cell import ONE_CARRIER
+from cutwise.spec.chained import tip_faults
 from cutwise.spec.milled_path import MilledPath, machine_faults, robot_faults
 from cutwise.spec.milling_machine import MillingMachine
 
@@ -69,7 +70,7 @@ def yielding_faults(scenario: "MillingScenario") -> Iterator[Notice]:
         ("spindle", scenario.compliant is not None),
         ("tool.stiffness", scenario.tool.stiffness is not None),
     ):
-        if there and not wall:
+        if there and not wall and not (key == "tool.stiffness" and scenario.program is not None):
             yield Notice(tuple(key.split(".")), "yields along a straight wall (path.line); along a corner or a program it is "
                          "not modelled: leave it out")  # fmt: skip
     if scenario.compliant is None:

@@ -80,6 +80,28 @@ PathError = Annotated[
 ]
 
 
+class FeedProfile(Table):
+    """The feed over the way along the edge, straight lines between places; w = 0 at the start of the run."""
+
+    over: ClassVar[tuple[Column, ...]] = (Column("w", "length"),)
+    ordinate: ClassVar[Column] = Column("feed", "speed", 0.0)
+
+    columns: dict[str, tuple[float, ...]] = Field(
+        description="columns by their titles with units; a CSV file named by `table` is read into here",
+        examples=['{"w [mm]": [0, 50], "feed [mm/s]": [80, 60]}'],
+    )
+
+    def contradictions(self) -> Iterator[Notice]:
+        """A feed of nothing, beside what any table may have."""
+        found = list(super().contradictions())
+        yield from found
+        if not found:
+            still = [row for row, feed in enumerate(self.points()[1]) if feed == 0.0]
+            title = next(title for title in self.columns if title.lstrip().lower().startswith("feed"))
+            for row in still:
+                yield Notice(("columns", title, row), "must be above 0: the tool would stop there")
+
+
 class DeburringOperation(Spec):
     """A deburring pass along one edge, whose length or duration covers lead-in and lead-out."""
 
@@ -92,6 +114,10 @@ class DeburringOperation(Spec):
     feed: Annotated[Speed, Usual("5 mm/s", "300 mm/s")] = Field(
         description="feed along the edge", examples=["80 mm/s"], gt=0
     )
+    feed_profile: FeedProfile | None = Field(
+        default=None, description="another feed at places of the edge, {table: file.csv} with w and feed; the lead-in takes its "
+        "time at operation.feed, and is run at this pace too", examples=["{table: feed.csv}"],
+    )  # fmt: skip
     spindle_speed: Annotated[AngularSpeed, Usual("5000 rpm", "80000 rpm")] = Field(
         description="spindle speed", examples=["40000 rpm"], gt=0
     )
@@ -160,6 +186,19 @@ class DeburringOperation(Spec):
         if isinstance(self.path_error, TabulatedPathError):
             end = self.run_time if self.path_error.variable == "t" else self.run_length
             yield from uncovered(self.path_error, end, ("path_error",))
+        if self.feed_profile is not None:
+            yield from uncovered(self.feed_profile, self.run_length, ("feed_profile",))
+            yield from self._profile_faults()
+
+    def _profile_faults(self) -> Iterator[Notice]:
+        """What goes with time, and not with the way, beside another feed."""
+        error = self.path_error
+        timed = isinstance(error, SinePathError) or (isinstance(error, Table) and error.variable == "t")
+        if timed or (isinstance(error, PathErrorSpectrum) and any(one.frequency is not None for one in error.spectrum)):
+            yield Notice(("feed_profile",), "beside a path error over time (frequency, t) is not covered: give the path error over "
+                         "the way (w, wavelength)")  # fmt: skip
+        if self.limit_feed:
+            yield Notice(("feed_profile",), "and limit_feed both say how fast the tool goes; write one of them")
 
     def notices(self) -> Iterator[Notice]:
         """Lead-in that reaches into the steady part; path error beyond the preset."""

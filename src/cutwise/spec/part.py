@@ -35,6 +35,24 @@ class RandomField(Spec):
         description="distance along the edge over which the size changes", examples=["10 mm"], gt=0
     )
     seed: Count = Field(default=0, description="seed of the random numbers", examples=[1], ge=0)
+    lever: Count | None = Field(
+        default=None, description="number of the lever in a study, whose curves of this seed are taken; with case",
+        examples=[0], ge=0,
+    )  # fmt: skip
+    case: Count | None = Field(
+        default=None, description="case of that study, whose curve this is", examples=[1921], ge=0
+    )
+
+    @property
+    def curve(self) -> tuple[int, int] | None:
+        """Lever and case of a study; None: the one curve of the seed."""
+        return None if self.lever is None or self.case is None else (self.lever, self.case)
+
+    def contradictions(self) -> Iterator[Notice]:
+        """A curve of a study that is half said."""
+        for key, other in (("lever", "case"), ("case", "lever")):
+            if getattr(self, key) is None and getattr(self, other) is not None:
+                yield Notice((key,), f"missing; {other} belongs to it")
 
     def notices(self) -> Iterator[Notice]:
         """A deviation so large that much of the field is cut off at zero."""

@@ -97,6 +97,26 @@ class Program(Spec):
             yield Notice(("default_tool",), f"tool {self.default_tool} is not among the tools")
 
 
+class WantedPath(Spec):
+    """The program before its path was corrected."""
+
+    many_lines: ClassVar[tuple[str, ...]] = ("text",)
+
+    file: str = Field(description="the program whose path the part is meant to have", examples=["pocket.nc"])
+    text: str = Field(
+        default="", description="the text of that program (read from the file)", examples=["G21 G90 G1 X10 F600"]
+    )
+
+
+class MilledProgram(Program):
+    """An NC program that drives follow, and the path that it was corrected from."""
+
+    wanted: WantedPath | None = Field(
+        default=None, description="of a program with a corrected path: the program before, whose path the part is meant to "
+        "have; errors and contact count from it", examples=["pocket.nc"],
+    )  # fmt: skip
+
+
 class Blend(Spec):
     """Corners rounded within a tolerance."""
 

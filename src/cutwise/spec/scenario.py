@@ -10,9 +10,14 @@ from typing import Any, ClassVar, NamedTuple, Self
 from pydantic import Field, PrivateAttr, field_serializer, field_validator, model_validator
 
 from cutwise import units
+from cutwise.above import above
 from cutwise.spec import fields
 from cutwise.spec.base import Notice, Spec, Status, contradiction
-from cutwise.spec.faults import Path, split_dotted
+from cutwise.spec.cell import Slots
+from cutwise.spec.comparison import Comparison
+from cutwise.spec.correct import Correction
+from cutwise.spec.faults import NoSuchName, Path, dotted, split_dotted
+from cutwise.spec.filled import slot_faults
 from cutwise.spec.needs import Needs, unmet
 from cutwise.spec.uncertain import Band, Covariance, Fitted, stem
 
@@ -32,6 +37,7 @@ class _Read:
     """Files that a scenario was made from; scenarios that say the same are equal, wherever it stood."""
 
     files: tuple[str, ...] = field(default=(), compare=False)
+    folder: str = field(default="", compare=False)
 
 
 class MeasureSpec(NamedTuple):
@@ -155,6 +161,10 @@ class Scenario(Spec):
             for key in ("samples", "seed") if asked else ("method", "samples", "seed"):
                 yield Notice(("band", key), "no value of the scenario has a standard error")
 
+    def caveat(self, measure: str) -> str:  # noqa: ARG002
+        """What has to be said wherever a measure is shown; mostly nothing."""
+        return ""
+
     def own_scatter(self) -> Mapping[str, str]:
         """Measures with a scatter that the process itself knows, each with the measure that is its standard deviation."""
         return {}
@@ -180,7 +190,7 @@ class Scenario(Spec):
 
     @model_validator(mode="after")
     def _holds_together(self) -> Self:
-        found = (*self.contradictions(), *self.unobtainable())
+        found = (*self.contradictions(), *self.unobtainable(), *slot_faults(self))
         if found:
             raise contradiction(found)
         return self
@@ -195,7 +205,7 @@ class Scenario(Spec):
         partial = cls.model_construct(**sections)
         for name in cls.model_fields.keys() - sections.keys():
             partial.__dict__.pop(name, None)
-        for check in (*partial.checks(), partial.unobtainable()):
+        for check in (*partial.checks(), partial.unobtainable(), slot_faults(partial)):
             with suppress(AttributeError):  # of a section that is not there
                 yield from check
 
@@ -217,6 +227,10 @@ class Scenario(Spec):
         pattern=r"^[^/\\\n]+$",
     )
     process: str = Field(description="which operation is simulated")
+    cell: Slots | None = Field(
+        default=None, description="the rows that fill the five slots of the cell, where they are named: held against what the "
+        "sections say, and instead of process where they tell it",
+    )  # fmt: skip
     requirements: dict[str, Limit] = Field(
         default_factory=dict,
         description="limits on measures: each measure with min, max or both",
@@ -227,6 +241,12 @@ class Scenario(Spec):
         default_factory=dict,
         description="covariances of values; those of library entries come with them",
         examples=["{cut: {of: [material.K_tc, material.K_te], matrix: [[4e14, -1e9], [-1e9, 1e6]]}}"],
+    )
+    compare: Comparison | None = Field(
+        default=None, description="what cutwise compare holds side by side; a run does not read it"
+    )
+    correct: Correction | None = Field(
+        default=None, description="what cutwise correct may change, and within which limits; a run does not read it"
     )
     measured: dict[str, Fitted] = Field(
         default_factory=dict,
@@ -272,11 +292,62 @@ class Scenario(Spec):
         """Files that were read to make it, besides its own."""
         return self._read.files
 
-    def with_files(self, files: Iterable[str]) -> Self:
-        """The same scenario, knowing which files it was made from."""
+    @property
+    def folder(self) -> str:
+        """Where files that it names are looked for."""
+        return self._read.folder
+
+    def with_files(self, files: Iterable[str], folder: str = "") -> Self:
+        """The same scenario, knowing which files it was made from, and where others would stand."""
         copy = self.model_copy()
-        copy._read = _Read(tuple(dict.fromkeys(files)))
+        copy._read = _Read(tuple(dict.fromkeys(files)), folder)
         return copy
+
+    def with_(self, values: Mapping[str, Any]) -> Self:
+        """A new scenario with some values replaced, checked as :func:`cutwise.load` checks them.
+
+        Parameters
+        ----------
+        values : mapping
+            Dotted keys with their values as in a file: ``{"spindle.pressure": "4 bar"}``.
+
+        Raises
+        ------
+        ScenarioFault
+            Everything that is wrong, named as ``overrides["spindle.pressure"]``.
+        """
+        return above("with_values")(self, values)  # type: ignore[no-any-return]
+
+    def __getitem__(self, key: str) -> Any:
+        """The value of a dotted key in SI: ``scenario["spindle.pressure"]``; None where a key is left open.
+
+        Raises
+        ------
+        NoSuchName
+            This scenario has no such key, or lacks the section that it stands in.
+        """
+        found: Any = self
+        path = split_dotted(str(key))
+        for place, step in enumerate(path):
+            named = isinstance(found, Spec) and step in type(found).model_fields
+            listed = isinstance(found, tuple) and isinstance(step, int) and step < len(found)
+            if named:
+                found = getattr(found, str(step))
+            elif listed or (isinstance(found, Mapping) and step in found):
+                found = found[step]
+            else:
+                raise _not_said(self, key, path[:place], found)
+        if not path:
+            raise _not_said(self, key, (), self)
+        return found
+
+    def __repr__(self) -> str:
+        return (
+            f"<{type(self).__name__} {self.name!r}: {len(self.origins)} values, {len(self.requirements)} requirements>"
+        )
+
+    def _repr_html_(self) -> str:
+        return str(above("scenario_html")(self))
 
     def with_origins(self, origins: Mapping[str, Origin]) -> Self:
         """The same scenario, knowing where its values came from."""
@@ -319,6 +390,19 @@ class Scenario(Spec):
         except units.UnitFault:
             return value
         return text if same else value
+
+
+def _not_said(scenario: Scenario, key: str, before: Path, found: Any) -> NoSuchName:
+    """Why a dotted key leads nowhere."""
+    where = f"scenario[{dotted(before)!r}]" if before else "scenario"
+    if found is None:
+        return NoSuchName("key", key, scenario.origins, f"{where} is left out")
+    if isinstance(found, Spec) and not before:
+        return NoSuchName("key", key, [*type(found).model_fields, *scenario.origins], where)
+    names = type(found).model_fields if isinstance(found, Spec) else found if isinstance(found, Mapping) else ()
+    inside = [dotted((*before, str(name))) for name in names]
+    entries = [dotted((*before, i)) for i in range(len(found))] if isinstance(found, tuple) else []
+    return NoSuchName("key", key, inside or entries or [dotted(before)], where)
 
 
 def _container(plain: Any, path: Path) -> Any:

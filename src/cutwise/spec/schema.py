@@ -29,6 +29,11 @@ _SOURCED = {
     "required": ["value"],
     "additionalProperties": False,
 }
+_TOLD = [  # a process by its name, or by what the slots of the cell name
+    {"required": ["process"]},
+    {"required": ["cell"], "properties": {"cell": {"anyOf": [
+        {"required": [slot]} for slot in ("engagement", "cutting", "surface")]}}},
+]  # fmt: skip
 
 
 def schema(kind: str | None = None) -> dict[str, Any]:
@@ -39,6 +44,8 @@ def schema(kind: str | None = None) -> dict[str, Any]:
     for model in models:
         name = references[(model, "validation")]["$ref"].rpartition("/")[2]
         definitions[name]["properties"]["requirements"] = _requirements(model)
+        definitions[name]["required"] = [key for key in definitions[name].get("required", ()) if key != "process"]
+        definitions[name]["anyOf"] = _TOLD
     used = {section.__name__: section for model in models for section in _sections(model)}
     for name, definition in definitions.items():
         _for_editors(definition, used.get(name))

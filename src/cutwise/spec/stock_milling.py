@@ -6,7 +6,8 @@ from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
 from cutwise.spec.base import Notice
-from cutwise.spec.chained import ONE_CARRIER, tip_faults
+from cutwise.spec.cell import ONE_CARRIER
+from cutwise.spec.chained import tip_faults
 from cutwise.spec.milling_machine import MillingMachine, drives_of
 
 if TYPE_CHECKING:
@@ -44,6 +45,16 @@ def _program_faults(scenario: MillingScenario) -> Iterator[Notice]:
         yield Notice(("fixtures",), "stand with a set-up: write them there (setups[0].fixtures)")
     if scenario.program is None and not scenario.setups:
         yield Notice(("program",), "missing; a stock in 3D is cut by a program, for example program: part.nc")
+    for key in ("shop", "pocket"):
+        if getattr(scenario, key) is not None:
+            yield Notice(
+                (key,), "counts with drives and exact arcs: a stock that is a block, one tool, no nominal part"
+            )
+    if scenario.program is not None and scenario.program.wanted is not None:
+        yield Notice(
+            ("program", "wanted"),
+            "is the path before a correction for drives, which stands with exact arcs (a stock that is a block, one tool)",
+        )
 
 
 def _stock_faults(scenario: MillingScenario) -> Iterator[Notice]:

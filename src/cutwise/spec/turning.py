@@ -9,6 +9,7 @@ from pydantic import Field
 from cutwise import units
 from cutwise.spec import base
 from cutwise.spec.base import Angle, Count, Length, LibrarySpec, Notice, Number, Spec, Usual
+from cutwise.spec.cell import REFUSED
 from cutwise.spec.faults import Path
 from cutwise.spec.material import Material
 from cutwise.spec.measures import TURNING
@@ -158,6 +159,9 @@ class TurningScenario(Scenario):
         "tool.nose_radius": ("0.2 mm", "1.6 mm"),
     }  # fmt: skip
     focus: ClassVar[str] = "diameter_error_max"
+    refused: ClassVar[Mapping[str, str]] = {
+        "spindle": REFUSED["turn", "pistons"], "robot": REFUSED["turn", "robot"], "machine": REFUSED["turn", "machine"],
+    }  # fmt: skip
 
     process: Literal["turn"] = _key("which operation is simulated", "turn")
     operation: TurningOperation = Field(description="the passes")

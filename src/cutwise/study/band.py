@@ -14,11 +14,13 @@ import logging
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import replace
-from typing import NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from cutwise.bands import BandNote, Spread
+from cutwise.io.scenario import load
 from cutwise.process import recipes
 from cutwise.results import Check, Measure, Result, SolverFailure, judge, unreached
 from cutwise.spec.scenario import PROBABILITY_ALL, Scenario
@@ -49,13 +51,13 @@ class Moved(NamedTuple):
     warnings: tuple[str, ...]
 
 
-def simulate(scenario: Scenario, progress: Progress | None = None) -> Result:
+def simulate(scenario: Scenario | str | Path | Mapping[str, Any], progress: Progress | None = None) -> Result:
     """Run a scenario, with the bands of its measures where its values have a covariance.
 
     Parameters
     ----------
-    scenario : Scenario
-        What to simulate, from :func:`cutwise.load` or built in Python.
+    scenario : Scenario, str, Path or mapping
+        What to simulate: what :func:`cutwise.load` gives, or what it takes.
     progress : callable, optional
         Called with the finished share, 0 to 1, now and then.
 
@@ -64,7 +66,8 @@ def simulate(scenario: Scenario, progress: Progress | None = None) -> Result:
     Result
         Histories of all stages, measures with their bands, verdict and warnings.
     """
-    return banded(recipes.simulate(scenario, progress), progress)
+    one = scenario if isinstance(scenario, Scenario) else load(scenario)
+    return banded(recipes.simulate(one, progress), progress)
 
 
 def banded(result: Result, progress: Progress | None = None) -> Result:
@@ -156,8 +159,9 @@ def _judged(result: Result, moved: Moved | None, warnings: tuple[str, ...]) -> R
             check = replace(before, band=band)
         checks.append(_probable(check, moved))
     findings = tuple(finding for finding in result.findings if finding.code != "unreached")
+    findings = tuple(sorted((*unreached(checks), *findings), key=lambda finding: finding.rank))
     return replace(
-        result, measures=measures, checks=tuple(checks), findings=(*unreached(checks), *findings),
+        result, measures=measures, checks=tuple(checks), findings=findings,
         warnings=(*result.warnings, *warnings), band=moved.note if moved is not None else None,
     )  # fmt: skip
 

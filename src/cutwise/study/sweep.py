@@ -21,7 +21,7 @@ from cutwise.spec import fields
 from cutwise.spec.faults import Fault, ScenarioFault, split_dotted
 from cutwise.spec.scenario import Scenario
 from cutwise.study.case import Case, evaluated
-from cutwise.study.trials import slack
+from cutwise.study.limits import slack
 
 VALUES = 'values["{}"]'
 """How a message names a value of a sweep in Python; the command line says ``--over``."""

@@ -4,16 +4,14 @@ import time
 from collections.abc import Mapping
 from typing import NamedTuple
 
-import numpy as np
-
 from cutwise import units
 from cutwise.io.revision import Value
-from cutwise.process.recipes import Outcome, coarser
-from cutwise.results import SOUNDNESS
+from cutwise.process.recipes import coarser
 from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.spec.scenario import Scenario
 from cutwise.study.case import Case, cases, faithful
 from cutwise.study.levers import Lever
+from cutwise.study.limits import slack
 
 Settings = tuple[tuple[str, float], ...]
 
@@ -141,27 +139,3 @@ def values_of(scenario: Scenario, levers: Mapping[str, Lever], settings: Setting
             units.text(run, "time") if given else units.text(run * feed, "length")
         )
     return values
-
-
-def slack(scenario: Scenario, found: Outcome) -> float:
-    """Smallest distance of a measure from its limit, relative to the limit (to 1 where the limit is zero).
-
-    Minus infinity where a measure is lacking, the operation cannot be done, or the run is not sound: a tool at its stop
-    meets no requirement that an engineer would trust.
-    """
-    measures = found.measures
-    if found.infeasible or not measures:
-        return -np.inf
-    if any(finding.code in SOUNDNESS and finding.code not in scenario.set_aside for finding in found.findings):
-        return -np.inf
-    if any(name in measures and measures[name] <= least for name, least in scenario.sound.items()):
-        return -np.inf
-    least = np.inf
-    for name, limit in scenario.requirements.items():
-        value = measures.get(name)
-        if value is None:
-            return -np.inf
-        for bound, sign in ((limit.max, 1.0), (limit.min, -1.0)):
-            if bound is not None:
-                least = min(least, sign * (bound - value) / (abs(bound) or 1.0))
-    return float(least)

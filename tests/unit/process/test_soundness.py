@@ -10,8 +10,8 @@ from cutwise.app.verdict_text import verdict_line
 from cutwise.io.scenario import load
 from cutwise.process.recipes import quick_outcome, simulate
 from cutwise.results import SOUNDNESS
+from cutwise.study.limits import slack
 from cutwise.study.review import reviewed
-from cutwise.study.trials import slack
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 SOFT = (
@@ -168,7 +168,7 @@ def test_a_pass_says_over_which_part_of_the_friction_band_it_holds():
     assert [low, high] == pytest.approx([-13.75e-6, 480.3e-6], abs=0.1e-6)
     assert (found.verdict, found.certainty) == ("pass", "not_every_history")
     assert verdict_line(found).startswith(
-        "PASS, but not by every history: friction leaves -0.0137 mm … 0.48 mm, limit 0.05 mm"
+        "PASS, but not by every history: friction leaves -0.0137 … 0.48 mm, limit 0.05 mm"
     )
 
 

@@ -19,7 +19,7 @@ from cutwise.process.recipes import prepare, simulate
 from cutwise.process.stock_loop import PIECES, STATION
 from cutwise.process.stock_milling import all_contact
 from cutwise.process.stock_moves import stock_of
-from cutwise.results import SolverFailure
+from cutwise.results import SolverFailure, in_words
 from cutwise.spec.faults import ScenarioFault
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
@@ -49,7 +49,7 @@ def planned_run(given):
 
 
 def told(given, off=None):
-    return " | ".join(stock_findings.warnings(given, stock_setups.run(given), off))
+    return " | ".join(in_words(stock_findings.warnings(given, stock_setups.run(given), off)))
 
 
 def ran(*arguments, **named):
@@ -123,7 +123,7 @@ def test_a_misplaced_part_is_told(shift):
     moved = part_d("part.origin=[" + ", ".join(f"{v} mm" for v in shift) + "]")[2]
     change = moved.left.fit.shift - plain
     assert 1e3 * change == pytest.approx(-np.array(shift), abs=0.03 * np.linalg.norm(shift))
-    assert any("offset" in text for text in stock_findings.warnings(given, part_d()[1], moved))
+    assert any("offset" in text for text in in_words(stock_findings.warnings(given, part_d()[1], moved)))
 
 
 def test_the_deviation_does_not_depend_on_the_grid():

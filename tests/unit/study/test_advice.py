@@ -7,9 +7,10 @@ from cutwise.process.recipes import quick_outcome, simulate
 from cutwise.spec.faults import ScenarioFault
 from cutwise.study.advice import advise, consult, propose
 from cutwise.study.levers import levers_of, read_limits
+from cutwise.study.limits import slack
 from cutwise.study.review import reviewed
 from cutwise.study.sensitivity import assumed_sensitivity, changed
-from cutwise.study.trials import Budget, Trials, slack
+from cutwise.study.trials import Budget, Trials
 
 
 @pytest.fixture

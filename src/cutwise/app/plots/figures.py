@@ -65,6 +65,8 @@ LOOK = {
     "xtick.labelcolor": INK, "ytick.labelcolor": INK, "lines.linewidth": 1.5,
     "legend.frameon": False, "legend.fontsize": 8.5, "svg.fonttype": "none", "path.simplify": False,
 }  # fmt: skip
+_A_LINE = 2  # points of a line that marks something; a curve has more
+_FLAT = 1e-9  # relative change that is rounding
 WIDTH = 9.6  # [in] of a figure over the whole page
 
 
@@ -131,14 +133,35 @@ def legend_above(axes: Axes, columns: int) -> None:
     axes.legend(loc="lower left", bbox_to_anchor=(-0.01, 1.0), ncols=columns, borderaxespad=0.2, handlelength=1.6)
 
 
+def flat(drawn: Figure) -> str:
+    """What a figure shows, in words, if it holds nothing but curves that do not change; else nothing."""
+    said = []
+    for axes in drawn.axes:
+        curves = [line for line in axes.lines if np.size(line.get_ydata()) > _A_LINE]
+        if not curves or axes.collections or axes.patches or axes.images:
+            return ""
+        for line in curves:
+            y = np.asarray(line.get_ydata(), float)
+            y = y[np.isfinite(y)]
+            if y.size == 0 or np.ptp(y) > _FLAT * float(np.abs(y).max()):
+                return ""
+            name, _, unit = axes.get_ylabel().partition(" [")
+            label = str(line.get_label())
+            named = name if label.startswith("_") or len(curves) == 1 else f"{name}, {label}"
+            said.append(f"{named} is {float(y[0]):.4g} {unit.removesuffix(']')}".rstrip())
+    return "; ".join(said)
+
+
 def svg(draw: Draw, result: "Result", name: str, title: str) -> str:
-    """The drawing as an ``<svg>`` element with names of its own and the colours of the page.
+    """The drawing as an ``<svg>`` element with names of its own and the colours of the page; a sentence where all is flat.
 
     ``name`` must be unique in the page; it starts every id, since ids are shared by all drawings of a page.
     """
     stream = io.StringIO()
     with mpl.rc_context({**LOOK, "svg.hashsalt": name}):
         drawn = draw(result)
+        if constant := flat(drawn):
+            return f"<p>No curve, since nothing changes: {_escaped(constant)}.</p>"
         layout = drawn.get_layout_engine()
         if isinstance(layout, Margins):  # now, and not again: with a layout engine a figure is drawn twice
             layout.execute(drawn)

@@ -209,11 +209,20 @@ def tip_and_wall(result: "Result") -> Figure:
     top.set(ylabel=f"tool tip [{unit}]")
     legend_above(top, 3)
     low, high = (factor * structure[f"wall_error_{end}"].values for end in ("min", "max"))
-    bottom.fill_between(time, low, high, color=SERIES[1], linewidth=0.4)
+    bottom.fill_between(*_envelope(time, low, high), color=SERIES[1], linewidth=0.4)
     bottom.axhline(0.0, color=SOFT, linewidth=0.8)
     bottom.set(xlabel="time [s]", ylabel=f"wall left [{unit}]")
     bottom.margins(x=0)
     return drawn
+
+
+def _envelope(time: np.ndarray, low: np.ndarray, high: np.ndarray, bins: int = 1200) -> tuple[np.ndarray, ...]:
+    """A long band with few points: the least and the largest value of each bin, at its first instant; NaN where it has none."""
+    if time.size <= bins:
+        return time, low, high
+    first = np.linspace(0, time.size, bins + 1).astype(int)[:-1]
+    least, most = np.fmin.reduceat(low, first), np.fmax.reduceat(high, first)
+    return time[first], least, most
 
 
 def wall_made_of(result: "Result") -> Figure:

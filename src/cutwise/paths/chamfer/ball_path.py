@@ -55,7 +55,7 @@ class ChamferPath(NamedTuple):
 
 def path_of(path: ChamferPath, frames: EdgeFrames, keep: NDArray[np.int64] | slice) -> ChamferPath:
     """Some samples of a path, with the frames of the same samples."""
-    return ChamferPath(frames, *(np.ascontiguousarray(a[keep]) for a in path[1:]))
+    return ChamferPath(frames, *(np.ascontiguousarray(a[keep]) for a in path[1:]))  # type: ignore[arg-type]
 
 
 def reversed_path(path: ChamferPath) -> ChamferPath:

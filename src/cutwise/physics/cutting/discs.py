@@ -21,7 +21,7 @@ class Discs(NamedTuple):
     """A mill cut into axial discs, with partial sums over the first d discs of cos, sin, cos 2, sin 2 of their lag."""
 
     teeth: int
-    count: int  # discs
+    count: int  # type: ignore[assignment] # discs
     thickness: float  # of a disc [m]
     step: float  # lag between neighbouring discs [rad]
     sums: FloatArray  # partial sums, shape (count + 1, 4)

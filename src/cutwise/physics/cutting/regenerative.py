@@ -46,7 +46,7 @@ def tooth_grid(teeth: int, steps: int, lag: FloatArray, entry: float, exit_angle
     angle = 2.0 * math.pi * np.arange(teeth * steps)[:, None] / (teeth * steps) - np.asarray(lag)[None, :]
     past = np.mod(angle - entry, 2.0 * math.pi)
     inside = past < exit_angle - entry
-    return ToothGrid(np.sin(angle), np.cos(angle), inside, inside.any(axis=1), steps)
+    return ToothGrid(np.sin(angle), np.cos(angle), inside, inside.any(axis=1), steps)  # type: ignore[arg-type]
 
 
 @compiled_sums

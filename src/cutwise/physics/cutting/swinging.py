@@ -42,7 +42,7 @@ class TipMemory(NamedTuple):
     before: FloatArray  # place of the load one step of the loop ago [m], shape (2,)
     moved: FloatArray  # scratch: how far the axis has come since each earlier tooth [m], shape (k, 2)
     sums: FloatArray  # scratch of a servo step
-    count: npt.NDArray[np.int64]  # micro steps, and steps of the loop so far, shape (2,)
+    count: npt.NDArray[np.int64]  # type: ignore[assignment] # micro steps, and steps of the loop so far, shape (2,)
 
 
 class TipLog(NamedTuple):

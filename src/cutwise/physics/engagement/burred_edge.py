@@ -168,7 +168,7 @@ def _(engagement, pose, tip):
 
 
 @inlined_stepping
-def meet_layers(engagement, pose, structure, flexed, contact):  # type: ignore[no-untyped-def]
+def meet_layers(engagement, pose, structure, flexed, contact):
     """Rows of contact of burr and work: with one slice the whole mill is immersed as at the middle of the burr; with
     several each strip as at its own height, tilted with the motor. A mill is round, so that arcs seen from a normal that
     is turned are arcs of the process axes, turned.

@@ -71,7 +71,7 @@ def thickness(x: float, y: float, beta: float, feed: float, depth: float, insert
 
 
 @inlined_stepping
-def _spread(rows, count, elements, beta, along, insert, feed, depth):  # type: ignore[no-untyped-def]
+def _spread(rows, count, elements, beta, along, insert, feed, depth):
     """Rows of one stretch of the edge: angles (from, to) on the nose, way (from, to) along a straight edge [m]."""
     width = (insert.nose * (beta[1] - beta[0]) + along[1] - along[0]) / elements
     for i in range(elements if width > 0.0 else 0):

@@ -64,7 +64,7 @@ def swept_path(curve: LineArc, radius: float) -> Swept:
     table = _joined(_pieces(curve))
     first, piece, boxes = _stretches(table, radius)
     columns = (np.ascontiguousarray(table[:, :2]), np.ascontiguousarray(table[:, 2:4]), *table.T[4:].copy())
-    return Swept(*columns, radius, piece, first, _tree(boxes))  # type: ignore[arg-type]
+    return Swept(*columns, radius, piece, first, _tree(boxes))  # type: ignore[call-arg]
 
 
 def _pieces(curve: LineArc) -> FloatArray:

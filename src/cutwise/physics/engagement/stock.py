@@ -218,7 +218,7 @@ def contact_patches(point: FloatArray, heading: FloatArray, way: FloatArray, swe
     ----------
     Derived here.
     """
-    return _table(*_contacts(*_plain(point, heading, way), swept, stock, False))
+    return _table(*_contacts(*_plain(point, heading, way), swept, stock, False))  # type: ignore[arg-type, call-arg]
 
 
 def _plain(*columns: FloatArray) -> list[FloatArray]:
@@ -245,7 +245,7 @@ def stands_in_material(point: FloatArray, way: FloatArray, swept: Swept, stock: 
     ----------
     Derived here.
     """
-    halves = [_contacts(*_plain(point, np.full(len(point), turn), way), swept, stock, True) for turn in (0.0, math.pi)]
+    halves = [_contacts(*_plain(point, np.full(len(point), turn), way), swept, stock, True) for turn in (0.0, math.pi)]  # type: ignore[arg-type, call-arg]
     return immersion(_table(*halves[0])) + immersion(_table(*halves[1]))
 
 

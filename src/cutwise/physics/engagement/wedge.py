@@ -71,7 +71,7 @@ def most_discs(engagement: Wedge) -> int:
 
 
 @inlined_stepping
-def foot(place, frame, closed, x, y, start):  # type: ignore[no-untyped-def]
+def foot(place, frame, closed, x, y, start):
     """Where a ball at a place across the rod is along the path, looked for from a sample on.
 
     Parameters
@@ -130,7 +130,7 @@ def foot(place, frame, closed, x, y, start):  # type: ignore[no-untyped-def]
 
 
 @inlined_stepping
-def discs(sides, lean, arcs, ball, vx, vy, vz, slices, layer, frame, rows, count):  # type: ignore[no-untyped-def]
+def discs(sides, lean, arcs, ball, vx, vy, vz, slices, layer, frame, rows, count):
     """Rows of contact of a ball inside of some planes, of which the last is made here: that of what lies ahead.
 
     A row: layer, foot and width of the disc over the tip [m], its arc [rad], chip across the rod [m], its direction

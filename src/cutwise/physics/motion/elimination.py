@@ -294,7 +294,7 @@ def all_postures(arm: Elimination, rotations: FloatArray, positions: FloatArray)
     count = len(positions)
     found, sound = [np.empty((0, 6)) for _ in range(count)], np.zeros(count, dtype=np.bool_)
 
-    def ask(f: Formulation, which: FloatArray, shaken: float) -> None:
+    def ask(f: Formulation, which: np.ndarray, shaken: float) -> None:
         asked = _found_by(arm, f, rotations[which], positions[which], shaken)
         for k, (q, whole) in zip(which, asked, strict=True):
             found[k], before = _distinct(found[k], q), len(found[k])

@@ -50,7 +50,7 @@ class Polynomial(NamedTuple):
 
     def __call__(self, u: FloatArray) -> FloatArray:
         """Value at u."""
-        return np.polynomial.polynomial.polyval(u, self.coefficient)
+        return np.polynomial.polynomial.polyval(u, self.coefficient)  # type: ignore[return-value]
 
 
 class Sines(NamedTuple):

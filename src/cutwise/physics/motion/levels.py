@@ -356,7 +356,7 @@ def _phases(st: Stretches, rest: FloatArray) -> FloatArray:
                 rows = _take_apart(stack, rows, search, st, it, most)
         rows = put_phase(rows, rest[last], st.at[last + 1], 0.0, 0.0, 0.0)
         first = last + 1
-    rows = put_phase(rows, 1.0, st.at[count], 0.0, 0.0, 0.0)
+    rows = put_phase(rows, 1.0, st.at[count], 0.0, 0.0, 0.0)  # type: ignore[arg-type]
     return rows.table[:, : rows.count]
 
 

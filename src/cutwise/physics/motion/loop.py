@@ -103,7 +103,7 @@ def sampled_loop(plant: Plant, law: Controller) -> tuple[FloatArray, FloatArray]
     numerator, denominator = held_plant(plant, t)
     delay = np.array([1.0, 0.0]) if law.delay > 0.5 else np.array([1.0])
     whole = np.polymul(np.polymul(np.array([1.0, -1.0, 0.0]), denominator), delay)
-    return np.polymul(controller, numerator), whole
+    return np.polymul(controller, numerator), whole  # type: ignore[return-value]
 
 
 def sampled_response(omega: FloatArray, plant: Plant, law: Controller) -> ComplexArray:

@@ -16,7 +16,7 @@ class Rows(NamedTuple):
     """Phases written so far."""
 
     table: FloatArray  # time [s], position [m], speed [m/s], acceleration, jerk at the start of each; shape (5, room)
-    count: int
+    count: int  # type: ignore[assignment]
     time: float  # [s] at the end
 
 

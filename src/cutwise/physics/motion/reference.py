@@ -55,7 +55,7 @@ def sampled(curve: LineArc, profiles: list[Profile], sample_time: float, tail: f
         travelled[here], speed[here] = base + position, rate
         base += float(run.position[-1])
     point, direction, block = sample(curve, curve.knots, travelled)
-    return Reference(time, travelled, point, direction, block, speed, total)
+    return Reference(time, travelled, point, direction, block, speed, total)  # type: ignore[arg-type]
 
 
 def central_difference(values: FloatArray, sample_time: float) -> FloatArray:

@@ -91,7 +91,7 @@ def pad_compliance(points: ArrayLike, stiffness: ArrayLike) -> FloatArray:
         raise ValueError(
             "the pads leave a motion free: they need three places off one line, and stiffness on each axis"
         )
-    return np.linalg.inv(stiff)
+    return np.linalg.inv(stiff)  # type: ignore[return-value]
 
 
 def is_positive_definite(matrix: ArrayLike) -> bool:

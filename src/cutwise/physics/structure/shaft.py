@@ -48,7 +48,7 @@ def shaft(
     for k in range(len(n)):
         whole[0, 2 * k : 2 * k + 4, 2 * k : 2 * k + 4] += (young * inertia / (n**3 * (1.0 + phi)) * bent)[..., k]
         whole[1, 2 * k : 2 * k + 4, 2 * k : 2 * k + 4] += (density * area * n / 420.0 * carried)[..., k]
-    return Shaft(z, *whole, supports)
+    return Shaft(z, *whole, supports)  # type: ignore[call-arg]
 
 
 def _held(beam: Shaft) -> tuple[FloatArray, list[tuple[int, int, float]], FloatArray]:

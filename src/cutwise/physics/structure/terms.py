@@ -426,7 +426,7 @@ def swinging(at: FloatArray, compliance: FloatArray, mass: float, damping: float
     value, vector = np.linalg.eigh(0.5 * (stiffness + np.swapaxes(stiffness, -1, -2)))
     strength = 2.0 * damping * np.sqrt(value * mass)
     resistance = np.einsum("kij,kj,klj->kil", vector, strength, vector)
-    return Swinging(at, stiffness, resistance, mass)
+    return Swinging(at, stiffness, resistance, mass)  # type: ignore[arg-type]
 
 
 def linked(
@@ -486,7 +486,7 @@ def relaxed(structure: NamedTuple) -> NamedTuple:
         case Linked():
             k = structure.spring.shape[-1]
             return LinkedState(np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(6), np.zeros(6))
-    return ()
+    return ()  # type: ignore[return-value]
 
 
 def natural_frequencies(term: Swinging | Linked) -> FloatArray:

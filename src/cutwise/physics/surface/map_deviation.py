@@ -37,7 +37,7 @@ class Shaped(NamedTuple):
     """What is left under all maps of a part, with the segments that shaped each."""
 
     piece: Workpiece
-    index: tuple[Index, ...]
+    index: tuple[Index, ...]  # type: ignore[assignment]
     first: IntArray  # number of the first segment of each map among those of all, shape (m,)
     cell: float  # [m] width of the cells
 
@@ -233,4 +233,4 @@ def fitted(point: FloatArray, normal: FloatArray, deviation: FloatArray, weight:
     found = np.linalg.lstsq(scaled.T @ columns, scaled.T @ deviation, rcond=1e-9)[0]
     left = deviation - columns @ found
     mean = [math.sqrt(float(weight @ (d * d)) / whole) for d in (deviation, left)]
-    return Fit(found[:3], found[3:] / size, centre, *mean)
+    return Fit(found[:3], found[3:] / size, centre, *mean)  # type: ignore[arg-type]

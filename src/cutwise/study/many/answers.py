@@ -1,6 +1,7 @@
 """What a study says, of whatever part of it is there: shares with intervals, quantiles, indices, the worst cases."""
 
 import math
+import shlex
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -95,7 +96,7 @@ def answers(study: Study, folder: Path, size: int) -> Answers:
         raise ValueError("no case is finished yet")
     state, said = table["state"], table["said"]
     return Answers(
-        study, table, done, tuple(_shares(study, table, done)) if study.scenario.requirements and study.random else (),
+        study, table, done, tuple(_shares(study, table, done)) if study.scenario.asked and study.random else (),
         _counted(said[state == FAILED]), _counted(said[state == INFEASIBLE]), _wrong(study, table),
         _decides(study, table, done),
     )  # fmt: skip
@@ -109,7 +110,7 @@ def _wrong(study: Study, table: Mapping[str, np.ndarray]) -> dict[str, int]:
     """Cases that miss each requirement, by the words of its limit."""
     found = {}
     bad = table["state"] == BAD
-    for name, limit in study.scenario.requirements.items():
+    for name, limit in study.scenario.asked.items():
         dimension = study.scenario.measures[name].dimension
         value = table[f"measure {name}"]
         for bound, misses, words in ((limit.max, np.greater, "above"), (limit.min, np.less, "below")):
@@ -120,7 +121,7 @@ def _wrong(study: Study, table: Mapping[str, np.ndarray]) -> dict[str, int]:
 
 
 def _decides(study: Study, table: Mapping[str, np.ndarray], done: int) -> dict[str, Indices | Effects]:
-    inputs = len(study.random)
+    inputs = len(study.factors)
     if study.method not in (INDICES, MORRIS) or study.combinations != 1:
         return {}
     each = inputs + (2 if study.method == INDICES else 1)
@@ -128,7 +129,7 @@ def _decides(study: Study, table: Mapping[str, np.ndarray], done: int) -> dict[s
     if rows < 2:
         return {}
     values = {name: table[f"measure {name}"][: rows * each] for name in study.measures}
-    if study.scenario.requirements:
+    if study.scenario.asked:
         values["good"] = (table["state"][: rows * each] == GOOD).astype(float)
     found: dict[str, Indices | Effects] = {}
     for name, column in values.items():
@@ -150,30 +151,44 @@ def _decides(study: Study, table: Mapping[str, np.ndarray], done: int) -> dict[s
 def worst(found: Answers, count: int) -> list[int]:
     """Numbers of the cases that are farthest beyond a limit; without limits, with the largest value of the focus."""
     study, table = found.study, found.table
-    beyond = np.full(found.done, -np.inf)
-    for name, limit in study.scenario.requirements.items():
-        value = table[f"measure {name}"]
-        for bound, sign in ((limit.max, 1.0), (limit.min, -1.0)):
-            if bound is not None:
-                beyond = np.fmax(beyond, sign * (value - bound) / (abs(bound) or 1.0))
-    if not study.scenario.requirements and study.measures:
+    if study.scenario.asked:
+        beyond = np.where(table["state"] == FAILED, -np.inf, table["margin"])  # the failed ones are listed by reason
+    elif study.measures:
         beyond = np.abs(table[f"measure {study.measures[0]}"])
+    else:
+        beyond = np.full(found.done, -np.inf)
     order = np.argsort(-np.where(np.isfinite(beyond), beyond, -np.inf), kind="stable")
     return [int(i) for i in order[:count]]
 
 
 def command(found: Answers, case: int) -> str:
     """How a case is run again."""
-    study = found.study
-    written = [f"{text.partition('=')[0]}='{text.partition('=')[2]}'" for text in study.given]
-    written += [f"{key}='{shown(study, key, found.table[f'lever {key}'][case], 8)}'" for key in study.keys]
-    return f"cutwise run {study.source} {' '.join(f'--set {one}' for one in written)}"
+    return rerun(found.study, {key: found.table[f"lever {key}"][case] for key in found.study.keys})
+
+
+def rerun(study: Study, levers: Mapping[str, Any]) -> str:
+    """The command of a run with some values of the levers."""
+    written = [text.partition("=")[::2] for text in study.given]
+    written += [(key, as_written(study, key, value)) for key, value in levers.items()]
+    return f"cutwise run {study.source} {' '.join(f'--set {key}={shlex.quote(value)}' for key, value in written)}"
+
+
+def as_written(study: Study, key: str, value: Any) -> str:
+    """A value of a lever as a scenario has it; a curve with its number."""
+    if key in study.random and study.random[key].curve:
+        where = study.scenario
+        for step in split_dotted(key):
+            where = getattr(where, str(step))
+        said = where.model_dump(mode="json", exclude_none=True) | {"case": int(value)}
+        return f"{{{', '.join(f'{name}: {one}' for name, one in said.items())}}}"
+    return shown(study, key, value, 8)
 
 
 def dimension_of(study: Study, key: str) -> str | None:
     """The dimension of a lever; None if it is no quantity."""
-    info = fields.field_at(type(study.scenario), split_dotted(key))
-    return fields.dimension(info) if info is not None else None
+    if key in study.random and study.random[key].curve:
+        return None  # a number of a curve
+    return fields.dimension_at(type(study.scenario), split_dotted(key))
 
 
 def shown(study: Study, key: str, value: Any, digits: int = 5) -> str:
@@ -198,14 +213,14 @@ def measures(found: Answers) -> dict[str, float]:
         if values.size:
             for percent in (5, 50, 95):
                 said[f"quantile_{percent:02d}_{name}"] = float(np.percentile(values, percent))
-        limit = found.study.scenario.requirements.get(name)
+        limit = found.study.scenario.asked.get(name)
         if limit is not None and values.size:
             if limit.max is not None:
                 said[f"probability_above_{name}"] = float((values > limit.max).mean())
             if limit.min is not None:
                 said[f"probability_below_{name}"] = float((values < limit.min).mean())
     for name, one in found.indices.items():
-        for i, key in enumerate(found.study.random):
+        for i, key in enumerate(found.study.factor_names):
             if isinstance(one, Indices):
                 said[f"index_first_{name}_{key}"] = float(one.first[i])
                 said[f"index_total_{name}_{key}"] = float(one.total[i])

@@ -49,6 +49,23 @@ class LogNormal(NamedTuple):
         return _step(far) if self.log_deviation == 0.0 else float(special.ndtr(far / self.log_deviation))
 
 
+class Reciprocal(NamedTuple):
+    """A positive value whose reciprocal scatters normally; it falls as that rises."""
+
+    mean: float  # of the reciprocal
+    deviation: float
+
+    def quantile(self, u: FloatArray) -> FloatArray:
+        return np.asarray(1.0 / (self.mean - self.deviation * special.ndtri(u)))
+
+    def share_below(self, x: float) -> float:
+        of = Normal(self.mean, self.deviation)
+        below = of.share_below(0.0)  # where the value is negative
+        if x == 0.0:
+            return below
+        return below - of.share_below(1.0 / x) if x < 0.0 else below + 1.0 - of.share_below(1.0 / x)
+
+
 class Uniform(NamedTuple):
     """Any value between two ends, none more likely."""
 

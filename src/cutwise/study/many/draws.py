@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import qmc
 
+from cutwise.maths.fields import shares
+
 FloatArray = NDArray[np.float64]
 
 NETS = 8
@@ -18,11 +20,12 @@ NETS = 8
 _BITS = 30
 _NETS_FROM = 2**32  # second key of the shifts; inputs have those below
 _OTHERS_FROM = 2**34  # and of all other draws
-BOOTSTRAP, MORRIS, HYPERCUBE = range(3)
+BOOTSTRAP, MORRIS, HYPERCUBE, OPTIMISER = range(4)
+LEVELS_FROM = 16  # of rare failures, one more for each level
 
 
 def generator(seed: int, purpose: int) -> np.random.Generator:
-    """Numbers for anything but the inputs of cases: ``BOOTSTRAP``, ``MORRIS``, ``HYPERCUBE``."""
+    """Numbers for anything but the inputs of cases: ``BOOTSTRAP``, ``MORRIS``, ``HYPERCUBE``, ``OPTIMISER``, levels."""
     return np.random.Generator(np.random.Philox(key=[seed, _OTHERS_FROM + purpose]))
 
 
@@ -38,8 +41,7 @@ def uniforms(seed: int, inputs: int, first: int, count: int) -> FloatArray:
     found = np.empty((count, inputs))
     for group in range(0, inputs, 4):
         words = np.random.Philox(key=[seed, group // 4], counter=[first, 0, 0, 0]).random_raw(4 * count)
-        u = ((words.reshape(count, 4) >> np.uint64(11)).astype(float) + 0.5) * 2.0**-53
-        found[:, group : group + 4] = u[:, : inputs - group]
+        found[:, group : group + 4] = shares(words).reshape(count, 4)[:, : inputs - group]
     return found
 
 

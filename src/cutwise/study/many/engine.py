@@ -13,8 +13,8 @@ from cutwise import __version__
 from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.study.many import folder as at
 from cutwise.study.many.answers import share_of_prefix
-from cutwise.study.many.cases import evaluate, step_errors
-from cutwise.study.many.definition import Study
+from cutwise.study.many.cases import evaluate, limit_scales, step_errors
+from cutwise.study.many.definition import SEARCHES, Study, in_the_middle
 from cutwise.study.many.packing import pack, unpack
 
 _LASTS = 10.0  # [s] that a part should take
@@ -22,6 +22,7 @@ _SMALLEST, _LARGEST = 32, 4096
 _LOOKED = 0.2  # [s] between two looks at what is finished
 _WAITED = 1.0  # [s] between two looks for a part that others have leased
 _NARROW = "the interval is as narrow as the stop rule asks for"
+_SPENT = "the budget is spent; --resume goes on"
 
 Progress = Callable[[int, int], object]
 """Called with the cases that are done, and with all."""
@@ -74,20 +75,32 @@ def run_study(
     ScenarioFault
         The folder holds another study, or parts of this one without ``resume``.
     """
+    known = begun(study, folder, resume=resume, chunk=chunk)
+    size = int(known["chunk"])
+    if jobs <= 1:
+        return _alone(study, folder, size, known, progress)
+    return _together(study, folder, size, jobs, progress)
+
+
+def begun(study: Study, folder: Path, *, resume: bool, chunk: int | None = None) -> dict[str, Any]:
+    """The identity of a study in its folder, which is made where it is not there.
+
+    Raises
+    ------
+    ScenarioFault
+        The folder holds another study, or parts of this one without ``resume``.
+    """
     known = at.identity_in(folder)
     if known is None:
         if (folder / "parts").exists() and any((folder / "parts").iterdir()):
             raise _refused(folder, "holds parts of a study without its identity; take another folder (-o)")
-        errors = step_errors(study)
-        known = at.identity_of(study, __version__, chunk or chunk_size(study), errors)
-        at.started(folder, json.dumps(pack(study)), known)
+        errors = step_errors(in_the_middle(study))
+        size = chunk or (1 if study.method in SEARCHES else chunk_size(study))
+        known = at.identity_of(study, __version__, size, errors, limit_scales(in_the_middle(study)))
     else:
         _same(study, folder, known, resume=resume)
-        at.started(folder, json.dumps(pack(study)), known)
-    size = int(known["chunk"])
-    if jobs <= 1:
-        return _alone(study, folder, size, known["step_errors"], progress)
-    return _together(study, folder, size, jobs, progress)
+    at.started(folder, json.dumps(pack(study)), known)
+    return known
 
 
 def _refused(folder: Path, message: str) -> ScenarioFault:
@@ -96,12 +109,17 @@ def _refused(folder: Path, message: str) -> ScenarioFault:
 
 def _same(study: Study, folder: Path, known: dict[str, Any], *, resume: bool) -> None:
     """Whether the folder holds this study, and the user means to go on with it."""
-    mine = at.identity_of(study, __version__, int(known["chunk"]), known["step_errors"])
+    mine = at.identity_of(study, __version__, int(known["chunk"]), known["step_errors"], known["scales"])
     elsewhere = "take another folder (-o)"
     if known["version"] != mine["version"]:
         raise _refused(folder, f"was begun with cutwise {known['version']}, this is {__version__}: {elsewhere}")
     if known["study"] != mine["study"]:
         raise _refused(folder, f"holds another study: scenario, levers, method, seed or measures differ; {elsewhere}")
+    if study.method in SEARCHES:
+        there = len(at.trials(folder)) + len(list((folder / "parts").glob("*.nc")))
+        if there and not resume:
+            raise _refused(folder, f"{there:,} trials are there: add --resume, or {elsewhere}")
+        return
     done = _done(study, folder, int(known["chunk"]))
     if done and not resume:
         raise _refused(folder, f"{done:,} of {study.cases:,} cases are there: add --resume, or {elsewhere}")
@@ -144,7 +162,9 @@ def work(folder: Path, *, until: float | None = None, progress: Progress | None 
         lease = at.Lease(folder, mine[0])
         try:
             if not at.part_file(folder, *mine).exists():
-                found = evaluate(study, *mine, known["step_errors"], lambda _, lease=lease: lease.touch())
+                found = evaluate(
+                    study, *mine, known["step_errors"], lambda _, lease=lease: lease.touch(), known["scales"]
+                )
                 at.write_part(folder, found)
                 done += mine[1]
         finally:
@@ -154,12 +174,29 @@ def work(folder: Path, *, until: float | None = None, progress: Progress | None 
     return done
 
 
-def _alone(study: Study, folder: Path, size: int, errors: dict[str, float], progress: Progress | None) -> Ran:
-    done = 0
+class _Allowance:
+    """What the budget of one call leaves."""
+
+    def __init__(self, study: Study, done: int) -> None:
+        cases, seconds = study.budget or (None, None)
+        self._cases = None if cases is None else done + cases
+        self._until = None if seconds is None else time.monotonic() + seconds
+
+    def ended(self, done: int) -> bool:
+        """Whether nothing more may be begun."""
+        return (self._cases is not None and done >= self._cases) or (
+            self._until is not None and time.monotonic() >= self._until
+        )
+
+
+def _alone(study: Study, folder: Path, size: int, known: dict[str, Any], progress: Progress | None) -> Ran:
+    done, allowance = 0, _Allowance(study, _done(study, folder, size))
     for first, count in at.chunks(study, size):
+        if allowance.ended(done) and not at.part_file(folder, first, count).exists():
+            return Ran(folder, done, _SPENT)
         if not at.part_file(folder, first, count).exists():
             told = None if progress is None else (lambda i, done=done: progress(done + i, study.cases))
-            at.write_part(folder, evaluate(study, first, count, errors, told))
+            at.write_part(folder, evaluate(study, first, count, known["step_errors"], told, known["scales"]))
         done += count
         if progress is not None:
             progress(done, study.cases)
@@ -174,7 +211,7 @@ def _together(study: Study, folder: Path, size: int, jobs: int, progress: Progre
     workers = [context.Process(target=work, args=(folder,), daemon=True) for _ in range(jobs)]
     for worker in workers:
         worker.start()
-    stopped = ""
+    stopped, allowance = "", _Allowance(study, _done(study, folder, size))
     try:
         while any(worker.is_alive() for worker in workers):
             time.sleep(_LOOKED)
@@ -182,6 +219,9 @@ def _together(study: Study, folder: Path, size: int, jobs: int, progress: Progre
                 progress(_done(study, folder, size), study.cases)
             if _enough(study, folder, size):
                 stopped = _NARROW
+                break
+            if allowance.ended(_done(study, folder, size)):
+                stopped = _SPENT
                 break
     finally:
         for worker in workers:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from cutwise import units
+from cutwise.above import above
 from cutwise.io.tree import from_data
 from cutwise.results import Result
 from cutwise.spec.scenario import Scenario
@@ -65,6 +66,9 @@ class StudyResult(NamedTuple):
     def simulate(self, number: int) -> Result:
         """The run of a case."""
         return simulate(self.case(number))
+
+    def _repr_html_(self) -> str:
+        return str(above("study_html")(self))
 
     def __repr__(self) -> str:
         shares = ", ".join(f"{s.value:.3f} ({s.low:.3f} to {s.high:.3f})" for _, s in self.answers.shares[:3])

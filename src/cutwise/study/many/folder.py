@@ -27,15 +27,19 @@ from cutwise.study.many.definition import Study
 _STALE = 60.0  # [s] after which a lease that nobody touches is taken over
 
 
-def identity_of(study: Study, version: str, chunk: int, errors: dict[str, float]) -> dict[str, Any]:
+def identity_of(
+    study: Study, version: str, chunk: int, errors: dict[str, float], scales: dict[str, float]
+) -> dict[str, Any]:
     """What has to be the same for parts to belong together; the number of cases, stop rule and demand are not in it."""
     levers = [[key, repr(lever)] for group in (study.design, study.random) for key, lever in group.items()]
     coarse = None if study.coarse is None else study.coarse.document()
     plain = [study.scenario.document(), coarse, levers, study.method, study.seed, list(study.measures), study.levels]
-    if study.method in ("latin_hypercube", "morris"):
+    if study.correlated:
+        plain.append([list(group) for group in study.correlated])
+    if study.method in ("latin_hypercube", "morris", "rare"):
         plain.append(study.draws)  # their points depend on how many there are
     digest = hashlib.sha256(json.dumps(plain, sort_keys=True, default=str).encode()).hexdigest()
-    return {"study": digest, "version": version, "chunk": chunk, "step_errors": errors}
+    return {"study": digest, "version": version, "chunk": chunk, "step_errors": errors, "scales": scales}
 
 
 def started(folder: Path, text: str, identity: dict[str, Any]) -> None:
@@ -59,7 +63,7 @@ def identity_in(folder: Path) -> dict[str, Any] | None:
         return None
     try:
         found = json.loads(file.read_text(encoding="utf-8"))
-        return {name: found[name] for name in ("study", "version", "chunk", "step_errors")}
+        return {name: found[name] for name in ("study", "version", "chunk", "step_errors", "scales")}
     except (OSError, ValueError, KeyError, TypeError):
         raise ScenarioFault([Fault((), "is damaged; take another folder (-o)", file=str(file))]) from None
 
@@ -83,7 +87,12 @@ def write_part(folder: Path, chunk: Chunk) -> Path:
         case.make_scale("case")
         columns: dict[str, Any] = {f"lever {key}": values for key, values in chunk.levers.items()}
         columns |= {f"measure {name}": values for name, values in chunk.measures.items()}
-        columns |= {"state": chunk.state, "finer": chunk.finer.astype(np.int8), "said": chunk.said}
+        columns |= {
+            "state": chunk.state,
+            "margin": chunk.margin,
+            "finer": chunk.finer.astype(np.int8),
+            "said": chunk.said,
+        }
         for name, values in columns.items():
             numbers = all(isinstance(v, float | int | np.number) and not isinstance(v, bool) for v in values)
             data = np.asarray(values) if numbers else np.array([str(v) for v in values], dtype=h5py.string_dtype())
@@ -103,6 +112,31 @@ def read_part(file: Path) -> dict[str, np.ndarray]:
 def finished(folder: Path, study: Study, size: int) -> list[tuple[int, int]]:
     """The parts that are there."""
     return [one for one in chunks(study, size) if part_file(folder, *one).exists()]
+
+
+def trials(folder: Path) -> list[dict[str, Any]]:
+    """What a search has tried, in its order; a last line that was cut off does not count."""
+    file = folder / "trials.jsonl"
+    if not file.exists():
+        return []
+    found = []
+    for line in file.read_text(encoding="utf-8").splitlines():
+        try:
+            found.append(json.loads(line))
+        except ValueError:
+            continue
+    return found
+
+
+def write_trials(folder: Path, some: list[dict[str, Any]]) -> None:
+    """Add what was tried, each on a line of its own; the line before may have been cut off."""
+    file = folder / "trials.jsonl"
+    with file.open("ab") as stream:
+        torn = stream.tell() > 0 and file.read_bytes()[-1:] != b"\n"
+        text = "".join(json.dumps(one) + "\n" for one in some)
+        stream.write((b"\n" if torn else b"") + text.encode())
+        stream.flush()
+        os.fsync(stream.fileno())
 
 
 def take_lease(folder: Path, first: int) -> bool:

@@ -5,6 +5,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from difflib import get_close_matches
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,14 +16,12 @@ from cutwise.io.tables import cells_of, number_of
 from cutwise.io.tree import Node
 from cutwise.spec import fields
 from cutwise.spec.faults import Fault, ScenarioFault, dotted, split_dotted
+from cutwise.spec.part import RandomField
 from cutwise.spec.scenario import Scenario
 from cutwise.study.many import distributions as scatter
-from cutwise.study.many.definition import Design, Random
+from cutwise.study.many.definition import Between, Design, Random
 
-LATER = ("correlated", "field", "between", "rare", "optimise", "robust", "budget")
-"""Words of studies that this version refuses."""
-
-_KINDS = ("normal", "lognormal", "uniform", "triangular", "table", "choice", "grid")
+_KINDS = ("normal", "lognormal", "uniform", "triangular", "table", "choice", "grid", "between", "field")
 
 At = tuple[str | int, ...]
 
@@ -38,24 +37,30 @@ class Faults:
         self.found.append(node.fault(path, message, at_key=at_key))
 
 
-def levers_of(
-    tree: Node, scenario: Scenario, folder: Path, faults: Faults
-) -> tuple[dict[str, Design], dict[str, Random]]:  # fmt: skip
+class Levers(NamedTuple):
+    """What varies, by keys."""
+
+    design: dict[str, Design]
+    random: dict[str, Random]
+    between: dict[str, Between]
+    curves: dict[str, str]  # random curves as a scenario writes them, without seed, lever and case
+
+
+def levers_of(tree: Node, scenario: Scenario, folder: Path, faults: Faults) -> Levers:
+    """Everything under ``vary``; measured entries, whose values scatter together, come later."""
     node = tree.value.get("vary")
+    found = Levers({}, {}, {}, {})
+    if node is None and "correlated" in tree.value:
+        return found
     if node is None or not isinstance(node.value, dict) or not node.value:
         faults.at(
             node or tree,
             ("vary",),
             "missing; say what varies, for example part.burr.height: {normal: {mean: 0.8 mm, deviation: 0.1 mm}}",
         )
-        return {}, {}
-    design: dict[str, Design] = {}
-    random: dict[str, Random] = {}
+        return found
     for key, one in node.value.items():
         path = ("vary", key)
-        if key in LATER:
-            faults.at(one, path, "is not in this version", at_key=True)
-            continue
         info = fields.field_at(type(scenario), split_dotted(key))
         if info is None:
             known = [dotted(p) for p, _ in fields.keys(type(scenario))]
@@ -64,18 +69,83 @@ def levers_of(
                 one, path, f"unknown key of the scenario{f'; did you mean {near[0]}?' if near else ''}", at_key=True
             )
             continue
-        dimension = fields.dimension(info)
-        if isinstance(one.value, list):
-            design[key] = Design(tuple(_value(entry, dimension, path, faults) for entry in one.value))
-        elif isinstance(one.value, dict) and "grid" in one.value:
-            design[key] = Design(_grid(one.value["grid"], dimension, path, faults))
-        elif isinstance(one.value, dict):
-            lever = _random(one, key, scenario, dimension, folder, faults)
-            if lever is not None:
-                random[key] = lever
-        else:
-            faults.at(one, path, f"expected a list of values or one of {', '.join(_KINDS)}")
-    return design, random
+        _lever(one, key, scenario, fields.dimension(info), folder, found, faults)
+    return found
+
+
+def _lever(
+    one: Node, key: str, scenario: Scenario, dimension: str | None, folder: Path, found: Levers, faults: Faults
+) -> None:
+    """Read one lever into where it belongs."""
+    path = ("vary", key)
+    if isinstance(one.value, list):
+        found.design[key] = Design(tuple(_value(entry, dimension, path, faults) for entry in one.value))
+        if not one.value:
+            faults.at(one, path, "is an empty list")
+        return
+    if not isinstance(one.value, dict):
+        faults.at(one, path, f"expected a list of values or one of {', '.join(_KINDS)}")
+        return
+    if "grid" in one.value:
+        found.design[key] = Design(_grid(one.value["grid"], dimension, path, faults))
+        for name in one.value.keys() - {"grid"}:
+            faults.at(one.value[name], (*path, name), "does not go with grid", at_key=True)
+        return
+    if "field" in one.value:
+        made = _curve(one, key, scenario, faults)
+        if made is not None:
+            found.random[key], found.curves[key] = made
+        return
+    rest = {name: node for name, node in one.value.items() if name != "between"}
+    if "between" in one.value:
+        found.between[key] = _between(one.value["between"], dimension, path, faults)
+        if not rest:
+            return
+        offset = rest.get("offset")
+        if offset is None or offset.value is not True:
+            faults.at(one, path, "scatter of a lever that is optimised is told as how far off it is: add offset: true")
+            return
+    lever = _random(one, rest, key, scenario, dimension, folder, faults, added="between" in one.value)
+    if lever is not None:
+        found.random[key] = lever
+
+
+def _between(node: Node, dimension: str | None, path: At, faults: Faults) -> Between:
+    """The ends of a lever that is optimised."""
+    ends = node.value if isinstance(node.value, list) else []
+    values = [_value(one, dimension, path, faults) for one in ends]
+    numbers = [x for x in values if isinstance(x, int | float) and not isinstance(x, bool)]
+    if len(values) != 2 or len(numbers) != 2 or not (numbers[0] < numbers[1] or any(map(math.isnan, numbers))):
+        faults.at(node, (*path, "between"), "expected two ends that rise, for example [60 mm/s, 120 mm/s]")
+        return Between(0.0, 1.0)
+    whole = dimension is None
+    if whole and not all(isinstance(x, int) for x in numbers):
+        faults.at(node, (*path, "between"), "is a number of things: its ends are whole numbers")
+    return Between(float(numbers[0]), float(numbers[1]), whole)
+
+
+def _curve(one: Node, key: str, scenario: Scenario, faults: Faults) -> tuple[Random, str] | None:
+    """A curve along the edge, another in each case."""
+    path, said = ("vary", key), one.value["field"]
+    for name in one.value.keys() - {"field"}:
+        faults.at(one.value[name], (*path, name), "does not go with field", at_key=True)
+    info = fields.field_at(type(scenario), split_dotted(key))
+    if info is None or RandomField not in fields.inner(info):
+        faults.at(one, path, "is no size along an edge; a random curve can be the height or the width of a burr")
+        return None
+    names = ("mean", "deviation", "correlation_length")
+    given = said.value if isinstance(said.value, dict) else {}
+    if given.keys() - set(names):
+        faults.at(said, (*path, "field"), f"expected {', '.join(names)}")
+        return None
+    mean, deviation, length = (_number(given, name, "length", said, (*path, "field"), faults) for name in names)
+    if mean < 0.0 or deviation < 0.0 or length <= 0.0:
+        faults.at(said, (*path, "field"), "mean and deviation must be 0 or more, correlation_length above 0")
+        return None
+    text = ", ".join(
+        f"{name}: {units.text(x, 'length')}" for name, x in zip(names, (mean, deviation, length), strict=True)
+    )
+    return Random(scatter.Normal(mean, deviation), curve=True), text
 
 
 def _value(node: Node, dimension: str | None, path: At, faults: Faults) -> Value:
@@ -117,6 +187,27 @@ def _grid(node: Node, dimension: str | None, path: At, faults: Faults) -> tuple[
         return ()
     make = np.geomspace if spacing == "log" else np.linspace
     return tuple(make(low, high, count).tolist())
+
+
+def ends_of(scenario: Scenario, key: str) -> tuple[float, float]:
+    """Between which values a key may be by itself [SI]."""
+    info = fields.field_at(type(scenario), split_dotted(key))
+    low, high = -math.inf, math.inf
+    for kind, metadata in fields.of_field(info) if info is not None else ():
+        for bound in metadata if kind is float else ():
+            least = [getattr(bound, name, None) for name in ("gt", "ge")]
+            most = [getattr(bound, name, None) for name in ("lt", "le")]
+            low = max([low, *(float(end) for end in least if end is not None)])
+            high = min([high, *(float(end) for end in most if end is not None)])
+    return low, high
+
+
+def share_beyond(scenario: Scenario, key: str, lever: Random) -> float:
+    """Share of a distribution beyond the bounds that its key has by itself."""
+    low, high = ends_of(scenario, key)
+    below = lever.distribution.share_below(low - lever.added) if math.isfinite(low) else 0.0
+    above = 1.0 - lever.distribution.share_below(high - lever.added) if math.isfinite(high) else 0.0
+    return below + max(0.0, above)
 
 
 Make = Callable[[Node, str | None, At, Faults], scatter.Distribution | None]
@@ -169,52 +260,51 @@ _MADE: dict[str, Make] = {"normal": _normal, "lognormal": _lognormal, "uniform":
 
 
 def _random(
-    node: Node, key: str, scenario: Scenario, dimension: str | None, folder: Path, faults: Faults
+    node: Node, said: Mapping[str, Node], key: str, scenario: Scenario, dimension: str | None, folder: Path,
+    faults: Faults, *, added: bool,
 ) -> Random | None:  # fmt: skip
-    """A lever that scatters, truncated and put on the lever's own value where that is asked for."""
+    """A lever that scatters, truncated and put on the lever's own value where that is asked for.
+
+    ``added``: on the value that an optimisation gives it.
+    """
     path = ("vary", key)
-    kinds = [name for name in node.value if name in _KINDS]
-    more = [name for name in node.value if name not in (*_KINDS, "within", "offset", "weights")]
+    kinds = [name for name in said if name in _KINDS]
+    more = [name for name in said if name not in (*_KINDS, "within", "offset", "weights")]
     if len(kinds) != 1 or more:
-        later = [name for name in more if name in LATER]
-        words = f"{later[0]} is not in this version" if later else f"expected one of {', '.join(_KINDS)}"
-        faults.at(node, path, words + (f", found {', '.join(node.value)}" if not later else ""))
+        faults.at(node, path, f"expected one of {', '.join(_KINDS)}, found {', '.join(said)}")
         return None
     kind = kinds[0]
     goes_with = ("weights",) if kind == "choice" else ("within", "offset")
-    for name in node.value:
+    for name in said:
         if name not in (kind, *goes_with):
-            faults.at(node.value[name], (*path, name), f"does not go with {kind}", at_key=True)
-    if "offset" in node.value and not isinstance(node.value["offset"].value, bool):
-        faults.at(node.value["offset"], (*path, "offset"), "is true or false")
+            faults.at(said[name], (*path, name), f"does not go with {kind}", at_key=True)
+    if "offset" in said and not isinstance(said["offset"].value, bool):
+        faults.at(said["offset"], (*path, "offset"), "is true or false")
     if kind == "choice":
         return _choice(node, dimension, path, faults)
     if dimension is None:
         faults.at(node, path, "is no quantity: its values can be listed, or drawn by choice")
         return None
     made = (
-        _table(node.value[kind], dimension, folder, path, faults)
+        _table(said[kind], dimension, folder, path, faults)
         if kind == "table"
-        else _MADE[kind](node.value[kind], dimension, path, faults)
+        else _MADE[kind](said[kind], dimension, path, faults)
     )
     if made is None:
         return None
-    if "within" in node.value:
-        low, high = _within(node.value["within"], dimension, path, faults)
+    if "within" in said:
+        low, high = _within(said["within"], dimension, path, faults)
         made = scatter.Truncated(made, low, high)
         if not made.whole.share_below(high) - made.whole.share_below(low) > 1e-12:
-            faults.at(node.value["within"], path, "none of the distribution lies within these ends")
+            faults.at(said["within"], path, "none of the distribution lies within these ends")
             return None
-    added = 0.0
-    if "offset" in node.value and node.value["offset"].value is True:
-        own = next((value for at, _, value in fields.leaves(scenario) if dotted(at) == key), None)
-        if not isinstance(own, float):
-            faults.at(
-                node.value["offset"], path, "the scenario has no value of this key to which the offset could be added"
-            )
-            return None
-        added = own
-    return Random(made, added)
+    if added or "offset" not in said or said["offset"].value is not True:
+        return Random(made)
+    own = next((value for at, _, value in fields.leaves(scenario) if dotted(at) == key), None)
+    if not isinstance(own, float):
+        faults.at(said["offset"], path, "the scenario has no value of this key to which the offset could be added")
+        return None
+    return Random(made, own)
 
 
 def _within(node: Node, dimension: str, path: At, faults: Faults) -> tuple[float, float]:

@@ -1,25 +1,46 @@
 """A study file: read as written, every fault at its line, all at once."""
 
-import math
+import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from difflib import get_close_matches
 from pathlib import Path
 
 import numpy as np
 
+from cutwise import units
 from cutwise.io.files import as_text, read_bytes
 from cutwise.io.revision import Value, revisions
 from cutwise.io.scenario import load, read_document
 from cutwise.io.tree import Node, compose
-from cutwise.process.recipes import coarser
-from cutwise.spec import fields
-from cutwise.spec.faults import Fault, ScenarioFault, split_dotted
+from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.spec.scenario import Scenario
-from cutwise.study.many.definition import GRID, INDICES, METHODS, MONTE_CARLO, MORRIS, SOBOL, Random, Stop, Study
+from cutwise.study.many.aims import measures_of, search_of
+from cutwise.study.many.definition import (
+    GRID,
+    INDICES,
+    METHODS,
+    MONTE_CARLO,
+    MORRIS,
+    OPTIMISE,
+    RARE,
+    SEARCHES,
+    SOBOL,
+    Budget,
+    Stop,
+    Study,
+    at_setting,
+    in_the_middle,
+)  # fmt: skip
 from cutwise.study.many.draws import NETS, next_size
-from cutwise.study.many.levers import LATER, Faults, levers_of
+from cutwise.study.many.levers import Faults, Levers, levers_of, share_beyond
+from cutwise.study.many.rarely import size_of_level
+from cutwise.study.many.relations import cut_off, few_degrees, relations_of
 
-_KEYS = ("name", "scenario", "set", "vary", "want", "method", "cases", "seed", "coarse", "stop", "levels")
+_KEYS = (
+    "name", "scenario", "set", "vary", "correlated", "want", "method", "cases", "seed", "coarse", "stop", "budget", "levels",
+    "minimise", "maximise", "robust", "points",
+)  # fmt: skip
+_OF_OPTIMISE = ("minimise", "maximise", "robust", "points")
 _BEYOND = 1e-9  # share of a distribution that may lie beyond what its key allows
 
 
@@ -53,7 +74,7 @@ def study_of(
             continue
         near = get_close_matches(key, _KEYS, n=1)
         hint = f"; did you mean {near[0]}?" if near else f"; a study has {', '.join(_KEYS)}"
-        faults.at(node, (key,), "is not in this version" if key in LATER else f"unknown key{hint}", at_key=True)
+        faults.at(node, (key,), f"unknown key{hint}", at_key=True)
     scenario = _scenario(tree, path, overrides, faults)
     if scenario is None or faults.found:
         raise ScenarioFault(faults.found)
@@ -96,7 +117,7 @@ def _plain_map(tree: Node, key: str, faults: Faults) -> dict[str, str]:
     if not isinstance(node.value, dict):
         faults.at(node, (key,), "expected keys and values, for example {operation.feed: 80 mm/s}")
         return {}
-    return {name: one.text or str(one.plain()) for name, one in node.value.items()}
+    return {name: one.text or json.dumps(one.plain()) for name, one in node.value.items()}
 
 
 def _study(
@@ -109,41 +130,131 @@ def _study(
     cases: int | None,
     seed: int | None,
 ) -> Study | None:
-    design, random = levers_of(tree, scenario, path.parent, faults)
+    levers = levers_of(tree, scenario, path.parent, faults)
+    relations = relations_of(tree, scenario, levers, faults)
+    random = levers.random
     method = _word(tree, "method", METHODS, SOBOL if random else GRID, faults)
-    if method == GRID and random:
-        faults.at(
-            tree.value["method"], ("method",), f"grid takes values alone; {next(iter(random))} scatters: take sobol"
-        )
-    if method not in (GRID, SOBOL, MONTE_CARLO) and not random and "method" in tree.value:
-        faults.at(tree.value["method"], ("method",), f"{method} needs something that scatters (vary)")
-    wanted = cases if cases is not None else _count(tree, "cases", 1024, faults)
-    draws = _rounded(method, wanted) if random else 1
-    for key, counts in (("cases", random), ("seed", random), ("stop", random), ("levels", method == MORRIS)):
-        if key in tree.value and not counts:
-            why = "only morris has levels" if random else "nothing scatters"
-            faults.at(tree.value[key], (key,), f"is not used: {why}", at_key=True)
-    measures, demanded = _wants(tree, scenario, faults, scatters=bool(random))
+    _goes_together(tree, scenario, levers, method, bool(relations), faults)
+    wanted = cases if cases is not None else _count(tree, "cases", 2000 if method == RARE else 1024, faults)
+    measures, demanded = _wants(tree, scenario, faults, method, scatters=bool(random))
     chosen = seed if seed is not None else _count(tree, "seed", 0, faults, least=0)
-    coarse, stop, levels = (
-        _coarse(tree, scenario, faults),
-        _stop(tree, faults),
-        _count(tree, "levels", 4, faults, least=2),
-    )
+    stop, budget = _stop(tree, faults), _budget(tree, method, faults)
+    levels = _count(tree, "levels", 4, faults, least=2)
+    draws = _rounded(method, wanted) if random else 1
+    search = None
+    if method == OPTIMISE:
+        runs = None if budget is None or budget.cases is None else max(1, budget.cases // draws)
+        search = search_of(tree, scenario, levers, runs, faults)
+        aimed = (name for aim in search.aims for name in measures_of(aim, type(scenario).measures))
+        measures = tuple(dict.fromkeys((*measures, *aimed)))
+    given = tuple(f"{key}={value}" for key, value in _plain_map(tree, "set", faults).items())
+    curved = _with_curves(scenario, levers, chosen, faults)
+    coarse = _coarse(tree, curved, faults)
     if faults.found:
         return None
     found = Study(
-        str(tree.value["name"].plain()) if "name" in tree.value else path.stem, scenario,
-        coarse, design, random, method, draws, chosen, measures, demanded, stop, levels,
-        str(path.parent / tree.value["scenario"].value),
-        (*(f"{key}={value}" for key, value in _plain_map(tree, "set", faults).items()), *overrides),
+        str(tree.value["name"].plain()) if "name" in tree.value else path.stem, curved,
+        coarse, {} if search else levers.design, random, method, draws, chosen, measures, demanded, stop, levels,
+        str(path.parent / tree.value["scenario"].value), (*given, *overrides), relations, search, budget,
     )  # fmt: skip
     _allowed(found, tree, faults)
     return found
 
 
+def _goes_together(
+    tree: Node, scenario: Scenario, levers: Levers, method: str, related: bool, faults: Faults
+) -> None:  # fmt: skip
+    """Faults of a method with what varies, and of keys that it does not use."""
+    random = levers.random
+    if method == GRID and random:
+        faults.at(
+            tree.value.get("method", tree), ("method",),
+            f"grid takes values alone; {next(iter(random))} scatters: take sobol",
+        )  # fmt: skip
+    if method not in (GRID, SOBOL, MONTE_CARLO, OPTIMISE) and not random and "method" in tree.value:
+        faults.at(tree.value["method"], ("method",), f"{method} needs something that scatters (vary)")
+    if method != OPTIMISE:
+        for key in levers.between:
+            faults.at(tree.value["vary"].value[key], ("vary", key), "between belongs to method: optimise")
+    curves = [key for key, lever in random.items() if lever.curve]
+    if method == MORRIS and (related or curves):
+        what = "inputs that are correlated" if related else "curves"
+        faults.at(tree.value["method"], ("method",), f"morris moves one number at a time; of {what}, take indices")
+    if method == RARE and levers.design:
+        faults.at(
+            tree.value["method"], ("method",),
+            f"rare asks for one probability; {next(iter(levers.design))} has several values: set one of them",
+        )  # fmt: skip
+    if method == RARE and curves:
+        faults.at(
+            tree.value["method"],
+            ("method",),
+            f"rare moves single numbers: {curves[0]} is a curve of many; take a number",
+        )
+    if method == RARE and not scenario.asked:
+        faults.at(tree.value["method"], ("method",), "there are no requirements, so no case fails them")
+    for name, limit in scenario.requirements.items():
+        if limit.whole_band:
+            faults.at(
+                tree.value["scenario"], ("scenario",),
+                f"requirements.{name}.whole_band: a study judges the history of each case, not its whole band; set it false",
+            )  # fmt: skip
+    unused = {
+        "cases": "nothing scatters" if not random else "",
+        "seed": "nothing scatters" if not random and method != OPTIMISE else "",
+        "stop": "nothing scatters" if not random else f"{method} ends by itself" if method in SEARCHES else "",
+        "levels": "only morris has levels" if method != MORRIS and random else "nothing scatters" if not random else "",
+        **dict.fromkeys(_OF_OPTIMISE, "only optimise looks for something" if method != OPTIMISE else ""),
+    }
+    for key, why in unused.items():
+        if key in tree.value and why:
+            faults.at(tree.value[key], (key,), f"is not used: {why}", at_key=True)
+
+
+def _with_curves(scenario: Scenario, levers: Levers, seed: int, faults: Faults) -> Scenario:
+    """The scenario with the random curves of the study, those of its case 0."""
+    places = {key: place for place, key in enumerate(levers.random)}
+    texts = {
+        key: f"{{{text}, seed: {seed}, lever: {places[key]}, case: 0}}" for key, text in levers.curves.items()
+    }  # fmt: skip
+    if not texts:
+        return scenario
+    try:
+        return read_document(scenario.document(), scenario.name, texts)
+    except ScenarioFault as why:
+        faults.found += why.faults
+        return scenario
+
+
+def _budget(tree: Node, method: str, faults: Faults) -> Budget | None:
+    node = tree.value.get("budget")
+    if node is None:
+        return None
+    given = node.plain() if isinstance(node.value, dict) else {}
+    cases, seconds = given.get("cases"), None
+    try:
+        seconds = units.parse(given["time"], "time") if "time" in given else None
+    except units.UnitFault as why:
+        faults.at(node, ("budget", "time"), str(why))
+    counted = cases is None or (isinstance(cases, int) and not isinstance(cases, bool) and cases > 0)
+    if not given or given.keys() - {"cases", "time"} or not counted or (seconds is not None and seconds <= 0.0):
+        faults.at(node, ("budget",), "expected for example {time: 30 min} or {cases: 20000}")
+        return None
+    if seconds is not None and method in SEARCHES:
+        faults.at(node, ("budget", "time"), f"{method} is limited by cases, so that it ends the same on every machine")
+    if cases is not None and method == RARE:
+        faults.at(node, ("budget", "cases"), "rare takes cases at each level (cases), as many levels as it needs")
+    return Budget(cases, seconds)
+
+
 def _rounded(method: str, wanted: int) -> int:
-    return next_size(wanted, NETS) if method == SOBOL else next_size(wanted, 1) if method == INDICES else wanted
+    return (
+        next_size(wanted, NETS)
+        if method in (SOBOL, OPTIMISE)
+        else next_size(wanted, 1)
+        if method == INDICES
+        else wanted
+    )
 
 
 def _count(tree: Node, key: str, usual: int, faults: Faults, *, least: int = 1) -> int:
@@ -161,8 +272,7 @@ def _word(tree: Node, key: str, known: Sequence[str], usual: str, faults: Faults
     if node is None:
         return usual
     if node.value not in known:
-        later = "is not in this version; " if node.value in LATER else ""
-        faults.at(node, (key,), f'{later}"{node.text or node.plain()}" is not one of {", ".join(known)}')
+        faults.at(node, (key,), f'"{node.text or node.plain()}" is not one of {", ".join(known)}')
         return usual
     return str(node.value)
 
@@ -182,10 +292,12 @@ def _stop(tree: Node, faults: Faults) -> Stop | None:
     return Stop(float(width), float(level), int(least))
 
 
-def _wants(tree: Node, scenario: Scenario, faults: Faults, *, scatters: bool) -> tuple[tuple[str, ...], float | None]:
+def _wants(
+    tree: Node, scenario: Scenario, faults: Faults, method: str, *, scatters: bool
+) -> tuple[tuple[str, ...], float | None]:
     """Measures besides those of the requirements, and the share of good cases that is demanded."""
     node = tree.value.get("want")
-    known, asked, demanded = type(scenario).measures, list(scenario.requirements), None
+    known, asked, demanded = type(scenario).measures, list(scenario.asked), None
     if node is None:
         return tuple(asked or ([scenario.focus] if scenario.focus else [])), None
     if not isinstance(node.value, dict):
@@ -208,7 +320,9 @@ def _wants(tree: Node, scenario: Scenario, faults: Faults, *, scatters: bool) ->
             demanded = given.get("min") if isinstance(given, dict) else None
             if not isinstance(demanded, float | int) or not 0.0 < demanded < 1.0:
                 faults.at(one, ("want", "probability"), "expected a share between 0 and 1, for example {min: 0.99}")
-            if not scenario.requirements:
+            if method == OPTIMISE:
+                faults.at(one, ("want", "probability"), "of an optimum it is asked for by robust: {probability: 0.99}")
+            elif not scenario.asked:
                 faults.at(one, ("want", "probability"), "there are no requirements, so no case is good or bad")
             elif not scatters:
                 faults.at(one, ("want", "probability"), "nothing scatters (vary), so there is no share of anything")
@@ -240,10 +354,14 @@ def _coarse(tree: Node, scenario: Scenario, faults: Faults) -> Scenario | None:
 def _allowed(study: Study, tree: Node, faults: Faults) -> None:
     """Every distribution lies where its key may, and the ends of all levers make scenarios that can be run."""
     revised = revisions(study.scenario)
-    for key, lever in study.random.items():
-        node = tree.value["vary"].value[key]
+    middle = in_the_middle(study)
+    of_entries = {key for key in study.random if key not in tree.value.get("vary", tree).value}
+    for key, lever in middle.random.items():
+        if lever.curve:
+            continue
+        node = tree.value["correlated"] if key in of_entries else tree.value["vary"].value[key]
         if not lever.words:
-            share = _beyond(study.scenario, key, lever)
+            share = share_beyond(study.scenario, key, lever)
             if share > _BEYOND:
                 faults.at(
                     node,
@@ -251,11 +369,25 @@ def _allowed(study: Study, tree: Node, faults: Faults) -> None:
                     f"{100 * share:.2g} % of it lies beyond what {key} may be: add for example within: [0 mm, null]",
                 )
                 continue
-        for u in (1e-3, 0.5, 1 - 1e-3):
-            _tried(revised, key, lever.of(np.array([u]))[0], node, faults)
+        if key not in of_entries:
+            for u in (1e-3, 0.5, 1 - 1e-3):
+                _tried(revised, key, lever.of(np.array([u]))[0], node, faults)
     for key, design in study.design.items():
         for value in dict.fromkeys(design.values):
             _tried(revised, key, value, tree.value["vary"].value[key], faults)
+    for key, one in study.search.between.items() if study.search else ():
+        ends = one.words if one.words else (one.value(one.low), one.value(one.high))
+        for value in dict.fromkeys(ends):
+            _tried(revised, key, value, tree.value["vary"].value[key], faults)
+        if not one.words and key in study.random:
+            for value in ends:
+                lever = at_setting(study, {key: value}).random[key]
+                share = share_beyond(study.scenario, key, lever)
+                if share > _BEYOND:
+                    faults.at(
+                        tree.value["vary"].value[key], ("vary", key),
+                        f"at {value:g} (SI) {100 * share:.2g} % of its scatter lies beyond what {key} may be: move the ends in",
+                    )  # fmt: skip
 
 
 def _tried(
@@ -270,28 +402,20 @@ def _tried(
                 faults.at(node, ("vary", key), fault.message)
 
 
-def _beyond(scenario: Scenario, key: str, lever: Random) -> float:
-    """Share of a distribution beyond the bounds that its key has by itself."""
-    info = fields.field_at(type(scenario), split_dotted(key))
-    low, high = -math.inf, math.inf
-    for kind, metadata in fields.of_field(info) if info is not None else ():
-        for bound in metadata if kind is float else ():
-            least = [getattr(bound, name, None) for name in ("gt", "ge")]
-            most = [getattr(bound, name, None) for name in ("lt", "le")]
-            low = max([low, *(float(end) for end in least if end is not None)])
-            high = min([high, *(float(end) for end in most if end is not None)])
-    below = lever.distribution.share_below(low - lever.added) if math.isfinite(low) else 0.0
-    above = 1.0 - lever.distribution.share_below(high - lever.added) if math.isfinite(high) else 0.0
-    return below + max(0.0, above)
-
-
-def takes_coarse_step(study: Study) -> bool:
-    """Whether the bulk of the cases is run with a larger step than the scenario's."""
-    return study.coarse is not None or coarser(study.scenario)
-
-
 def told(study: Study) -> Iterator[str]:
     """What a study will do, in words."""
-    yield f"{study.cases} cases: {study.rows} draws" + (
-        f" at each of {study.combinations} combinations" if study.design else ""
-    )
+    if study.search is not None:
+        tried = "at most " + f"{study.search.runs:,}" if study.search.runs is not None else "about a hundred or two"
+        cases = f", {study.draws:,} cases at each (seed {study.seed})" if study.random else ""
+        yield f"optimisation of {', '.join(study.search.between)}: {tried} settings{cases}"
+    elif study.method == RARE:
+        yield f"rare failures: {size_of_level(study.draws):,} cases at each level of subset simulation, seed {study.seed}"
+    else:
+        seed = f", seed {study.seed}" if study.random else ""
+        yield f"{study.cases:,} cases: {study.rows:,} draws{seed}" + (
+            f" at each of {study.combinations} combinations" if study.design else ""
+        )
+    yield from cut_off(study.scenario, study.random)
+    few = few_degrees(study.scenario, study.correlated)
+    if few:
+        yield few

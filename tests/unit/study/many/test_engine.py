@@ -166,7 +166,10 @@ def test_a_killed_worker_loses_nothing(study, tmp_path):
     ("change", "words"),
     [
         (("part.burr.height", "part.burr.hight"), "vary.part.burr.hight: unknown key of the scenario; did you mean"),
-        (("method: {method}", "method: rare"), "is not in this version"),
+        (("method: {method}", "method: rar"), '"rar" is not one of grid, monte_carlo'),
+        (("method: {method}", "method: optimise"), "optimise needs minimise or maximise"),
+        (("seed: 1", "seed: 1\nmaximise: operation.feed"), "maximise: is not used: only optimise looks for something"),
+        (("uniform: [4.8 bar, 5.2 bar]", "between: [4.8 bar, 5.2 bar]"), "between belongs to method: optimise"),
         (("cases: {cases}", "case: 8"), "case: unknown key; did you mean cases"),
         (("cutting_power_mean", "cutting_power"), "unknown measure; did you mean cutting_power_mean"),
         ((", within: [0 mm, null]", ""), ""),
@@ -177,7 +180,24 @@ def test_a_killed_worker_loses_nothing(study, tmp_path):
         ),
         (("[4.8 bar, 5.2 bar]", "[5.2 bar, 4.8 bar]"), "the first end must not be above the second"),
         (("uniform: [4.8 bar, 5.2 bar]", "uniform: [4.8 mm, 5.2 bar]"), '"mm" is not a unit of pressure'),
-        (("lognormal:", "field:"), "field is not in this version"),
+        (("lognormal:", "field:"), "expected mean, deviation, correlation_length"),
+        (
+            ("seed: 1", "seed: 1\ncorrelated: [{{keys: [part.burr.height, spindle.presure], correlation: 0.5}}]"),
+            "spindle.presure does not scatter",
+        ),
+        (
+            ("seed: 1", "seed: 1\ncorrelated: [{{keys: [part.burr.height, part.burr.width], correlation: 1.5}}]"),
+            "expected a number between -1 and 1",
+        ),
+        (
+            (
+                "seed: 1",
+                "seed: 1\ncorrelated: [{{keys: [part.burr.height, part.burr.width, spindle.pressure], correlation: -0.6}}]",
+            ),
+            "not positive definite, its smallest eigenvalue is -0.2",
+        ),
+        (("seed: 1", "seed: 1\ncorrelated: [{{entry: material.library}}]"), "material has no values with a covariance"),
+        (("seed: 1", "seed: 1\nbudget: {{time: 30 mm}}"), '"mm" is not a unit of time'),
         ((", within: [0 mm, null]", ", offset: 3"), "offset: is true or false"),
         (
             ("uniform: [4.8 bar, 5.2 bar]", "uniform: [4.8 bar, 5.2 bar], weights: [1]"),

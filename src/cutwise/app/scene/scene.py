@@ -1,0 +1,131 @@
+"""What there is to see of a run: places over time, histories with their limits, solids, surfaces; SI throughout."""
+
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+if TYPE_CHECKING:
+    from cutwise.results import Result
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+
+RAPID, FEED, CUT, DWELL = range(4)  # kinds of a sample; nothing is drawn from one at which the tool stands to the next
+UP = np.array([0.0, 0.0, 1.0])
+_STRAIGHT_UP = np.broadcast_to(UP, (1, 3))
+
+
+class History(NamedTuple):
+    """Values over the samples, with their limits and what the ends of their range mean."""
+
+    title: str
+    values: FloatArray  # SI, shape (n,); NaN is missing
+    dimension: str
+    low: float | None = None  # limits, SI
+    high: float | None = None
+    nominal: float | None = None
+    ends: tuple[str, str] = ("", "")  # in words: below, above
+    drawn: bool = True  # as a curve below the scene
+    coloured: bool = True  # the path may be coloured by it
+
+
+class Surface(NamedTuple):
+    """Triangles, of one tint or coloured by values at their corners."""
+
+    title: str
+    points: FloatArray  # [m], shape (k, 3)
+    triangles: IntArray  # shape (m, 3)
+    tint: str = "work"  # work, burr, part, ghost, machine, robot
+    values: FloatArray | None = None  # SI, shape (k,)
+    coloured: str = ""  # the history whose colours they take
+    face: IntArray | None = None  # number of the face of each triangle, shape (m,)
+    names: dict[int, str] = {}  # noqa: RUF012  what a face is called in a scenario
+
+
+class Map(NamedTuple):
+    """Heights of a stock at the middles of cells, shape (along y, along x)."""
+
+    x: float  # least corner [m]
+    y: float
+    dx: float
+    dy: float
+    height: FloatArray  # [m]; NaN where nothing is left
+    top: float  # of the stock before [m]
+    bottom: float
+    values: FloatArray | None = None  # SI, what the cells are coloured by; NaN: not coloured
+    coloured: str = ""
+    owner: IntArray | None = None  # the sample that lowered the cell last, -1: none
+
+
+class Tool(NamedTuple):
+    """Turned profiles: height above the tip and radius [m], from the tip upward; shape (k, 2)."""
+
+    cutter: FloatArray
+    holder: FloatArray
+
+
+@dataclass(frozen=True)
+class Scene:
+    """All of it; arrays over the n samples unless said otherwise."""
+
+    clock: FloatArray  # [s], or [m] of way where a run knows no time
+    clock_is: str  # time or way
+    place: FloatArray  # tip of the tool as programmed or driven [m], (n, 3)
+    trace: FloatArray | None = None  # where the ribbon is drawn, (n, 3); left out: the places
+    axis: FloatArray = field(default_factory=lambda: _STRAIGHT_UP)  # of the tool, up; (n, 3) or (1, 3)
+    histories: dict[str, History] = field(default_factory=dict)
+    line: IntArray | None = None  # of the program, 0: none
+    kind: npt.NDArray[np.uint8] | None = None
+    deflection: FloatArray | None = None  # of the tip [m], (n, 3)
+    tools: tuple[Tool, ...] = ()
+    tool_of: IntArray | None = None  # which of them a sample has, (n,); left out: the first
+    counted: npt.NDArray[np.bool_] | None = (
+        None  # samples that the worst places are looked for among, (n,); left out: all
+    )
+    surfaces: tuple[Surface, ...] = ()
+    map: Map | None = None
+    links: FloatArray | None = None  # joint points of what carries the tool [m], (n or fewer, points, 3)
+    link_of: IntArray | None = None  # which row of links a sample has, (n,)
+    outlines: tuple[FloatArray, ...] = ()  # lines to be drawn [m], each (k, 3)
+    judged: str = ""  # the history by which the worst places are found; the colours of the scene at first
+    said: tuple[str, ...] = ()  # what is not shown, and what is drawn larger than it is
+    path: bool = True  # whether the places are drawn as a ribbon
+
+    @property
+    def radius(self) -> float:
+        """The largest radius of a tool [m]; 0 without one."""
+        return max((float(tool.cutter[:, 1].max()) for tool in self.tools), default=0.0)
+
+    def cut_short(self, keep: IntArray) -> "Scene":
+        """The scene with some of its samples; a map keeps the nearest one that stays."""
+        back = np.clip(np.searchsorted(keep, np.arange(self.clock.size)), 0, keep.size - 1)
+
+        def taken(array: npt.NDArray[np.generic] | None) -> "npt.NDArray[np.generic] | None":
+            return array[keep] if array is not None and len(array) == self.clock.size else array
+
+        owned = self.map
+        if owned is not None and owned.owner is not None:
+            owned = owned._replace(owner=np.where(owned.owner >= 0, back[np.maximum(owned.owner, 0)], -1))
+        return replace(
+            self, clock=self.clock[keep], place=self.place[keep], trace=taken(self.trace), axis=taken(self.axis),
+            line=taken(self.line),
+            kind=taken(self.kind), deflection=taken(self.deflection), link_of=taken(self.link_of), map=owned,
+            tool_of=taken(self.tool_of), counted=taken(self.counted),
+            histories={name: one._replace(values=one.values[keep]) for name, one in self.histories.items()},
+        )  # fmt: skip
+
+
+def limits(result: "Result", *names: str) -> tuple[float | None, float | None]:
+    """The least upper and the greatest lower limit that the scenario puts on any of these measures [SI]."""
+    found = [result.scenario.asked[name] for name in names if name in result.scenario.asked]
+    lows = [limit.min for limit in found if limit.min is not None]
+    highs = [limit.max for limit in found if limit.max is not None]
+    return max(lows, default=None), min(highs, default=None)
+
+
+def mirrored(result: "Result", name: str) -> tuple[float | None, float | None]:
+    """Limits of a signed history whose magnitude is limited."""
+    high = limits(result, name)[1]
+    return (None, None) if high is None else (-high, high)

@@ -1,0 +1,386 @@
+r"""How fast a contact may be fed: every limit as an interval of the feed per tooth.
+
+At a fixed contact every force of a linear law is affine in the feed per tooth f, :math:`F(\theta) = A(\theta) + f B(\theta)`
+over the positions of a tooth period. A is what the edges do alone, B the shearing at unit feed; so each limit is one interval.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from cutwise.maths.compiled import compiled
+from cutwise.physics.cutting.discs import Discs
+from cutwise.physics.cutting.flute import Mill, mean_force
+from cutwise.physics.cutting.uneven import Edges
+from cutwise.physics.cutting.wall import DISCS, wall_force
+
+FloatArray = npt.NDArray[np.float64]
+
+PEAK, MEAN, POWER, TORQUE, CHIP, WALL, REMOVAL = range(7)
+"""Columns of the highest feeds: peak and mean force, power, torque, chip thickness, wall, removal rate."""
+RUBBING, WALL_FROM = range(2)
+"""Columns of the lowest feeds: chip thickness, wall."""
+VALUES = 9
+"""Columns of values: those of the highest feeds, the least wall error in the place of the wall, the greatest behind."""
+MOST_ERROR, SLOPE = 7, 8
+
+POSITIONS = 120  # of a tooth period
+_PASSING = 1e-9  # [rad] beside the wall, so that the disc that passes it is out of the cut
+_AT_WALL = 1e-7  # [rad] from the wall within which an arc begins at it
+
+
+class Teeth(NamedTuple):
+    """A mill and its material, taken apart into what is there without feed and what grows with it."""
+
+    law: int  # FLUTES or DISCS of :mod:`cutwise.physics.cutting.wall`
+    mill: Mill
+    discs: Discs  # also the heights at which the wall is read
+    shear: Edges  # without edge forces
+    edge: Edges  # edge forces alone
+
+
+class Bounds(NamedTuple):
+    """What is allowed; infinite where nothing is asked."""
+
+    peak: float  # force in the plane [N]
+    mean: float  # mean of it over a tooth [N]
+    power: float  # mean [W]
+    torque: float  # mean [N m]
+    chip: float  # largest thickness [m]
+    least_chip: float  # which the thickest chip has at least [m], 0: nothing is asked
+    least_error: float  # of the wall, positive into the part [m]
+    most_error: float  # [m]
+    removal: float  # volume per time [m^3/s]
+
+
+@compiled
+def highest_feed(ax: float, ay: float, bx: float, by: float, most: float) -> float:
+    r"""Highest f at which a force :math:`A + f B` is no more than F.
+
+    .. math:: f = \frac{-A \cdot B + \sqrt{(A \cdot B)^2 + |B|^2 (F^2 - |A|^2)}}{|B|^2}
+
+    Parameters
+    ----------
+    ax, ay, bx, by : float
+        A [N] and B [N/m].
+    most : float
+        F [N].
+
+    Returns
+    -------
+    float
+        f [m]; infinite where nothing grows, minus infinity where :math:`|A| > F`: no feed helps.
+
+    Notes
+    -----
+    Valid for forces that are affine in the feed.
+
+    Examples
+    --------
+    3 N across and 2 N/m along: 5 N at 2 m.
+
+    >>> highest_feed(0.0, 3.0, 2.0, 0.0, 5.0)
+    2.0
+
+    References
+    ----------
+    Derived here.
+    """
+    if math.isinf(most):
+        return math.inf
+    room = most * most - ax * ax - ay * ay
+    if room < 0.0:
+        return -math.inf
+    bb, ab = bx * bx + by * by, ax * bx + ay * by
+    if bb <= 0.0:
+        return math.inf
+    return (-ab + math.sqrt(ab * ab + bb * room)) / bb
+
+
+@compiled
+def largest_sine(low: float, high: float) -> float:
+    """Largest sine over an arc within half a turn: of the thickest chip, over the feed per tooth.
+
+    ``low``, ``high``: ends of the arc [rad], 0 to pi. Exact.
+
+    Examples
+    --------
+    >>> [round(largest_sine(*ends), 9) for ends in ((0.0, math.pi / 6), (1.0, 2.0), (2.5, math.pi))]
+    [0.5, 1.0, 0.598472144]
+    """
+    if low <= 0.5 * math.pi <= high:
+        return 1.0
+    return max(math.sin(low), math.sin(high))
+
+
+@compiled
+def _unit_force(law: int, angle: float, patches: FloatArray, teeth: Teeth) -> tuple[float, float, float, float]:
+    """A [N] and B [N/m] of all patches at an angle of flute 0, x along the feed, y to its left."""
+    ax, ay, bx, by = 0.0, 0.0, 0.0, 0.0
+    for p in range(patches.shape[0]):
+        low, high, bottom, top = patches[p, 0], patches[p, 1], patches[p, 2], patches[p, 3]
+        if high > low:
+            x, y, _ = wall_force(law, angle, 0.0, low, high, bottom, top, 1.0, 0.0, teeth.mill, teeth.discs, teeth.edge)
+            ax, ay = ax + x, ay + y
+            x, y, _ = wall_force(
+                law, angle, 0.0, low, high, bottom, top, 1.0, 0.0, teeth.mill, teeth.discs, teeth.shear
+            )
+            bx, by = bx + x, by + y
+    return ax, ay, bx, by
+
+
+@compiled
+def _mean(patches: FloatArray, teeth: Teeth) -> tuple[float, float, float, float, float, float]:
+    """Means over a tooth of A and B, and of the tangential forces of both."""
+    ax, ay, bx, by, at, bt = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for p in range(patches.shape[0]):
+        low, high, width = patches[p, 0], patches[p, 1], patches[p, 3] - patches[p, 2]
+        if high > low:
+            edge = mean_force(math.pi - high, math.pi - low, 1.0, 0.0, width, teeth.mill.flutes, teeth.edge.linear)
+            shear = mean_force(math.pi - high, math.pi - low, 1.0, 0.0, width, teeth.mill.flutes, teeth.shear.linear)
+            ax, ay, at = ax + edge.x, ay + edge.y, at + edge.tangential
+            bx, by, bt = bx + shear.x, by + shear.y, bt + shear.tangential
+    return ax, ay, bx, by, at, bt
+
+
+@compiled
+def wall_terms(
+    patches: FloatArray, left: bool, normal: float, compliance: FloatArray, teeth: Teeth, out: FloatArray
+) -> int:
+    r"""Error of a wall while the discs of a tooth pass it, :math:`\varepsilon_e = (N_A + f N_B)/k`, one row a disc.
+
+    N is the force into the wall of all other discs in contact, k the stiffness along its normal (the tip moves by the
+    static compliance C, :math:`n^T C F`).
+
+    Parameters
+    ----------
+    patches : array (p, 4)
+        Arcs from the right side of the feed [rad] and heights [m].
+    left : bool
+        The wall is on the left, at 180 degrees, not on the right.
+    normal : float
+        Direction into the wall in the axes of the compliance [rad].
+    compliance : array (2, 2)
+        Of the tip [m/N].
+    teeth : Teeth
+        Mill and material.
+    out : array (discs, 2)
+        Filled: :math:`N_A/k` [m] and :math:`N_B/k` [-].
+
+    Returns
+    -------
+    int
+        How many discs pass a wall there.
+
+    Notes
+    -----
+    Valid at rest: the tip follows the force at once, and the tool stands where it is told.
+
+    Examples
+    --------
+    Two discs of a helix, the tip at the wall, the other one half a right angle behind it: its edge force of 1 N/µm times
+    5 mm pushes the tool off by the cosine of that.
+
+    >>> from cutwise.physics.cutting.discs import discs
+    >>> from cutwise.physics.cutting.flute import EdgeCoefficients
+    >>> from cutwise.physics.cutting.uneven import NO_LINEAR, even_edges
+    >>> mill = Mill(5e-3, 1, math.atan(0.25 * math.pi))
+    >>> edge = even_edges(EdgeCoefficients(0.0, 0.0, 0.0, 1e3, 0.0, 0.0))
+    >>> teeth = Teeth(3, mill, discs(mill.radius, mill.helix, 1e-2, 1, 2), even_edges(NO_LINEAR), edge)
+    >>> slot, out = np.array([[0.0, math.pi, 0.0, 1e-2]]), np.zeros((2, 2))
+    >>> wall_terms(slot, False, -0.5 * math.pi, np.eye(2) / 1e6, teeth, out), (1e6 * out[:, 0]).round(4).tolist()
+    (2, [-3.5355, 0.0])
+
+    References
+    ----------
+    Derived here; surface left by a helical mill as in Altintas 2012, sec. 2.7.
+    """
+    count, discs = 0, teeth.discs
+    side = 0.5 * math.pi if left else -0.5 * math.pi  # direction into the wall with the feed along x
+    nx, ny = math.cos(normal), math.sin(normal)
+    px, py = compliance[0, 0] * nx + compliance[0, 1] * ny, compliance[1, 0] * nx + compliance[1, 1] * ny
+    c, s = math.cos(normal - side), math.sin(normal - side)  # direction of the feed
+    for e in range(discs.count):
+        height = (e + 0.5) * discs.thickness
+        there = False
+        for p in range(patches.shape[0]):
+            if patches[p, 1] > patches[p, 0] and patches[p, 2] <= height <= patches[p, 3]:
+                at_wall = patches[p, 1] > math.pi - _AT_WALL if left else patches[p, 0] < _AT_WALL
+                there = there or at_wall
+        if not there:
+            continue
+        # the angle falls with time: a disc leaves the cut at the right wall, and comes into it at the left one
+        angle = side - (e + 0.5) * discs.step + (_PASSING if left else -_PASSING)
+        ax, ay, bx, by = _unit_force(DISCS, angle, patches, teeth)
+        out[count, 0] = px * (c * ax - s * ay) + py * (s * ax + c * ay)
+        out[count, 1] = px * (c * bx - s * by) + py * (s * bx + c * by)
+        count += 1
+    return count
+
+
+@compiled
+def _same(a: FloatArray, b: FloatArray) -> bool:
+    for p in range(a.shape[0]):
+        for k in range(4):
+            if abs(a[p, k] - b[p, k]) > 1e-12:
+                return False
+    return True
+
+
+@compiled
+def _walls(
+    patches: FloatArray, walls: FloatArray, heading: float, compliance: FloatArray, teeth: Teeth, terms: FloatArray
+) -> int:
+    """Rows of all walls that stay; ``walls``: 1 where that on the right, and on the left, does."""
+    count = 0
+    for k in range(2):
+        if walls[k] > 0.0:
+            normal = heading + (0.5 * math.pi if k == 1 else -0.5 * math.pi)
+            count += wall_terms(patches, k == 1, normal, compliance, teeth, terms[count:])
+    return count
+
+
+@compiled
+def _intervals(
+    patches: FloatArray, bounds: Bounds, teeth: Teeth, spindle: float, loads: FloatArray, terms: FloatArray, count: int,
+    high: FloatArray, low: FloatArray,
+) -> None:  # fmt: skip
+    """Highest and lowest feeds of a contact from its loads."""
+    high[:], low[:] = math.inf, 0.0
+    for i in range(POSITIONS):
+        high[PEAK] = min(high[PEAK], highest_feed(loads[i, 0], loads[i, 1], loads[i, 2], loads[i, 3], bounds.peak))
+    ax, ay, bx, by, at, bt = _mean(patches, teeth)
+    high[MEAN] = highest_feed(ax, ay, bx, by, bounds.mean)
+    radius = teeth.mill.radius
+    if bt > 0.0:
+        high[POWER] = (bounds.power / (spindle * radius) - at) / bt
+        high[TORQUE] = (bounds.torque / radius - at) / bt
+    sine, area = 0.0, 0.0
+    for p in range(patches.shape[0]):
+        if patches[p, 1] > patches[p, 0]:
+            sine = max(sine, largest_sine(patches[p, 0], patches[p, 1]))
+            area += (math.cos(patches[p, 0]) - math.cos(patches[p, 1])) * (patches[p, 3] - patches[p, 2])
+    if sine > 0.0:
+        high[CHIP] = bounds.chip / sine
+        low[RUBBING] = bounds.least_chip / sine
+    if area > 0.0:
+        high[REMOVAL] = bounds.removal / (radius * area) * 2.0 * math.pi / (teeth.mill.flutes * spindle)
+    for e in range(count):
+        a, b = terms[e, 0], terms[e, 1]
+        if b < 0.0:
+            high[WALL] = min(high[WALL], (bounds.least_error - a) / b)
+            low[WALL_FROM] = max(low[WALL_FROM], (bounds.most_error - a) / b)
+        elif b > 0.0:
+            high[WALL] = min(high[WALL], (bounds.most_error - a) / b)
+            low[WALL_FROM] = max(low[WALL_FROM], (bounds.least_error - a) / b)
+
+
+@compiled
+def _values(
+    patches: FloatArray, feed: float, teeth: Teeth, spindle: float, loads: FloatArray, terms: FloatArray, count: int,
+    out: FloatArray,
+) -> None:  # fmt: skip
+    """What a contact comes to at a feed per tooth."""
+    out[:] = 0.0
+    out[WALL] = out[MOST_ERROR] = math.nan
+    for i in range(POSITIONS):
+        x, y = loads[i, 0] + feed * loads[i, 2], loads[i, 1] + feed * loads[i, 3]
+        out[PEAK] = max(out[PEAK], math.hypot(x, y))
+    ax, ay, bx, by, at, bt = _mean(patches, teeth)
+    out[MEAN] = math.hypot(ax + feed * bx, ay + feed * by)
+    out[TORQUE] = teeth.mill.radius * (at + feed * bt)
+    out[POWER] = out[TORQUE] * spindle
+    for p in range(patches.shape[0]):
+        if patches[p, 1] > patches[p, 0]:
+            out[CHIP] = max(out[CHIP], feed * largest_sine(patches[p, 0], patches[p, 1]))
+            area = (math.cos(patches[p, 0]) - math.cos(patches[p, 1])) * (patches[p, 3] - patches[p, 2])
+            out[REMOVAL] += teeth.mill.radius * area * feed * teeth.mill.flutes * spindle / (2.0 * math.pi)
+    for e in range(count):
+        error = terms[e, 0] + feed * terms[e, 1]
+        out[WALL] = error if math.isnan(out[WALL]) else min(out[WALL], error)
+        out[MOST_ERROR] = error if math.isnan(out[MOST_ERROR]) else max(out[MOST_ERROR], error)
+        if abs(terms[e, 1]) > abs(out[SLOPE]):
+            out[SLOPE] = terms[e, 1]
+
+
+@compiled
+def feed_intervals(
+    patches: FloatArray, walls: FloatArray, heading: FloatArray, feed: FloatArray, spindle: FloatArray, teeth: Teeth,
+    compliance: FloatArray, bounds: Bounds,
+) -> tuple[FloatArray, FloatArray, FloatArray]:  # fmt: skip
+    r"""Highest and lowest feed per tooth of every limit, place by place, and what each comes to at the feed it has.
+
+    Parameters
+    ----------
+    patches : array (n, p, 4)
+        Contact arcs from, to, in angles from the right side of the feed [rad], and heights above the tip from, to [m].
+    walls : array (n, 2)
+        1 where a wall on the right, and on the left, stays as it is left.
+    heading : array (n,)
+        Direction of feed in the axes of the compliance [rad].
+    feed : array (n,)
+        Feed per tooth [m] at which values are wanted.
+    spindle : array (n,)
+        Spindle speed [rad/s].
+    teeth : Teeth
+        Mill and material.
+    compliance : array (2, 2)
+        Static compliance of the tip [m/N]; zero: rigid, walls have no error.
+    bounds : Bounds
+        What is allowed.
+
+    Returns
+    -------
+    tuple
+        Highest feeds (n, 7) [m], infinite where nothing limits; lowest feeds (n, 2) [m]; values (n, 9) in SI, those of a wall
+        NaN where none stays.
+
+    Notes
+    -----
+    Valid for linear edges without run-out. The peak is that of 120 positions of a tooth period; exact otherwise. Equal
+    neighbours are computed once.
+
+    Examples
+    --------
+    A slot 1 mm deep by two straight flutes, tangential force alone: 1 GPa makes 100 N of 0.1 mm.
+
+    >>> from cutwise.physics.cutting.discs import discs
+    >>> from cutwise.physics.cutting.flute import EdgeCoefficients
+    >>> from cutwise.physics.cutting.uneven import NO_LINEAR, even_edges
+    >>> mill = Mill(5e-3, 2, 0.0)
+    >>> teeth = Teeth(2, mill, discs(5e-3, 0.0, 1e-3, 2, 1), even_edges(EdgeCoefficients(1e9, 0.0, 0.0, 0.0, 0.0, 0.0)),
+    ...               even_edges(NO_LINEAR))
+    >>> slot, one = np.array([[[0.0, math.pi, 0.0, 1e-3]]]), np.ones(1)
+    >>> none = Bounds(100.0, math.inf, math.inf, math.inf, math.inf, 0.0, -math.inf, math.inf, math.inf)
+    >>> high, low, value = feed_intervals(slot, np.zeros((1, 2)), 0 * one, 5e-5 * one, 100 * one, teeth, np.zeros((2, 2)), none)
+    >>> round(1e3 * float(high[0, PEAK]), 6), round(float(value[0, PEAK]), 6)
+    (0.1, 50.0)
+
+    References
+    ----------
+    Derived here.
+    """
+    n = patches.shape[0]
+    high, low, value = np.empty((n, 7)), np.empty((n, 2)), np.empty((n, VALUES))
+    loads, terms = np.empty((POSITIONS, 4)), np.empty((2 * teeth.discs.count, 2))
+    count = 0
+    for k in range(n):
+        here, before = patches[k], patches[max(k - 1, 0)]
+        turned = abs(heading[k] - heading[max(k - 1, 0)]) > 1e-12 and walls[k].max() > 0.0
+        alike = k > 0 and not turned and walls[k, 0] == walls[k - 1, 0] and walls[k, 1] == walls[k - 1, 1]
+        alike = alike and spindle[k] == spindle[k - 1] and _same(here, before)
+        if not alike:
+            for i in range(POSITIONS):
+                angle = -2.0 * math.pi * i / (POSITIONS * teeth.mill.flutes)
+                loads[i, 0], loads[i, 1], loads[i, 2], loads[i, 3] = _unit_force(teeth.law, angle, here, teeth)
+            count = _walls(here, walls[k], heading[k], compliance, teeth, terms)
+            _intervals(here, bounds, teeth, spindle[k], loads, terms, count, high[k], low[k])
+        else:
+            high[k], low[k] = high[k - 1], low[k - 1]
+        if alike and feed[k] == feed[k - 1]:
+            value[k] = value[k - 1]
+        else:
+            _values(here, feed[k], teeth, spindle[k], loads, terms, count, value[k])
+    return high, low, value

@@ -1,0 +1,160 @@
+"""``cutwise.correct``: from a scenario to the program that keeps its limits, proved by another simulation."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+from cutwise.io.scenario import revised
+from cutwise.results import Measure, Result
+from cutwise.spec.correct import KEYS, Correction
+from cutwise.spec.faults import Fault, ScenarioFault
+from cutwise.spec.scenario import Scenario
+from cutwise.study.band import simulate
+from cutwise.study.correct.outcome import Corrected, Progress, Proposal, Task, measured
+from cutwise.study.correct.table import CORRECTIONS, OBJECTIVES, READ, changes_of, found, refusals_of
+
+
+def correct(
+    scenario: Scenario, change: Sequence[str] = (), *, unroll: bool = False, progress: Progress | None = None
+) -> Corrected:
+    """What to change so that the limits of a scenario are kept and its objective is best.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        What is corrected, with a section ``correct`` or without.
+    change : sequence of str
+        What may be changed, instead of ``correct.change``: feed, speed, ...
+    unroll : bool
+        Whether lines of a program that run several times are written out, where they should differ.
+    progress : callable, optional
+        Called with the finished share, 0 to 1, now and then.
+
+    Returns
+    -------
+    Corrected
+        The new program and scenario, the runs before and after, what was changed and why.
+
+    Raises
+    ------
+    ScenarioFault
+        Something is asked for that does not exist, or cannot be done with this scenario.
+    """
+    if change:
+        scenario = revised(scenario, {"correct.change": list(change)})
+    said = scenario.correct or Correction()
+    faults = list(refused(scenario, said, unroll=unroll))
+    if faults:
+        raise ScenarioFault(faults)
+    before = simulate(scenario, None)
+    if progress is not None:
+        progress(0.2)
+    proposals: list[Proposal] = []
+    task = Task(scenario, said, before, unroll, progress)
+    for one in changes_of(scenario.process):
+        if one in said.change:
+            function = found(scenario.process, one)
+            assert function is not None
+            proposals.append(function(task))
+            task = replace(task, scenario=proposals[-1].scenario)
+    last = proposals[-1]
+    after = last.after or simulate(last.scenario, None)
+    return _judged(task, proposals, after)
+
+
+def checked(scenario: Scenario) -> None:
+    """Find what a correction of a scenario would be refused for, without running it.
+
+    Raises
+    ------
+    ScenarioFault
+        All of it.
+    """
+    faults = list(refused(scenario, scenario.correct or Correction()))
+    if faults:
+        raise ScenarioFault(faults)
+
+
+def refused(scenario: Scenario, said: Correction, *, unroll: bool = False) -> Iterator[Fault]:
+    """What is asked for and not there."""
+    there = changes_of(scenario.process)
+    for place, one in enumerate(said.change):
+        if (scenario.process, one) not in CORRECTIONS:
+            kinds = sorted({kind for kind, change in CORRECTIONS if change == one})
+            known = f"of process: {scenario.process} there are {', '.join(there)}" if there else (
+                f"nothing of process: {scenario.process} can be corrected yet" + (f", {one} of {', '.join(kinds)}" if kinds else "")
+            )  # fmt: skip
+            yield Fault(("correct", "change", place), f"{one} is not there yet; {known}")
+    for key, users in _unread(scenario.process, said).items():
+        if not users and there:
+            names = sorted(frozenset[str]().union(*(_reads(scenario.process, one) for one in there)))
+            yield Fault(("correct", key), f"is read by nothing that can be changed of process: {scenario.process} (change: "
+                        f"{', '.join(there)}); it reads {', '.join(names)}")  # fmt: skip
+    if said.objective not in OBJECTIVES:
+        yield Fault(
+            ("correct", "objective"), f"{said.objective} is not there yet; there is {', '.join(sorted(OBJECTIVES))}"
+        )
+    seen: dict[Fault, None] = {}
+    for one in said.change:
+        if (scenario.process, one) in CORRECTIONS:
+            seen |= dict.fromkeys(refusals_of(scenario.process, one, scenario, said, unroll))
+    yield from seen
+
+
+def _reads(process: str, change: str) -> frozenset[str]:
+    """Keys of the section that a change of a process reads."""
+    return READ.get((process, change), KEYS[change])
+
+
+def _unread(process: str, said: Correction) -> dict[str, list[str]]:
+    """Keys that are written and that none of the changes asked for reads, each with the changes of the process that do."""
+    there = changes_of(process)
+    read = frozenset[str]().union(*(_reads(process, one) for one in said.change if one in there))
+    return {key: [one for one in there if key in _reads(process, one)] for key in sorted(said.model_fields_set - read)}
+
+
+def _judged(task: Task, proposals: Sequence[Proposal], after: Result) -> Corrected:
+    """The proposals of all corrections and the last simulation as one answer."""
+    last, before = proposals[-1], task.before
+    values: dict[str, tuple[float, str]] = {}
+    for one in proposals:
+        values.update(one.measures)
+    for name in sorted(before.measures.keys() & after.measures.keys()):
+        if f"{name}_before" not in values:
+            dimension = before.measures[name].dimension
+            values[f"{name}_before"] = before.measures[name].value, dimension
+            values[f"{name}_after"] = after.measures[name].value, dimension
+    reasons = [text for one in proposals for text in one.kept]
+    reasons += [f"{check.measure} misses its requirement" for check in after.checks if not check.passed]
+    reasons += [f"the new program is not sound: {finding.code}" for finding in after.unsound]
+    reasons += list(after.infeasible)
+    program = getattr(last.scenario, "program", None)
+    return Corrected(
+        "" if program is None else program.text,
+        last.scenario,
+        before,
+        after,
+        tuple(change for one in proposals for change in one.changes),
+        tuple(_row(result) for result in (before, after)),
+        measured(values),
+        tuple(
+            dict.fromkeys(
+                [
+                    *(text for one in proposals for text in one.told),
+                    *(
+                        f"correct.{key} is not used: it belongs to change: {' or '.join(users)}"
+                        for key, users in _unread(task.scenario.process, task.said).items()
+                    ),
+                ]
+            )
+        ),
+        tuple(dict.fromkeys(reasons)),
+        tuple(along for one in proposals for along in one.along),
+    )
+
+
+def _row(result: Result) -> dict[str, float]:
+    """A simulated proposal by its measures."""
+    found: dict[str, Measure] = dict(result.measures)
+    return {name: one.value for name, one in found.items()}

@@ -1,0 +1,300 @@
+"""Feeds of an NC program: as quick as its limits allow, block by block, proved by the simulation of the new text."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from cutwise import units
+from cutwise.io.program_setup import setup_of
+from cutwise.physics.engagement.path_sweep import swept_path
+from cutwise.physics.engagement.stock import stands_in_material
+from cutwise.process.assemble_mill import program_path, spindle_speed
+from cutwise.process.program_path import ProgramPath, kept_moves
+from cutwise.process.stock_moves import FLAT, stock_of
+from cutwise.programs.block_text import block_named
+from cutwise.programs.interpreter import Interpreted
+from cutwise.programs.move_table import Moves
+from cutwise.programs.rewrite import Handle, handles, rewritten
+from cutwise.programs.trace import Ran, Trace, traced
+from cutwise.spec.correct import LIMITED, Correction
+from cutwise.spec.drives import CncMachine
+from cutwise.spec.faults import Fault, ScenarioFault
+from cutwise.spec.milling import MillingScenario
+from cutwise.spec.program import Program, StockBlock
+from cutwise.spec.scenario import Scenario
+from cutwise.study.correct import prove
+from cutwise.study.correct.cells import BoolArray, Cells, FloatArray, cells_of
+from cutwise.study.correct.limits import CHIP_GUARD, Asked, asked, resolved
+from cutwise.study.correct.loads import (
+    NAMES,
+    Allowed,
+    Cutting,
+    allowed,
+    binding,
+    cutting_of,
+    greatest,
+    tip_compliance,
+    values_at,
+)
+from cutwise.study.correct.outcome import Along, Change, Proposal, Task
+from cutwise.study.correct.schedule import Bed, Schedule, bed_of, scheduled
+
+_TOUCH = 8.7e-3  # [rad] of contact of a plunge that counts
+_LISTED = 4  # lines that are named one by one
+
+
+class Ready(NamedTuple):
+    """A program with all that a schedule of its feeds stands on."""
+
+    scenario: MillingScenario
+    program: Interpreted
+    trace: Trace
+    path: ProgramPath
+    cells: Cells
+    cutting: Cutting
+    bed: Bed
+    known: Mapping[int, Handle]
+
+
+def corrected(task: Task) -> Proposal:
+    """The program with the quickest feeds that keep the limits, or as it was with the reason."""
+    ready = prepared(task.scenario, task.said)
+    wanted = asked(task.scenario, task.said, walls=bool(tip_compliance(ready.scenario).any()))
+    first = task.before.scenario
+    static = static_before(ready if first is task.scenario else prepared(first, task.said))
+    limits = resolved(wanted, static)
+    room = allowed(ready.scenario, ready.path, ready.cells, ready.cutting, limits)
+    proof = prove.proved(ready, task, wanted, limits, room)
+    told = [*_said(ready, wanted, limits, static), *_conflicts(ready, room), *proof.told]
+    kept = [*_helpless(ready, wanted, room, limits), *proof.missed]
+    done = proof.schedule
+    values = dict(proof.measures) | _static_measures(ready, limits, static, done)
+    values |= _binding_lengths(ready, room)
+    values["time_bound"] = done.bound, "time"
+    values["blocks_before"] = float(_blocks(ready)), "dimensionless"
+    values["blocks_after"] = float(done.blocks), "dimensionless"
+    changes = tuple(_changes(ready, room, done, proof))
+    return Proposal(
+        proof.scenario, changes, values, tuple(told), tuple(kept), (_along(ready, room, done),), proof.after
+    )
+
+
+def prepared(scenario: Scenario, said: Correction) -> Ready:
+    """Read the program once as moves and once as text, and look at all of its cells."""
+    assert isinstance(scenario, MillingScenario)
+    given = scenario.program
+    assert given is not None
+    trace = traced(given.text, given.file, setup_of(given))
+    if trace is None:
+        raise ScenarioFault([Fault(("program",), "is APT; feeds are rewritten in G-code alone: post-process it first")])
+    program = Interpreted(Moves(step.move for step in trace.steps if isinstance(step, Ran)), (), (), given.text)
+    path = program_path(scenario, program)
+    cells = cells_of(scenario, path, said.station)
+    cutting = cutting_of(scenario, path, cells, spindle_speed(scenario, program))
+    known = handles(trace)
+    keep, _ = kept_moves(program.moves)
+    bed = bed_of(path, cells, keep, known, _keeps(scenario, path, cells, said))
+    return Ready(scenario, program, trace, path, cells, cutting, bed, known)
+
+
+def refusals(scenario: Scenario, said: Correction, unroll: bool) -> Iterator[Fault]:
+    """What feeds and speeds of a program cannot be corrected for."""
+    assert isinstance(scenario, MillingScenario)
+    if scenario.program is None:
+        yield Fault(("program",), "missing: feeds are corrected in the text of a program (or give the corner as one)")
+    if scenario.in_3d:
+        yield Fault(("stock",), "feeds are corrected for one flat end mill (tool) in a block, whose contact is exact; tools of "
+                    "other shapes, a nominal part and fixtures (a stock in 3D) are not covered yet")  # fmt: skip
+    elif not isinstance(scenario.machine, CncMachine):
+        yield Fault(("machine",), "feeds are corrected for a machine with feed drives: machine: {library: fadal2216}")
+    if "plunge_force_max" in said.limits:
+        yield Fault(
+            ("correct", "limits", "plunge_force_max"),
+            "the end of the mill has no force in a block; plunges keep their feed",
+        )
+    if scenario.stock is None and said.air_clearance is not None:
+        yield Fault(("correct", "air_clearance"), "without a stock nothing is known to be air")
+    if unroll:
+        yield Fault(
+            (), "is not there yet: lines that run several times get the least feed of their runs", file="--unroll"
+        )
+
+
+def _keeps(scenario: MillingScenario, path: ProgramPath, cells: Cells, said: Correction) -> BoolArray:
+    """Cells that keep their feed: moves in air, or what of them is near the stock, and plunges in contact."""
+    block = cells.block
+    upright = cells.flat < FLAT
+    cuts = cells.cuts
+    in_air = ~np.bincount(block, cuts, path.curve.count).astype(bool)[block]
+    clearance = said.air_clearance
+    if clearance is None or not isinstance(scenario.stock, StockBlock):
+        return np.asarray(in_air)
+    end = path.curve.knots[block] + cells.begin + cells.length
+    met = cuts | (upright & _plunges_into(scenario, path, cells))
+    following = np.minimum.accumulate(np.where(met, end - cells.length, np.inf)[::-1])[::-1]
+    return np.asarray(in_air & (met | (following - end < clearance - 1e-9)))
+
+
+def _plunges_into(scenario: MillingScenario, path: ProgramPath, cells: Cells) -> BoolArray:
+    """Cells of moves straight down whose rim, or middle, is in the stock."""
+    assert isinstance(scenario.stock, StockBlock)
+    curve, block = path.curve, cells.block
+    down = np.flatnonzero((cells.flat < FLAT) & (curve.along[block, 2] < 0.0) & ~np.isinf(path.feed[block]))
+    out = np.zeros(cells.count, bool)
+    if down.size:
+        tip = curve.start[block[down]] + curve.along[block[down]] * (cells.begin + cells.length)[down, None]
+        below = tip[:, 2] < scenario.stock.z[1] - 1e-9
+        swept = swept_path(curve, 0.5 * scenario.tool.diameter)
+        touched = stands_in_material(tip, curve.knots[block[down]], swept, stock_of(scenario.stock))
+        out[down] = below & (touched > _TOUCH)
+    return out
+
+
+def speeds_of(ready: Ready) -> FloatArray:
+    """Speed along the path that every cell is programmed for, as far as the machine can run it [m/s]."""
+    most = ready.scenario.drives.limits.velocity
+    feed = ready.path.feed[ready.cells.block]
+    return np.asarray(np.where(ready.bed.rapid, 0.0, np.minimum(feed, most)))
+
+
+def static_before(ready: Ready) -> dict[str, float]:
+    """What the program comes to at its own feeds, the tip at rest."""
+    return greatest(ready.cells, values_at(ready.cells, ready.cutting, speeds_of(ready)))
+
+
+def with_text(scenario: MillingScenario, text: str) -> MillingScenario:
+    """The scenario with another text of its program, whose feeds count: a feed of the operation gives way to them."""
+    assert scenario.program is not None
+    program: Program = scenario.program.model_copy(update={"text": text})
+    operation = scenario.operation.model_copy(update={"feed": None})
+    origins = {key: origin for key, origin in scenario.origins.items() if key != "operation.feed"}
+    return scenario.model_copy(update={"program": program, "operation": operation}).with_origins(origins)
+
+
+def proposed(ready: Ready, room: Allowed, ceiling: FloatArray, said: Correction) -> tuple[Schedule, MillingScenario]:
+    """The schedule under limits and what simulations have left to the cells [m/s], and the scenario with its text."""
+    own = np.minimum(room.own, ceiling)
+    own = np.where(own > 0.0, own, np.minimum(speeds_of(ready), room.each[:, -1]))  # what no feed helps keeps its own
+    own = np.maximum(own, 1e-6)
+    if ready.scenario.stock is None:
+        own = np.minimum(own, ready.path.feed[ready.cells.block])
+    inch = ready.trace.first.inch if not ready.trace.looked_at else ready.trace.states[ready.trace.looked_at[-1]].inch
+    done = scheduled(ready.path, ready.cells, ready.bed, own, ready.scenario.drives, said, inch)
+    return done, with_text(ready.scenario, rewritten(ready.trace, done.parts, ready.known))
+
+
+# what is said
+
+
+def _blocks(ready: Ready) -> int:
+    return int(np.isfinite(ready.path.feed).sum()) if not ready.path.blended else len(
+        np.unique(ready.path.origin[np.isfinite(ready.path.feed)])
+    )  # fmt: skip
+
+
+def _said(ready: Ready, wanted: Asked, limits: Mapping[str, float], static: Mapping[str, float]) -> Iterator[str]:
+    if wanted.guarded and "chip_thickness_max" in limits:
+        yield (
+            f"chips are held to {units.show(limits['chip_thickness_max'], 'small_length', 4)}, {CHIP_GUARD:g} times the thickest "
+            "of the run before (correct.limits.chip_thickness_max says otherwise)"
+        )
+    same = [name for name in sorted(wanted.equal) if name in static]
+    if same:
+        shown = ", ".join(f"{name} {units.show(static[name], LIMITED[name], 5)}" for name in same)
+        yield f"held to what the run before has, the tip at rest: {shown}"
+    if ready.scenario.stock is None:
+        yield "without stock the contact is only what operation.radial_depth says: feeds may fall and not rise"
+    for line, why in list(ready.bed.repeated.items())[:_LISTED]:
+        yield f"{block_named(ready.program.text, line)}: {why}, and gets the least feed of all of them"
+    kept = {line: one.why for line, one in ready.known.items() if not one.change}
+    for line, why in list(kept.items())[:_LISTED]:
+        yield f"{block_named(ready.program.text, line)}: keeps its feed: {why}"
+    if len(kept) > _LISTED:
+        yield f"{len(kept) - _LISTED} more lines keep their feeds for such reasons"
+    if ready.scenario.operation.feed is not None:
+        yield "operation.feed is left out of the new scenario: the feeds are those of the new program"
+    if ready.scenario.material.law != "linear":
+        yield "Kienzle's law is taken by its slopes at the chip of the program before the new one is simulated with the law itself"
+    if ready.scenario.tool.runout:
+        yield "run-out is left out of the schedule, and in the simulation of the new program"
+    if ready.scenario.drives.control.block_time is None:
+        yield f"{ready.scenario.drives_key}.control.block_time is not given: blocks may be as short as gains"
+
+
+def _conflicts(ready: Ready, room: Allowed) -> Iterator[str]:
+    """Limits that exclude one another; the upper one wins."""
+    against = np.flatnonzero((room.least > room.own * (1.0 + 1e-9)) & (room.own > 0.0))
+    for line in np.unique(ready.bed.line[against])[:_LISTED].tolist():
+        k = int(against[ready.bed.line[against] == line][0])
+        yield (
+            f"{block_named(ready.program.text, line)}: limits exclude one another: at least "
+            f"{units.show(float(room.least[k]), 'speed', 4)} and at most {units.show(float(room.own[k]), 'speed', 4)}; the upper "
+            "one wins"
+        )
+
+
+def _helpless(ready: Ready, wanted: Asked, room: Allowed, limits: Mapping[str, float]) -> Iterator[str]:
+    """Limits that no feed keeps, because of what is there without feed."""
+    for place in np.unique(room.helpless[room.helpless >= 0]).tolist():
+        cells = np.flatnonzero(room.helpless == place)
+        line = int(ready.bed.line[cells[0]])
+        names = [name for name in limits if name.startswith(NAMES[place])]
+        written = [name for name in names if name in wanted.limits] or names
+        asked_for = ", ".join(f"{name} {units.show(limits[name], LIMITED[name], 4)}" for name in written)
+        yield (
+            f"no feed keeps {asked_for or NAMES[place]} at {block_named(ready.program.text, line)}: what the edges do alone, "
+            "without any chip, is more"
+        )
+
+
+def _static_measures(
+    ready: Ready, limits: Mapping[str, float], static: Mapping[str, float], done: Schedule
+) -> dict[str, tuple[float, str]]:
+    """Before and after of what a run does not tell: the largest of all cells at their feeds, the tip at rest."""
+    feed = np.where(ready.bed.rapid, 0.0, np.minimum(done.feed, ready.scenario.drives.limits.velocity))
+    after = greatest(ready.cells, values_at(ready.cells, ready.cutting, feed))
+    out = {}
+    for name in static:
+        if name in after and (name in limits or name != "removal_rate_max"):
+            label = f"static_{name}" if name == "force_xy_peak" else name
+            out[f"{label}_before"] = static[name], LIMITED[name]
+            out[f"{label}_after"] = after[name], LIMITED[name]
+    return out
+
+
+def _binding_lengths(ready: Ready, room: Allowed) -> dict[str, tuple[float, str]]:
+    """Length of the cells whose own limit each sets."""
+    free = np.isnan(ready.bed.fixed) & ~ready.bed.rapid
+    which = binding(room.each)
+    found = {}
+    for place, name in enumerate(NAMES):
+        length = float(ready.cells.length[free & (which == place)].sum())
+        if length > 0.0:
+            found[f"binding_length_{name}"] = length, "length"
+    return found
+
+
+def _changes(ready: Ready, room: Allowed, done: Schedule, proof: prove.Proof) -> Iterator[Change]:
+    """One line for the whole, and which limit binds how far."""
+    binds = sorted(_binding_lengths(ready, room).items(), key=lambda item: -item[1][0])
+    told = ", ".join(
+        f"{name.removeprefix('binding_length_')} on {units.show(value, 'length', 3)}" for name, (value, _) in binds[:4]
+    )
+    if done.parts and not proof.unchanged:
+        lines = len(done.parts)
+        yield Change(
+            "F", f"{_blocks(ready)} blocks", f"{done.blocks} blocks", f"feeds of {lines} lines; what binds: {told}"
+        )
+
+
+def _along(ready: Ready, room: Allowed, done: Schedule) -> Along:
+    """Feed before and after over what the place allows."""
+    moving = ~ready.bed.rapid
+    return Along(
+        ready.cells.way[moving], speeds_of(ready)[moving], done.feed[moving], done.cap[moving],
+        np.where(np.isnan(ready.bed.fixed), binding(room.each), -1)[moving].astype(np.int64), NAMES, "speed",
+        "feed along the path",
+    )  # fmt: skip

@@ -1,0 +1,170 @@
+"""What every cell of a path allows, and what it comes to: from the limits of a correction to highest speeds."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from cutwise.physics.cutting.discs import discs
+from cutwise.physics.cutting.feed_limits import (
+    CHIP,
+    MEAN,
+    MOST_ERROR,
+    PEAK,
+    POWER,
+    REMOVAL,
+    TORQUE,
+    WALL,
+    Bounds,
+    Teeth,
+    feed_intervals,
+)
+from cutwise.physics.cutting.flute import EdgeCoefficients, Mill
+from cutwise.physics.cutting.uneven import LINEAR, even_edges, tangent_coefficients
+from cutwise.physics.cutting.wall import DISCS, FLUTES
+from cutwise.physics.motion.lookahead import highest_feeds
+from cutwise.process.assemble_mill import motion_limits
+from cutwise.process.edges import edges_alike
+from cutwise.process.program_path import ProgramPath
+from cutwise.spec.milling import MillingScenario
+from cutwise.study.correct.cells import Cells, FloatArray
+
+_DISCS = 20  # heights at which a wall is read, where the scenario names no number of discs
+_ON_ARCS = 0.8  # of the acceleration that turning may take: what is left makes the changes of speed
+
+COLUMN: Mapping[str, int] = {
+    "force_xy_peak": PEAK, "force_xy_mean_max": MEAN, "cutting_power_max": POWER, "spindle_torque_max": TORQUE,
+    "chip_thickness_max": CHIP, "wall_error_min": WALL, "wall_error_max": MOST_ERROR, "removal_rate_max": REMOVAL,
+}  # fmt: skip
+"""Measures that follow from contact and feed alone, with their columns of values."""
+BINDS: tuple[tuple[str, int], ...] = (
+    ("force_xy_peak", PEAK), ("force_xy_mean_max", MEAN), ("cutting_power_max", POWER), ("spindle_torque_max", TORQUE),
+    ("chip_thickness_max", CHIP), ("wall_error", WALL), ("removal_rate_max", REMOVAL),
+)  # fmt: skip
+"""What can bind at a place, in the order in which one of several is named, with the columns of highest feeds."""
+NAMES = (*(name for name, _ in BINDS), "arc", "machine")
+
+
+class Cutting(NamedTuple):
+    """The tool in its material, cell by cell."""
+
+    teeth: Teeth
+    compliance: FloatArray  # of the tip [m/N], shape (2, 2)
+    spindle: FloatArray  # [rad/s], shape (n,)
+    per_speed: FloatArray  # feed per tooth in the plane over the speed along the path [s], shape (n,)
+
+
+class Allowed(NamedTuple):
+    """What the cells allow."""
+
+    each: FloatArray  # highest speed by each of NAMES [m/s], shape (n, 9)
+    own: FloatArray  # the least of them, shape (n,)
+    least: FloatArray  # lowest speed (rubbing, a wall that is to be cut enough), 0: none, shape (n,)
+    helpless: FloatArray  # number in NAMES of a limit that no feed keeps, -1: none, shape (n,)
+
+
+def tip_compliance(scenario: MillingScenario) -> FloatArray:
+    """Static compliance of the tip in x and y [m/N]: of its stiffness, or the sum of its modes."""
+    tool = scenario.tool
+    if tool.stiffness is not None:
+        return np.eye(2) / tool.stiffness
+    out = np.zeros((2, 2))
+    for mode in tool.modes:
+        axis = "xy".index(mode.direction)
+        out[axis, axis] += 1.0 / mode.stiffness
+    return out
+
+
+def cutting_of(scenario: MillingScenario, path: ProgramPath, cells: Cells, spindle: float) -> Cutting:
+    """Mill, material and tip for all cells; Kienzle's law by its slopes at the chip that the program has."""
+    tool = scenario.tool
+    given = edges_alike(scenario.material)
+    mill = Mill(0.5 * tool.diameter, tool.flutes, tool.helix)
+    turning = np.full(cells.count, spindle)
+    per_speed = cells.flat * 2.0 * math.pi / (turning * mill.flutes)
+    linear = given.linear
+    if given.law != LINEAR:
+        fed = np.where(np.isfinite(path.feed[cells.block]), path.feed[cells.block], 0.0) * per_speed
+        met = cells.cuts & (fed > 0.0)
+        linear = tangent_coefficients(given, 0.5 * float(fed[met].mean()) if met.any() else 1e-5)
+    shear = even_edges(linear._replace(K_te=0.0, K_re=0.0, K_ae=0.0))
+    edge = even_edges(EdgeCoefficients(0.0, 0.0, 0.0, linear.K_te, linear.K_re, linear.K_ae))
+    depth = float(cells.patches[..., 3].max(initial=0.0)) or 1e-3
+    count = scenario.numerics.discs or _DISCS
+    law = DISCS if scenario.numerics.discs else FLUTES
+    teeth = Teeth(law, mill, discs(mill.radius, tool.helix, depth, tool.flutes, count), shear, edge)
+    return Cutting(teeth, tip_compliance(scenario), turning, per_speed)
+
+
+def values_at(cells: Cells, cutting: Cutting, speed: FloatArray) -> FloatArray:
+    """What every cell comes to at a speed along the path [m/s], columns of :mod:`feed_limits`, shape (n, 9)."""
+    return _intervals(cells, cutting, speed, {})[2]
+
+
+def greatest(cells: Cells, values: FloatArray) -> dict[str, float]:
+    """The measures of :data:`COLUMN` over all cells that cut; walls where one stays and the tool yields."""
+    cuts = cells.cuts
+    if not cuts.any():
+        return {}
+    found = {name: float(values[cuts, column].max()) for name, column in COLUMN.items() if not name.startswith("wall")}
+    if np.isfinite(values[:, WALL]).any():
+        found["wall_error_min"] = float(np.nanmin(values[:, WALL]))
+        found["wall_error_max"] = float(np.nanmax(values[:, MOST_ERROR]))
+    return found
+
+
+def allowed(
+    scenario: MillingScenario, path: ProgramPath, cells: Cells, cutting: Cutting, limits: Mapping[str, float]
+) -> Allowed:
+    """Highest and lowest speeds of all cells under limits [SI]."""
+    still = np.zeros(cells.count)
+    high, low, _ = _intervals(cells, cutting, still, limits)
+    level = cutting.per_speed > 0.0
+    per = np.where(level, cutting.per_speed, 1.0)[:, None]
+    each = np.full((cells.count, len(NAMES)), math.inf)
+    for place, (_, column) in enumerate(BINDS):
+        each[:, place] = np.where(level, high[:, column] / per[:, 0], math.inf)
+    each[:, -2] = _arcs(scenario, path)[cells.block]
+    limits_of, axes = motion_limits(scenario.drives)
+    most = highest_feeds(path.curve, np.full(path.curve.count, 1e9), limits_of, axes)
+    each[:, -1] = most[cells.block]
+    helpless = np.where((each[:, : len(BINDS)] <= 0.0).any(axis=1), np.argmin(each[:, : len(BINDS)] > 0.0, axis=1), -1)
+    least = np.where(level, low.max(axis=1) / per[:, 0], 0.0)
+    least[~cells.cuts] = 0.0
+    return Allowed(each, each.min(axis=1), least, helpless)
+
+
+def binding(each: FloatArray) -> np.ndarray:
+    """Which of NAMES sets the speed of each cell; of those within 1e-4 the first, shape (n,)."""
+    return np.argmax(each <= each.min(axis=1)[:, None] * (1.0 + 1e-4), axis=1)
+
+
+def _arcs(scenario: MillingScenario, path: ProgramPath) -> FloatArray:
+    """Speed on each block that leaves acceleration along the path and keeps the jerk [m/s]."""
+    limits = scenario.drives.limits
+    bend = np.maximum(path.curve.curvature, path.curve.share**2 / path.curve.radius)
+    bent = bend > 0.0
+    radius = 1.0 / np.where(bent, bend, 1.0)
+    quick = np.minimum(np.sqrt(_ON_ARCS * limits.acceleration * radius), np.cbrt(limits.jerk * radius**2))
+    return np.where(bent, quick, math.inf)
+
+
+def _intervals(
+    cells: Cells, cutting: Cutting, speed: FloatArray, limits: Mapping[str, float]
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def most(name: str) -> float:
+        return limits.get(name, math.inf)
+
+    bounds = Bounds(
+        most("force_xy_peak"), most("force_xy_mean_max"), most("cutting_power_max"), most("spindle_torque_max"),
+        most("chip_thickness_max"), limits.get("chip_thickness_min", 0.0), limits.get("wall_error_min", -math.inf),
+        most("wall_error_max"), most("removal_rate_max"),
+    )  # fmt: skip
+    walls = cells.walls if cutting.compliance.any() else np.zeros_like(cells.walls)
+    return feed_intervals(
+        cells.patches, walls, cells.heading, speed * cutting.per_speed, cutting.spindle, cutting.teeth, cutting.compliance,
+        bounds,
+    )  # fmt: skip

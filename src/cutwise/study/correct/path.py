@@ -1,0 +1,264 @@
+"""``change: path``: coordinates moved against what the drives make of the path."""
+
+import math
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from cutwise import units
+from cutwise.io.revision import revisions
+from cutwise.maths.curves import FloatArray
+from cutwise.physics.motion.learning import learned
+from cutwise.process.assemble_mill import cut, feed_drives
+from cutwise.process.milling import Commanded, commanded, followed
+from cutwise.spec.correct import Correction
+from cutwise.spec.faults import Fault, ScenarioFault
+from cutwise.spec.milling import MillingScenario
+from cutwise.study.band import simulate
+from cutwise.study.correct.outcome import Along, Change, Proposal, Task
+from cutwise.study.correct.readings import other_readings
+from cutwise.study.correct.shift import Learned, Plant, errors, learn, rule_of, window
+from cutwise.study.correct.uncertain import Draw, draws_of, share_80
+from cutwise.study.correct.written import Written, as_program, chord_of, from_wanted, largest, written
+
+_MEASURE = "contour_error_max"
+_PROOFS = 3  # repetitions on the written program, which is read and planned again each time
+_NOTHING = 0.1e-6  # [m] error that is not worth a shift
+
+
+def corrected(task: Task) -> Proposal:
+    """A program whose chords make the drives follow the wanted path, proved by reading and running it.
+
+    Raises
+    ------
+    ScenarioFault
+        No drives move the tool off its path, a line cannot be written as chords, or an undecided reading of the machine's
+        data decides how the path has to be shifted.
+    """
+    given = task.scenario
+    assert isinstance(given, MillingScenario)
+    _refuse(given, task.said)
+    scenario = from_wanted(as_program(given))
+    said = task.said
+    told = commanded(scenario, scenario.numerics.substeps)
+    before = errors([Plant(scenario, told)], told.order)[0]
+    size = largest(told, before)
+    if size < _NOTHING:
+        raise ScenarioFault([Fault(("correct", "change"), "path: nothing moves the tool off its path: the largest contour error "
+                                   f"is {units.show(size, 'small_length', 3)}")])  # fmt: skip
+    fitted, judging = draws_of(scenario, said)
+    plants = [_drawn(scenario, told, draw) for draw in fitted] or [Plant(scenario, told)]
+    rule = rule_of(told, scenario.drives.limits.jerk, said.lead, said.smoothing)
+    found = learn(plants, rule, said.iterations, said.shift_max, _part(task.progress, 0.2, 0.6))
+    best, found = _proved(scenario, told, found, plants, said)
+    undecided = other_readings(best, _tolerance(best.scenario, size, said))
+    residuals = [
+        largest(best.told, errors([_drawn(best.scenario, best.told, one)], best.told.order)) for one in judging
+    ]
+    return _proposal(task, best, found, before, told, residuals, undecided)
+
+
+def _refuse(scenario: MillingScenario, said: Correction) -> None:
+    others = [] if "feed" in said.change else [name for name in said.limits if name != _MEASURE]
+    if others:
+        raise ScenarioFault([
+            Fault(("correct", "limits", name), f"is not held by change: path, which moves coordinates; {_MEASURE} is")
+            for name in others
+        ])  # fmt: skip
+    why = None
+    if scenario.in_3d or scenario.programmed:
+        why = (
+            "a tool that goes as programmed leaves its path by no drives; it takes machine with drives (x, y, control)"
+        )
+    elif scenario.line is not None:
+        why = "a straight line has nothing to follow; give a program or path.corner"
+    if why is not None:
+        raise ScenarioFault([Fault(("correct", "change"), f"path: {why}")])
+
+
+def _drawn(scenario: MillingScenario, told: Commanded, draw: Draw) -> Plant:
+    """The machine and cut of one draw; what is told to the drives stays, unless the draw changes the path itself."""
+    one = revisions(scenario)(draw)
+    assert isinstance(one, MillingScenario)
+    drives = tuple(f"{scenario.drives_key}.{axis}." for axis in "xyz")
+    if all(key.startswith((*drives, "material.")) for key in draw):
+        return Plant(one, told._replace(
+            drives=feed_drives(one.drives, one.drives_key), cut=cut(one, told.cut.spindle, told.contact.depth)
+        ))  # fmt: skip
+    return Plant(one, commanded(one, one.numerics.substeps))
+
+
+def _proved(
+    scenario: MillingScenario, told: Commanded, found: Learned, plants: Sequence[Plant], said: Correction
+) -> tuple[Written, Learned]:
+    """The best written program: the learned shift, and repetitions on what is read back from the text."""
+    best = written(scenario, told, found, said)
+    kept = found
+    last, shift = best, found
+    for _ in range(_PROOFS):
+        if best.residual <= 0.0 or last.chords == 0:
+            break
+        here = last.told
+        fitted = [
+            Plant(one.scenario, here._replace(drives=one.told.drives, cut=one.told.cut)) for one in plants
+        ]  # fmt: skip
+        error = errors(fitted, here.order).mean(axis=0)
+        moved = learned(shift.at(here.place.travelled), error, shift.rule, window(here))
+        moved = np.clip(moved, -said.shift_max, said.shift_max)
+        along, first = np.unique(here.place.travelled, return_index=True)
+        shift = shift._replace(along=along, shift=moved[first])
+        last = written(scenario, told, shift, said)
+        if _mean_size(plants, last) >= 0.98 * _mean_size(plants, best):
+            break
+        best, kept = last, shift
+    return best, kept
+
+
+def _mean_size(plants: Sequence[Plant], made: Written) -> float:
+    """Largest mean error of the plants that the shift is made for [m]."""
+    told = [one._replace(told=made.told._replace(drives=one.told.drives, cut=one.told.cut)) for one in plants]
+    return largest(made.told, errors(told, made.told.order).mean(axis=0))
+
+
+def _proposal(
+    task: Task, best: Written, found: Learned, before: FloatArray, told: Commanded, residuals: list[float],
+    undecided: tuple[str, ...],
+) -> Proposal:  # fmt: skip
+    said, size, left = task.said, largest(told, before), best.residual
+    after = simulate(best.scenario, None)
+    whole = after.measures[_MEASURE].value
+    most = float(np.abs(found.shift).max())
+    values: dict[str, tuple[float, str]] = {
+        "residual_max": (left, "small_length"),
+        "residual_ratio": (left / size, "dimensionless"),
+        "shift_max": (most, "small_length"),
+        "convergence": (max(found.rule.convergence), "dimensionless"),
+        "repetitions": (float(len(found.trail) - 1), "dimensionless"),
+        "blocks_before": (float(told.path.curve.count), "dimensionless"),
+        "blocks_after": (float(best.told.path.curve.count), "dimensionless"),
+    }
+    if residuals:
+        values["residual_p80"] = (share_80(residuals), "small_length")
+        tolerance = _tolerance(best.scenario, size, said)
+        values["probability_within"] = (float(np.mean(np.array(residuals) <= tolerance)), "dimensionless")
+    return Proposal(
+        best.scenario,
+        (_change(best, found, size, left),),
+        values,
+        (*_told(found, best, size, residuals), *_grown(best, said), *_elsewhere(best, whole), *undecided),
+        tuple(_kept(task, best, found, size, left, whole)),
+        (_along(best, before, told),),
+        after,
+    )
+
+
+def _change(best: Written, found: Learned, before: float, after: float) -> Change:
+    most = units.show(float(np.abs(found.shift).max()), "small_length", 3)
+    return Change(
+        _MEASURE, units.show(before, "small_length", 4), units.show(after, "small_length", 4),
+        f"the path is moved by up to {most} against what the drives make of it, in {best.chords} chords",
+    )  # fmt: skip
+
+
+def _told(found: Learned, best: Written, before: float, residuals: list[float]) -> list[str]:
+    rule, step = found.rule, best.told.drives[0].law.sample_time
+    each = " and ".join(f"{c:.3g} ({axis})" for axis, c in zip("xy", rule.convergence, strict=False))
+    told = [
+        f"learned in {len(found.trail) - 1} repetitions with a lead of {units.show(rule.lead * step, 'time', 3)} and a smoothing "
+        f"of {units.show(rule.smoothing * step, 'time', 3)}; a repetition leaves at most c = {each} of a wave of the error"
+    ]
+    if max(rule.convergence) >= 1.0:
+        told.append(
+            "c is not below 1: more repetitions would make some waves of the error larger; the best one is kept"
+        )
+    if not residuals:
+        told.append("nothing is said to vary (correct.vary, or correct.draws with a table): the residual is that of the "
+                    "nominal machine alone")  # fmt: skip
+    else:
+        told.append(
+            f"of {len(residuals)} machines that may be the true one four of five leave at most "
+            f"{units.show(share_80(residuals), 'small_length', 3)} of {units.show(before, 'small_length', 3)}"
+        )
+    told.append("errors count from the program before (program.wanted)")
+    return told
+
+
+def _grown(best: Written, said: Correction) -> list[str]:
+    """Chords that are longer than asked for."""
+    spacing = chord_of(best.scenario, best.told, said)
+    if spacing <= said.chord * (1.0 + 1e-9):
+        return []
+    shown = units.show(spacing, "length", 3), units.show(said.chord, "length", 3)
+    return [f"chords are {shown[0]} long, not {shown[1]}: shorter ones would be less than machine.control.block_time"]
+
+
+def _elsewhere(best: Written, whole: float) -> list[str]:
+    """An error that is larger where nothing is shifted."""
+    if whole <= best.residual * (1.0 + 1e-9):
+        return []
+    error = np.abs(best.error)
+    worst = int(np.argmax(error))
+    line = int(best.told.path.source[best.told.reference.block[worst]])
+    return [
+        f"the largest contour error of the run, {units.show(whole, 'small_length', 3)} at line {line} of the new program, is where "
+        "nothing is shifted: a plunge, a rapid move, or before the first bend"
+    ]
+
+
+def _kept(
+    task: Task, best: Written, found: Learned, before: float, after: float, whole: float
+) -> list[str]:  # fmt: skip
+    """Why the correction is not good enough."""
+    said, kept = task.said, []
+    show = lambda value: units.show(value, "small_length", 3)  # noqa: E731
+    if after >= before:
+        kept.append(f"nothing is gained: the contour error is {show(after)} after {show(before)}")
+    elif after > said.residual * before:
+        kept.append(
+            f"{show(after)} of {show(before)} are left, more than correct.residual ({said.residual:g}); {_floor(best, found, said)}"
+        )
+    bound = said.limits.get(_MEASURE)
+    if bound == "equal":
+        bound = None  # less is always left than before, or nothing is gained
+    if bound is not None and not isinstance(bound, str) and bound.max is not None and whole > bound.max:
+        kept.append(f"{_MEASURE} {show(whole)} is above its limit of {show(bound.max)}; {_floor(best, found, said)}")
+    return kept
+
+
+def _floor(best: Written, found: Learned, said: Correction) -> str:
+    """What sets the error that is left."""
+    if float(np.abs(found.shift).max()) >= said.shift_max * (1.0 - 1e-9):
+        return f"the shift is at correct.shift_max ({units.show(said.shift_max, 'small_length', 3)})"
+    history_clipped = _saturated(best)
+    if history_clipped:
+        return "a controller is at its voltage limit (machine.control.saturation)"
+    if found.rule.smoothing:
+        ms = units.show(found.rule.smoothing * best.told.drives[0].law.sample_time, "time", 3)
+        return f"what is left changes faster than the smoothing of {ms} lets pass, or does not repeat (friction, teeth)"
+    return "what is left does not repeat (friction, teeth)"
+
+
+def _saturated(best: Written) -> bool:
+    return bool(followed(best.scenario, best.told, best.told.order).clipped.any())
+
+
+def _along(best: Written, before: FloatArray, told: Commanded) -> Along:
+    at, first = np.unique(told.place.travelled, return_index=True)
+    places, own = np.unique(best.told.place.travelled, return_index=True)
+    after = np.interp(at, places, best.error[own])
+    return Along(
+        at, before[first], after, np.full(len(at), math.inf), np.full(len(at), -1, np.int64), (), "small_length",
+        "Contour error, positive to the right of the path",
+    )  # fmt: skip
+
+
+def _part(progress: Callable[[float], None] | None, low: float, high: float) -> Callable[[float], None] | None:
+    return None if progress is None else lambda share: progress(low + (high - low) * share)
+
+
+def _tolerance(scenario: MillingScenario, before: float, said: Correction) -> float:
+    """How much error is allowed [m]: a limit or requirement, else the share of the error before."""
+    bound = said.limits.get(_MEASURE)
+    limit = scenario.requirements.get(_MEASURE)
+    given = [bound.max if bound is not None and not isinstance(bound, str) else None, limit.max if limit else None]
+    return min([float(one) for one in given if one is not None] or [said.residual * before])

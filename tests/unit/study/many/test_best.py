@@ -1,0 +1,174 @@
+"""Optimisation of a study: against bisection on runs, the same after a restart and with several processes."""
+
+import json
+
+import numpy as np
+import pytest
+from scipy import optimize
+
+from cutwise.app import optimum_text
+from cutwise.app.cli import main
+from cutwise.io.scenario import load
+from cutwise.process.recipes import quick_outcome
+from cutwise.spec.faults import ScenarioFault
+from cutwise.study.many import best
+from cutwise.study.many.aims import Cost
+from cutwise.study.many.definition import at_setting
+from cutwise.study.many.reading import read_study
+
+TEXT = """
+name: fastest
+scenario: {examples}/deburr_compliant_spindle.yaml
+set:
+  part.burr.height: 0.7 mm
+  part.burr.width: 1.2 mm
+  requirements: {{surface_error_max: {{max: 0.04 mm}}, surface_error_min: {{min: -0.05 mm}}}}
+vary:
+  operation.feed: {{between: [40 mm/s, 150 mm/s]}}
+method: optimise
+maximise: operation.feed
+"""
+ROBUST = (
+    TEXT.replace(
+        "method:",
+        "  part.burr.height: {{normal: {{mean: 0.7 mm, deviation: 0.04 mm}}}}\nrobust: {{probability: 0.75}}\nmethod:",
+    )
+    + "cases: 16\nseed: 5\n"
+)
+
+
+@pytest.fixture
+def study(examples, tmp_path):
+    def make(text=TEXT):
+        file = tmp_path / "study.yaml"
+        file.write_text(text.format(examples=examples), encoding="utf-8")
+        return read_study(file)
+
+    return make
+
+
+def test_the_fastest_feed_is_where_bisection_on_runs_has_it(study, examples, tmp_path):
+    found = best.optimised(study(), tmp_path / "s")
+    assert found.proven
+    assert found.run.verdict == "pass"
+
+    def beyond(feed):
+        one = load(examples / "deburr_compliant_spindle.yaml", [
+            f"operation.feed={feed!r} m/s", "part.burr.height=0.7 mm", "part.burr.width=1.2 mm",
+        ])  # fmt: skip
+        return quick_outcome(one).measures["surface_error_max"] - 0.04e-3
+
+    feed = optimize.brentq(beyond, 0.06, 0.15, xtol=1e-8)
+    assert found.optimum.levers["operation.feed"] == pytest.approx(feed, rel=5e-4)
+    assert found.optimum.levers["operation.feed"] <= feed * (1 + 1e-9)
+
+
+def test_a_search_goes_on_where_it_was_cut_off(study, tmp_path):
+    planned = study()
+    whole = best.optimised(planned, tmp_path / "s")
+    file = tmp_path / "s" / "trials.jsonl"
+    text = file.read_text()
+    file.write_text(text[: len(text) // 2])  # in the middle of a line
+    with pytest.raises(ScenarioFault, match="trials are there: add --resume"):
+        best.optimised(planned, tmp_path / "s")
+    again = best.optimised(planned, tmp_path / "s", resume=True)
+    assert again.optima == whole.optima
+    assert again.tried == whole.tried
+
+
+def test_a_robust_optimum_is_good_as_often_as_it_has_to_be(study, tmp_path, monkeypatch):
+    monkeypatch.setattr(best, "FRESH", 64)
+    planned = study(ROBUST)
+    found = best.optimised(planned, tmp_path / "s")
+    first = found.optima[0]
+    assert first.met
+    assert first.share.value >= 0.75
+    faster = at_setting(planned, {"operation.feed": first.levers["operation.feed"] * 1.01})
+    assert (best.evaluate(faster, 0, planned.draws, {}).margin <= 0.0).mean() < 0.75
+    assert len(found.optima) <= 4
+    if not found.proven:
+        assert found.optimum.fresh.low < 0.75
+    lines = list(optimum_text.said(found))
+    assert any("fresh cases (seed 6)" in line for line in lines)
+
+
+@pytest.mark.slow
+def test_several_processes_find_the_same(study, tmp_path, monkeypatch):
+    monkeypatch.setattr(best, "FRESH", 64)
+    one = best.optimised(study(ROBUST), tmp_path / "one")
+    two = best.optimised(study(ROBUST), tmp_path / "two", jobs=2)
+    assert one.optima == two.optima
+    assert one.tried == two.tried
+
+
+def test_a_front_over_shares_falls_as_more_is_asked_for(study, tmp_path):
+    planned = study(ROBUST.replace("0.75", "[0.5, 0.9]"))
+    found = best.optimised(planned, tmp_path / "s")
+    low, high = found.front
+    assert low.levers["operation.feed"] > high.levers["operation.feed"]
+    assert low.share.value >= 0.5
+    assert high.share.value >= 0.9
+
+
+def test_quantiles_of_margins_say_the_same_as_shares():
+    rng = np.random.default_rng(3)
+    for share in (0.5, 0.9, 0.99):
+        margins = np.sort(rng.normal(-2.0, 1.0, 1000)).tolist()
+        assert (best.quantile(margins, share) <= 0.0) == (np.mean(np.array(margins) <= 0.0) >= share)
+
+
+def test_costs_have_units():
+    cost = Cost("'60 EUR/h' * t + '2 EUR' * (operation.feed / '80 mm/s')**2")
+    assert cost.unit({"t": "time", "operation.feed": "speed"}) == "EUR"
+    assert cost({"t": 30.0, "operation.feed": 0.04}) == pytest.approx(0.5 + 0.5)
+    with pytest.raises(ValueError, match="convert"):
+        Cost("t + operation.feed").unit({"t": "time", "operation.feed": "speed"})
+    with pytest.raises(ValueError, match="sums, products"):
+        Cost("t.real if t else 0").unit({"t.real": "time", "t": "time"})
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (("maximise: operation.feed", "maximise: operation.fed"), "is no measure and no lever of this optimisation; did you mean"),
+        (("maximise: operation.feed", "maximise: {{cost: operation.feed + cutting_power_mean}}"), "Cannot convert"),
+        (("[40 mm/s, 150 mm/s]", "[150 mm/s, 40 mm/s]"), "expected two ends that rise"),
+        (("[40 mm/s, 150 mm/s]", "[40 mm, 150 mm/s]"), '"mm" is not a unit of speed'),
+        (("method: optimise", "method: optimise\nrobust: {{probability: 0.9}}"), "robust: is not used: nothing scatters"),
+        (("method: optimise", "method: optimise\npoints: 5"), "points: is not used: a front has two aims"),
+        (("method: optimise", "method: optimise\nstop: {{half_width: 0.1}}"), "stop: is not used"),
+        (("method: optimise", "method: optimise\nwant: {{probability: {{min: 0.9}}}}"), "robust: {probability: 0.99}"),
+        (("method:", "  spindle.pressure: {{uniform: [4 bar, 5 bar]}}\nmethod:"), "say how likely a good part has to be"),
+        (("150 mm/s]}}", "150 mm/s], uniform: [-1 mm/s, 1 mm/s]}}"), "add offset: true"),
+        (("[40 mm/s, 150 mm/s]}}", "[0.5 mm/s, 150 mm/s], normal: {{mean: 0 mm/s, deviation: 1 mm/s}}, offset: true}}"),
+         "of its scatter lies beyond what operation.feed may be"),
+        (("method: optimise", "method: optimise\nbudget: {{time: 3 s}}"), "optimise is limited by cases"),
+    ],
+)  # fmt: skip
+def test_faults_are_told_in_words(study, change, words):
+    with pytest.raises(ScenarioFault) as found:
+        study(TEXT.replace(*change))
+    assert words in str(found.value)
+
+
+def test_from_the_command_line(examples, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "s.yaml").write_text(TEXT.format(examples=examples), encoding="utf-8")
+
+    def call(*words):
+        with pytest.raises(SystemExit) as end:
+            main(list(map(str, words)))
+        return end.value.code, capsys.readouterr()
+
+    assert "optimisation of operation.feed" in call("check", "s.yaml")[1].out
+    code, told = call("study", "s.yaml", "-o", "out", "--json", "--table", "all.csv")
+    answer = json.loads(told.out)
+    assert (code, answer["verdict"]) == (0, "pass")
+    assert answer["measures"]["optimum_operation.feed"]["unit"] == "m/s"
+    assert (tmp_path / "all.csv").read_text().startswith("operation.feed [m/s],operation.feed [m/s],margin")
+    assert "What was tried" in (tmp_path / "out" / "report.html").read_text()
+    impossible = TEXT.replace("{{max: 0.04 mm}}", "{{max: -0.049 mm}}").format(examples=examples)
+    (tmp_path / "none.yaml").write_text(impossible, encoding="utf-8")
+    code, told = call("study", "none.yaml", "-o", "none")
+    assert code == 1
+    assert "no setting of" in told.out
