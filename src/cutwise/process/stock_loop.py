@@ -34,6 +34,13 @@ _UPRIGHT = 1e-12
 AHEAD = 1e-8  # [m] of the start of a segment
 
 
+def part_of(progress: Progress | None, low: float, high: float) -> Progress | None:
+    """Progress of a part of the work, between two shares of all of it."""
+    if progress is None:
+        return None
+    return lambda share: progress(low + share * (high - low))
+
+
 class Teeth(NamedTuple):
     """A tool in a material."""
 

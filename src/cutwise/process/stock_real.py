@@ -13,7 +13,7 @@ from cutwise.maths.workpiece import Frame
 from cutwise.process.assemble_mill import feed_drives
 from cutwise.process.nominal_part import tolerance_of
 from cutwise.process.stock_carrier import TERMS, Carrier, Driven, carrier_of, driven, reference_of, terms_at, tips_of
-from cutwise.process.stock_loop import Progress, Run
+from cutwise.process.stock_loop import Progress, Run, part_of
 from cutwise.process.stock_material import material_of, room_for
 from cutwise.process.stock_milling import (
     Earlier,
@@ -126,24 +126,18 @@ def real(
     drives = None
     if "drives" in terms:
         assert ready.plan is not None
-        drives = driven(scenario, ready.path, ready.plan, along, pushes, _part(progress, 0.0, 0.3))
+        drives = driven(scenario, ready.path, ready.plan, along, pushes, part_of(progress, 0.0, 0.3))
     most = force[int(np.argmax(np.linalg.norm(force, axis=1)))] if len(force) else np.zeros(3)
     carrier = carrier_of(scenario, ready.path, most)
     station = scenario.numerics.stock.station
     feels = bool(force.any()) and bool(set(terms) & YIELDING)
     once = _swept(
-        scenario, ideal, where, (drives, carrier), terms, station, _part(progress, 0.3, 0.6 if feels else 1.0)
+        scenario, ideal, where, (drives, carrier), terms, station, part_of(progress, 0.3, 0.6 if feels else 1.0)
     )
     if not feels:
         return once
-    again = _swept(scenario, ideal, where, (drives, carrier), terms, 0.5 * station, _part(progress, 0.6, 1.0))
+    again = _swept(scenario, ideal, where, (drives, carrier), terms, 0.5 * station, part_of(progress, 0.6, 1.0))
     return again._replace(change=_change(once, again))
-
-
-def _part(progress: Progress | None, low: float, high: float) -> Progress | None:
-    if progress is None:
-        return None
-    return lambda share: progress(low + share * (high - low))
 
 
 def station_forces(done: StockRunDone) -> FloatArray:

@@ -9,7 +9,7 @@ import numpy as np
 from cutwise.maths.workpiece import Frame, frame_of
 from cutwise.process.nominal_part import nominal_samples
 from cutwise.process.stock_earlier import EarlierRun, earlier_run
-from cutwise.process.stock_loop import Progress
+from cutwise.process.stock_loop import Progress, part_of
 from cutwise.process.stock_material import Raw, raw_of, raw_seen
 from cutwise.process.stock_milling import Earlier, StockRunDone, check_fixtures, prepare_one, run_one
 from cutwise.process.stock_plan import Planned, planned
@@ -139,7 +139,7 @@ def run(scenario: MillingScenario, progress: Progress | None = None) -> Done:
         raise
     done = Done(raw, (), (), before)
     for number, (job, one) in enumerate(zip(jobs, ready, strict=True)):
-        part = _share(progress, number / len(jobs), (number + 1) / len(jobs))
+        part = part_of(progress, number / len(jobs), (number + 1) / len(jobs))
         done = done._replace(cuts=(*done.cuts, _run_one(job, one, done, part)), jobs=(*done.jobs, job))
     return done
 
@@ -147,13 +147,7 @@ def run(scenario: MillingScenario, progress: Progress | None = None) -> Done:
 def _run_one(job: Job, ready: Planned, done: Done, progress: Progress | None) -> Cut:
     """One set-up into what is left."""
     moved = bool(moves_the_tool(job.scenario))
-    part = _share(progress, 0.0, 0.3 if moved else 1.0)
+    part = part_of(progress, 0.0, 0.3 if moved else 1.0)
     as_planned = run_one(job.scenario, ready, job.frame, lambda grid: done.solids(grid, True), part)
     where = (job.frame, done.solids(as_planned.grid, False)) if moved else (job.frame, ())
-    return Cut(as_planned, real(job.scenario, as_planned, where, _share(progress, 0.3, 1.0)))
-
-
-def _share(progress: Progress | None, low: float, high: float) -> Progress | None:
-    if progress is None:
-        return None
-    return lambda share: progress(low + share * (high - low))
+    return Cut(as_planned, real(job.scenario, as_planned, where, part_of(progress, 0.3, 1.0)))
