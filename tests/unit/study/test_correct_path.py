@@ -70,7 +70,10 @@ def table(folder, scenario):
     for axis in "xy":
         titles += [f"machine.{axis}.{name} [{unit}]" for name, unit in names.items()]
     for n in (*range(1, 41), *range(101, 110)):
-        j, b, f, k = (1.0 + c * ndtri(radical_inverse(n, base)) for c, base in zip((0.05, 0.1, 0.15, 0.03), (2, 3, 5, 7), strict=True))
+        j, b, f, k = (
+            1.0 + c * ndtri(radical_inverse(n, base))
+            for c, base in zip((0.05, 0.1, 0.15, 0.03), (2, 3, 5, 7), strict=True)
+        )
         row = []
         for axis in "xy":
             drive = getattr(scenario.machine, axis)
@@ -93,9 +96,13 @@ def test_what_is_not_known_is_not_compensated(corner, tmp_path):
         return np.quantile(np.abs(shift.errors(judging, order)).max(axis=1) / UM, [0.5, 0.8, 0.9, 1.0])
 
     assert quantiles(told.order)[:2] == pytest.approx([37.98, 39.62], abs=0.05)
-    assert quantiles(shift.shifted(told, nominal.at(told.place.travelled))) == pytest.approx([2.53, 3.68, 4.08, 6.62], abs=0.05)
+    assert quantiles(shift.shifted(told, nominal.at(told.place.travelled))) == pytest.approx(
+        [2.53, 3.68, 4.08, 6.62], abs=0.05
+    )
     mean = learned(scenario, 4, plants=fitted)[1]
-    assert quantiles(shift.shifted(told, mean.at(told.place.travelled))) == pytest.approx([2.47, 3.39, 3.87, 4.60], abs=0.05)
+    assert quantiles(shift.shifted(told, mean.at(told.place.travelled))) == pytest.approx(
+        [2.47, 3.39, 3.87, 4.60], abs=0.05
+    )
 
 
 @pytest.mark.parametrize(("reading", "before", "after"), [("matched", 34.89, 2.26), ("as_printed", 7.68, 28.5)])
@@ -127,7 +134,9 @@ def test_the_written_program_is_what_is_reported(proved, tmp_path):
     (tmp_path / "new.nc").write_text(proved.program)
     (tmp_path / "old.nc").write_text(program.wanted.text)
     document = proved.scenario.document()
-    document["program"] = {key: value for key, value in document["program"].items() if key not in ("text", "wanted", "file")}
+    document["program"] = {
+        key: value for key, value in document["program"].items() if key not in ("text", "wanted", "file")
+    }
     document["program"] |= {"file": "new.nc", "wanted": "old.nc"}
     import json
 
@@ -198,7 +207,12 @@ def test_a_limit_of_the_shift_is_kept_and_told(corner):
 
 @pytest.mark.parametrize(
     ("line", "why"),
-    [("G91\nG1 X20", "inches, increments"), ("G91 G1 X20", "does not go with chords"), ("#1=70\nG1 X#1", "computes"), ("G1 X[60+10]", "computes")],
+    [
+        ("G91\nG1 X20", "inches, increments"),
+        ("G91 G1 X20", "does not go with chords"),
+        ("#1=70\nG1 X#1", "computes"),
+        ("G1 X[60+10]", "computes"),
+    ],
 )
 def test_lines_that_chords_cannot_stand_for_are_named(examples, tmp_path, line, why):
     text = f"G21 G17 G90 G61\nS8000 M3\nG0 X50 Y26 Z5\nG1 Z-5 F300\nF2400\n{line}\nG90\nG3 X74 Y30 I0 J4\nG1 Y36\nM2\n"

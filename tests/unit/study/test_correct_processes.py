@@ -19,7 +19,12 @@ MAP = ["volume.points=5", "volume.diagonal_points=5"]
 
 
 # feed [mm/s] that holds the spindle with the edge off by 0, -0.02 and -0.05 mm, by an independent program
-LAW = {0.5: (181.160, 131.264, 92.434), 0.7: (129.783, 102.366, 77.287), 1.3: (70.536, 62.009, 52.155), 1.5: (61.329, 54.901, 47.140)}  # fmt: skip
+LAW = {
+    0.5: (181.160, 131.264, 92.434),
+    0.7: (129.783, 102.366, 77.287),
+    1.3: (70.536, 62.009, 52.155),
+    1.5: (61.329, 54.901, 47.140),
+}
 
 
 @pytest.mark.parametrize("height", LAW)
@@ -36,7 +41,9 @@ def edge(examples):
 
 
 # aim: time [s], least error [mm] (the greatest is the same but for the settling)
-@pytest.mark.parametrize(("aim", "time", "least"), [(-0.01, 1.479, -0.0072), (-0.02, 1.622, -0.0164), (-0.03, 1.768, -0.0255)])
+@pytest.mark.parametrize(
+    ("aim", "time", "least"), [(-0.01, 1.479, -0.0072), (-0.02, 1.622, -0.0164), (-0.03, 1.768, -0.0255)]
+)
 def test_feed_along_the_burred_edge(edge, aim, time, least):
     found = edge(f"correct.aim={aim} mm", "correct.burr_scatter=null").measures
     assert found["time_after"].value == pytest.approx(time, abs=1e-3)
@@ -56,7 +63,10 @@ def test_a_higher_burr_is_told(edge, scatter, most):
 
 
 def test_the_more_a_burr_scatters_the_deeper_is_aimed(edge):
-    aims = [edge("correct.aim=null", f"correct.burr_scatter={s}").measures["edge_error_aimed"].value for s in (0.02, 0.1, 0.13)]
+    aims = [
+        edge("correct.aim=null", f"correct.burr_scatter={s}").measures["edge_error_aimed"].value
+        for s in (0.02, 0.1, 0.13)
+    ]
     assert aims == sorted(aims, reverse=True)
     assert aims[0] > aims[-1]
 
@@ -73,7 +83,9 @@ def test_the_feed_table_is_what_the_scenario_takes(edge, tmp_path, examples):
     file = tmp_path / "feed.csv"
     file.write_text(formats.table(found))
     feed = found.scenario.operation.feed
-    again = load(examples / "correct_deburr.yaml", [f"operation.feed={feed!r} m/s", f"operation.feed_profile={{table: {file}}}"])
+    again = load(
+        examples / "correct_deburr.yaml", [f"operation.feed={feed!r} m/s", f"operation.feed_profile={{table: {file}}}"]
+    )
     assert again.operation.feed_profile.points() == found.scenario.operation.feed_profile.points()
 
 
@@ -96,7 +108,11 @@ POSTURES = {  # redundancy angle, joints near, errors before [µm], shift [µm],
 @pytest.mark.parametrize("name", POSTURES)
 def test_a_hole_is_where_it_is_wanted(examples, name):
     angle, joints, before, shift, tilt = POSTURES[name]
-    given = [f"robot.redundancy_angle={angle}", "correct.vary=null", *([f"robot.joint_angles={joints}"] if joints else [])]
+    given = [
+        f"robot.redundancy_angle={angle}",
+        "correct.vary=null",
+        *([f"robot.joint_angles={joints}"] if joints else []),
+    ]
     scenario = load(examples / "correct_drill.yaml", given)
     found = cutwise.correct(scenario)
     (led,) = found.scenario.hole.corrections
@@ -125,6 +141,7 @@ def test_the_pose_of_the_hole_in_krl(examples):
 def test_draws_of_joints_thrust_and_friction(examples, tmp_path):
     """Reference: p80 of the entry error 22.28 to 4.75 µm."""
     from scipy.special import ndtri
+
     from unit.study.test_correct_path import radical_inverse
 
     scenario = load(examples / "correct_drill.yaml", ["correct.vary=null"])
@@ -133,10 +150,16 @@ def test_draws_of_joints_thrust_and_friction(examples, tmp_path):
         z = [ndtri(radical_inverse(n, base)) for base in (2, 3, 5, 7, 11, 13, 17, 19)]
         joints = [k * (1.0 + 0.1 * x) for k, x in zip(scenario.robot.joint_stiffness, z, strict=False)]
         rows.append([*joints, 650.0 * (1.0 + 0.15 * z[6]), 0.2 + 0.03 * z[7]])
-    titles = [*(f"robot.joint_stiffness[{k}] [N m/rad]" for k in range(6)), "material.k_c11 [N/mm^2]", "contact.friction"]
+    titles = [
+        *(f"robot.joint_stiffness[{k}] [N m/rad]" for k in range(6)),
+        "material.k_c11 [N/mm^2]",
+        "contact.friction",
+    ]
     file = tmp_path / "draws.csv"
     file.write_text("\n".join([", ".join(titles), *(", ".join(map(repr, map(float, row))) for row in rows), ""]))
-    found = cutwise.correct(load(examples / "correct_drill.yaml", ["correct.vary=null", f"correct.draws={file}"])).measures
+    found = cutwise.correct(
+        load(examples / "correct_drill.yaml", ["correct.vary=null", f"correct.draws={file}"])
+    ).measures
     assert found["error_p80_before"].value == pytest.approx(22.28 * UM, abs=0.03 * UM)
     assert found["residual_p80"].value == pytest.approx(4.75 * UM, abs=0.03 * UM)
 
@@ -189,4 +212,6 @@ def test_languages_that_do_not_go_with_a_process(edge, examples):
     with pytest.raises(ScenarioFault, match="does not go with process: deburr"):
         formats.krl(found)
     assert math.isfinite(found.measures["time_saved"].value)
-    assert error_map.text(load(examples / "machine_volumetric_map.yaml", MAP)).startswith("# cutwise: machine_volumetric_map")
+    assert error_map.text(load(examples / "machine_volumetric_map.yaml", MAP)).startswith(
+        "# cutwise: machine_volumetric_map"
+    )

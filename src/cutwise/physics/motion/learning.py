@@ -77,6 +77,16 @@ def convergence(drive: Drive, lead: int, smoothing: int, gain: float = 1.0) -> t
     -----
     Valid for a linear loop: without friction and saturation.
 
+    Examples
+    --------
+    A loop of 10 1/s without lead and smoothing: a wave is lessened by no more than 1 at high frequency.
+
+    >>> from cutwise.physics.motion.drives import Controller, Plant
+    >>> plant = Plant(1.0, 1.0, 0.01, 0.1, 0.001, 0.0, 0.0, 0.0, 0.0, 1.0, -1.0, 1.0, -1.0, 0.0)
+    >>> law = Controller(1000.0, 0.0, 0.0, 0.0, 0.0, 0.001, 10.0, 0.0, 0.0)
+    >>> round(convergence(Drive(plant, law), 0, 0)[0], 2)
+    1.31
+
     References
     ----------
     Bristow et al. 2006, A survey of iterative learning control, IEEE Control Systems 26 (3), the condition of convergence;
