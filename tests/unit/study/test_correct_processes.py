@@ -19,8 +19,12 @@ MAP = ["volume.points=5", "volume.diagonal_points=5"]
 
 
 # feed [mm/s] that holds the spindle with the edge off by 0, -0.02 and -0.05 mm, by an independent program
-LAW = {0.5: (181.160, 131.264, 92.434), 0.7: (129.783, 102.366, 77.287), 1.3: (70.536, 62.009, 52.155),
-       1.5: (61.329, 54.901, 47.140)}  # fmt: skip
+LAW = {
+    0.5: (181.160, 131.264, 92.434),
+    0.7: (129.783, 102.366, 77.287),
+    1.3: (70.536, 62.009, 52.155),
+    1.5: (61.329, 54.901, 47.140),
+}
 
 
 @pytest.mark.parametrize("height", LAW)
