@@ -15,7 +15,6 @@ import cutwise
 from cutwise.app.cli import main
 from cutwise.spec.faults import ScenarioFault
 from cutwise.study.many import distributed, engine
-from cutwise.study.many import folder as at
 from cutwise.study.many.answers import answers, collected
 from cutwise.study.many.held import against_full_runs
 from cutwise.study.many.reading import read_study
