@@ -172,7 +172,7 @@ def work(folder: Path, *, until: float | None = None, progress: Progress | None 
     """
     study, known = in_folder(folder)
     size, done = int(known["chunk"]), 0
-    while missing := [one for one in at.chunks(study, size) if not at.part_file(folder, *one).exists()]:
+    while missing := at.missing(folder, study, size):
         if (until is not None and time.monotonic() > until) or _orphaned():
             break
         mine = next((one for one in missing if at.take_lease(folder, one[0])), None)
@@ -282,8 +282,7 @@ class Watch:
 
     def missing(self) -> list[tuple[int, int]]:
         """First case and number of cases of the parts that are not there."""
-        every = at.chunks(self._study, self._size)
-        return [one for one in every if not at.part_file(self._folder, *one).exists()]
+        return at.missing(self._folder, self._study, self._size)
 
     def tell(self) -> None:
         """Tell what is done."""
