@@ -176,3 +176,26 @@ def test_a_page_of_one_number_beside_a_curve(examples):
     assert "Distributions" in page(found.answers, [])
     with pytest.raises(ValueError, match="two inputs"):
         cutwise.plots.scatter(found)
+
+
+def test_where_the_good_band_ends(examples):
+    from cutwise.study.many.answers import good_bands
+    from cutwise.study.many.statements import Share
+
+    scenario = str(examples / "deburr_compliant_spindle.yaml")
+    found = cutwise.run_study({
+        "scenario": scenario, "cases": 8, "want": {"probability": {"min": 0.8}},
+        "vary": {"spindle.pressure": ["4 bar", "4.5 bar", "5 bar", "5.5 bar"],
+                 "part.burr.height": cutwise.normal("0.8 mm", "0.1 mm")},
+    }).answers  # fmt: skip
+
+    def bands(*values):
+        settings = [values for values, _ in found.shares]
+        told = [(one, Share(v, v, v)) for one, v in zip(settings, values, strict=True)]
+        return good_bands(found._replace(shares=tuple(told)))
+
+    (band,) = bands(0.7, 0.9, 0.9, 0.5)
+    assert (band.low, band.high) == pytest.approx((4.25e5, 5.125e5))
+    assert not band.open_low
+    assert [(one.open_low, one.open_high) for one in bands(0.9, 0.1, 0.1, 0.9)] == [(True, False), (False, True)]
+    assert bands(0.1, 0.1, 0.1, 0.1) == []
