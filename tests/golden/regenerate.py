@@ -24,6 +24,24 @@ def golden(scenario: Path) -> dict[str, object]:
     }
 
 
+def of_study(file: Path) -> dict[str, float]:
+    """What the golden file of a study holds: its numbers in SI to nine figures, of as few cases as tell a change."""
+    import cutwise
+
+    few = {"burrs_rare": 100, "burrs_decide": 16}.get(file.stem, 32)
+    found = (
+        cutwise.run_study(file) if "between" in file.read_text(encoding="utf-8") else cutwise.run_study(file, cases=few)
+    )
+    return {
+        name: float(f"{value:.9g}") for name, value in found.measures.items() if name != "settings_tried"
+    }  # the last digits of a run decide how many
+
+
+def studies() -> list[Path]:
+    """Every example of a study."""
+    return sorted((HERE.parent.parent / "examples" / "studies").glob("*.yaml"))
+
+
 def examples() -> list[Path]:
     """Every example scenario."""
     return sorted((HERE.parent.parent / "examples").glob("*.yaml"))
@@ -33,4 +51,8 @@ if __name__ == "__main__":
     for path in (one for one in examples() if one.stem in sys.argv[1:] or not sys.argv[1:]):
         target = HERE / f"{path.stem}.json"
         target.write_text(json.dumps(golden(path), indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+        print(target.name)
+    for path in (one for one in studies() if one.stem in sys.argv[1:] or not sys.argv[1:]):
+        target = HERE / f"study_{path.stem}.json"
+        target.write_text(json.dumps(of_study(path), indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
         print(target.name)

@@ -21,3 +21,10 @@ def test_example(scenario):
     assert found["warnings"] == kept["warnings"]
     assert found["findings"] == kept["findings"]
     assert found["measures"] == pytest.approx(kept["measures"], rel=TOLERANCE, abs=1e-9)
+
+
+@pytest.mark.parametrize("study", MAKER["studies"](), ids=lambda path: path.stem)
+def test_study(study):
+    kept = json.loads((HERE / f"study_{study.stem}.json").read_text(encoding="utf-8"))
+    rough = 1e-3 if any(name.startswith("optimum") for name in kept) else TOLERANCE  # where a search ends
+    assert MAKER["of_study"](study) == pytest.approx(kept, rel=rough, abs=1e-9)

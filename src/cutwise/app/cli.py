@@ -270,6 +270,7 @@ def sweep(
     in_full: Annotated[
         bool, typer.Option("--check/--no-check", help="run first, last and worst combination in full, with half the step too")
     ] = True,
+    jobs: Annotated[int, typer.Option("--jobs", min=1, metavar="N", help="processes")] = 1,
 ) -> None:  # fmt: skip
     """Run a scenario over values of its keys and print a table."""
     from cutwise.app.console import Console
@@ -285,7 +286,7 @@ def sweep(
     outputs.checked([output], [file, *scenario.files])
     console = Console()
     with console.progress(f"sweep of {scenario.name}") as progress:
-        table = swept(scenario, values, progress, names, check=in_full, named="--over {}")
+        table = swept(scenario, values, progress, names, check=in_full, jobs=jobs, named="--over {}")
     console.sweep(scenario, table, names)
     if output is not None:
         print(save(table, output))

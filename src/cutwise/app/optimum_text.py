@@ -1,6 +1,5 @@
 """What an optimisation says: in a few lines, as JSON, as a table of everything that was tried."""
 
-import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
@@ -101,18 +100,18 @@ def as_object(found: "Best", files: dict[str, str]) -> dict[str, object]:
     """The answer as one JSON object, in the form of a run."""
     study, best = found.study, found.optimum
     assert study.search is not None
-    told: dict[str, dict[str, object]] = {"settings_tried": {"value": found.done, "unit": ""}}
-    for k, (aim, value) in enumerate(zip(study.search.aims, best.aims, strict=True)):
-        unit = worth.unit_of(aim, study.scenario)[1]
-        if math.isfinite(value):
-            told["optimum_value" if k == 0 else f"optimum_value_{k + 1}"] = {"value": value, "unit": unit}
-    for key, value in best.levers.items():
-        dimension = dimension_of(study, key)
-        told[f"optimum_{key}"] = {"value": value, "unit": units.DIMENSIONS[dimension].si if dimension else ""}
-    for name, share in (("probability_good", best.share), ("probability_good_fresh", best.fresh)):
-        if share is not None and math.isfinite(share.value):
-            ends = (("", share.value), ("_low", share.low), ("_high", share.high))
-            told |= {f"{name}{end}": {"value": value, "unit": ""} for end, value in ends}
+    aims = {
+        "optimum_value" if k == 0 else f"optimum_value_{k + 1}": worth.unit_of(aim, study.scenario)[1]
+        for k, aim in enumerate(study.search.aims)
+    }
+    levers = {f"optimum_{key}": units.DIMENSIONS[d].si for key in best.levers if (d := dimension_of(study, key))}
+    si = {**aims, **levers}
+    told: dict[str, dict[str, object]] = {
+        name: {"value": value, "unit": si.get(name, "")} for name, value in found.measures.items()
+    }
+    told |= {
+        f"optimum_{key}": {"value": value, "unit": ""} for key, value in best.levers.items() if isinstance(value, str)
+    }
     return {
         "scenario": study.name, "process": "study", "verdict": "pass" if found.proven else "fail", "measures": told,
         "front": [_point(found, one) for one in found.front], "attempts": [_point(found, one) for one in found.optima],

@@ -51,15 +51,10 @@ def _unmet(found: "Rarely") -> str:
 def as_object(found: "Rarely", files: dict[str, str]) -> dict[str, object]:
     """The answer as one JSON object, in the form of a run."""
     rare, asked = found.found, found.demanded
-    measures = {
-        "failure_probability": rare.probability, "failure_probability_low": rare.low, "failure_probability_high": rare.high,
-        "failure_cov": rare.cov if np.isfinite(rare.cov) else 0.0, "cases_done": found.done,
-        "cases_failed": sum(found.failed.values()),
-    }  # fmt: skip
     return {
         "scenario": found.study.name, "process": "study",
         "verdict": "none" if asked is None else "pass" if asked else "fail",
-        "measures": {name: {"value": float(value), "unit": ""} for name, value in measures.items()},
+        "measures": {name: {"value": float(value), "unit": ""} for name, value in found.measures.items()},
         "levels": [{"share": one.share, "accepted": one.accepted} for one in rare.levels],
         "requirements": [], "assumed": [], "warnings": [f"{n} failed: {text}" for text, n in found.failed.items()],
         "files": files,

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from cutwise import units
-from cutwise.study.many.answers import command, demanded, measures, shown, worst
+from cutwise.study.many.answers import command, demanded, good_bands, measures, shown, worst
 from cutwise.study.many.cases import GOOD
 from cutwise.study.many.statements import Indices
 
@@ -58,6 +58,12 @@ def said(found: "Answers") -> Iterator[str]:
     asked = demanded(found)
     if asked is not None:
         yield asked[1]
+    for band in good_bands(found):
+        ends = [
+            f"{shown(planned, band.key, end, 4)}{' (the last one studied)' if at_end else ''}"
+            for end, at_end in ((band.low, band.open_low), (band.high, band.open_high))
+        ]
+        yield f"  it is reached with {band.key} from {ends[0]} to {ends[1]}, by the estimates, linear between settings"
     for case in worst(found, _SHOWN if planned.scenario.requirements else 1):
         measures = ", ".join(
             _measure(planned, name, found.table[f"measure {name}"][case]) for name in planned.measures[:3]

@@ -37,8 +37,9 @@ Evaluate = Callable[[Mapping[str, Value]], Case]
 
 
 def cases(
-    scenario: Scenario, wanted: Collection[str] = (), *, coarse: bool = False, named: str = OVERRIDES
-) -> Evaluate:
+    scenario: Scenario, wanted: Collection[str] = (), *, coarse: bool = False, named: str = OVERRIDES,
+    revised: Callable[[Mapping[str, Value]], Scenario] | None = None,
+) -> Evaluate:  # fmt: skip
     """A function that evaluates a case of overrides.
 
     Parameters
@@ -51,17 +52,19 @@ def cases(
         The larger step of studies and no warnings; see :func:`faithful`.
     named : str
         How a message names an override, with ``{}`` for its key.
+    revised : callable, optional
+        What puts values into the scenario, where they are not overrides alone.
 
     Returns
     -------
     callable
         From dotted keys and values (text, or SI numbers) to a :class:`Case`; a case that cannot be run says why.
     """
-    revised = revisions(scenario, named)
+    put = revised or revisions(scenario, named)
 
     def case(values: Mapping[str, Value]) -> Case:
         try:
-            one = revised(values) if values else scenario
+            one = put(values) if values else scenario
         except ScenarioFault as why:
             return Case(values, _NOTHING, why)
         return evaluated(one, values, wanted, coarse=coarse)

@@ -4,7 +4,6 @@ import io
 import re
 from collections.abc import Callable, Mapping, Sequence
 from difflib import get_close_matches
-from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -20,8 +19,10 @@ from cutwise.results import SOUNDNESS, SolverFailure
 from cutwise.spec import fields
 from cutwise.spec.faults import Fault, ScenarioFault, split_dotted
 from cutwise.spec.scenario import Scenario
-from cutwise.study.case import Case, evaluated
+from cutwise.study.case import Case
 from cutwise.study.limits import slack
+from cutwise.study.many.definition import GRID, Design, Study, combinations
+from cutwise.study.many.pool import held_evaluators, pooled
 
 VALUES = 'values["{}"]'
 """How a message names a value of a sweep in Python; the command line says ``--over``."""
@@ -38,6 +39,7 @@ def sweep(
     wanted: Sequence[str] = (),
     *,
     check: bool = True,
+    jobs: int = 1,
     named: str = VALUES,
 ) -> xr.Dataset:
     """Every measure over all combinations of values, each as its own run gives it to the last bit.
@@ -55,6 +57,8 @@ def sweep(
     check : bool
         Run the first, the last and the worst combination in full, with half the step too: what the run has to say about
         its step joins the warnings there, and attribute ``checked`` tells the largest difference from the run.
+    jobs : int
+        Processes; the numbers do not depend on it.
     named : str
         How messages name a value, with ``{}`` for its key.
 
@@ -76,18 +80,24 @@ def sweep(
         No combination comes to an end.
     """
     keys = list(values)
-    points = [dict(zip(keys, point, strict=True)) for point in product(*(values[key] for key in keys))]
+    grid = Study(
+        scenario.name, scenario, None, {key: Design(tuple(values[key])) for key in keys}, {}, GRID, 1, 0, tuple(wanted), None, None
+    )  # fmt: skip
+    points = list(combinations(grid))
     scenarios = _checked(scenario, points, wanted, named)
-    found: list[Case] = []
-    for i, (point, one) in enumerate(zip(points, scenarios, strict=True)):
-        found.append(evaluated(one, point, wanted))
-        if progress is not None:
-            progress((i + 1) / len(scenarios))
+    with pooled(grid, jobs) as pool:
+        told = None if progress is None else (lambda done: progress(done / len(points)))
+        found: list[Case] = pool.map(_case, [(point,) for point in points], told)
     failed = [case for case in found if case.failure is not None]
     if len(failed) == len(found):
         raise failed[0].failure  # type: ignore[misc]
     said = _in_full(scenarios, found) if check else ""
     return _table(scenario, values, found, failed, said)
+
+
+def _case(values: Mapping[str, Value]) -> Case:
+    """A combination, with the step of the scenario."""
+    return held_evaluators()[1](values)
 
 
 def _checked(

@@ -98,3 +98,11 @@ def test_a_sweep_says_which_runs_are_not_sound(examples):
     scenario = load(examples / "deburr_compliant_spindle.yaml")
     table = sweep(scenario, {"operation.milling": ["down", "up"]})
     assert table["unsound"].values.tolist() == ["", "at_stop"]
+
+
+@pytest.mark.slow
+def test_a_sweep_is_the_same_for_any_number_of_processes(examples):
+    scenario = load(examples / "deburr_compliant_spindle.yaml")
+    values = {"spindle.pressure": ["4 bar", "5 bar"], "operation.milling": ["down", "up"]}
+    one, two = (sweep(scenario, values, check=False, jobs=jobs) for jobs in (1, 2))
+    assert one.identical(two)

@@ -231,6 +231,40 @@ def measures(found: Answers) -> dict[str, float]:
     return said
 
 
+class GoodBand(NamedTuple):
+    """Settings of a lever over which the share of good cases is reached, and its ends between two settings [SI]."""
+
+    key: str
+    low: float
+    high: float
+    open_low: bool  # the first setting is good enough itself: the band may go on beyond it
+    open_high: bool
+
+
+def good_bands(found: Answers) -> list[GoodBand]:
+    """Where the demanded share is reached over the only design lever, linear between its settings; by the estimates."""
+    study = found.study
+    if study.demanded is None or len(study.design) != 1 or len(found.shares) < 2:
+        return []
+    key = next(iter(study.design))
+    if any(isinstance(value, str) for value in study.design[key].values):
+        return []
+    order = sorted((float(values[key]), share.value - study.demanded) for values, share in found.shares)
+    x, gap = np.array(order).T
+    bands = []
+    for first, last in _runs(gap >= 0.0):
+        low = x[0] if first == 0 else np.interp(0.0, gap[first - 1 : first + 1], x[first - 1 : first + 1])
+        high = x[-1] if last == len(x) - 1 else np.interp(0.0, gap[last : last + 2][::-1], x[last : last + 2][::-1])
+        bands.append(GoodBand(key, float(low), float(high), first == 0, last == len(x) - 1))
+    return bands
+
+
+def _runs(reached: np.ndarray) -> list[tuple[int, int]]:
+    """First and last place of each stretch that is true."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], reached, [False])).astype(int)))
+    return [(int(a), int(b) - 1) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+
+
 def demanded(found: Answers) -> tuple[bool, str] | None:
     """Whether the demanded share of good cases is reached, and what is said of it; None without a demand."""
     least = found.study.demanded

@@ -78,6 +78,20 @@ class Best(NamedTuple):
         return self.optima[-1]
 
     @property
+    def measures(self) -> dict[str, float]:
+        """The numbers of the answer by name, SI; levers that are words stand in :attr:`optimum`."""
+        best = self.optimum
+        told = {"settings_tried": float(self.done)}
+        for k, value in enumerate(best.aims):
+            if math.isfinite(value):
+                told["optimum_value" if k == 0 else f"optimum_value_{k + 1}"] = value
+        told |= {f"optimum_{key}": float(v) for key, v in best.levers.items() if isinstance(v, int | float)}
+        for name, share in (("probability_good", best.share), ("probability_good_fresh", best.fresh)):
+            if share is not None and math.isfinite(share.value):
+                told |= {name: share.value, f"{name}_low": share.low, f"{name}_high": share.high}
+        return told
+
+    @property
     def proven(self) -> bool:
         """Whether the answer holds: in its own full run, or among fresh cases."""
         best = self.optimum

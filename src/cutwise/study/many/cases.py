@@ -10,9 +10,9 @@ from cutwise.io.revision import Value, revisions
 from cutwise.process.recipes import Outcome, coarser
 from cutwise.results import SOUNDNESS
 from cutwise.spec import fields
-from cutwise.spec.faults import Path, ScenarioFault, dotted, split_dotted
+from cutwise.spec.faults import Path, dotted, split_dotted
 from cutwise.spec.scenario import Scenario
-from cutwise.study.case import Case, evaluated
+from cutwise.study.case import Case, Evaluate, cases
 from cutwise.study.inputs import overrides, scatter_of
 from cutwise.study.limits import BEYOND, bounds, margin
 from cutwise.study.many.definition import Study, columns
@@ -130,23 +130,14 @@ def scenario_of(study: Study, values: Mapping[str, Value]) -> Scenario:
     return _revised(study, study.scenario)(values)
 
 
-Evaluator = Callable[[Mapping[str, Value]], Case]
+Evaluator = Evaluate
 
 
 def evaluators(study: Study) -> tuple[Evaluator, Evaluator]:
     """Cases with the coarse step, and with the scenario's."""
 
     def of(scenario: Scenario, *, coarse: bool) -> Evaluator:
-        revised = _revised(study, scenario)
-
-        def case(values: Mapping[str, Value]) -> Case:
-            try:
-                one = revised(values)
-            except ScenarioFault as why:  # values that do not go together
-                return Case(values, Outcome({}), why)
-            return evaluated(one, values, study.measures, coarse=coarse)
-
-        return case
+        return cases(scenario, study.measures, coarse=coarse, revised=_revised(study, scenario))
 
     exact = of(study.scenario, coarse=False)
     if study.coarse is not None:

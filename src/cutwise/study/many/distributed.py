@@ -5,9 +5,10 @@ keeps what it knows in memory alone, so the folder is the truth: a worker or a s
 flight, and ``--resume`` does them with the next cluster.
 """
 
+import logging
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -61,8 +62,8 @@ def _client(jobs: int, address: str | None) -> "Iterator[Client]":
     import dask
     from distributed import Client, LocalCluster
 
-    quiet = {"distributed.comm.timeouts.connect": f"{_CONNECTED} s", "distributed.admin.log-format": "%(message)s"}
-    with dask.config.set(quiet):
+    quiet = {"distributed.comm.timeouts.connect": f"{_CONNECTED} s"}
+    with dask.config.set(quiet), _without_logs():
         if address is None:
             with (
                 LocalCluster(
@@ -80,7 +81,23 @@ def _client(jobs: int, address: str | None) -> "Iterator[Client]":
         try:
             yield client
         finally:
-            client.close(timeout=2)
+            with suppress(OSError, TimeoutError):  # a scheduler that is lost says no goodbye
+                client.close(timeout=2)
+
+
+@contextmanager
+def _without_logs() -> Iterator[None]:
+    """What is lost is told by the study, in its own words."""
+    logger = logging.getLogger("distributed")
+    others = [logging.getLogger(f"distributed.{name}") for name in ("client", "utils", "core", "comm", "worker")]
+    levels = [(one, one.level) for one in (logger, *others)]
+    for one, _ in levels:
+        one.setLevel(logging.CRITICAL + 1)
+    try:
+        yield
+    finally:
+        for one, level in levels:
+            one.setLevel(level)
 
 
 class _Handed:
@@ -98,9 +115,7 @@ class _Handed:
             if stopped:
                 self._client.cancel(list(self._flying.values()))
                 return stopped
-            if self._client.status != "running" or any(
-                one.status in ("lost", "cancelled") for one in self._flying.values()
-            ):
+            if self._client.status != "running" or any(one.cancelled() for one in self._flying.values()):
                 return _LOST
             self._hand_out(missing)
             self._look()
@@ -119,12 +134,14 @@ class _Handed:
 
     def _look(self) -> None:
         for one, future in list(self._flying.items()):
-            if future.status == "error":
+            if at.part_file(self._folder, *one).exists():
+                del self._flying[one]  # whatever the scheduler knows of it: the number may be lost with its worker
+            elif future.status == "error":
                 why = future.exception()
                 raise ScenarioFault(
                     [Fault((), f"a worker of dask could not do cases {one[0]} on: {why}", file=str(self._folder))]
                 )
-            if future.status == "finished":
+            elif future.status == "finished":
                 said = future.result()
                 if isinstance(said, str):
                     raise ScenarioFault([Fault((), f"a worker of dask says: {said}", file=str(self._folder))])

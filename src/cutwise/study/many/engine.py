@@ -172,8 +172,8 @@ def work(folder: Path, *, until: float | None = None, progress: Progress | None 
     """
     study, known = in_folder(folder)
     size, done = int(known["chunk"]), 0
-    while missing := [one for one in at.chunks(study, size) if not at.part_file(folder, *one).exists()]:
-        if until is not None and time.monotonic() > until:
+    while missing := at.missing(folder, study, size):
+        if (until is not None and time.monotonic() > until) or _orphaned():
             break
         mine = next((one for one in missing if at.take_lease(folder, one[0])), None)
         if mine is None:
@@ -209,6 +209,12 @@ def in_folder(folder: Path) -> tuple[Study, dict[str, Any]]:
         return unpack(json.loads((folder / "study.json").read_text(encoding="utf-8"))), known
     except (ValueError, KeyError, TypeError, AttributeError):
         raise _refused(folder / "study.json", "is damaged; take another folder (-o)") from None
+
+
+def _orphaned() -> bool:
+    """Whether whoever started this worker was killed: then nobody would stop it."""
+    parent = multiprocessing.parent_process()
+    return parent is not None and not parent.is_alive()
 
 
 class _Allowance:
@@ -276,8 +282,7 @@ class Watch:
 
     def missing(self) -> list[tuple[int, int]]:
         """First case and number of cases of the parts that are not there."""
-        every = at.chunks(self._study, self._size)
-        return [one for one in every if not at.part_file(self._folder, *one).exists()]
+        return at.missing(self._folder, self._study, self._size)
 
     def tell(self) -> None:
         """Tell what is done."""

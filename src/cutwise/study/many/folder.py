@@ -117,7 +117,19 @@ def read_part(file: Path, only: str | None = None) -> dict[str, np.ndarray]:
 
 def finished(folder: Path, study: Study, size: int) -> list[tuple[int, int]]:
     """The parts that are there."""
-    return [one for one in chunks(study, size) if part_file(folder, *one).exists()]
+    there = _names(folder)
+    return [one for one in chunks(study, size) if part_file(folder, *one).name in there]
+
+
+def missing(folder: Path, study: Study, size: int) -> list[tuple[int, int]]:
+    """The parts that are not there."""
+    there = _names(folder)
+    return [one for one in chunks(study, size) if part_file(folder, *one).name not in there]
+
+
+def _names(folder: Path) -> set[str]:
+    """All files of parts: one look at the folder, however many there are."""
+    return set(os.listdir(folder / "parts")) if (folder / "parts").is_dir() else set()
 
 
 def trials(folder: Path) -> list[dict[str, Any]]:

@@ -20,12 +20,22 @@ class Pool:
     def __init__(self, study: Study, jobs: int, executor: ProcessPoolExecutor | None) -> None:
         self.jobs, self._study, self._executor = jobs, study, executor
 
-    def map(self, function: Callable[..., Any], some: Sequence[tuple[Any, ...]]) -> list[Any]:
-        """The results of calls with some arguments each, in order."""
+    def map(
+        self, function: Callable[..., Any], some: Sequence[tuple[Any, ...]], told: Callable[[int], object] | None = None
+    ) -> list[Any]:
+        """The results of calls with some arguments each, in order; ``told`` how many there are."""
+        found: list[Any] = []
+        for one in self._each(function, some):
+            found.append(one)
+            if told is not None:
+                told(len(found))
+        return found
+
+    def _each(self, function: Callable[..., Any], some: Sequence[tuple[Any, ...]]) -> Iterator[Any]:
         if self._executor is None:
             _hold(self._study)
-            return [function(*one) for one in some]
-        return list(self._executor.map(function, *zip(*some, strict=True)))
+            return (function(*one) for one in some)
+        return self._executor.map(function, *zip(*some, strict=True))
 
 
 @contextmanager

@@ -44,6 +44,16 @@ class Rarely(NamedTuple):
         """Whether the demanded share of good cases is reached; None without a demand."""
         return None if self.study.demanded is None else self.good.low >= self.study.demanded
 
+    @property
+    def measures(self) -> dict[str, float]:
+        """The numbers of the study by name."""
+        rare = self.found
+        return {
+            "failure_probability": rare.probability, "failure_probability_low": rare.low,
+            "failure_probability_high": rare.high, "failure_cov": rare.cov if np.isfinite(rare.cov) else 0.0,
+            "cases_done": float(self.done), "cases_failed": float(sum(self.failed.values())),
+        }  # fmt: skip
+
     def worst(self, count: int) -> list[dict[str, Any]]:
         """Levers of the cases that are farthest beyond a limit, each once, those that failed left out."""
         margin = np.where(self.table["state"] == FAILED, -np.inf, self.table["margin"])

@@ -140,8 +140,8 @@ def test_costs_have_units():
         (("method: optimise", "method: optimise\nwant: {{probability: {{min: 0.9}}}}"), "robust: {probability: 0.99}"),
         (("method:", "  spindle.pressure: {{uniform: [4 bar, 5 bar]}}\nmethod:"), "say how likely a good part has to be"),
         (("150 mm/s]}}", "150 mm/s], uniform: [-1 mm/s, 1 mm/s]}}"), "add offset: true"),
-        (("[40 mm/s, 150 mm/s]}}", "[0.5 mm/s, 150 mm/s], normal: {{mean: 0 mm/s, deviation: 1 mm/s}}, offset: true}}\n"
-                                  "robust: {{probability: 0.9}}"),
+        (("[40 mm/s, 150 mm/s]}}", "[0.5 mm/s, 150 mm/s], normal: {{mean: 0 mm/s, deviation: 1 mm/s}}, offset: true}}"
+          "\nrobust: {{probability: 0.9}}"),
          "of its scatter lies beyond what operation.feed may be"),
         (("method: optimise", "method: optimise\nbudget: {{time: 3 s}}"), "optimise is limited by cases"),
     ],
