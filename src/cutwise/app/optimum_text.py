@@ -35,7 +35,7 @@ def said(found: "Best") -> Iterator[str]:
         yield f"the shares of this front are those of its own {study.draws:,} cases; fresh ones tell for one of them (robust)"
     for text, count in list(found.failed.items())[:_REASONS]:
         yield f"  {count:,} failed: {text}"
-    yield f"again: {rerun(study, best.levers)}"
+    yield f"again: {rerun(study, best.levers, exact=True)}"
     if best.asked is not None:
         yield "A share is about the model and these distributions, not about what they leave out."
 

@@ -168,14 +168,14 @@ def command(found: Answers, case: int) -> str:
     return rerun(found.study, {key: found.table[f"lever {key}"][case] for key in found.study.keys})
 
 
-def rerun(study: Study, levers: Mapping[str, Any]) -> str:
-    """The command of a run with some values of the levers."""
+def rerun(study: Study, levers: Mapping[str, Any], *, exact: bool = False) -> str:
+    """The command of a run with some values of the levers; ``exact``: to the last bit, as an optimum on a limit needs."""
     written = [text.partition("=")[::2] for text in study.given]
-    written += [(key, as_written(study, key, value)) for key, value in levers.items()]
+    written += [(key, as_written(study, key, value, exact=exact)) for key, value in levers.items()]
     return f"cutwise run {study.source} {' '.join(f'--set {key}={shlex.quote(value)}' for key, value in written)}"
 
 
-def as_written(study: Study, key: str, value: Any) -> str:
+def as_written(study: Study, key: str, value: Any, *, exact: bool = False) -> str:
     """A value of a lever as a scenario has it; a curve with its number."""
     if key in study.random and study.random[key].curve:
         where = study.scenario
@@ -183,6 +183,9 @@ def as_written(study: Study, key: str, value: Any) -> str:
             where = getattr(where, str(step))
         said = where.model_dump(mode="json", exclude_none=True) | {"case": int(value)}
         return f"{{{', '.join(f'{name}: {one}' for name, one in said.items())}}}"
+    dimension = dimension_of(study, key)
+    if exact and dimension is not None and not isinstance(value, str):
+        return units.text(float(value), dimension)
     return shown(study, key, value, 8)
 
 
