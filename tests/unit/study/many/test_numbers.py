@@ -113,6 +113,25 @@ def test_morris_of_a_linear_function_is_its_slopes():
     assert found.deviation == pytest.approx([0.0, 0.0, 0.0], abs=1e-12)
 
 
+def test_indices_of_the_g_function():
+    """Sobol's g-function: S_i = V_i / V, and of two inputs that move as one factor (V_1 + V_2 + V_1 V_2) / V."""
+    a = np.array([0.5, 2.0, 9.0, 30.0])
+    alone = 1.0 / (3.0 * (1.0 + a) ** 2)
+    variance = np.prod(1.0 + alone) - 1.0
+    points = draws.net_points(3, 8, 0, 0, 4096)
+
+    def found(factors):
+        x = mixed(points[:, :4], points[:, 4:], factors)
+        value = np.prod((np.abs(4.0 * x - 2.0) + a) / (1.0 + a), axis=1)
+        return sobol_indices(value.reshape(4096, len(factors) + 2), 3)
+
+    each = found([(0,), (1,), (2,), (3,)])
+    assert each.first == pytest.approx(alone / variance, abs=2e-3)
+    assert each.total == pytest.approx(alone * (1.0 + variance) / (1.0 + alone) / variance, abs=2e-3)
+    pair = found([(0, 1), (2,), (3,)])
+    assert pair.first[0] == pytest.approx((alone[0] + alone[1] + alone[0] * alone[1]) / variance, abs=2e-3)
+
+
 def test_morris_of_ishigami():
     points, order, moved = trajectories(3, 500, 4, draws.generator(1, draws.MORRIS))
     rows = ishigami((4.0 * points - 0.5) / 3.0).reshape(500, 4)
