@@ -199,3 +199,18 @@ def test_where_the_good_band_ends(examples):
     assert not band.open_low
     assert [(one.open_low, one.open_high) for one in bands(0.9, 0.1, 0.1, 0.9)] == [(True, False), (False, True)]
     assert bands(0.1, 0.1, 0.1, 0.1) == []
+
+
+def test_the_line_of_a_study_that_runs(small):
+    from cutwise.app.live import Live
+
+    bars = []
+    study, folder = small
+    live = Live(study, folder, bars.append)
+    live(0, 16)
+    live(8, 16)
+    assert bars == [0.0, 0.5]
+    (_, share), *_ = answers(study, folder, CHUNK).shares
+    said = live.line(16, 16)
+    assert said.startswith(f"16 of 16   P(good) {share.value:.3f} ± {share.half_width:.3f}   0 failed")
+    assert live.done() == 16
