@@ -1,6 +1,7 @@
 """Who works on a study may be lost: dask's workers and scheduler, workers on the folder; and studies as tables."""
 
 import runpy
+import socket
 import subprocess
 import sys
 import time
@@ -21,7 +22,6 @@ from cutwise.study.many.reading import read_study
 
 BURRS = Path(__file__).parents[4] / "examples/studies/burrs.yaml"
 CHUNK = 8
-PORT = 8797
 
 
 def same(a, b):
@@ -41,8 +41,11 @@ def _daemon(*words):
 
 
 def _cluster(count):
-    address = f"tcp://127.0.0.1:{PORT}"
-    scheduler = _daemon("scheduler", "--host", "127.0.0.1", "--port", str(PORT))
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    address = f"tcp://127.0.0.1:{port}"
+    scheduler = _daemon("scheduler", "--host", "127.0.0.1", "--port", str(port))
     time.sleep(2.0)
     return scheduler, [_daemon("worker", address, "--nthreads", "1", "--no-nanny") for _ in range(count)], address
 
@@ -54,7 +57,7 @@ def test_dask_may_lose_a_worker_and_its_scheduler(tmp_path, monkeypatch):
     import threading
 
     monkeypatch.setattr(distributed, "_CONNECTED", 5.0)
-    study = read_study(BURRS, cases=128)
+    study = read_study(BURRS, cases=1024)
     engine.run_study(study, tmp_path / "whole", chunk=CHUNK)
     scheduler, workers, address = _cluster(2)
 
@@ -75,9 +78,9 @@ def test_dask_may_lose_a_worker_and_its_scheduler(tmp_path, monkeypatch):
         process.kill()
         process.wait()
     assert "the scheduler is lost" in ran.stopped
-    assert 0 < ran.done < 128
+    assert 0 < ran.done < 1024
     ran = engine.run_study(study, tmp_path / "dask", resume=True, executor="dask", jobs=2)  # a cluster of this machine
-    assert (ran.done, ran.stopped) == (128, "")
+    assert (ran.done, ran.stopped) == (1024, "")
     assert same(collected(study, tmp_path / "whole", CHUNK)[0], collected(study, tmp_path / "dask", CHUNK)[0])
 
 
