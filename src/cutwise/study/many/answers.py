@@ -74,12 +74,16 @@ def share_of_prefix(study: Study, folder: Path, size: int) -> Share | None:
 
 def shares_of(study: Study, table: Mapping[str, np.ndarray], done: int) -> list[tuple[dict[str, Any], Share]]:
     """The share of good cases at each combination of design levers, of columns of the first ``done`` cases."""
+    if study.method == MORRIS:
+        return []  # its points are levels of a plan, no draws
     level = study.stop.level if study.stop is not None else 0.95
-    found = []
+    found: list[tuple[dict[str, Any], Share]] = []
     rows = done // study.combinations
     usable = rows - rows % NETS if study.method == SOBOL else rows
     for k, values in enumerate(combinations(study)):
         state = table["state"][k : usable * study.combinations : study.combinations]
+        if study.method == INDICES:  # rows A and B are draws; those between them repeat their numbers
+            state = state[np.arange(len(state)) % (len(study.factors) + 2) < 2]
         ended = state != FAILED
         nets = study.method == SOBOL and bool(ended.all())
         found.append((values, share_of(state[ended] == GOOD, nets=nets, level=level)))

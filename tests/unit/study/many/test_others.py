@@ -217,3 +217,17 @@ def test_the_line_of_a_study_that_runs(small):
     said = live.line(16, 16)
     assert said.startswith(f"16 of 16   P(good) {share.value:.3f} ± {share.half_width:.3f}   0 failed")
     assert live.done() == 16
+
+
+def test_only_draws_make_a_share(examples, tmp_path):
+    """Rows between A and B of indices repeat their numbers, and the points of morris are levels: neither is a draw."""
+    base = {
+        "scenario": str(examples / "deburr_compliant_spindle.yaml"), "cases": 8,
+        "vary": {"spindle.pressure": cutwise.uniform("4 bar", "5 bar"), "part.burr.height": cutwise.normal("0.8 mm", "0.1 mm")},
+    }  # fmt: skip
+    found = cutwise.run_study({**base, "method": "indices"}).answers
+    state = found.table["state"].reshape(-1, 4)[:, :2]
+    assert found.shares[0][1].value == pytest.approx((state == 0).mean())
+    assert cutwise.run_study({**base, "method": "morris"}).answers.shares == ()
+    with pytest.raises(ScenarioFault, match="no draws"):
+        cutwise.run_study({**base, "method": "morris", "want": {"probability": {"min": 0.9}}})
