@@ -219,7 +219,7 @@ def test_the_line_of_a_study_that_runs(small):
     assert live.done() == 16
 
 
-def test_only_draws_make_a_share(examples, tmp_path):
+def test_only_draws_make_a_share(examples):
     """Rows between A and B of indices repeat their numbers, and the points of morris are levels: neither is a draw."""
     base = {
         "scenario": str(examples / "deburr_compliant_spindle.yaml"), "cases": 8,
