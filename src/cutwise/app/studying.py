@@ -43,6 +43,7 @@ def study(
 ) -> None:  # fmt: skip
     """Run a scenario many times over what varies: how likely is a good part, what decides it, which cases are worst."""
     from cutwise.app.console import Console
+    from cutwise.app.live import Live
     from cutwise.study.many import engine
     from cutwise.study.many.definition import OPTIMISE, RARE, SEARCHES
     from cutwise.study.many.reading import read_study, told
@@ -66,10 +67,15 @@ def study(
         _rarely(planned, folder, table, jobs=jobs, resume=resume, as_json=as_json)
         return
     with console.progress(planned.name) as show:
-        ran = engine.run_study(
-            planned, folder, jobs=jobs, resume=resume, executor=executor, address=address,
-            progress=lambda done, of: show(done / of),
-        )  # fmt: skip
+        live = Live(planned, folder, show)
+        try:
+            ran = engine.run_study(
+                planned, folder, jobs=jobs, resume=resume, executor=executor, address=address, progress=live
+            )
+        except KeyboardInterrupt:
+            done = live.done()
+            console.err.print(f"stopped at {done:,} of {planned.cases:,}; --resume goes on", markup=False)
+            raise
     _tell(planned, folder, ran.stopped, table, as_json=as_json)
 
 

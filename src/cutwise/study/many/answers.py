@@ -69,16 +69,21 @@ def share_of_prefix(study: Study, folder: Path, size: int) -> Share | None:
     if done < least or (study.method == SOBOL and (done // study.combinations) % NETS):
         return None
     state = np.concatenate([at.read_part(at.part_file(folder, *one), "state")["state"] for one in there])
-    return max((share for _, share in _shares(study, {"state": state}, done)), key=lambda share: share.half_width)
+    return max((share for _, share in shares_of(study, {"state": state}, done)), key=lambda share: share.half_width)
 
 
-def _shares(study: Study, table: Mapping[str, np.ndarray], done: int) -> list[tuple[dict[str, Any], Share]]:
+def shares_of(study: Study, table: Mapping[str, np.ndarray], done: int) -> list[tuple[dict[str, Any], Share]]:
+    """The share of good cases at each combination of design levers, of columns of the first ``done`` cases."""
+    if study.method == MORRIS:
+        return []  # its points are levels of a plan, no draws
     level = study.stop.level if study.stop is not None else 0.95
-    found = []
+    found: list[tuple[dict[str, Any], Share]] = []
     rows = done // study.combinations
     usable = rows - rows % NETS if study.method == SOBOL else rows
     for k, values in enumerate(combinations(study)):
         state = table["state"][k : usable * study.combinations : study.combinations]
+        if study.method == INDICES:  # rows A and B are draws; those between them repeat their numbers
+            state = state[np.arange(len(state)) % (len(study.factors) + 2) < 2]
         ended = state != FAILED
         nets = study.method == SOBOL and bool(ended.all())
         found.append((values, share_of(state[ended] == GOOD, nets=nets, level=level)))
@@ -98,7 +103,7 @@ def answers(study: Study, folder: Path, size: int) -> Answers:
         raise ValueError("no case is finished yet")
     state, said = table["state"], table["said"]
     return Answers(
-        study, table, done, tuple(_shares(study, table, done)) if study.scenario.asked and study.random else (),
+        study, table, done, tuple(shares_of(study, table, done)) if study.scenario.asked and study.random else (),
         _counted(said[state == FAILED]), _counted(said[state == INFEASIBLE]),
         {text: int(mask.sum()) for text, mask in missed(study, table).items()},
         _decides(study, table, done),

@@ -207,7 +207,11 @@ def _goes_together(
     unused = {
         "cases": "nothing scatters" if not random else "",
         "seed": "nothing scatters" if not random and method != OPTIMISE else "",
-        "stop": "nothing scatters" if not random else f"{method} ends by itself" if method in SEARCHES else "",
+        "stop": "nothing scatters"
+        if not random
+        else f"{method} ends by itself"
+        if method in (*SEARCHES, MORRIS)
+        else "",
         "levels": "only morris has levels" if method != MORRIS and random else "nothing scatters" if not random else "",
         **dict.fromkeys(_OF_OPTIMISE, "only optimise looks for something" if method != OPTIMISE else ""),
     }
@@ -327,6 +331,12 @@ def _wants(
                 faults.at(one, ("want", "probability"), "expected a share between 0 and 1, for example {min: 0.99}")
             if method == OPTIMISE:
                 faults.at(one, ("want", "probability"), "of an optimum it is asked for by robust: {probability: 0.99}")
+            elif method == MORRIS:
+                faults.at(
+                    one,
+                    ("want", "probability"),
+                    "the points of morris are levels of a plan, no draws: take sobol or indices",
+                )
             elif not scenario.asked:
                 faults.at(one, ("want", "probability"), "there are no requirements, so no case is good or bad")
             elif not scatters:

@@ -1,6 +1,7 @@
 """Who works on a study may be lost: dask's workers and scheduler, workers on the folder; and studies as tables."""
 
 import runpy
+import socket
 import subprocess
 import sys
 import time
@@ -21,7 +22,6 @@ from cutwise.study.many.reading import read_study
 
 BURRS = Path(__file__).parents[4] / "examples/studies/burrs.yaml"
 CHUNK = 8
-PORT = 8797
 
 
 def same(a, b):
@@ -41,8 +41,11 @@ def _daemon(*words):
 
 
 def _cluster(count):
-    address = f"tcp://127.0.0.1:{PORT}"
-    scheduler = _daemon("scheduler", "--host", "127.0.0.1", "--port", str(PORT))
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    address = f"tcp://127.0.0.1:{port}"
+    scheduler = _daemon("scheduler", "--host", "127.0.0.1", "--port", str(port))
     time.sleep(2.0)
     return scheduler, [_daemon("worker", address, "--nthreads", "1", "--no-nanny") for _ in range(count)], address
 
@@ -54,7 +57,7 @@ def test_dask_may_lose_a_worker_and_its_scheduler(tmp_path, monkeypatch):
     import threading
 
     monkeypatch.setattr(distributed, "_CONNECTED", 5.0)
-    study = read_study(BURRS, cases=128)
+    study = read_study(BURRS, cases=1024)
     engine.run_study(study, tmp_path / "whole", chunk=CHUNK)
     scheduler, workers, address = _cluster(2)
 
@@ -75,9 +78,9 @@ def test_dask_may_lose_a_worker_and_its_scheduler(tmp_path, monkeypatch):
         process.kill()
         process.wait()
     assert "the scheduler is lost" in ran.stopped
-    assert 0 < ran.done < 128
+    assert 0 < ran.done < 1024
     ran = engine.run_study(study, tmp_path / "dask", resume=True, executor="dask", jobs=2)  # a cluster of this machine
-    assert (ran.done, ran.stopped) == (128, "")
+    assert (ran.done, ran.stopped) == (1024, "")
     assert same(collected(study, tmp_path / "whole", CHUNK)[0], collected(study, tmp_path / "dask", CHUNK)[0])
 
 
@@ -199,3 +202,32 @@ def test_where_the_good_band_ends(examples):
     assert not band.open_low
     assert [(one.open_low, one.open_high) for one in bands(0.9, 0.1, 0.1, 0.9)] == [(True, False), (False, True)]
     assert bands(0.1, 0.1, 0.1, 0.1) == []
+
+
+def test_the_line_of_a_study_that_runs(small):
+    from cutwise.app.live import Live
+
+    bars = []
+    study, folder = small
+    live = Live(study, folder, bars.append)
+    live(0, 16)
+    live(8, 16)
+    assert bars == [0.0, 0.5]
+    (_, share), *_ = answers(study, folder, CHUNK).shares
+    said = live.line(16, 16)
+    assert said.startswith(f"16 of 16   P(good) {share.value:.3f} ± {share.half_width:.3f}   0 failed")
+    assert live.done() == 16
+
+
+def test_only_draws_make_a_share(examples):
+    """Rows between A and B of indices repeat their numbers, and the points of morris are levels: neither is a draw."""
+    base = {
+        "scenario": str(examples / "deburr_compliant_spindle.yaml"), "cases": 8,
+        "vary": {"spindle.pressure": cutwise.uniform("4 bar", "5 bar"), "part.burr.height": cutwise.normal("0.8 mm", "0.1 mm")},
+    }  # fmt: skip
+    found = cutwise.run_study({**base, "method": "indices"}).answers
+    state = found.table["state"].reshape(-1, 4)[:, :2]
+    assert found.shares[0][1].value == pytest.approx((state == 0).mean())
+    assert cutwise.run_study({**base, "method": "morris"}).answers.shares == ()
+    with pytest.raises(ScenarioFault, match="no draws"):
+        cutwise.run_study({**base, "method": "morris", "want": {"probability": {"min": 0.9}}})

@@ -1,0 +1,67 @@
+"""What a study says while it runs: now and then a line with the estimate so far, its interval, and the time that is left."""
+
+import logging
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from cutwise.study.many import folder as at
+from cutwise.study.many.answers import prefix, shares_of
+from cutwise.study.many.cases import FAILED
+from cutwise.study.many.definition import Study
+
+_EVERY = 10.0  # [s] between two lines
+_told = logging.getLogger("cutwise.study")
+
+
+class Live:
+    """Told what is done; tells a bar, and every ten seconds a line."""
+
+    def __init__(self, study: Study, folder: Path, show: Callable[[float], object]) -> None:
+        self._study, self._folder, self._show = study, folder, show
+        self._states: list[np.ndarray] = []  # of the finished parts, each read once
+        self._began: tuple[float, int] | None = None
+        self._last = time.monotonic()
+
+    def __call__(self, done: int, of: int) -> None:
+        self._show(done / of)
+        now = time.monotonic()
+        if self._began is None:
+            self._began = now, done
+        if now - self._last >= _EVERY:
+            self._last = now
+            _told.info("%s", self.line(done, of))
+
+    def done(self) -> int:
+        """Cases whose parts are there."""
+        known = at.identity_in(self._folder)
+        return 0 if known is None else sum(n for _, n in at.finished(self._folder, self._study, int(known["chunk"])))
+
+    def line(self, done: int, of: int) -> str:
+        """Cases, estimate, failures, time."""
+        parts = [f"{done:,} of {of:,}"]
+        known = at.identity_in(self._folder)
+        there = prefix(self._study, self._folder, int(known["chunk"])) if known is not None else []
+        for one in there[len(self._states) :]:
+            self._states.append(at.read_part(at.part_file(self._folder, *one), "state")["state"])
+        if self._states:
+            state = np.concatenate(self._states)
+            shares = shares_of(self._study, {"state": state}, len(state)) if self._study.scenario.asked else []
+            known_ones = [share for _, share in shares if np.isfinite(share.value)]
+            if known_ones and self._study.random:
+                widest = max(known_ones, key=lambda share: share.half_width)
+                name = "P(good)" if len(shares) == 1 else "P(good), the least certain,"
+                parts.append(f"{name} {widest.value:.3f} ± {widest.half_width:.3f}")
+            parts.append(f"{int((state == FAILED).sum())} failed")
+        if self._began is not None and done > self._began[1]:
+            each = (time.monotonic() - self._began[0]) / (done - self._began[1])
+            parts.append(f"{_time((of - done) * each)} left")
+        return "   ".join(parts)
+
+
+def _time(seconds: float) -> str:
+    if seconds < 120.0:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60.0:.0f} min" if seconds < 7200.0 else f"{seconds / 3600.0:.1f} h"
