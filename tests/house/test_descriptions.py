@@ -47,6 +47,8 @@ WITHOUT_PHYSICS = {
     # correct: what may be changed, and how closely it is looked at
     "correct", "change", "limits", "split_gain", "residual", "iterations", "chord", "decimals", "shift_max", "draws", "vary",
     "ramp",
+    # holes are led nowhere else, corners are sharp, and tools wear by nothing and scatter by nothing that is not said
+    "corrections", "shift", "corner_radius", "feed_exponent", "depth_exponent", "scatter", "cases",
 }  # fmt: skip
 
 

@@ -36,52 +36,47 @@ class Rectangle(NamedTuple):
 
 
 def contour(given: Rectangle) -> str:
-    """Passes round the middle from the inside out, climb, joined by quarter circles tangent to both."""
-    long, short = given.half
+    """Passes round the middle from the inside out, climb, joined by quarter circles tangent to both.
+
+    Corners are as round as is asked for, as long as a pass has room for them beside its link.
+    """
+    place = _Place(given)
+    short = place.short
     passes = max(1, math.ceil(short / given.step - _LEAST))
     step = short / passes
-    cx, cy = given.middle
-    at_x, lines = cx, []
+    at, lines = 0.0, []
     for k in range(1, passes + 1):
-        hx, hy = long - short + k * step, k * step
+        hx, hy = place.long - short + k * step, k * step
         if k > 1:
             half = 0.5 * step
-            lines += [f"(link to pass {k})", f"G2 {_xy(at_x + half, cy - hy + half)} R{_n(half)}",
-                      f"G3 {_xy(at_x + step, cy - hy)} R{_n(half)}"]  # fmt: skip
-            at_x += step
-        lines += [f"(pass {k})", *_round(cx, cy, hx, hy, min(k * step, given.corner), at_x)]
-    off = min(given.step, short)
-    lines += ["(off the wall)", f"G3 {_xy(at_x + off, cy - short + off)} R{_n(off)}"]
-    return _program(given, "contour", (cx, cy - step), [f"G1 Z{_n(-given.depth)} F{_n(given.plunge)}"], lines)
+            lines += [f"(link to pass {k})", f"G2 {place.at(at + half, half - hy)} R{_n(half)}",
+                      f"G3 {place.at(at + step, -hy)} R{_n(half)}"]  # fmt: skip
+            at += step
+        lines += [f"(pass {k})", *_round(place, hx, hy, min(k * step, given.corner, hx - at), at)]
+    off = min(given.step, short, place.long - at)
+    lines += ["(off the wall)", f"G3 {place.at(at + off, off - short)} R{_n(off)}"]
+    return _program(given, "contour", place.at(0.0, -step), [f"G1 Z{_n(-given.depth)} F{_n(given.plunge)}"], lines)
 
 
 def zigzag(given: Rectangle) -> str:
     """Rows to and fro along the longer side, then once round along the walls."""
-    long, short = given.half
-    (cx, cy), along_x = given.middle, given.x[1] - given.x[0] >= given.y[1] - given.y[0]
-    if not along_x:
-        long, short = short, long
+    place = _Place(given)
+    long, short = place.long, place.short
     rows = max(1, math.ceil(2.0 * short / given.step - _LEAST)) + 1
-    gap = 2.0 * short / (rows - 1) if rows > 1 else 0.0
-
-    def at(u: float, v: float) -> str:
-        return _xy(cx + u, cy + v) if along_x else _xy(cx - v, cy + u)
-
+    gap = 2.0 * short / (rows - 1)
     lines, side = [], 1.0
     for k in range(rows):
         v = -short + k * gap
         if k:
-            lines.append(f"G1 {at(-side * long, v)}")
-        lines += [f"(row {k + 1})", f"G1 {at(side * long, v)}"]
+            lines.append(f"G1 {place.at(-side * long, v)}")
+        lines += [f"(row {k + 1})", f"G1 {place.at(side * long, v)}"]
         side = -side
-    corners = [(-side * long, short), (side * long, short), (side * long, -short), (-side * long, -short)]
-    if side > 0.0:  # it ends at the left: counter-clockwise is climb
-        corners = [(-long, short), (-long, -short), (long, -short), (long, short), (-long, short)]
-    else:
-        corners = [(long, short), (-long, short), (-long, -short), (long, -short), (long, short)]
-    lines += ["(round the walls)", *(f"G1 {at(u, v)}" for u, v in corners[1:])]
-    start = (cx - long, cy - short) if along_x else (cx + short, cy - long)
-    return _program(given, "zigzag", start, [f"G1 Z{_n(-given.depth)} F{_n(given.plunge)}"], lines)
+    corners = [(long, short), (-long, short), (-long, -short), (long, -short)]
+    if side > 0.0:  # the last row ends at the left: counter-clockwise from there is climb
+        corners = [*corners[1:], corners[0]]
+    lines += ["(round the walls)", *(f"G1 {place.at(u, v)}" for u, v in (*corners[1:], corners[0]))]
+    entry = [f"G1 Z{_n(-given.depth)} F{_n(given.plunge)}"]
+    return _program(given, "zigzag", place.at(-long, -short), entry, lines)
 
 
 def trochoid(given: Rectangle) -> str:
@@ -89,59 +84,70 @@ def trochoid(given: Rectangle) -> str:
 
     The rear of each circle is cut again by the next one: it stops at a corner of a right angle there.
     """
-    along_x = given.x[1] - given.x[0] >= given.y[1] - given.y[0]
-    long, circle = given.half if along_x else given.half[::-1]
-    way = 2.0 * (long - circle)
+    place = _Place(given)
+    circle = place.short
+    way = 2.0 * (place.long - circle)
     count = max(1, math.ceil(way / given.step - _LEAST))
-    cx, cy = given.middle
-
-    def at(u: float, v: float) -> str:
-        return _xy(cx + u, cy + v) if along_x else _xy(cx - v, cy + u)
-
-    def centre(u: float, v: float) -> str:
-        i, j = (u, v) if along_x else (-v, u)
-        return f"I{_n(i)} J{_n(j)}"
-
-    first = -0.5 * way
+    first, middle = -0.5 * way, place.centre(0.0, circle)
     turns = max(1, math.ceil(given.depth / max(0.5 * circle, 0.1)))
+    here = place.at(first, -circle)
     entry = [f"G1 Z0. F{_n(given.plunge)}"]
-    entry += [
-        f"G3 {at(first, -circle)} Z{_n(-given.depth * k / turns)} {centre(0.0, circle)}" for k in range(1, turns + 1)
-    ]
-    lines = ["(circle 1, a full slot)", f"G3 {at(first, -circle)} {centre(0.0, circle)}"]
+    entry += [f"G3 {here} Z{_n(-given.depth * k / turns)} {middle}" for k in range(1, turns + 1)]
+    lines = ["(circle 1, a full slot)", f"G3 {here} {middle}"]
     for k in range(1, count + 1):
-        u = min(first + k * given.step, -first)
-        lines += [f"G1 {at(u, -circle)}", f"G3 {at(u, -circle)} {centre(0.0, circle)}"]
-    start = (cx + first, cy - circle) if along_x else (cx + circle, cy + first)
-    return _program(given, "trochoid", start, entry, lines)
+        there = place.at(min(first + k * given.step, -first), -circle)
+        lines += [f"G1 {there}", f"G3 {there} {middle}"]
+    return _program(given, "trochoid", here, entry, lines)
 
 
 STRATEGIES = {"contour": contour, "zigzag": zigzag, "trochoid": trochoid}
 
 
-def _round(cx: float, cy: float, hx: float, hy: float, r: float, at_x: float) -> Iterator[str]:
+class _Place:
+    """Places about the middle of a pocket, u along its longer side, as words."""
+
+    def __init__(self, given: Rectangle) -> None:
+        hx, hy = given.half
+        self.turned = hy > hx
+        self.long, self.short = max(hx, hy), min(hx, hy)
+        self.x, self.y = given.middle
+
+    def at(self, u: float, v: float) -> str:
+        """Words of a place."""
+        return _xy(self.x - v, self.y + u) if self.turned else _xy(self.x + u, self.y + v)
+
+    def centre(self, u: float, v: float) -> str:
+        """Words of a centre, counted from the start of its arc."""
+        i, j = (-v, u) if self.turned else (u, v)
+        return f"I{_n(i)} J{_n(j)}"
+
+
+def _round(place: _Place, hx: float, hy: float, r: float, at: float) -> Iterator[str]:
     """Once round a rectangle with round corners, counter-clockwise from and back to a place of its lower side."""
     if r <= _LEAST:
-        yield from (f"G1 {_xy(cx + u * hx, cy + v * hy)}" for u, v in ((1, -1), (1, 1), (-1, 1), (-1, -1)))
-        yield f"G1 {_xy(at_x, cy - hy)}"
+        yield from (f"G1 {place.at(u * hx, v * hy)}" for u, v in ((1, -1), (1, 1), (-1, 1), (-1, -1)))
+        yield f"G1 {place.at(at, -hy)}"
         return
-    yield f"G1 {_xy(cx + hx - r, cy - hy)}"
-    yield f"G3 {_xy(cx + hx, cy - hy + r)} I0. J{_n(r)}"
+    if hx - r - at > _LEAST:
+        yield f"G1 {place.at(hx - r, -hy)}"
+    yield f"G3 {place.at(hx, r - hy)} {place.centre(0.0, r)}"
     if hy - r > _LEAST:
-        yield f"G1 {_xy(cx + hx, cy + hy - r)}"
-    yield f"G3 {_xy(cx + hx - r, cy + hy)} I{_n(-r)} J0."
-    yield f"G1 {_xy(cx - hx + r, cy + hy)}"
-    yield f"G3 {_xy(cx - hx, cy + hy - r)} I0. J{_n(-r)}"
+        yield f"G1 {place.at(hx, hy - r)}"
+    yield f"G3 {place.at(hx - r, hy)} {place.centre(-r, 0.0)}"
+    if hx - r > _LEAST:
+        yield f"G1 {place.at(r - hx, hy)}"
+    yield f"G3 {place.at(-hx, hy - r)} {place.centre(0.0, -r)}"
     if hy - r > _LEAST:
-        yield f"G1 {_xy(cx - hx, cy - hy + r)}"
-    yield f"G3 {_xy(cx - hx + r, cy - hy)} I{_n(r)} J0."
-    yield f"G1 {_xy(at_x, cy - hy)}"
+        yield f"G1 {place.at(-hx, r - hy)}"
+    yield f"G3 {place.at(r - hx, -hy)} {place.centre(r, 0.0)}"
+    if at + hx - r > _LEAST:
+        yield f"G1 {place.at(at, -hy)}"
 
 
-def _program(given: Rectangle, name: str, start: tuple[float, float], entry: list[str], lines: list[str]) -> str:
+def _program(given: Rectangle, name: str, start: str, entry: list[str], lines: list[str]) -> str:
     sides = f"{_n(given.x[1] - given.x[0])} x {_n(given.y[1] - given.y[0])} mm, {_n(given.depth)} deep, mill {_n(given.tool)}"
     head = [f"(pocket {sides}: {name})", "G21 G17 G90 G94 G40 G61", f"S{given.speed:.6g} M3",
-            f"G0 {_xy(*start)} Z{_n(given.clear)}", *entry, f"F{_n(given.feed)}"]  # fmt: skip
+            f"G0 {start} Z{_n(given.clear)}", *entry, f"F{_n(given.feed)}"]  # fmt: skip
     return "\n".join([*head, *lines, f"G0 Z{_n(given.clear)}", "M5", "M2", ""])
 
 

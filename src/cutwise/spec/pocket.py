@@ -63,7 +63,12 @@ class Pocket(Spec):
             yield Notice((side,), f"the pocket is {_mm(least)} wide there, no more than the mill ({_mm(diameter)})")
             return
         circle = 0.5 * (least - diameter)
-        if self.strategy == "trochoid" and self.stepover >= min(circle, 0.5 * diameter):
+        if self.strategy == "trochoid" and circle > 0.5 * diameter * (1 + 1e-9):
+            yield Notice(
+                (side,),
+                f"of a trochoid must be at most {_mm(2.0 * diameter)}, two diameters of the mill: a core would stay",
+            )
+        elif self.strategy == "trochoid" and self.stepover >= min(circle, 0.5 * diameter):
             yield Notice(
                 ("stepover",), f"of a trochoid must be below the radius of its circles ({_mm(circle)}) and of the mill"
             )

@@ -29,7 +29,7 @@ def gaussian(deviation: int) -> FloatArray:
     """Weights of a Gaussian over samples, cut off at four standard deviations, with the sum 1; shape (8 d + 1,).
 
     >>> gaussian(0).tolist(), len(gaussian(2)), round(float(gaussian(2)[8]), 6)
-    ([1.0], 17, 0.199485)
+    ([1.0], 17, 0.199475)
     """
     if deviation == 0:
         return np.ones(1)
@@ -48,7 +48,7 @@ def passed(omega: FloatArray, weights: FloatArray, sample_time: float) -> FloatA
     """Share of a wave of angular frequency omega [rad/s] that the smoothing lets pass.
 
     >>> round(float(passed(np.array([40.0 * math.pi]), gaussian(2), 1e-3)[0]), 4)  # 20 Hz, 2 ms
-    0.969
+    0.9689
     """
     k = np.arange(len(weights)) - len(weights) // 2
     return np.asarray(np.cos(np.multiply.outer(omega, k * sample_time)) @ weights)
@@ -76,6 +76,16 @@ def convergence(drive: Drive, lead: int, smoothing: int, gain: float = 1.0) -> t
     Notes
     -----
     Valid for a linear loop: without friction and saturation.
+
+    Examples
+    --------
+    A loop of 10 rad/s and a damping ratio of 0.5, no lead and no smoothing: the peak of its sensitivity 1/(1 + L).
+
+    >>> from cutwise.physics.motion.drives import Controller, Plant
+    >>> plant = Plant(1.0, 1.0, 0.01, 0.1, 0.001, 0.0, 0.0, 0.0, 0.0, 1.0, -1.0, 1.0, -1.0, 0.0)
+    >>> law = Controller(1000.0, 0.0, 0.0, 0.0, 0.0, 0.001, 10.0, 0.0, 0.0)
+    >>> round(convergence(Drive(plant, law), 0, 0)[0], 2)
+    1.47
 
     References
     ----------
