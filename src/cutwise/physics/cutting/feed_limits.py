@@ -28,6 +28,8 @@ MOST_ERROR, SLOPE = 7, 8
 
 POSITIONS = 120  # of a tooth period
 _PASSING = 1e-9  # [rad] beside the wall, so that the disc that passes it is out of the cut
+_BESIDE = 1e-9  # [rad] within the end of an arc: where the force of a straight flute is largest before it jumps
+_OFF_GRID = 0.381966  # of a step, by which straight flutes are looked at beside round angles, at which arcs may meet
 _AT_WALL = 1e-7  # [rad] from the wall within which an arc begins at it
 
 
@@ -139,6 +141,31 @@ def _unit_force(law: int, angle: float, patches: FloatArray, teeth: Teeth) -> tu
         x, y, _ = wall_force(law, angle, 0.0, low, high, bottom, top, 1.0, 0.0, mill, teeth.discs, teeth.shear)
         bx, by = bx + x, by + y
     return ax, ay, bx, by
+
+
+@compiled
+def _loads(patches: FloatArray, teeth: Teeth, out: FloatArray) -> int:
+    """Rows of A and B over a tooth period and how many they are; straight flutes also at both ends of every arc.
+
+    The force of a straight flute jumps where an arc ends, so its largest value lies there, between two positions; and two
+    arcs that meet would both count a flute exactly at their common end.
+    """
+    straight = teeth.mill.helix == 0.0
+    off = _OFF_GRID if straight else 0.0
+    for i in range(POSITIONS):
+        angle = -2.0 * math.pi * (i + off) / (POSITIONS * teeth.mill.flutes)
+        out[i, 0], out[i, 1], out[i, 2], out[i, 3] = _unit_force(teeth.law, angle, patches, teeth)
+    count = POSITIONS
+    if straight and teeth.law == FLUTES:
+        for p in range(patches.shape[0]):
+            if patches[p, 1] - patches[p, 0] > 2.0 * _BESIDE:
+                for at in (patches[p, 0] + _BESIDE, patches[p, 1] - _BESIDE):
+                    angle = at - 0.5 * math.pi
+                    out[count, 0], out[count, 1], out[count, 2], out[count, 3] = _unit_force(
+                        teeth.law, angle, patches, teeth
+                    )
+                    count += 1
+    return count
 
 
 @compiled
@@ -254,12 +281,12 @@ def _walls(
 
 @compiled
 def _intervals(
-    patches: FloatArray, bounds: Bounds, teeth: Teeth, spindle: float, loads: FloatArray, terms: FloatArray, count: int,
+    patches: FloatArray, bounds: Bounds, teeth: Teeth, spindle: float, loads: FloatArray, rows: int, terms: FloatArray, count: int,
     high: FloatArray, low: FloatArray,
 ) -> None:  # fmt: skip
     """Highest and lowest feeds of a contact from its loads."""
     high[:], low[:] = math.inf, 0.0
-    for i in range(POSITIONS):
+    for i in range(rows):
         high[PEAK] = min(high[PEAK], highest_feed(loads[i, 0], loads[i, 1], loads[i, 2], loads[i, 3], bounds.peak))
     ax, ay, bx, by, at, bt = _mean(patches, teeth)
     high[MEAN] = highest_feed(ax, ay, bx, by, bounds.mean)
@@ -289,13 +316,13 @@ def _intervals(
 
 @compiled
 def _values(
-    patches: FloatArray, feed: float, teeth: Teeth, spindle: float, loads: FloatArray, terms: FloatArray, count: int,
+    patches: FloatArray, feed: float, teeth: Teeth, spindle: float, loads: FloatArray, rows: int, terms: FloatArray, count: int,
     out: FloatArray,
 ) -> None:  # fmt: skip
     """What a contact comes to at a feed per tooth."""
     out[:] = 0.0
     out[WALL] = out[MOST_ERROR] = math.nan
-    for i in range(POSITIONS):
+    for i in range(rows):
         x, y = loads[i, 0] + feed * loads[i, 2], loads[i, 1] + feed * loads[i, 3]
         out[PEAK] = max(out[PEAK], math.hypot(x, y))
     ax, ay, bx, by, at, bt = _mean(patches, teeth)
@@ -349,7 +376,8 @@ def feed_intervals(
 
     Notes
     -----
-    Valid for linear edges without run-out. The peak is that of 120 positions of a tooth period; exact otherwise. Equal
+    Valid for linear edges without run-out. The peak is that of 120 positions of a tooth period, of straight
+    flutes also of the ends of all arcs; exact otherwise. Equal
     neighbours are computed once.
 
     Examples
@@ -374,23 +402,21 @@ def feed_intervals(
     """
     n = patches.shape[0]
     high, low, value = np.empty((n, 7)), np.empty((n, 2)), np.empty((n, VALUES))
-    loads, terms = np.empty((POSITIONS, 4)), np.empty((2 * teeth.discs.count, 2))
-    count = 0
+    loads, terms = np.empty((POSITIONS + 2 * patches.shape[1], 4)), np.empty((2 * teeth.discs.count, 2))
+    count = rows = 0
     for k in range(n):
         here, before = patches[k], patches[max(k - 1, 0)]
         turned = abs(heading[k] - heading[max(k - 1, 0)]) > 1e-12 and walls[k].max() > 0.0
         alike = k > 0 and not turned and walls[k, 0] == walls[k - 1, 0] and walls[k, 1] == walls[k - 1, 1]
         alike = alike and spindle[k] == spindle[k - 1] and _same(here, before)
         if not alike:
-            for i in range(POSITIONS):
-                angle = -2.0 * math.pi * i / (POSITIONS * teeth.mill.flutes)
-                loads[i, 0], loads[i, 1], loads[i, 2], loads[i, 3] = _unit_force(teeth.law, angle, here, teeth)
+            rows = _loads(here, teeth, loads)
             count = _walls(here, walls[k], heading[k], compliance, teeth, terms)
-            _intervals(here, bounds, teeth, spindle[k], loads, terms, count, high[k], low[k])
+            _intervals(here, bounds, teeth, spindle[k], loads, rows, terms, count, high[k], low[k])
         else:
             high[k], low[k] = high[k - 1], low[k - 1]
         if alike and feed[k] == feed[k - 1]:
             value[k] = value[k - 1]
         else:
-            _values(here, feed[k], teeth, spindle[k], loads, terms, count, value[k])
+            _values(here, feed[k], teeth, spindle[k], loads, rows, terms, count, value[k])
     return high, low, value

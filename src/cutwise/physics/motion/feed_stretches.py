@@ -210,7 +210,7 @@ def merged_feeds(pieces: Pieces, gain: float, ramps: Ramps, ends: FloatArray) ->
 def time_bound(length: FloatArray, cap: FloatArray, bend: FloatArray, acceleration: float, ends: FloatArray) -> float:
     r"""Time below which no schedule comes: each cell at its own limit, acceleration alone, no jerk and no blocks [s].
 
-    .. math:: v^2 \text{ linear in a cell}, \qquad |\Delta v^2| \le 2 \Delta s \sqrt{a^2 - (v^2 \kappa)^2}
+    .. math:: v \le v_k \text{ in a cell}, \qquad |\Delta v^2| \le 2 \Delta s \sqrt{a^2 - (v^2 \kappa)^2}
 
     Parameters
     ----------
@@ -253,12 +253,10 @@ def time_bound(length: FloatArray, cap: FloatArray, bend: FloatArray, accelerati
             square[there] = min(square[there], (begun + math.sqrt(max(room, 0.0))) / (1.0 + q))
     time = 0.0
     for k in range(n):
-        both = math.sqrt(square[k]) + math.sqrt(square[k + 1])
-        if both > 0.0:
-            time += 2.0 * length[k] / both
-        else:  # from rest to rest within one cell
-            top = min(math.sqrt(acceleration * length[k]), cap[k])
-            time += length[k] / top + top / acceleration
+        begun, left = square[k], square[k + 1]
+        top = max(min(cap[k] ** 2, 0.5 * (begun + left) + acceleration * length[k]), begun, left)
+        quick, ramps = math.sqrt(top), (2.0 * top - begun - left) / (2.0 * acceleration)  # way of both changes of speed
+        time += (2.0 * quick - math.sqrt(begun) - math.sqrt(left)) / acceleration + max(length[k] - ramps, 0.0) / quick
     return time
 
 

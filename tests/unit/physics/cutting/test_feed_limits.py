@@ -141,3 +141,28 @@ def test_rescaling_length_and_force():
     )
     assert two[0, MEAN] == pytest.approx(factor**2 * one[0, MEAN], rel=1e-9)
     assert two[0, TORQUE] == pytest.approx(factor**3 * one[0, TORQUE], rel=1e-9)
+
+
+def straight_flutes(*arcs, peak=math.inf):
+    mill = Mill(6e-3, 2, 0.0)
+    teeth = Teeth(FLUTES, mill, discs(6e-3, 0.0, 3e-3, 2, 1), SHEAR, EDGE)
+    patches = np.array([[[*(math.radians(a) for a in arc), 0.0, 3e-3] for arc in arcs]])
+    high, _, value = feed_intervals(
+        patches, np.zeros((1, 2)), np.zeros(1), np.full(1, 5e-5), np.full(1, 600.0), teeth, SOFT, NONE._replace(peak=peak)
+    )  # fmt: skip
+    return float(value[0, PEAK]), float(high[0, PEAK])
+
+
+@pytest.mark.parametrize("ends", [(0.0, 14.8351), (0.0, 33.5573), (0.0, 60.0), (147.3, 180.0), (20.0, 71.7)])
+def test_the_force_of_a_straight_flute_is_largest_at_the_end_of_its_arc(ends):
+    def force(f):
+        chip = f * max(math.sin(math.radians(end)) for end in ends)
+        return 3e-3 * math.hypot(K.K_tc * chip + K.K_te, K.K_rc * chip + K.K_re)
+
+    peak, feed = straight_flutes(ends, peak=force(8e-5))
+    assert peak == pytest.approx(force(5e-5), rel=1e-6)
+    assert feed == pytest.approx(8e-5, rel=1e-6)
+
+
+def test_a_straight_flute_where_two_arcs_meet_is_there_once():
+    assert straight_flutes((0.0, 90.0), (90.0, 180.0))[0] == pytest.approx(straight_flutes((0.0, 180.0))[0], rel=1e-4)

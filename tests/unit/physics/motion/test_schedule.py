@@ -90,3 +90,12 @@ def test_scaling_of_length_and_time():
     one = time_bound(length, cap, np.zeros(50), 2.0, REST)
     two = time_bound(3 * length, 3 * cap / 5, np.zeros(50), 2.0 * 3 / 25, REST)
     assert two == pytest.approx(5 * one, rel=1e-12)
+
+
+def test_a_slow_move_in_long_cells_takes_no_longer_than_its_bound_says():
+    """From rest to rest, 3 mm in 12 cells at 8 mm/s: L/v + v/a, although the ramps are much shorter than a cell."""
+    bound = time_bound(np.full(12, 0.25e-3), np.full(12, 8e-3), np.zeros(12), 2.0, REST)
+    assert bound == pytest.approx(3e-3 / 8e-3 + 8e-3 / 2.0, rel=1e-9)
+    assert time_bound(np.array([1e-3]), np.array([9.0]), np.zeros(1), 2.0, REST) == pytest.approx(
+        2 * math.sqrt(1e-3 / 2)
+    )
