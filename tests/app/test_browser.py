@@ -139,13 +139,26 @@ def test_opens_quietly_and_fits(browser, reports, name, dark, width):
         assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
         assert page.locator(".cw-canvas").is_visible()
         legend = page.locator(".cw-bar").first.inner_text()
-        assert "[µm]" in legend
+        assert f"[{'mm' if name == 'deburr' else 'µm'}]" in legend  # as the limit was typed
         assert page.locator(".cw-limit").count() >= 1
         unnamed = page.evaluate(
             """[...document.querySelectorAll('.cw button, .cw select, .cw input')].filter(e => !(e.textContent.trim() ||
             e.getAttribute('aria-label') || document.querySelector(`label[for="${e.id}"]`))).length"""
         )
         assert unnamed == 0
+
+
+def test_a_long_doubt_and_tables_fit_a_phone(browser, reports):
+    """Seen to fail: a verdict about ``hole_position_error_entry`` was 401 px wide, and limits stood outside of the screen."""
+    with page_of(browser, reports["pocket"].as_uri(), width=390) as page:
+        page.evaluate(
+            "document.querySelector('#verdict h2').textContent = 'robot.hole_position_error_entry_along_the_edge 0.5 mm'"
+        )
+        assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+        outside = "[...document.querySelectorAll('#requirements tr, #requirements td')].filter(e => e.getBoundingClientRect().right > innerWidth)"
+        assert page.evaluate(f"{outside}.length") == 0
+        label = "getComputedStyle(document.querySelector('#requirements td'), '::before').content"
+        assert "Value" in page.evaluate(label)
 
 
 @pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])

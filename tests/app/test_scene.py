@@ -1,5 +1,6 @@
 """What a person sees, before a browser draws it: the view file, colours, worst places, magnification, maps."""
 
+import dataclasses
 import doctest
 import hashlib
 import html
@@ -19,6 +20,7 @@ from hypothesis import strategies as st
 
 from app.view_file import header_of, read
 from cutwise.app.embedded import embedded, static
+from cutwise.app.numbers import at_a_place
 from cutwise.app.report import render
 from cutwise.app.scene import colours, rows
 from cutwise.app.scene.milled import block_map
@@ -27,6 +29,8 @@ from cutwise.app.scene.scene import History, Map, Scene
 from cutwise.app.scene.thinned import halved, kept
 from cutwise.app.scene.view import for_report, view_file
 from cutwise.app.scene.worst import badness, magnification, worst
+from cutwise.io.scenario import load
+from cutwise.results import judge
 from cutwise.spec.program import StockBlock
 
 ROOT = Path(__file__).parent.parent.parent
@@ -319,3 +323,32 @@ def test_every_process_has_a_scene():
     from cutwise.spec.kinds import HOMES
 
     assert set(rows.HOMES) == set(HOMES)
+
+
+class TestUnits:
+    """A history that is held against a limit stands in the unit in which the limit was typed, as its tile does."""
+
+    @pytest.mark.parametrize(("typed", "unit", "ends", "first"), [
+        ("{max: 0.05 mm, min: -0.05 mm}", "mm", "0.05", "-0.009469 mm"),
+        ("{max: 50 um, min: -50 um}", "µm", "50", "-9.469 µm"),
+        ("{max: 0.002 in}", "in", "0.002", "-0.0003728 in"),
+    ])  # fmt: skip
+    def test_of_a_limit(self, reference, examples, typed, unit, ends, first):
+        scenario = load(examples / "deburr_compliant_spindle.yaml", [f"requirements={{surface_error_max: {typed}}}"])
+        result = dataclasses.replace(reference, scenario=scenario, checks=tuple(judge(scenario, reference.measures)))
+        header, found = read(view_file(result))
+        choice = header["colour"]["choices"]["error"]
+        assert choice["unit"] == unit
+        assert choice["ticks"][-2]["text"] == ends
+        assert header["arrays"]["h/error"]["unit"] == unit
+        assert header["worst"][0]["text"] == first
+        assert choice["factor"] * found["h/error"][header["worst"][0]["sample"]] == pytest.approx(
+            float(first.split()[0]), rel=2e-3
+        )
+        assert unit in next(one["asked"] for one in header["requirements"] if one["measure"] == "surface_error_max")
+
+    def test_a_place_beyond_its_limit_never_reads_as_the_limit(self):
+        assert at_a_place(60.000004e-6, 1e-6, None, 60e-6) == "60.000004"
+        assert at_a_place(59.999996e-6, 1e-6, None, 60e-6) == "60"
+        assert at_a_place(-50.000004e-6, 1e-3, -50e-6, 50e-6) == "-0.050000004"
+        assert at_a_place(1.5617e-25, 1e-6, None, None) == "1.562e-19"

@@ -30,10 +30,12 @@ def scene(result: "Result") -> Scene:
     inside = (depth > 0.0) & (depth <= scenario.part.thickness)  # type: ignore[attr-defined]
     high = limits(result, "hole_position_error_exit", "hole_position_error_entry")[1]
     histories = {
-        "offset": History("hole off its place", np.where(inside, offset, np.nan).reshape(-1), "small_length", None, high),
-        "thrust": History("thrust", result["cutting"]["thrust"].values.reshape(-1), "force", *limits(result, "thrust_max")),
+        "offset": History("hole off its place", np.where(inside, offset, np.nan).reshape(-1), "small_length", None, high,
+                          measures=("hole_position_error_exit", "hole_position_error_entry")),
+        "thrust": History("thrust", result["cutting"]["thrust"].values.reshape(-1), "force", *limits(result, "thrust_max"),
+                          measures=("thrust_max",)),
         "feed": History("feed per revolution", motion["feed_per_rev"].values.reshape(-1), "small_length",
-                        *limits(result, "feed_per_rev_max")),
+                        *limits(result, "feed_per_rev_max"), measures=("feed_per_rev_max",)),
         "torque": History("torque", result["cutting"]["torque"].values.reshape(-1), "moment"),
     }  # fmt: skip
     tool = scenario.tool  # type: ignore[attr-defined]

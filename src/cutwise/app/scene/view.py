@@ -10,7 +10,7 @@ from cutwise import units
 from cutwise.app import surety
 from cutwise.app.findings import notices, reasons
 from cutwise.app.measured import Line, listed
-from cutwise.app.numbers import form, titled
+from cutwise.app.numbers import at_a_place, form, titled, typed_unit
 from cutwise.app.scene import colours
 from cutwise.app.scene.packed import Array, as_text, pack
 from cutwise.app.scene.rows import of
@@ -22,6 +22,7 @@ from cutwise.later import later
 
 if TYPE_CHECKING:
     from cutwise.results import Result
+    from cutwise.spec.scenario import Scenario
 else:
     surety = later("cutwise.app.surety")
 
@@ -90,7 +91,7 @@ def _coarser(scene: Scene) -> Scene:
 
 
 def _packed(result: "Result", scene: Scene) -> bytes:
-    arrays = dict(_arrays(scene))
+    arrays = dict(_arrays(scene, result.scenario))
     return pack(_header(result, scene), arrays)
 
 
@@ -118,8 +119,8 @@ def _header(result: "Result", scene: Scene) -> dict[str, Any]:
             {"cutter": (_MM * tool.cutter).tolist(), "holder": (_MM * tool.holder).tolist()} for tool in scene.tools
         ],
         "deflection": _deflection(scene),
-        "colour": _colour(scene),
-        "worst": list(_worst(scene)),
+        "colour": _colour(scene, scenario),
+        "worst": list(_worst(scene, scenario)),
     }  # fmt: skip
 
 
@@ -195,11 +196,11 @@ def _deflection(scene: Scene) -> dict[str, Any] | None:
     return {"k": magnification(scene.radius, largest), "largest": units.show(largest, "small_length", 3)}
 
 
-def _colour(scene: Scene) -> dict[str, Any]:
+def _colour(scene: Scene, scenario: "Scenario") -> dict[str, Any]:
     """The tables, and the range of each history that something may be coloured by."""
     choices = {}
     for name, one in scene.histories.items():
-        factor, unit = _unit_of(one)
+        factor, unit = _unit_of(one, scenario)
         found = colours.spread(one.values, one.low, one.high, one.nominal)
         choices[name] = {
             "title": one.title, "table": found.table, "low": found.low, "high": found.high,
@@ -211,8 +212,11 @@ def _colour(scene: Scene) -> dict[str, Any]:
     return {"tables": colours.as_header(), "choices": choices, "first": first, "judged": scene.judged}
 
 
-def _unit_of(one: History) -> tuple[float, str]:
-    """Factor and unit in which a history is shown: that of its largest value for lengths and angles."""
+def _unit_of(one: History, scenario: "Scenario") -> tuple[float, str]:
+    """Factor and unit in which a history is shown: those of its limit as it was typed, else of its largest value."""
+    typed = typed_unit(scenario, one.measures)
+    if typed is not None:
+        return 1.0 / typed[1], typed[0]
     ends = [abs(end) for end in (one.low, one.high) if end is not None]
     known = one.values[np.isfinite(one.values)]
     shape = form(one.dimension, ends or [float(np.abs(known).max()) if known.size else 0.0])
@@ -224,25 +228,25 @@ def _number(value: float) -> str:
     return f"{float(text):.0f}" if "e+0" in text else text
 
 
-def _worst(scene: Scene) -> Iterator[dict[str, Any]]:
+def _worst(scene: Scene, scenario: "Scenario") -> Iterator[dict[str, Any]]:
     one = scene.histories.get(scene.judged)
     if one is None:
         return
-    factor, unit = _unit_of(one)
+    factor, unit = _unit_of(one, scenario)
     bad = badness(one.values, one.low, one.high)
     if scene.counted is not None:
         bad = np.where(scene.counted, bad, np.nan)
     for sample in worst(bad, scene.place, scene.line, 2.0 * scene.radius):
         at = units.show(float(scene.clock[sample]), "time" if scene.clock_is == "time" else "length", 5)
-        value = factor * float(one.values[sample])
+        value = at_a_place(float(one.values[sample]), 1.0 / factor, one.low, one.high)
         yield {
-            "sample": sample, "value": float(one.values[sample]), "text": f"{_number(value)} {unit}".strip(), "at": at,
+            "sample": sample, "value": float(one.values[sample]), "text": f"{value} {unit}".strip(), "at": at,
             "line": 0 if scene.line is None else int(scene.line[sample]),
             "beyond": bool(bad[sample] > 0.0) and (one.low, one.high) != (None, None),
         }  # fmt: skip
 
 
-def _arrays(scene: Scene) -> Iterator[tuple[str, Array]]:
+def _arrays(scene: Scene, scenario: "Scenario") -> Iterator[tuple[str, Array]]:
     """Every array by its name; places in mm, histories in SI with the factor for people."""
     if not _even(scene.clock):
         yield "time", Array(scene.clock, "f8", "time", units.displayed(1.0, "time")[1])
@@ -262,7 +266,7 @@ def _arrays(scene: Scene) -> Iterator[tuple[str, Array]]:
     if scene.deflection is not None:
         yield "deflection", Array(_MM * scene.deflection.T, "u2", "deflection of the tip", "mm")
     for name, one in scene.histories.items():
-        factor, unit = _unit_of(one)
+        factor, unit = _unit_of(one, scenario)
         yield f"h/{name}", Array(one.values, "u2", one.title, unit, factor)
     for number, surface in enumerate(scene.surfaces):
         yield f"s/{number}/point", Array(_MM * surface.points, "f4")
