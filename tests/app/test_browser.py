@@ -155,8 +155,8 @@ def test_a_long_doubt_and_tables_fit_a_phone(browser, reports):
             "document.querySelector('#verdict h2').textContent = 'robot.hole_position_error_entry_along_the_edge 0.5 mm'"
         )
         assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
-        outside = "[...document.querySelectorAll('#requirements tr, #requirements td')].filter(e => e.getBoundingClientRect().right > innerWidth)"
-        assert page.evaluate(f"{outside}.length") == 0
+        cells = "[...document.querySelectorAll('#requirements tr, #requirements td')]"
+        assert page.evaluate(f"{cells}.filter(e => e.getBoundingClientRect().right > innerWidth).length") == 0
         label = "getComputedStyle(document.querySelector('#requirements td'), '::before').content"
         assert "Value" in page.evaluate(label)
 
@@ -208,6 +208,13 @@ def test_lines_lead_to_samples(pocket):
     assert app(pocket, "lineOf(cutwise.app.sample)") == 6
 
 
+def test_words_in_force_stand_below_the_program(pocket):
+    for line, words in ((7, "G0 G17 G21 G90"), (9, "G1 G17 G21 G90")):
+        app(pocket, f"gotoLine({line})")
+        assert pocket.locator(".cw-modal").inner_text().startswith(f"in force: {words}")
+    assert "F3000" in pocket.locator(".cw-modal").inner_text()
+
+
 def test_keys(pocket):
     canvas = pocket.locator(".cw-canvas")
     app(pocket, "goto(500)")
@@ -251,6 +258,25 @@ def test_distance_of_the_presets(pocket):
     app(pocket, "look('iso')")
     radius = 0.5 * np.sqrt(60.0**2 + 40.0**2 + 10.0**2)
     assert 0.4 < app(pocket, "distance()") / (1.1 * radius / np.sin(np.radians(17.5))) <= 1.0 + 1e-9
+
+
+@pytest.mark.parametrize(("width", "height", "distance"), [(960, 600, 365.806), (300, 600, 706.368)])
+def test_camera_stands_where_the_formula_says(browser, reports, width, height, distance):
+    """1.1 r / sin(min(17.5 deg, atan(aspect tan 17.5 deg))) in front of the place, r = 2.5 radii of the tool: scaled to 100."""
+    with page_of(browser, reports["pocket"].as_uri(), width=1000, height=700) as page:
+        page.evaluate(
+            "([w, h]) => { const c = document.querySelector('.cw-canvas');"
+            " Object.assign(c.style, {position: 'fixed', left: 0, top: 0, width: w + 'px', height: h + 'px'});"
+            " document.querySelector('.cw-stage').style.height = h - 1 + 'px'; }",
+            [width, height],
+        )
+        ratio = "document.querySelector('.cw-canvas').width / document.querySelector('.cw-canvas').height"
+        for _ in range(100):  # until the picture has its new size
+            if page.evaluate(ratio) == pytest.approx(width / height, rel=1e-9):
+                break
+            page.wait_for_timeout(50)
+        app(page, "look('tool')")
+        assert app(page, "distance()") * 100.0 / 25.0 == pytest.approx(distance, rel=2e-6)
 
 
 def test_path_has_the_colours_of_the_table(pocket):

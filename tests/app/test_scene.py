@@ -256,6 +256,16 @@ class TestProgram:
         assert first["line"] == int(found["line"][first["sample"]])
         assert len({one["line"] for one in header["worst"]}) == len(header["worst"])
 
+    def test_words_in_force_belong_to_lines(self, small_pocket):
+        header, found = read(view_file(small_pocket))
+        told, of_line = header["program"]["modal"], found["modal"]
+        assert len(of_line) > header["program"]["text"].count("\n")
+        assert len(set(told)) == len(told)
+        assert of_line[2] == 0 or "F" not in told[of_line[2] - 1]
+        assert told[of_line[8] - 1].split()[0] == "G1"
+        assert {"F3000", "S8000", "M3", "T1", "G90"} <= set(told[of_line[9] - 1].split())
+        assert "G0" in told[of_line[11] - 1].split()
+
     def test_colours_do_not_run_through_missing_values(self, small_pocket):
         """A wall is left every tooth, and samples are shorter: 40 % have none, but not within a tooth period."""
         _, found = read(view_file(small_pocket))

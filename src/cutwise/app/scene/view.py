@@ -12,6 +12,7 @@ from cutwise.app.findings import notices, reasons
 from cutwise.app.measured import Line, listed
 from cutwise.app.numbers import at_a_place, form, titled, typed_unit
 from cutwise.app.scene import colours
+from cutwise.app.scene.in_force import InForce, in_force
 from cutwise.app.scene.packed import Array, as_text, pack
 from cutwise.app.scene.rows import of
 from cutwise.app.scene.scene import FloatArray, History, Map, Scene
@@ -34,13 +35,15 @@ _LENGTHS = ("length", "small_length")
 
 def view_file(result: "Result") -> bytes:
     """Everything that there is to see of a run, in full."""
-    return _packed(result, of(result))
+    scene = of(result)
+    return _packed(result, scene, in_force(result, scene))
 
 
 def for_report(result: "Result", room: int = REPORT_ROOM) -> str:
     """The view file of a run as text for a page; longer histories are thinned and maps halved until it fits."""
     whole = of(result)
-    scene, text = whole, as_text(_packed(result, whole))
+    program = in_force(result, whole)
+    scene, text = whole, as_text(_packed(result, whole, program))
     buckets = min(20_000, max(500, whole.clock.size // 8))
     while len(text) > room:
         if scene.map is not None and scene.map.height.size > 40_000:
@@ -56,7 +59,7 @@ def for_report(result: "Result", room: int = REPORT_ROOM) -> str:
             scene = _without_the_largest(scene)
         else:
             break
-        text = as_text(_packed(result, scene))
+        text = as_text(_packed(result, scene, program))
     return text
 
 
@@ -90,12 +93,14 @@ def _coarser(scene: Scene) -> Scene:
     return replace(scene, map=new)
 
 
-def _packed(result: "Result", scene: Scene) -> bytes:
+def _packed(result: "Result", scene: Scene, program: InForce | None) -> bytes:
     arrays = dict(_arrays(scene, result.scenario))
-    return pack(_header(result, scene), arrays)
+    if program is not None:
+        arrays["modal"] = Array(program.of_line, "u4", "which of the words in force belong to a line, 0: none")
+    return pack(_header(result, scene, program), arrays)
 
 
-def _header(result: "Result", scene: Scene) -> dict[str, Any]:
+def _header(result: "Result", scene: Scene, program: InForce | None) -> dict[str, Any]:
     scenario = result.scenario
     lines = listed(result)
     return {
@@ -113,7 +118,7 @@ def _header(result: "Result", scene: Scene) -> dict[str, Any]:
         },
         "warnings": [*result.infeasible, *reasons(result), *notices(result), *result.warnings],
         "clock": _clock(scene),
-        "program": _program(result) if scene.line is not None else None,
+        "program": None if program is None else {"file": program.file, "text": program.text, "modal": program.words},
         "scene": _scene(result, scene),
         "tools": [
             {"cutter": (_MM * tool.cutter).tolist(), "holder": (_MM * tool.holder).tolist()} for tool in scene.tools
@@ -148,13 +153,6 @@ def _even(clock: FloatArray) -> bool:
         return True
     even = np.linspace(clock[0], clock[-1], clock.size)
     return bool(clock[-1] > clock[0] and np.abs(clock - even).max() <= 1e-6 * (clock[-1] - clock[0]) / clock.size)
-
-
-def _program(result: "Result") -> dict[str, str] | None:
-    """The text of the program as the scenario holds it."""
-    given = getattr(result.scenario, "program", None)
-    text = getattr(given, "text", None)
-    return None if not text else {"file": str(getattr(given, "file", None) or "program"), "text": text}
 
 
 def _scene(result: "Result", scene: Scene) -> dict[str, Any]:
