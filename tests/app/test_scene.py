@@ -20,6 +20,7 @@ from hypothesis import strategies as st
 
 from app.view_file import header_of, read
 from cutwise.app.embedded import embedded, static
+from cutwise.app.holes import off_place
 from cutwise.app.numbers import at_a_place
 from cutwise.app.report import render
 from cutwise.app.scene import colours, rows
@@ -30,6 +31,7 @@ from cutwise.app.scene.thinned import halved, kept
 from cutwise.app.scene.view import for_report, view_file
 from cutwise.app.scene.worst import badness, magnification, worst
 from cutwise.io.scenario import load
+from cutwise.process.recipes import simulate
 from cutwise.results import judge
 from cutwise.spec.program import StockBlock
 
@@ -362,3 +364,36 @@ class TestUnits:
         assert at_a_place(59.999996e-6, 1e-6, None, 60e-6) == "60"
         assert at_a_place(-50.000004e-6, 1e-3, -50e-6, 50e-6) == "-0.050000004"
         assert at_a_place(1.5617e-25, 1e-6, None, None) == "1.562e-19"
+
+
+@pytest.mark.parametrize(("corrections", "axis"), [
+    ("", "[0, 0, -1]"),
+    ("[{shift: [-18 um, 6 um], tilt: [-0.5 mrad, 2 mrad]}]", "[0, 0, -1]"),
+    ("[{shift: [3 um, 0 um]}]", "[0.1, 0, -1]"),
+])  # fmt: skip
+def test_holes_are_drawn_off_their_places(examples, corrections, axis):
+    """Seen to fail: colours left out where the tool was led instead of the hole, and holes stood where they should."""
+    edits = [f"hole.axis={axis}", *([f"hole.corrections={corrections}"] if corrections else [])]
+    result = simulate(load(examples / "drill_robot.yaml", edits))
+    value = {name: one.value for name, one in result.measures.items()}
+    scene = rows.of(result)
+    feed = np.array(result.scenario.hole.axis) / np.linalg.norm(result.scenario.hole.axis)
+    thick = result.scenario.part.thickness
+    (hole,) = (one for one in scene.surfaces if one.title == "hole")
+    rings = hole.points.reshape(21, -1, 3)[:, :-1].mean(axis=1)  # the middle of each ring
+    off = rings - result.scenario.hole.position - np.linspace(0.0, thick, 21)[:, None] * feed
+    times = float(re.search(r"grey rings, (\d+) times", scene.said[-1])[1])
+    assert times == magnification(scene.radius, np.nanmax(scene.histories["offset"].values)) > 1.0
+    assert np.linalg.norm(off[-1]) / times == pytest.approx(value["hole_position_error_exit"], rel=0.02)
+    assert np.linalg.norm(off[0]) / times == pytest.approx(value["hole_position_error_entry"], rel=0.1)
+    assert np.abs(off @ feed).max() < 1e-9
+    assert np.linalg.norm(off, axis=1) / times == pytest.approx(hole.values.reshape(21, -1)[:, 0], rel=1e-9)
+    assert off_place(result)[0, -1] == pytest.approx(
+        result["surface"]["hole_position"].values[0, -1] + _led(result, thick), abs=1e-15
+    )
+
+
+def _led(result, thick):
+    return sum(
+        (np.array(one.shift) + np.array(one.tilt) * thick for one in result.scenario.hole.corrections), np.zeros(2)
+    )

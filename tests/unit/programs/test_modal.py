@@ -27,7 +27,8 @@ def test_every_group_follows_its_words():
     assert found[3][-4:] == ["S900", "M4", "T3", "M8"]
     assert [found[line][0] for line in (4, 5, 6, 7, 8, 9, 10)] == ["G0", "G0", "G1", "G1", "G1", "G2", "G1"]
     assert [found[line][1] for line in (3, 4, 8, 9)] == ["G17", "G18", "G18", "G17"]
-    assert [next((w for w in found[line] if w[0] == "F"), "") for line in (5, 6, 7, 8, 9)] == ["", "F200", "F200", "F300", "F300"]  # fmt: skip
+    feeds = ["".join(word for word in found[line] if word[0] == "F") for line in (5, 6, 7, 8, 9)]
+    assert feeds == ["", "F200", "F200", "F300", "F300"]
     assert {"G91", "G61", "G94"} <= set(found[9])
     assert ["G41" in found[line] for line in (9, 10, 11, 12)] == [False, True, True, False]
     assert {"G55", "G95", "F0.2", "G40"} <= set(found[13])
