@@ -389,3 +389,28 @@ def test_change_run_and_save(browser, served, cutwise):
     told = json.loads(cutwise("run", folder / "turned.yaml", "--json", "--no-report", "--no-advice").out)
     assert told["verdict"] == "fail"
     assert f"{1e3 * told['measures']['surface_error_max']['value']:.4f}" == "0.1698"
+
+
+def test_a_file_is_brought_and_saved_beside_the_scenario(browser, examples, tmp_path):
+    shown = (
+        (examples / "mill_part.yaml")
+        .read_text(encoding="utf-8")
+        .replace("program: mill_part.nc", "program: missing.nc")
+    )
+    (tmp_path / "part.yaml").write_text(shown, encoding="utf-8")
+    (tmp_path / "mill_part.step").write_bytes((examples / "mill_part.step").read_bytes())
+    brought = tmp_path / "elsewhere" / "mine.nc"
+    brought.parent.mkdir()
+    brought.write_bytes((examples / "mill_part.nc").read_bytes())
+    with viewing("part.yaml", cwd=tmp_path) as server:
+        address = f"http://127.0.0.1:{server.port}/?token={server.token}"
+        with page_of(browser, address, ready=False) as page:
+            page.locator(".cw-told", has_text="nothing runs until mended").wait_for(timeout=LOADED)
+            page.locator("details summary").first.click()
+            page.locator('[data-file="program"]').set_input_files(str(brought))
+            page.wait_for_selector("button.cw-run:not([disabled])", timeout=LOADED)
+            page.on("dialog", lambda dialog: dialog.accept("mended.yaml"))
+            page.get_by_role("button", name="Save as").click()
+            page.locator(".cw-told", has_text="saved as mended.yaml").wait_for(timeout=LOADED)
+    assert "program: mine.nc" in (tmp_path / "mended.yaml").read_text()
+    assert (tmp_path / "mine.nc").read_bytes() == brought.read_bytes()

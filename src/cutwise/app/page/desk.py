@@ -33,7 +33,6 @@ RUNS = Path("cutwise-runs")
 _MOST_RUNS = 12  # that were made in the page and are not kept
 _NAME = re.compile(r"[^./\\\x00-\x1f\x7f<>:\"|?*][^/\\\x00-\x1f\x7f<>:\"|?*]{0,199}\.yaml")
 _BOM = b"\xef\xbb\xbf"
-UPLOADS = (".step", ".stp", ".nc", ".ngc", ".tap", ".gcode", ".apt", ".cls", ".csv", ".urdf", ".stl", ".tbl", ".yaml")
 
 
 class Refused(Exception):
@@ -299,8 +298,8 @@ class Desk:
         """Where an uploaded file is written to: a name of chance in the private folder."""
         suffix = Path(name).suffix.lower()
         bare = name == Path(name).name and "\\" not in name and not name.startswith(".")
-        if not bare or suffix not in UPLOADS or len(name) > 200 or visible(name, lines=False) != name:
-            raise Refused(400, f"a bare file name is needed, one of {', '.join(UPLOADS)}")
+        if not bare or suffix not in keys.UPLOADS or len(name) > 200 or visible(name, lines=False) != name:
+            raise Refused(400, f"a bare file name is needed, one of {', '.join(keys.UPLOADS)}")
         return self.folder / f"{secrets.token_hex(16)}{suffix}"
 
     def uploaded(self, file: Path, name: str) -> str:
