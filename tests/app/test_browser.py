@@ -139,13 +139,26 @@ def test_opens_quietly_and_fits(browser, reports, name, dark, width):
         assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
         assert page.locator(".cw-canvas").is_visible()
         legend = page.locator(".cw-bar").first.inner_text()
-        assert "[µm]" in legend
+        assert f"[{'mm' if name == 'deburr' else 'µm'}]" in legend  # as the limit was typed
         assert page.locator(".cw-limit").count() >= 1
         unnamed = page.evaluate(
             """[...document.querySelectorAll('.cw button, .cw select, .cw input')].filter(e => !(e.textContent.trim() ||
             e.getAttribute('aria-label') || document.querySelector(`label[for="${e.id}"]`))).length"""
         )
         assert unnamed == 0
+
+
+def test_a_long_doubt_and_tables_fit_a_phone(browser, reports):
+    """Seen to fail: a verdict about ``hole_position_error_entry`` was 401 px wide, and limits stood outside of the screen."""
+    with page_of(browser, reports["pocket"].as_uri(), width=390) as page:
+        page.evaluate(
+            "document.querySelector('#verdict h2').textContent = 'robot.hole_position_error_entry_along_the_edge 0.5 mm'"
+        )
+        assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+        cells = "[...document.querySelectorAll('#requirements tr, #requirements td')]"
+        assert page.evaluate(f"{cells}.filter(e => e.getBoundingClientRect().right > innerWidth).length") == 0
+        label = "getComputedStyle(document.querySelector('#requirements td'), '::before').content"
+        assert "Value" in page.evaluate(label)
 
 
 @pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
@@ -195,6 +208,13 @@ def test_lines_lead_to_samples(pocket):
     assert app(pocket, "lineOf(cutwise.app.sample)") == 6
 
 
+def test_words_in_force_stand_below_the_program(pocket):
+    for line, words in ((7, "G0 G17 G21 G90"), (9, "G1 G17 G21 G90")):
+        app(pocket, f"gotoLine({line})")
+        assert pocket.locator(".cw-modal").inner_text().startswith(f"in force: {words}")
+    assert "F3000" in pocket.locator(".cw-modal").inner_text()
+
+
 def test_keys(pocket):
     canvas = pocket.locator(".cw-canvas")
     app(pocket, "goto(500)")
@@ -238,6 +258,25 @@ def test_distance_of_the_presets(pocket):
     app(pocket, "look('iso')")
     radius = 0.5 * np.sqrt(60.0**2 + 40.0**2 + 10.0**2)
     assert 0.4 < app(pocket, "distance()") / (1.1 * radius / np.sin(np.radians(17.5))) <= 1.0 + 1e-9
+
+
+@pytest.mark.parametrize(("width", "height", "distance"), [(960, 600, 365.806), (300, 600, 706.368)])
+def test_camera_stands_where_the_formula_says(browser, reports, width, height, distance):
+    """1.1 r / sin(min(17.5 deg, atan(aspect tan 17.5 deg))) in front of the place, r = 2.5 radii of the tool: scaled to 100."""
+    with page_of(browser, reports["pocket"].as_uri(), width=1000, height=700) as page:
+        page.evaluate(
+            "([w, h]) => { const c = document.querySelector('.cw-canvas');"
+            " Object.assign(c.style, {position: 'fixed', left: 0, top: 0, width: w + 'px', height: h + 'px'});"
+            " document.querySelector('.cw-stage').style.height = h - 1 + 'px'; }",
+            [width, height],
+        )
+        ratio = "document.querySelector('.cw-canvas').width / document.querySelector('.cw-canvas').height"
+        for _ in range(100):  # until the picture has its new size
+            if page.evaluate(ratio) == pytest.approx(width / height, rel=1e-9):
+                break
+            page.wait_for_timeout(50)
+        app(page, "look('tool')")
+        assert app(page, "distance()") * 100.0 / 25.0 == pytest.approx(distance, rel=2e-6)
 
 
 def test_path_has_the_colours_of_the_table(pocket):
@@ -350,3 +389,28 @@ def test_change_run_and_save(browser, served, cutwise):
     told = json.loads(cutwise("run", folder / "turned.yaml", "--json", "--no-report", "--no-advice").out)
     assert told["verdict"] == "fail"
     assert f"{1e3 * told['measures']['surface_error_max']['value']:.4f}" == "0.1698"
+
+
+def test_a_file_is_brought_and_saved_beside_the_scenario(browser, examples, tmp_path):
+    shown = (
+        (examples / "mill_part.yaml")
+        .read_text(encoding="utf-8")
+        .replace("program: mill_part.nc", "program: missing.nc")
+    )
+    (tmp_path / "part.yaml").write_text(shown, encoding="utf-8")
+    (tmp_path / "mill_part.step").write_bytes((examples / "mill_part.step").read_bytes())
+    brought = tmp_path / "elsewhere" / "mine.nc"
+    brought.parent.mkdir()
+    brought.write_bytes((examples / "mill_part.nc").read_bytes())
+    with viewing("part.yaml", cwd=tmp_path) as server:
+        address = f"http://127.0.0.1:{server.port}/?token={server.token}"
+        with page_of(browser, address, ready=False) as page:
+            page.locator(".cw-told", has_text="nothing runs until mended").wait_for(timeout=LOADED)
+            page.locator("details summary").first.click()
+            page.locator('[data-file="program"]').set_input_files(str(brought))
+            page.wait_for_selector("button.cw-run:not([disabled])", timeout=LOADED)
+            page.on("dialog", lambda dialog: dialog.accept("mended.yaml"))
+            page.get_by_role("button", name="Save as").click()
+            page.locator(".cw-told", has_text="saved as mended.yaml").wait_for(timeout=LOADED)
+    assert "program: mine.nc" in (tmp_path / "mended.yaml").read_text()
+    assert (tmp_path / "mine.nc").read_bytes() == brought.read_bytes()

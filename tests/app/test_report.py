@@ -1,6 +1,7 @@
 """The report: one file that asks for nothing, says everything, and can be run again."""
 
 import base64
+import doctest
 import hashlib
 import re
 from datetime import UTC, datetime
@@ -10,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cutwise.app import inputs
+from cutwise.app import inputs, pages
 from cutwise.app.plots import PLOTS
 from cutwise.app.plots.figures import COLOURS, decimate
 from cutwise.app.report import render
@@ -248,3 +249,13 @@ def test_outcomes_in_words(made_up, parts, words):
     page = render(made_up(**parts))
     for word in words:
         assert word in page
+
+
+def test_a_doubted_pass_is_said_as_one(html, reference):
+    """Seen to fail: the words "but not by every history" were cut away, and a key at the beginning was capitalised."""
+    from cutwise.app.verdict_text import verdict_line
+
+    assert verdict_line(reference).startswith("PASS, but not by every history: ")
+    headline = re.search(r'<section id="verdict".*?<h2>(.*?)</h2>', html, re.DOTALL)[1]
+    assert headline.startswith("But not by every history: friction leaves")
+    assert doctest.testmod(pages).failed == 0

@@ -1,5 +1,6 @@
 """What a person sees, before a browser draws it: the view file, colours, worst places, magnification, maps."""
 
+import dataclasses
 import doctest
 import hashlib
 import html
@@ -19,6 +20,8 @@ from hypothesis import strategies as st
 
 from app.view_file import header_of, read
 from cutwise.app.embedded import embedded, static
+from cutwise.app.holes import off_place
+from cutwise.app.numbers import at_a_place
 from cutwise.app.report import render
 from cutwise.app.scene import colours, rows
 from cutwise.app.scene.milled import block_map
@@ -27,6 +30,9 @@ from cutwise.app.scene.scene import History, Map, Scene
 from cutwise.app.scene.thinned import halved, kept
 from cutwise.app.scene.view import for_report, view_file
 from cutwise.app.scene.worst import badness, magnification, worst
+from cutwise.io.scenario import load
+from cutwise.process.recipes import simulate
+from cutwise.results import judge
 from cutwise.spec.program import StockBlock
 
 ROOT = Path(__file__).parent.parent.parent
@@ -252,6 +258,16 @@ class TestProgram:
         assert first["line"] == int(found["line"][first["sample"]])
         assert len({one["line"] for one in header["worst"]}) == len(header["worst"])
 
+    def test_words_in_force_belong_to_lines(self, small_pocket):
+        header, found = read(view_file(small_pocket))
+        told, of_line = header["program"]["modal"], found["modal"]
+        assert len(of_line) > header["program"]["text"].count("\n")
+        assert len(set(told)) == len(told)
+        assert of_line[2] == 0 or "F" not in told[of_line[2] - 1]
+        assert told[of_line[8] - 1].split()[0] == "G1"
+        assert {"F3000", "S8000", "M3", "T1", "G90"} <= set(told[of_line[9] - 1].split())
+        assert "G0" in told[of_line[11] - 1].split()
+
     def test_colours_do_not_run_through_missing_values(self, small_pocket):
         """A wall is left every tooth, and samples are shorter: 40 % have none, but not within a tooth period."""
         _, found = read(view_file(small_pocket))
@@ -319,3 +335,65 @@ def test_every_process_has_a_scene():
     from cutwise.spec.kinds import HOMES
 
     assert set(rows.HOMES) == set(HOMES)
+
+
+class TestUnits:
+    """A history that is held against a limit stands in the unit in which the limit was typed, as its tile does."""
+
+    @pytest.mark.parametrize(("typed", "unit", "ends", "first"), [
+        ("{max: 0.05 mm, min: -0.05 mm}", "mm", "0.05", "-0.009469 mm"),
+        ("{max: 50 um, min: -50 um}", "µm", "50", "-9.469 µm"),
+        ("{max: 0.002 in}", "in", "0.002", "-0.0003728 in"),
+    ])  # fmt: skip
+    def test_of_a_limit(self, reference, examples, typed, unit, ends, first):
+        scenario = load(examples / "deburr_compliant_spindle.yaml", [f"requirements={{surface_error_max: {typed}}}"])
+        result = dataclasses.replace(reference, scenario=scenario, checks=tuple(judge(scenario, reference.measures)))
+        header, found = read(view_file(result))
+        choice = header["colour"]["choices"]["error"]
+        assert choice["unit"] == unit
+        assert choice["ticks"][-2]["text"] == ends
+        assert header["arrays"]["h/error"]["unit"] == unit
+        assert header["worst"][0]["text"] == first
+        assert choice["factor"] * found["h/error"][header["worst"][0]["sample"]] == pytest.approx(
+            float(first.split()[0]), rel=2e-3
+        )
+        assert unit in next(one["asked"] for one in header["requirements"] if one["measure"] == "surface_error_max")
+
+    def test_a_place_beyond_its_limit_never_reads_as_the_limit(self):
+        assert at_a_place(60.000004e-6, 1e-6, None, 60e-6) == "60.000004"
+        assert at_a_place(59.999996e-6, 1e-6, None, 60e-6) == "60"
+        assert at_a_place(-50.000004e-6, 1e-3, -50e-6, 50e-6) == "-0.050000004"
+        assert at_a_place(1.5617e-25, 1e-6, None, None) == "1.562e-19"
+
+
+@pytest.mark.parametrize(("corrections", "axis"), [
+    ("", "[0, 0, -1]"),
+    ("[{shift: [-18 um, 6 um], tilt: [-0.5 mrad, 2 mrad]}]", "[0, 0, -1]"),
+    ("[{shift: [3 um, 0 um]}]", "[0.1, 0, -1]"),
+])  # fmt: skip
+def test_holes_are_drawn_off_their_places(examples, corrections, axis):
+    """Seen to fail: colours left out where the tool was led instead of the hole, and holes stood where they should."""
+    edits = [f"hole.axis={axis}", *([f"hole.corrections={corrections}"] if corrections else [])]
+    result = simulate(load(examples / "drill_robot.yaml", edits))
+    value = {name: one.value for name, one in result.measures.items()}
+    scene = rows.of(result)
+    feed = np.array(result.scenario.hole.axis) / np.linalg.norm(result.scenario.hole.axis)
+    thick = result.scenario.part.thickness
+    (hole,) = (one for one in scene.surfaces if one.title == "hole")
+    rings = hole.points.reshape(21, -1, 3)[:, :-1].mean(axis=1)  # the middle of each ring
+    off = rings - result.scenario.hole.position - np.linspace(0.0, thick, 21)[:, None] * feed
+    times = float(re.search(r"grey rings, (\d+) times", scene.said[-1])[1])
+    assert times == magnification(scene.radius, np.nanmax(scene.histories["offset"].values)) > 1.0
+    assert np.linalg.norm(off[-1]) / times == pytest.approx(value["hole_position_error_exit"], rel=0.02)
+    assert np.linalg.norm(off[0]) / times == pytest.approx(value["hole_position_error_entry"], rel=0.1)
+    assert np.abs(off @ feed).max() < 1e-9
+    assert np.linalg.norm(off, axis=1) / times == pytest.approx(hole.values.reshape(21, -1)[:, 0], rel=1e-9)
+    assert off_place(result)[0, -1] == pytest.approx(
+        result["surface"]["hole_position"].values[0, -1] + _led(result, thick), abs=1e-15
+    )
+
+
+def _led(result, thick):
+    return sum(
+        (np.array(one.shift) + np.array(one.tilt) * thick for one in result.scenario.hole.corrections), np.zeros(2)
+    )

@@ -13,6 +13,7 @@ import pytest
 
 from app.viewed import received, viewing
 from cutwise.app.page import peers
+from cutwise.app.page.desk import Desk, Refused, target
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals and sockets of POSIX")
 
@@ -247,6 +248,37 @@ def test_an_upload_lies_in_the_private_folder_under_another_name(page, desk):
     assert len(private) == 1
     assert "mill_pocket" not in private[0].name
     assert (private[0].parent.stat().st_mode & 0o077) == 0
+
+
+def test_brought_files_and_saves(examples, tmp_path):
+    """Seen to fail: a refused save left its file behind, which then stood in the way of the next one."""
+    for name in ("mill_pocket_stock.yaml", "mill_pocket.nc"):
+        shutil.copy(examples / name, tmp_path / name)
+    private = tmp_path / "private"
+    private.mkdir()
+    desk = Desk(target(tmp_path / "mill_pocket_stock.yaml"), (), private)
+
+    def bring(name, content):
+        place = desk.upload_place(name)
+        place.write_bytes(content)
+        return desk.uploaded(place, name)
+
+    def there():
+        return sorted(file.name for file in tmp_path.iterdir() if file.is_file())
+
+    before, program = there(), (tmp_path / "mill_pocket.nc").read_bytes()
+    first, other = bring("new.nc", program), bring("new.nc", b"G21\nG0 X0\nM2\n")
+    for edits in ({"program.file": first, "operation.feed": "60 bananas"}, {"program.file": first, "part.file": other}):
+        with pytest.raises(Refused):
+            desk.save(edits, "made.yaml")
+        assert there() == before
+    assert desk.save({"program.file": first}, "made.yaml") == "made.yaml"
+    assert (tmp_path / "new.nc").read_bytes() == program
+    assert "program: new.nc" in (tmp_path / "made.yaml").read_text()
+    assert desk.save({"program.file": first}, "again.yaml") == "again.yaml"  # the file is there already, the same
+    with pytest.raises(Refused, match=r"new\.nc is there already"):
+        desk.save({"program.file": other}, "third.yaml")
+    assert (tmp_path / "new.nc").read_bytes() == program
 
 
 @pytest.mark.parametrize("counted", [True, False])

@@ -11,6 +11,7 @@ export interface Field {
   status: string;
   lever: boolean;
   usual: [string, string] | null;
+  file: boolean;
 }
 
 interface Fault {
@@ -125,8 +126,27 @@ export class Change {
       el("label", { for: `cw-${one.key}` }, words(one.key), el("small", {}, `${one.key} · ${one.status}`)),
       input,
       slider,
+      one.file && this.bringing(one, input),
       el("p", { class: "cw-fault", "data-fault": one.key }),
     );
+  }
+
+  /** A file of the user for this key: it goes to the server, and its name stands in the field from then on. */
+  private bringing(one: Field, input: HTMLInputElement): HTMLElement {
+    const chosen = el("input", { type: "file", "aria-label": `${one.key}, a file of yours`, "data-file": one.key });
+    chosen.addEventListener("change", async () => {
+      const file = chosen.files?.[0];
+      if (!file) return;
+      const reply = await fetch(`/api/files?name=${encodeURIComponent(file.name)}`, { method: "POST", headers: { "X-Cutwise": "1" }, body: file, credentials: "same-origin" });
+      if (!reply.ok) {
+        this.told.textContent = await reply.text();
+        return;
+      }
+      input.value = file.name;
+      this.edits.set(one.key, ((await reply.json()) as { file: string }).file);
+      this.changed();
+    });
+    return chosen;
   }
 
   private slider(one: Field, input: HTMLInputElement): HTMLElement | null {

@@ -57,7 +57,7 @@ export interface Header {
   measures: Record<string, { value: number; text: string; title: string; meaning: string; group: string }>;
   warnings: string[];
   clock: { is: "time" | "way"; unit: string; factor: number; n: number; t0: number | null; dt: number | null };
-  program: { file: string; text: string } | null;
+  program: { file: string; text: string; modal?: string[] } | null;
   scene: {
     surfaces: { title: string; tint: string; coloured: string; faces: Record<string, string> }[];
     map: { x: number; y: number; dx: number; dy: number; top: number; bottom: number; coloured: string; removed: string } | null;

@@ -1,5 +1,6 @@
 // The program as the user wrote it: the rows that can be seen, the line at now, marks of the worst lines.
 import { el } from "./dom";
+import { Worst } from "./file";
 import { Run } from "./run";
 
 const ROW = 20; // px
@@ -10,16 +11,17 @@ export class ProgramPane {
   private readonly scroller: HTMLElement;
   private readonly rows: HTMLElement;
   private readonly spacer: HTMLElement;
-  private readonly bad: Map<number, string>;
+  private readonly modal = el("p", { class: "cw-modal" });
+  private readonly bad: Map<number, Worst>;
   private line = 0;
 
   constructor(private readonly run: Run, private readonly chosen: (line: number) => void) {
-    this.bad = new Map(run.header.worst.filter((one) => one.line > 0).map((one) => [one.line, one.text]));
+    this.bad = new Map(run.header.worst.filter((one) => one.line > 0).map((one) => [one.line, one]));
     this.rows = el("div", { class: "cw-rows" });
     this.spacer = el("div", { class: "cw-spacer" });
     this.spacer.style.height = `${this.height}px`;
     this.scroller = el("div", { class: "cw-scroller", tabindex: "0", role: "region", "aria-label": "program", scroll: () => this.draw() }, this.spacer, this.rows);
-    this.element = el("div", { role: "group", class: "cw-program" }, el("h3", {}, "Program ", el("small", {}, run.header.program?.file ?? "")), this.scroller);
+    this.element = el("div", { role: "group", class: "cw-program" }, el("h3", {}, "Program ", el("small", {}, run.header.program?.file ?? "")), this.scroller, this.modal);
     new ResizeObserver(() => this.draw()).observe(this.scroller);
   }
 
@@ -29,6 +31,8 @@ export class ProgramPane {
 
   goto(line: number): void {
     this.line = line;
+    const words = this.run.inForce(line);
+    this.modal.textContent = words ? `in force: ${words}` : "";
     if (line > 0) {
       const room = this.scroller.clientHeight;
       const all = this.run.lines.length * ROW;
@@ -71,7 +75,7 @@ export class ProgramPane {
           },
           el("span", { class: "cw-number" }, String(line)),
           el("span", { class: "cw-text" }, this.run.lines[n]),
-          bad ? el("span", { class: "cw-mark" }, bad) : null,
+          bad ? el("span", { class: bad.beyond ? "cw-mark cw-beyond" : "cw-mark" }, bad.text) : null,
         ),
       );
     }

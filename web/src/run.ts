@@ -20,6 +20,7 @@ export class Run {
   readonly tool: Uint8Array | null;
   readonly histories: Map<string, History>;
   readonly lines: string[];
+  private readonly modal: Uint32Array | null;
   private readonly firstOfLine = new Map<number, number>();
   private readonly sortedLines: number[];
   private readonly tables: Record<string, Uint8Array>;
@@ -35,6 +36,7 @@ export class Run {
     this.line = file.has("line") ? (file.raw("line") as Uint32Array) : null;
     this.kind = file.has("kind") ? (file.raw("kind") as Uint8Array) : null;
     this.tool = file.has("tool_of") ? (file.raw("tool_of") as Uint8Array) : null;
+    this.modal = file.has("modal") ? (file.raw("modal") as Uint32Array) : null;
     this.deflection = file.has("deflection") ? file.values("deflection") : null;
     this.histories = new Map(
       Object.entries(header.colour.choices).map(([name, choice]) => [name, { name, choice, values: file.values(`h/${name}`) }]),
@@ -83,6 +85,12 @@ export class Run {
 
   lineOf(i: number): number {
     return this.line ? this.line[i] : 0;
+  }
+
+  /** The words in force behind a line of the program; nothing where it does not run. */
+  inForce(line: number): string {
+    const number = this.modal?.[line] ?? 0;
+    return number > 0 ? (this.header.program?.modal?.[number - 1] ?? "") : "";
   }
 
   /** The first sample of a line; of the next line that has one where it has none. */

@@ -113,9 +113,28 @@ def span(scenario: Scenario, name: str, ends: Sequence[float | None], limit: Lim
     return _joined(" … ".join(shown), unit), _joined(" to ".join(f"{bound:.10g}" for bound in bounds.values()), unit)
 
 
-def _beside_bounds(number: float, bounds: Mapping[str, float], met: bool) -> str:
-    texts = (_figures(number, digits) for digits in range(3, 18))
+def _beside_bounds(number: float, bounds: Mapping[str, float], met: bool, least: int = 3) -> str:
+    texts = (_figures(number, digits) for digits in range(least, 18))
     return next((text for text in texts if _within(float(text), bounds) == met), f"{number:.17g}")
+
+
+def typed_unit(scenario: Scenario, names: Iterable[str]) -> tuple[str, float] | None:
+    """Unit of the first of these measures that has a limit, as the limit was typed, and its size [SI]; None: none has."""
+    name = next((one for one in names if one in scenario.asked), None)
+    return None if name is None else _typed(scenario, name, scenario.measures[name].dimension)
+
+
+def at_a_place(value: float, scale: float, low: float | None, high: float | None) -> str:
+    """A value of a history in a unit: four figures, and more while it would be on another side of a limit (all SI).
+
+    Examples
+    --------
+    >>> at_a_place(46.8238e-6, 1e-6, None, 60e-6), at_a_place(60.00004e-6, 1e-6, None, 60e-6)
+    ('46.82', '60.00004')
+    """
+    limit = Limit(min=low, max=high)
+    bounds = {end: float(f"{bound / scale:.12g}") for end, bound in (("min", low), ("max", high)) if bound is not None}
+    return _beside_bounds(value / scale, bounds, _meets(value, limit), 4)
 
 
 def _figures(number: float, digits: int) -> str:

@@ -15,7 +15,7 @@ from cutwise.app.numbers import amount, titled
 from cutwise.app.pages import template
 from cutwise.app.plots import PLOTS
 from cutwise.app.plots.figures import COLOURS, Plot, svg
-from cutwise.app.verdict_text import against, compared, doubted, margin, verdict_line
+from cutwise.app.verdict_text import against, compared, doubted, margin, verdict_reason
 from cutwise.spec.fields import placed
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ def render(result: "Result", *, written: datetime | None = None, viewer: bool = 
         scenario=scenario,
         process=(type(scenario).__doc__ or scenario.process).strip().splitlines()[0].rstrip("."),
         result=result,
-        verdict=verdict_line(result),
+        verdict=verdict_reason(result),
         reasons=reasons(result),
         notices=notices(result),
         checks=[_checked(line, result) for line in listed(result)[""] if line.check is not None],

@@ -1,6 +1,7 @@
 """Verdict and requirements in words, the same on the command line and in the report."""
 
 import math
+import re
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
@@ -62,6 +63,11 @@ def verdict_line(result: "Result") -> str:
         return f"PASS, but not by every history: {'; '.join(doubts)}"
     count = len(written)
     return f"PASS: {'the requirement is' if count == 1 else f'all {count} requirements are'} met"
+
+
+def verdict_reason(result: "Result") -> str:
+    """What follows the word of the verdict; a doubt about a PASS stays one."""
+    return re.sub(r"^(PASS|FAIL|no verdict)[:,] ", "", verdict_line(result))
 
 
 def _missed(check: "Check", scenario: "Scenario") -> str:

@@ -135,6 +135,8 @@ def _changed(text: str, path: Path, value: str, model: type[Spec], is_json: bool
     path = _as_written(root, path, model)
     real, place = _way(root, path)
     rest = path[len([step for step in real if step != _WRAPPED]) :]
+    if place.kind == "scalar" and place.start < place.end and rest == ("file",):
+        path, rest = path[:-1], ()  # ``program: a.nc`` is short for ``program: {file: a.nc}``
     tree_path = tuple("value" if step == _WRAPPED else step for step in real)
     expected = _put(before.plain(), tree_path, rest, said.plain())
     for written in _spellings(value, is_json):

@@ -165,3 +165,11 @@ def test_several_edits_at_once(examples):
     changed = with_edits(file.read_text(), file.name, edits, folder=examples, title="d")
     found = parse(changed, file.name, folder=examples, title="d")
     assert (found["spindle.pressure"], found["tool.flutes"], found["numerics.time_step"]) == (4e5, 3, 1e-5)
+
+
+def test_the_short_form_of_a_file_stays_short(examples):
+    """Seen to fail: ``program.file``, as the page names the key, could not be saved where the text says ``program: a.nc``."""
+    file = examples / "mill_pocket_stock.yaml"
+    text = file.read_text()
+    changed = with_edits(text, file.name, {"program.file": "bracket.ngc"}, folder=examples)
+    assert changed == text.replace("program: mill_pocket.nc", "program: bracket.ngc") != text

@@ -33,7 +33,6 @@ RUNS = Path("cutwise-runs")
 _MOST_RUNS = 12  # that were made in the page and are not kept
 _NAME = re.compile(r"[^./\\\x00-\x1f\x7f<>:\"|?*][^/\\\x00-\x1f\x7f<>:\"|?*]{0,199}\.yaml")
 _BOM = b"\xef\xbb\xbf"
-UPLOADS = (".step", ".stp", ".nc", ".ngc", ".tap", ".gcode", ".apt", ".cls", ".csv", ".urdf", ".stl", ".tbl", ".yaml")
 
 
 class Refused(Exception):
@@ -241,24 +240,33 @@ class Desk:
                 )
             if name is None and not self.is_file:
                 raise Refused(409, f"{self.path.name} is no scenario file; save as another one")
-            brought = {
-                self.uploads[value][1]: self.uploads[value][0] for value in edits.values() if value in self.uploads
-            }
+            brought = self._brought(edits)
             named = {key: self.uploads[value][1] if value in self.uploads else value for key, value in edits.items()}
-            for bare in brought:
-                if (self.path.parent / bare).exists():
-                    raise Refused(
-                        409, f"{bare} is there already beside the scenario; rename the file and bring it again"
-                    )
             if name is None and hashlib.sha256(self._on_disk()).digest() != self.digest:
                 raise Refused(
                     409, f"{self.path.name} was changed on disk since it was opened; save as another file, or reload"
                 )
             if name is not None and (self.path.parent / name).exists():
                 raise Refused(409, f"{name} is there already; name another file")
-            for bare, file in brought.items():
-                write_bytes(self.path.parent / bare, file.read_bytes())
-            return self._written(self._changed(named), name)
+            try:
+                for place, content in brought.items():
+                    write_bytes(place, content)
+                return self._written(self._changed(named), name)
+            except BaseException:  # nothing is left of what was not saved
+                for place in brought:
+                    place.unlink(missing_ok=True)
+                raise
+
+    def _brought(self, edits: Mapping[str, str]) -> dict[Path, bytes]:
+        """Uploaded files that are to stand beside the scenario, where they do not stand there already."""
+        found: dict[Path, bytes] = {}
+        for file, bare in {self.uploads[value] for value in edits.values() if value in self.uploads}:
+            place, content = self.path.parent / bare, file.read_bytes()
+            if found.setdefault(place, content) != content:
+                raise Refused(409, f"two files named {bare} are used; rename one of them and bring it again")
+            if (place.exists() or place.is_symlink()) and not (place.is_file() and place.read_bytes() == content):
+                raise Refused(409, f"{bare} is there already beside the scenario; rename the file and bring it again")
+        return {place: content for place, content in found.items() if not place.exists()}
 
     def _on_disk(self) -> bytes:
         try:
@@ -290,8 +298,8 @@ class Desk:
         """Where an uploaded file is written to: a name of chance in the private folder."""
         suffix = Path(name).suffix.lower()
         bare = name == Path(name).name and "\\" not in name and not name.startswith(".")
-        if not bare or suffix not in UPLOADS or len(name) > 200 or visible(name, lines=False) != name:
-            raise Refused(400, f"a bare file name is needed, one of {', '.join(UPLOADS)}")
+        if not bare or suffix not in keys.UPLOADS or len(name) > 200 or visible(name, lines=False) != name:
+            raise Refused(400, f"a bare file name is needed, one of {', '.join(keys.UPLOADS)}")
         return self.folder / f"{secrets.token_hex(16)}{suffix}"
 
     def uploaded(self, file: Path, name: str) -> str:

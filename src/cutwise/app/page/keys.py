@@ -11,6 +11,22 @@ from cutwise.spec import fields
 from cutwise.spec.faults import dotted, split_dotted
 from cutwise.spec.scenario import Scenario
 
+UPLOADS = (
+    ".step",
+    ".stp",
+    ".nc",
+    ".ngc",
+    ".tap",
+    ".gcode",
+    ".apt",
+    ".cls",
+    ".csv",
+    ".urdf",
+    ".stl",
+    ".tbl",
+    ".yaml",
+)  # what a file may be
+
 
 def of_scenario(scenario: Scenario) -> list[dict[str, Any]]:
     """Every value with its meaning, unit, source and usual range; levers first, then limits of measures."""
@@ -48,8 +64,13 @@ def _told(model: type[Scenario], key: str, text: str, status: str, source: str, 
     return {
         "key": key, "text": text, "meaning": (info.description or "") if info is not None else "",
         "unit": units.pretty(units.DIMENSIONS[dimension].display) if dimension else "", "status": status, "source": source,
-        "lever": lever, "usual": ends,
+        "lever": lever, "usual": ends, "file": _of_a_file(key, text),
     }  # fmt: skip
+
+
+def _of_a_file(key: str, text: str) -> bool:
+    """Whether a value names a file: by its key, or as the short form of a section does (``program: a.nc``)."""
+    return key.endswith(".file") or ("\n" not in text and text.strip().lower().endswith(UPLOADS))
 
 
 def _limits(scenario: Scenario) -> Iterator[dict[str, Any]]:
@@ -63,5 +84,5 @@ def _limits(scenario: Scenario) -> Iterator[dict[str, Any]]:
                 text = origin.text if origin is not None and origin.text else units.show(getattr(limit, end), dimension)
                 yield {
                     "key": key, "text": text, "meaning": scenario.measures[name].description, "status": "scenario", "source": "",
-                    "unit": units.pretty(units.DIMENSIONS[dimension].display), "lever": False, "usual": None,
+                    "unit": units.pretty(units.DIMENSIONS[dimension].display), "lever": False, "usual": None, "file": False,
                 }  # fmt: skip

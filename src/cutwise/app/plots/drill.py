@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from cutwise.app.holes import off_place
 from cutwise.app.plots.figures import (
     BAD,
     GOOD,
@@ -87,6 +88,7 @@ def deflection_over_time(result: "Result") -> Figure:
 def hole_path(result: "Result") -> Figure:
     """Lateral position of the hole over depth, every hole."""
     position, depth = result["surface"]["hole_position"], result["motion"]["depth"]
+    position = position.copy(data=off_place(result))
     small, small_unit = scale("small_length")
     length, length_unit = scale("length")
     drawn = figure(3.0)

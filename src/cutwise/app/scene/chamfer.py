@@ -23,7 +23,7 @@ def scene(result: "Result") -> Scene:
     low, high = limits(result, f"{left}_min")[0], limits(result, f"{left}_max")[1]
     histories = {
         "width": History("chamfer width", width, "small_length", low, high, nominal=scenario.chamfer.width,  # type: ignore[attr-defined]
-                         ends=("too narrow", "too wide")),
+                         ends=("too narrow", "too wide"), measures=(f"{left}_min", f"{left}_max")),
     }  # fmt: skip
     children = result.stages.children
     if "cutting" in children:

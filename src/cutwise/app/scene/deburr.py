@@ -34,8 +34,10 @@ def scene(result: "Result") -> Scene:
     error = surface["error_at_tool"].values if timed else surface["error"].values
     work, burr = (result["cutting"][f"{name}_force"].values for name in ("work", "burr"))
     histories = {
-        "error": History("edge error", error, "length", *limits(result, "surface_error_max", "surface_error_min"), ends=ENDS),
-        "power": History("cutting power", result["cutting"]["power"].values, "power", *limits(result, "cutting_power_mean")),
+        "error": History("edge error", error, "length", *limits(result, "surface_error_max", "surface_error_min"), ends=ENDS,
+                         measures=("surface_error_max", "surface_error_min")),
+        "power": History("cutting power", result["cutting"]["power"].values, "power", *limits(result, "cutting_power_mean"),
+                         measures=("cutting_power_mean",)),
         "force": History("force on the mill", np.linalg.norm(work + burr, axis=1), "force"),
     }  # fmt: skip
     if deflection is not None:

@@ -26,7 +26,8 @@ def _pass(result: "Result") -> Scene:
     cut = "wall_error_max" in result.measures
     length = np.linalg.norm(error, axis=1)
     histories = {
-        "error": History("error of the tool point", length, "small_length", *limits(result, "deviation_norm_max")),
+        "error": History("error of the tool point", length, "small_length", *limits(result, "deviation_norm_max"),
+                         measures=("deviation_norm_max",)),
         **_components(error),
     }  # fmt: skip
     if "cutting" in result.stages.children:
@@ -35,7 +36,14 @@ def _pass(result: "Result") -> Scene:
         )
     if cut and "error_on_path" in surface:
         low, high = limits(result, "wall_error_min")[0], limits(result, "wall_error_max")[1]
-        histories["wall"] = History("wall error", surface["error_on_path"].values, "small_length", low, high)
+        histories["wall"] = History(
+            "wall error",
+            surface["error_on_path"].values,
+            "small_length",
+            low,
+            high,
+            measures=("wall_error_max", "wall_error_min"),
+        )
     judged = "wall" if "wall" in histories and result.scenario.focus.startswith("wall") else "error"
     line = motion["program_line"].values.astype(np.int64)
     shown = np.unique(np.linspace(0, count - 1, min(count, _MOST_LINKS)).astype(int))
@@ -86,7 +94,8 @@ def _volume(result: "Result") -> Scene:
     way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(place, axis=0), axis=1))])
     histories = {
         "error": History(
-            "error of the tool point", np.linalg.norm(error, axis=1), "small_length", *limits(result, "volumetric_error_max")
+            "error of the tool point", np.linalg.norm(error, axis=1), "small_length", *limits(result, "volumetric_error_max"),
+            measures=("volumetric_error_max",),
         ),
         **_components(error),
     }  # fmt: skip

@@ -72,14 +72,15 @@ def _histories(result: "Result", time: FloatArray) -> dict[str, History]:
         found["wall"] = _wall(result, wall, wall)
     found["contour"] = History(
         "contour error", result["surface"]["contour_error"].values, "small_length", *mirrored(result, "contour_error_max"),
-        ends=("off the wall", "into the wall"), drawn="wall" not in found,
+        ends=("off the wall", "into the wall"), drawn="wall" not in found, measures=("contour_error_max",),
     )  # fmt: skip
     peak = (
         cutting["force_xy_peak"].values
         if "force_xy_peak" in cutting
         else np.linalg.norm(cutting["force"].values, axis=1)
     )
-    found["force"] = History("largest force in the plane", peak, "force", *limits(result, "force_xy_peak"))
+    found["force"] = History("largest force in the plane", peak, "force", *limits(result, "force_xy_peak"),
+                             measures=("force_xy_peak",))  # fmt: skip
     found["speed"] = History("speed along the path", motion["speed_actual"].values, "speed")
     found["immersion"] = History("immersion angle", result["engagement"]["immersion"].values, "angle", drawn=False)
     if "tip_peak" in structure:
@@ -89,6 +90,7 @@ def _histories(result: "Result", time: FloatArray) -> dict[str, History]:
             "small_length",
             *limits(result, "tip_deflection_max"),
             drawn=False,
+            measures=("tip_deflection_max",),
         )
     found["time"] = History("time", time, "time", drawn=False)
     return found
@@ -100,7 +102,9 @@ def _wall(result: "Result", low: FloatArray, high: FloatArray) -> History:
     values = np.where(np.abs(low) > np.abs(high), low, high)
     if (least is None) != (most is None):
         values = high if least is None else low
-    return History("wall error", values, "small_length", least, most, ends=WALL)
+    return History(
+        "wall error", values, "small_length", least, most, ends=WALL, measures=("wall_error_max", "wall_error_min")
+    )
 
 
 def _tooth_samples(result: "Result", time: FloatArray) -> int:

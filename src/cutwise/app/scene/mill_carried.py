@@ -21,9 +21,10 @@ def scene(result: "Result") -> Scene:
     radius = 0.5 * scenario.tool.diameter  # type: ignore[attr-defined]
     low, high = limits(result, "wall_error_min")[0], limits(result, "wall_error_max")[1]
     histories = {
-        "wall": History("wall error", wall, "small_length", low, high, ends=_ENDS),
+        "wall": History("wall error", wall, "small_length", low, high, ends=_ENDS, measures=("wall_error_max", "wall_error_min")),
         "floor": History(
-            "floor error", surface["floor_error"].values, "small_length", *limits(result, "floor_error_max", "floor_error_min")
+            "floor error", surface["floor_error"].values, "small_length", *limits(result, "floor_error_max", "floor_error_min"),
+            measures=("floor_error_max", "floor_error_min"),
         ),
         "force": History("cutting force", np.linalg.norm(result["cutting"]["force"].values, axis=1), "force"),
         "immersion": History("immersion angle", result["engagement"]["immersion"].values, "angle", drawn=False),

@@ -22,8 +22,10 @@ def scene(result: "Result") -> Scene:
     move = np.clip(np.searchsorted(lines["time"].values, time, side="right") - 1, 0, lines.sizes["move"] - 1)
     cutting = motion["force_xy_peak"].values
     histories = {
-        "force": History("largest force in the plane", cutting, "force", *limits(result, "force_xy_peak")),
-        "power": History("cutting power", motion["power"].values, "power", *limits(result, "cutting_power_max")),
+        "force": History("largest force in the plane", cutting, "force", *limits(result, "force_xy_peak"),
+                         measures=("force_xy_peak",)),
+        "power": History("cutting power", motion["power"].values, "power", *limits(result, "cutting_power_max"),
+                         measures=("cutting_power_max",)),
         "immersion": History("contact angle", motion["immersion"].values, "angle", drawn=False),
         "chip": History("thickest chip", motion["chip_thickness"].values, "small_length", drawn=False),
     }  # fmt: skip
@@ -35,7 +37,13 @@ def scene(result: "Result") -> Scene:
         made = _made(result, line)
         histories = {
             "deviation": History(
-                "deviation made", made, "small_length", None if tolerance is None else -tolerance, tolerance, ends=_ENDS
+                "deviation made",
+                made,
+                "small_length",
+                None if tolerance is None else -tolerance,
+                tolerance,
+                ends=_ENDS,
+                measures=("deviation_max", "deviation_min"),
             ),
             **histories,
         }

@@ -29,6 +29,7 @@ class History(NamedTuple):
     ends: tuple[str, str] = ("", "")  # in words: below, above
     drawn: bool = True  # as a curve below the scene
     coloured: bool = True  # the path may be coloured by it
+    measures: tuple[str, ...] = ()  # whose limits these are: its numbers stand in their unit, as it was typed
 
 
 class Surface(NamedTuple):

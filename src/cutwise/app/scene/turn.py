@@ -31,7 +31,15 @@ def scene(result: "Result") -> Scene:
     way = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(along)))])
     low, high = limits(result, "diameter_error_min")[0], limits(result, "diameter_error_max")[1]
     histories = {
-        "error": History("diameter error", over(error), "small_length", low, high, ends=_ENDS),
+        "error": History(
+            "diameter error",
+            over(error),
+            "small_length",
+            low,
+            high,
+            ends=_ENDS,
+            measures=("diameter_error_max", "diameter_error_min"),
+        ),
         "bent": History("shaft and tool bent", over(bent), "small_length"),
         "passive": History("force off the shaft", over(cutting["force_passive"].values), "force"),
         "depth": History("depth of cut", over(result["engagement"]["depth"].values), "length"),

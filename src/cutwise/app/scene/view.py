@@ -10,8 +10,9 @@ from cutwise import units
 from cutwise.app import surety
 from cutwise.app.findings import notices, reasons
 from cutwise.app.measured import Line, listed
-from cutwise.app.numbers import form, titled
+from cutwise.app.numbers import at_a_place, form, titled, typed_unit
 from cutwise.app.scene import colours
+from cutwise.app.scene.in_force import InForce, in_force
 from cutwise.app.scene.packed import Array, as_text, pack
 from cutwise.app.scene.rows import of
 from cutwise.app.scene.scene import FloatArray, History, Map, Scene
@@ -22,6 +23,7 @@ from cutwise.later import later
 
 if TYPE_CHECKING:
     from cutwise.results import Result
+    from cutwise.spec.scenario import Scenario
 else:
     surety = later("cutwise.app.surety")
 
@@ -33,13 +35,15 @@ _LENGTHS = ("length", "small_length")
 
 def view_file(result: "Result") -> bytes:
     """Everything that there is to see of a run, in full."""
-    return _packed(result, of(result))
+    scene = of(result)
+    return _packed(result, scene, in_force(result, scene))
 
 
 def for_report(result: "Result", room: int = REPORT_ROOM) -> str:
     """The view file of a run as text for a page; longer histories are thinned and maps halved until it fits."""
     whole = of(result)
-    scene, text = whole, as_text(_packed(result, whole))
+    program = in_force(result, whole)
+    scene, text = whole, as_text(_packed(result, whole, program))
     buckets = min(20_000, max(500, whole.clock.size // 8))
     while len(text) > room:
         if scene.map is not None and scene.map.height.size > 40_000:
@@ -55,7 +59,7 @@ def for_report(result: "Result", room: int = REPORT_ROOM) -> str:
             scene = _without_the_largest(scene)
         else:
             break
-        text = as_text(_packed(result, scene))
+        text = as_text(_packed(result, scene, program))
     return text
 
 
@@ -89,12 +93,14 @@ def _coarser(scene: Scene) -> Scene:
     return replace(scene, map=new)
 
 
-def _packed(result: "Result", scene: Scene) -> bytes:
-    arrays = dict(_arrays(scene))
-    return pack(_header(result, scene), arrays)
+def _packed(result: "Result", scene: Scene, program: InForce | None) -> bytes:
+    arrays = dict(_arrays(scene, result.scenario))
+    if program is not None:
+        arrays["modal"] = Array(program.of_line, "u4", "which of the words in force belong to a line, 0: none")
+    return pack(_header(result, scene, program), arrays)
 
 
-def _header(result: "Result", scene: Scene) -> dict[str, Any]:
+def _header(result: "Result", scene: Scene, program: InForce | None) -> dict[str, Any]:
     scenario = result.scenario
     lines = listed(result)
     return {
@@ -112,14 +118,14 @@ def _header(result: "Result", scene: Scene) -> dict[str, Any]:
         },
         "warnings": [*result.infeasible, *reasons(result), *notices(result), *result.warnings],
         "clock": _clock(scene),
-        "program": _program(result) if scene.line is not None else None,
+        "program": None if program is None else {"file": program.file, "text": program.text, "modal": program.words},
         "scene": _scene(result, scene),
         "tools": [
             {"cutter": (_MM * tool.cutter).tolist(), "holder": (_MM * tool.holder).tolist()} for tool in scene.tools
         ],
         "deflection": _deflection(scene),
-        "colour": _colour(scene),
-        "worst": list(_worst(scene)),
+        "colour": _colour(scene, scenario),
+        "worst": list(_worst(scene, scenario)),
     }  # fmt: skip
 
 
@@ -147,13 +153,6 @@ def _even(clock: FloatArray) -> bool:
         return True
     even = np.linspace(clock[0], clock[-1], clock.size)
     return bool(clock[-1] > clock[0] and np.abs(clock - even).max() <= 1e-6 * (clock[-1] - clock[0]) / clock.size)
-
-
-def _program(result: "Result") -> dict[str, str] | None:
-    """The text of the program as the scenario holds it."""
-    given = getattr(result.scenario, "program", None)
-    text = getattr(given, "text", None)
-    return None if not text else {"file": str(getattr(given, "file", None) or "program"), "text": text}
 
 
 def _scene(result: "Result", scene: Scene) -> dict[str, Any]:
@@ -195,11 +194,11 @@ def _deflection(scene: Scene) -> dict[str, Any] | None:
     return {"k": magnification(scene.radius, largest), "largest": units.show(largest, "small_length", 3)}
 
 
-def _colour(scene: Scene) -> dict[str, Any]:
+def _colour(scene: Scene, scenario: "Scenario") -> dict[str, Any]:
     """The tables, and the range of each history that something may be coloured by."""
     choices = {}
     for name, one in scene.histories.items():
-        factor, unit = _unit_of(one)
+        factor, unit = _unit_of(one, scenario)
         found = colours.spread(one.values, one.low, one.high, one.nominal)
         choices[name] = {
             "title": one.title, "table": found.table, "low": found.low, "high": found.high,
@@ -211,8 +210,11 @@ def _colour(scene: Scene) -> dict[str, Any]:
     return {"tables": colours.as_header(), "choices": choices, "first": first, "judged": scene.judged}
 
 
-def _unit_of(one: History) -> tuple[float, str]:
-    """Factor and unit in which a history is shown: that of its largest value for lengths and angles."""
+def _unit_of(one: History, scenario: "Scenario") -> tuple[float, str]:
+    """Factor and unit in which a history is shown: those of its limit as it was typed, else of its largest value."""
+    typed = typed_unit(scenario, one.measures)
+    if typed is not None:
+        return 1.0 / typed[1], typed[0]
     ends = [abs(end) for end in (one.low, one.high) if end is not None]
     known = one.values[np.isfinite(one.values)]
     shape = form(one.dimension, ends or [float(np.abs(known).max()) if known.size else 0.0])
@@ -224,25 +226,25 @@ def _number(value: float) -> str:
     return f"{float(text):.0f}" if "e+0" in text else text
 
 
-def _worst(scene: Scene) -> Iterator[dict[str, Any]]:
+def _worst(scene: Scene, scenario: "Scenario") -> Iterator[dict[str, Any]]:
     one = scene.histories.get(scene.judged)
     if one is None:
         return
-    factor, unit = _unit_of(one)
+    factor, unit = _unit_of(one, scenario)
     bad = badness(one.values, one.low, one.high)
     if scene.counted is not None:
         bad = np.where(scene.counted, bad, np.nan)
     for sample in worst(bad, scene.place, scene.line, 2.0 * scene.radius):
         at = units.show(float(scene.clock[sample]), "time" if scene.clock_is == "time" else "length", 5)
-        value = factor * float(one.values[sample])
+        value = at_a_place(float(one.values[sample]), 1.0 / factor, one.low, one.high)
         yield {
-            "sample": sample, "value": float(one.values[sample]), "text": f"{_number(value)} {unit}".strip(), "at": at,
+            "sample": sample, "value": float(one.values[sample]), "text": f"{value} {unit}".strip(), "at": at,
             "line": 0 if scene.line is None else int(scene.line[sample]),
             "beyond": bool(bad[sample] > 0.0) and (one.low, one.high) != (None, None),
         }  # fmt: skip
 
 
-def _arrays(scene: Scene) -> Iterator[tuple[str, Array]]:
+def _arrays(scene: Scene, scenario: "Scenario") -> Iterator[tuple[str, Array]]:
     """Every array by its name; places in mm, histories in SI with the factor for people."""
     if not _even(scene.clock):
         yield "time", Array(scene.clock, "f8", "time", units.displayed(1.0, "time")[1])
@@ -262,7 +264,7 @@ def _arrays(scene: Scene) -> Iterator[tuple[str, Array]]:
     if scene.deflection is not None:
         yield "deflection", Array(_MM * scene.deflection.T, "u2", "deflection of the tip", "mm")
     for name, one in scene.histories.items():
-        factor, unit = _unit_of(one)
+        factor, unit = _unit_of(one, scenario)
         yield f"h/{name}", Array(one.values, "u2", one.title, unit, factor)
     for number, surface in enumerate(scene.surfaces):
         yield f"s/{number}/point", Array(_MM * surface.points, "f4")
