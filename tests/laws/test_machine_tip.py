@@ -68,3 +68,19 @@ def test_a_tool_bends_in_one_way(on_machine, change):
 def test_what_has_no_place_at_rest_is_refused_in_words(on_machine, change, why):
     with pytest.raises(cutwise.ScenarioFault, match=why):
         on_machine(change)
+
+
+@pytest.mark.parametrize(
+    ("bends", "told"),
+    [
+        ("name=rigid", True),
+        ("tool.stiffness=18 N/um", False),
+        ("tool.modes=[{direction: x, frequency: 950 Hz, damping: 0.03, stiffness: 18 N/um}]", False),
+    ],
+)
+def test_only_a_tool_that_does_not_bend_is_said_not_to(examples, bends, told):
+    scenario = cutwise.load(
+        examples / "machine_error_budget.yaml", ("uncertainty=null", "path.samples=3", "requirements={}", bends)
+    )
+    warnings = [str(one) for one in quick_outcome(scenario).warnings]
+    assert any("does not bend" in one for one in warnings) is told

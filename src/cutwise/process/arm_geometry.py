@@ -64,10 +64,9 @@ def errors_of(robot: Robot) -> Errors:
 
 def load_of(robot: Robot) -> Load:
     """Weights of the links and which way is down."""
-    down = np.array(robot.gravity)
     return Load(
         np.array([link.mass for link in robot.link_weights]), np.array([link.centre for link in robot.link_weights]),
-        down / np.linalg.norm(down),
+        np.array(robot.down),
     )  # fmt: skip
 
 

@@ -68,7 +68,8 @@ def deburring_cell(scenario: DeburringScenario) -> EdgeCell:
     cut, spindle = edge_cut(scenario), scenario.spindle
     ring, reach = None, 0.0
     if isinstance(spindle, CompliantSpindle):
-        ring, reach = piston_ring(spindle), spindle.tool_reach
+        axes = None if scenario.robot is None else path_of(scenario).axes[0]
+        ring, reach = piston_ring(spindle, scenario.robot, axes), spindle.tool_reach
     return EdgeCell(
         cut.path,
         cut.layers,
@@ -277,13 +278,25 @@ def path_error_curve(operation: DeburringOperation) -> Cubic:
     return no_cubic()
 
 
-def piston_ring(spindle: CompliantSpindle) -> PistonRing:
-    """The compliance device at its pressure: piston force in proportion, seal friction with its preload share."""
+def piston_ring(
+    spindle: CompliantSpindle, robot: CarryingRobot | None = None, axes: FloatArray | None = None
+) -> PistonRing:
+    """The compliance device at its pressure: piston force in proportion, seal friction with its preload share.
+
+    On a robot the base says which way is down, unless the spindle does.
+
+    Parameters
+    ----------
+    robot, axes : CarryingRobot, array (3, 3)
+        What carries the spindle, and the process axes in its base, a column each.
+    """
 
     def friction(force: float) -> float:
         return friction_at(force, spindle.pressure, spindle.reference_pressure, spindle.friction_preload_fraction)
 
     moment = weight(spindle)
+    if robot is not None and axes is not None and "gravity" not in spindle.model_fields_set:
+        moment = np.linalg.norm(moment) * (np.array(robot.down) @ axes)
     return PistonRing(
         piston_directions(spindle.pistons, spindle.piston_azimuth),
         Piston(

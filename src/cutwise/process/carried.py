@@ -194,15 +194,15 @@ def _sag(
     """
     torque = np.zeros((len(q), len(arm.chain.kinds)))
     pushed = np.zeros((len(q), len(arm.springs.frame)))  # what the weights do to the springs of bodies
-    at = posture_frames(arm, q)
+    at, down = posture_frames(arm, q), np.array(robot.down)
     for first, body in _hanging(robot):
         joint = body.joint
         axis = np.einsum("mkij,kj->mki", at.rotations[:, 1:], arm.chain.axes)
         point = at.origins[:, joint + 1] + at.rotations[:, joint + 1] @ body.centre
-        lifted = np.cross(axis, point[:, None] - at.origins[:, 1:])[:, : joint + 1, 2]
-        torque[:, : joint + 1] -= GRAVITY * body.mass * lifted
-        raised = spring_twists(arm.springs, at.rotations, at.origins, point)[:, 2]
-        pushed -= GRAVITY * body.mass * np.where(arm.springs.carries <= first, raised, 0.0)
+        lowered = np.cross(axis, point[:, None] - at.origins[:, 1:])[:, : joint + 1] @ down
+        torque[:, : joint + 1] += GRAVITY * body.mass * lowered
+        sunk = np.einsum("mjk,j->mk", spring_twists(arm.springs, at.rotations, at.origins, point)[:, :3], down)
+        pushed += GRAVITY * body.mass * np.where(arm.springs.carries <= first, sunk, 0.0)
     loads = np.concatenate([torque @ arm.drives.elastic, pushed], axis=1)
     twist = np.einsum("nij,nj->ni", jacobians, loads / arm.stiffness)
     twist = wrong if robot.sag == "ignored" else twist + wrong

@@ -98,7 +98,7 @@ def down(scenario: ChamferScenario, frame: FloatArray) -> FloatArray:
         return np.zeros(3)
     if scenario.robot is not None and "gravity" not in spindle.model_fields_set:
         standing = scenario.placement or Standing()
-        return np.asarray(rotation_from_rpy(*standing.rotation).T @ np.array([0.0, 0.0, -1.0]))
+        return np.asarray(rotation_from_rpy(*standing.rotation).T @ np.array(scenario.robot.down))
     return np.asarray(np.array(spindle.gravity) @ frame)
 
 

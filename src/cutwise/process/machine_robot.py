@@ -111,8 +111,8 @@ def elements_of(robot: CarryingRobot, arm: Arm, names: tuple[str, ...]) -> list[
 
 
 def weights_of(robot: CarryingRobot, standing: Standing) -> tuple[Weight, ...]:
-    """Weights of links and tool; down is against z of the base."""
-    down = rotation_from_rpy(*standing.rotation).T @ np.array([0.0, 0.0, -1.0])
+    """Weights of links and tool, axes of the part."""
+    down = rotation_from_rpy(*standing.rotation).T @ np.array(robot.down)
     return tuple(
         Weight(body.joint + 2, body.mass * GRAVITY * down, body.centre) for body in carried.masses(robot)
     )  # fmt: skip

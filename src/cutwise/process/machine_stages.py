@@ -163,7 +163,8 @@ def _warnings(scenario: MachineScenario, found: MachinePass) -> Iterator[Finding
         )  # fmt: skip
     yield from _cut_warnings(scenario, run)
     yield from _normal_warnings(scenario, run)
-    if not scenario.tool.flexible and run.cell.cut.force.any():
+    rigid = not (scenario.tool.flexible or scenario.tool.stiffness or scenario.tool.modes)
+    if rigid and run.cell.cut.force.any():
         words = (
             "the tool does not bend in this run (tool.flexible: false); a slender mill may add more than the machine"
         )

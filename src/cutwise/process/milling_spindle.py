@@ -15,10 +15,12 @@ _STOP = 1e-9  # share of a stroke
 _DRIFT = 5e-6  # [m] by which the spindle may still move over the last quarter of the cut
 
 
-def pistons_of(scenario: MillingScenario) -> Terms:
-    """The compliant spindle as the first term of a structure, if there is one."""
+def pistons_of(scenario: MillingScenario, axes: FloatArray | None = None) -> Terms:
+    """The compliant spindle as the first term of a structure, if there is one; process axes in the base of a robot, (3, 3)."""
     spindle = scenario.compliant
-    return () if spindle is None else (("pistons", Pistons(piston_ring(spindle), spindle.tool_reach)),)
+    if spindle is None:
+        return ()
+    return (("pistons", Pistons(piston_ring(spindle, scenario.robot, axes), spindle.tool_reach)),)
 
 
 def travel(scenario: MillingScenario, columns: FloatArray) -> FloatArray:

@@ -175,7 +175,7 @@ def run(
         scenario = scenario.model_copy(update={"numerics": closer})
     path, carrying = prepare(scenario)
     terms = (
-        *milling_spindle.pistons_of(scenario),
+        *milling_spindle.pistons_of(scenario, path.axes[0]),
         *carriage.in_series(scenario.tool, carrying, carriage.off_surface(scenario.part_stiffness)),
     )
     bare = Milled(

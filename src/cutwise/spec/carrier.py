@@ -194,6 +194,7 @@ class CarryingRobot(Robot):
     """A robot that carries its tool along a path."""
 
     listed: ClassVar[bool] = True
+    carries: ClassVar[bool] = True
 
     redundancy_angle: RedundancyAngle = Field(  # type: ignore[assignment]
         default="best_constant",
@@ -271,6 +272,11 @@ class CarryingRobot(Robot):
                 ("accuracy",),
                 f"{own} is the error of the arm itself; errors of the surface hold what it yields by, and this adds to them",
             )
+        weighs = (
+            self.links is not None or self.tool_mass is not None or (self.errors is not None and self.errors.of_gravity)
+        )
+        if "gravity" in self.model_fields_set and not weighs:
+            yield Notice(("gravity",), "counts for a compliant spindle alone: no weight of links or tool is given")
         if self.payload is not None and (self.tool_mass or 0.0) > self.payload:
             rated = units.show(self.payload, "mass")
             yield Notice(("tool_mass",), f"is more than the rated payload of the arm, {rated} (robot.payload)")

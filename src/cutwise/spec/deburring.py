@@ -4,9 +4,11 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import ClassVar, Literal, Self
 
+import numpy as np
 from pydantic import Field, model_validator
 
 from cutwise import units
+from cutwise.maths.frames import rotation_from_rpy
 from cutwise.spec import needs
 from cutwise.spec.base import Notice
 from cutwise.spec.carrier import CarryingRobot, PartPath, Standing, limited_feed
@@ -23,6 +25,8 @@ from cutwise.spec.scenario import MeasureSpec, Scenario
 from cutwise.spec.spindle import CompliantSpindle, Spindle
 from cutwise.spec.tables import Table
 from cutwise.spec.tool import Bur
+
+_UPRIGHT = 1e-6  # sine of the angle to gravity at which a spindle hangs upright
 
 # Upper end of the usual cutting speeds of carbide burs [m/min] by ISO 513 group, as recalled from makers' catalogues.
 USUAL_CUTTING_SPEED = {"P": 600.0, "M": 350.0, "K": 600.0, "N": 900.0, "S": 350.0, "H": 350.0}
@@ -232,6 +236,25 @@ class DeburringScenario(Scenario):
             yield Notice(("numerics", "engagement"), "a surface with memory is for straight edges; write arcs")
         if self.operation.milling == "up":
             yield Notice(("operation", "milling"), "up milling along an arc is not modelled; write down")
+        if self.follows and self._hangs_across(path):
+            yield Notice(
+                ("spindle", "gravity"),
+                "the weight across the spindle turns about it while it follows the arc, which is not modelled; write "
+                "path.orientation: fixed, or spindle.gravity: off to leave the weight out",
+            )
+
+    def _hangs_across(self, path: PartPath) -> bool:
+        """Whether the weight of the spindle leans on its pistons."""
+        spindle = self.spindle
+        if not isinstance(spindle, CompliantSpindle) or spindle.gravity == "off":
+            return False
+        if spindle.mass is None or spindle.centre_of_mass is None:
+            return False
+        if self.robot is None or "gravity" in spindle.model_fields_set:
+            return math.hypot(*spindle.gravity[:2]) > _UPRIGHT
+        turn = rotation_from_rpy(*(self.placement or Standing()).rotation)
+        axis = turn @ np.array(path.tool_axis) / math.hypot(*path.tool_axis)
+        return float(np.linalg.norm(np.cross(axis, self.robot.down))) > _UPRIGHT
 
     def _edge_faults(self) -> Iterator[Notice]:
         """Burr and part outside the flutes; tables that end before the run does."""

@@ -220,6 +220,7 @@ class Robot(LibrarySpec):
     """An arm with six motors: joints with limits and stiffness, the drill spindle on its flange, and how it swings."""
 
     library_shelf: ClassVar[str] = "robots"
+    carries: ClassVar[bool] = False  # a tool along a path, with weights of its own
     either: ClassVar[tuple[tuple[str, ...], ...]] = (
         ("joints", "flange_origin", "flange_rotation", "urdf_remarks"),
         ("urdf", "tip_link"),
@@ -328,7 +329,8 @@ class Robot(LibrarySpec):
     )
     gravity: Direction = Field(
         default=(0.0, 0.0, -1.0),
-        description="which way is down, in the base frame (errors.gravity_compliance)",
+        description="which way is down, in the base frame: for links, tool and a compliant spindle; another one for an arm that "
+        "hangs or stands on a wall",
         examples=["[0, 0, -1]"],
     )
     singularity_margin: Number = Field(
@@ -374,7 +376,7 @@ class Robot(LibrarySpec):
     def unused(self) -> Iterator[Notice]:
         """Weights that errors do not need, and errors that are said to be gone."""
         if self.errors is None or not self.errors.of_gravity:
-            for key in ("link_weights", "gravity"):
+            for key in ("link_weights", *(() if self.carries else ("gravity",))):
                 yield Notice((key,), "no joint yields under the links (robot.errors.gravity_compliance)")
         if self.errors is not None and self.errors.compensated:
             for key in ("bodies", "joints", "gravity_compliance"):
@@ -418,6 +420,12 @@ class Robot(LibrarySpec):
                 ("link_weights",),
                 "missing; errors.gravity_compliance needs the masses of the links, one for each joint",
             )
+
+    @property
+    def down(self) -> tuple[float, float, float]:
+        """Unit vector of gravity, base axes."""
+        long = math.hypot(*self.gravity)
+        return self.gravity[0] / long, self.gravity[1] / long, self.gravity[2] / long
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -142,7 +142,7 @@ class CompliantSpindle(LibrarySpec):
         default=(0.0, 0.0, -1.0),
         description="direction of gravity in the process frame at the start of the path (x feed, y off the work, z along "
         "the spindle toward the motor): an axis such as -y for a spindle that lies flat above the edge, a vector, or off; "
-        "left out: along the spindle, which hangs upright",
+        "left out: that of the robot which carries it, else along the spindle, which hangs upright",
         examples=["-y"],
     )
     stroke: Annotated[Length, Usual("1 mm", "20 mm")] = Field(
@@ -191,8 +191,8 @@ class CompliantSpindle(LibrarySpec):
         if "gravity" not in self.model_fields_set:
             yield Notice(
                 ("gravity",),
-                "is not given: the spindle is taken to hang upright, its weight along its axis; if it lies across, write "
-                "the direction (-y: flat above the edge)",
+                "is not given: on a robot it is that of the base (robot.gravity), else the spindle is taken to hang upright, its "
+                "weight along its axis; if it lies across, write the direction (-y: flat above the edge)",
             )
         for text in self.solid_remarks:
             yield Notice(("solid",), text)
