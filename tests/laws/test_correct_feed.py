@@ -161,3 +161,27 @@ def test_correcting_twice_moves_the_time_by_less_than_a_percent(made):
     for name in ("force_xy_peak", "wall_error_min"):
         before, after = (first.measures[f"{name}_{end}"].value for end in ("before", "after"))
         assert abs(after) <= 1.01 * abs(before)
+
+
+SIDE = """process: mill
+program: side.nc
+stock: {x: [0 mm, 30 mm], y: [-10 mm, 40 mm], z: [-20 mm, 0 mm]}
+tool: {diameter: 12 mm, flutes: 2, helix: 0 deg, flute_length: 30 mm}
+material: {library: al7075t6}
+machine: {library: fadal2216, reading: kp_ki_swapped}
+correct: {limits: {force_xy_peak: {max: 260 N}}}
+"""
+
+
+def test_what_a_cutting_block_runs_in_air_keeps_its_feed_and_thin_chips_are_told(tmp_path):
+    text = "G21 G90 G94 S6000 M3\nG0 X-12 Y-12 Z5\nG0 Z-3\nG1 X42 F600\nG0 Z5\nM2\n"
+    (tmp_path / "side.nc").write_text(text, encoding="utf-8")
+    (tmp_path / "side.yaml").write_text(SIDE, encoding="utf-8")
+    found = cutwise.correct(load(tmp_path / "side.yaml", {"correct.limits.chip_thickness_min": {"min": "90 um"}}))
+    told = [one for one in found.told if one.startswith("chips stay thinner than chip_thickness_min 90")]
+    assert len(told) == 1
+    ready = prepared(found.scenario, Correction())
+    speed, air = speeds_of(ready), ~ready.cells.cuts & ~ready.bed.rapid
+    assert air.any()
+    assert speed[air].max() <= 0.01 + 1e-9  # an approach at the machine's speed is for air_clearance to allow
+    assert speed[ready.cells.cuts].max() > 0.01

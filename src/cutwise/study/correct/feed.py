@@ -43,6 +43,7 @@ from cutwise.study.correct.outcome import Along, Change, Proposal, Task
 from cutwise.study.correct.schedule import Bed, Schedule, bed_of, scheduled
 
 _TOUCH = 8.7e-3  # [rad] of contact of a plunge that counts
+_ROUNDED = 0.01  # of a feed, by which rounding down may miss what a least chip takes
 _LISTED = 4  # lines that are named one by one
 
 
@@ -71,6 +72,7 @@ def corrected(task: Task) -> Proposal:
     told = [*_said(ready, wanted, limits, static), *_conflicts(ready, room), *proof.told]
     kept = [*_helpless(ready, wanted, room, limits), *proof.missed]
     done = proof.schedule
+    told += _too_thin(ready, room, speeds_of(ready) if proof.unchanged else done.feed, limits)
     most = task.said.blocks_max
     if most is not None and done.blocks > most and not proof.unchanged:
         kept.append(f"{done.blocks} blocks are the fewest, more than correct.blocks_max: {most}")
@@ -208,6 +210,10 @@ def proposed(ready: Ready, room: Allowed, ceiling: FloatArray, said: Correction)
         )
         own = np.where(close, np.minimum(own, speeds_of(ready)), own)
         own = np.maximum(own, 1e-6)
+    elif clearance is None and isinstance(
+        ready.scenario.stock, StockBlock
+    ):  # what a cutting block runs in air keeps its feed
+        own = np.where(ready.cells.cuts, own, np.minimum(own, np.maximum(speeds_of(ready), 1e-6)))
     inch = ready.trace.first.inch if not ready.trace.looked_at else ready.trace.states[ready.trace.looked_at[-1]].inch
     done = scheduled(ready.path, ready.cells, ready.bed, own, ready.scenario.drives, said, inch)
     return done, with_text(ready.scenario, rewritten(ready.trace, done.parts, ready.known))
@@ -260,6 +266,21 @@ def _conflicts(ready: Ready, room: Allowed) -> Iterator[str]:
             f"{block_named(ready.program.text, line)}: limits exclude one another: at least "
             f"{units.show(float(room.least[k]), 'speed', 4)} and at most {units.show(float(room.own[k]), 'speed', 4)}; the upper "
             "one wins"
+        )
+
+
+def _too_thin(ready: Ready, room: Allowed, feed: FloatArray, limits: Mapping[str, float]) -> Iterator[str]:
+    """Where chips stay thinner than is asked for: entries and exits always do, and lines that keep their feed may."""
+    if "chip_thickness_min" not in limits:
+        return
+    thin = (room.least > feed * (1.0 + _ROUNDED)) & ready.cells.cuts & ~ready.bed.rapid
+    if thin.any():
+        length = ready.cells.length
+        way, whole = (float(length[which].sum()) for which in (thin, ready.cells.cuts))
+        yield (
+            f"chips stay thinner than chip_thickness_min {units.show(limits['chip_thickness_min'], 'small_length', 4)} on "
+            f"{units.show(way, 'length', 4)} of {units.show(whole, 'length', 4)} in the cut, first at "
+            f"{block_named(ready.program.text, int(ready.bed.line[np.flatnonzero(thin)[0]]))}"
         )
 
 
