@@ -66,15 +66,19 @@ def random_of(scenario: Scenario, vary: Mapping[str, Any], key: tuple[str, str])
         return {}
     faults = Faults()
     tree = from_data({"vary": dict(vary)}, scenario.name)
-    design, random = levers_of(tree, scenario, Path(), faults)
+    levers = levers_of(tree, scenario, Path(), faults)
     found = [Fault((*key[:-1], *fault.path), fault.message) for fault in faults.found]
     found += [
         Fault((*key, one), "is a list of values; draws need a distribution, for example {normal: [1, 0.1]}")
-        for one in design
+        for one in levers.design
+    ]
+    found += [
+        Fault((*key, one), "is drawn as a curve or between two others, which corrections and comparisons do not do yet")
+        for one in (*levers.between, *levers.curves)
     ]
     if found:
         raise ScenarioFault(found)
-    return random
+    return levers.random
 
 
 def drawn_of(scenario: Scenario, random: Mapping[str, Random], seed: int, count: int) -> list[Draw]:
