@@ -243,9 +243,8 @@ def notes(done: Done, off: Judged | None) -> dict[str, str]:
             own = {f"{name}, set-up {job.number}": f"set-up {job.number}: {text}" for name, text in own.items()}
         said |= own
     if done.earlier is not None:
-        said["earlier run"] = (
-            f"the stock is what {done.earlier.name} has left, {len(done.earlier.sweeps)} set-up(s), swept anew"
-        )
+        sweeps = f"{len(done.earlier.sweeps)} set-up(s), swept anew"
+        said["earlier run"] = f"the stock is what {done.earlier.name} has left, {sweeps}"
     if off is not None:
         said |= _part_notes(off.left)
         if off.ideal is not None:
