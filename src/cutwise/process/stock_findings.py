@@ -198,8 +198,8 @@ def _no_shank(scenario: MillingScenario) -> Iterator[Finding]:
     ]
     if blind:
         words = (
-            f"of tool {', '.join(blind)} nothing is known above the edges (flute_length, shank_diameter, holder): its shank is "
-            "not looked at"
+            f"of tool{'s' * (len(blind) > 1)} {', '.join(blind)} nothing is known above the edges (flute_length, shank_diameter, "
+            f"holder): {'their' if len(blind) > 1 else 'its'} shank is not looked at"
         )
         yield warned("not_looked_at", words, where=Place(f"tool {', '.join(blind)}"))
     if scenario.tool is not None:
@@ -243,9 +243,8 @@ def notes(done: Done, off: Judged | None) -> dict[str, str]:
             own = {f"{name}, set-up {job.number}": f"set-up {job.number}: {text}" for name, text in own.items()}
         said |= own
     if done.earlier is not None:
-        said["earlier run"] = (
-            f"the stock is what {done.earlier.name} has left, {len(done.earlier.sweeps)} set-up(s), swept anew"
-        )
+        sweeps = f"{len(done.earlier.sweeps)} set-up(s), swept anew"
+        said["earlier run"] = f"the stock is what {done.earlier.name} has left, {sweeps}"
     if off is not None:
         said |= _part_notes(off.left)
         if off.ideal is not None:
@@ -275,19 +274,20 @@ def _setup_notes(scenario: MillingScenario, cut: Cut) -> dict[str, str]:
         f"elements below the cylinder, chords within {units.show(0.1 * tolerance_of(scenario), 'small_length', 3)}",
     }
     if done.planned.raw.kind == CELLS:
-        said["outline"] = (
-            f"the outline of the stock, from a file, holds to half a cell ({_mm(0.5 * max(grid.dx, grid.dy))})"
-        )
+        half = _mm(0.5 * max(grid.dx, grid.dy))
+        said["outline"] = f"the outline of the stock, from a file, holds to half a cell ({half})"
     if done.check is not None:
-        said["surface check"] = (
-            f"at {done.check.points} points of the cut surface the map is at most "
-            f"{units.show(done.check.largest, 'small_length', 3)} above all moves together"
-        )
+        most = units.show(done.check.largest, "small_length", 3) + " above all moves together"
+        said["surface check"] = f"at {done.check.points} points of the cut surface the map is at most {most}"
     if done.planned.said:
         said["taken for granted"] = "; ".join(done.planned.said)
     if done.planned.program.notices:
         said["program"] = "; ".join(done.planned.program.notices)
     said |= _heaviest(done)
+    if any(tool.modes for tool in scenario.tools):
+        said["vibration"] = (
+            "not counted in a stock in 3D: the modes of a tool do not vibrate, they only bend it, by F/k"
+        )
     if cut.real is not None:
         said |= _real_notes(cut.real)
     return said
@@ -298,7 +298,7 @@ def _real_notes(real: Real) -> dict[str, str]:
     words = {
         "drives": "feed drives",
         "runout": "run-out",
-        "tip": "its bending",
+        "tip": "its bending at rest",
         "bodies": "bodies of the machine",
         "arm": "robot",
     }

@@ -7,7 +7,15 @@ import numpy as np
 import pytest
 
 from cutwise.io.scenario import load, parse
-from cutwise.process import milling, stock_deviation, stock_measures, stock_plan, stock_real, stock_setups
+from cutwise.process import (
+    milling,
+    stock_deviation,
+    stock_findings,
+    stock_measures,
+    stock_plan,
+    stock_real,
+    stock_setups,
+)
 from cutwise.process.recipes import prepare
 from cutwise.process.stock_carrier import carrier_of, driven, terms_at
 from cutwise.process.stock_material import raw_of
@@ -114,6 +122,15 @@ def test_modes_count_by_their_stiffness_and_directions_apart():
     at = np.argmin(np.abs(both.done.moves.start[:, 0] - 20 * MM))
     assert both.off[at, 0, 1] == pytest.approx(spring.off[at, 0, 1], rel=1e-3)
     assert both.off[at, 0, 0] == pytest.approx(0.25 * spring.off[at, 0, 0], rel=1e-3)
+
+
+@pytest.mark.parametrize("numerics", ["grid: 1 mm, check: 0", "grid: 1 mm, check: 0, engagement: none"])
+def test_modes_that_do_not_vibrate_are_told(numerics):
+    modal = ", modes: [{direction: y, frequency: 900 Hz, damping: 0.03, stiffness: 10 N/um}]"
+    modes, none = (scenario(tool=tool, numerics=numerics) for tool in (modal, ""))
+    told, silent = (stock_findings.notes(stock_setups.run(one), None) for one in (modes, none))
+    assert "do not vibrate" in told["vibration"]
+    assert "vibration" not in silent
 
 
 def test_nothing_moves_a_rigid_tool_and_ideal_is_the_planned_path():
