@@ -237,9 +237,13 @@ def test_an_uploaded_program_is_used_and_saved_beside_the_scenario(desk, example
         assert saved.json == {"file": "slower.yaml"}, saved.body
         assert (desk / "slower.nc").read_bytes() == program
         assert load(desk / "slower.yaml").program.text == program.decode()
-        again = server.ask("POST", "/api/save", {"edits": {"program": word}, "as": "other.yaml"})
-        assert again.status == 409
+        again = server.ask("POST", "/api/save", {"edits": {"program": word}, "as": "same.yaml"})
+        assert again.status == 200  # the file is there already, and the same
+        word = server.ask("POST", "/api/files?name=slower.nc", program + b"(another)\n").json["file"]
+        other = server.ask("POST", "/api/save", {"edits": {"program": word}, "as": "other.yaml"})
+        assert other.status == 409
         assert not (desk / "other.yaml").exists()
+        assert (desk / "slower.nc").read_bytes() == program
 
 
 def test_a_signal_during_a_run_ends_all(desk):

@@ -130,6 +130,7 @@ STILL = {  # keys that may move nothing: example, key, and why that is right
     ("*", "spindle.solid"): "sizes, from which mass and inertia follow when the scenario is read",
     ("*", "spindle.solid_remarks"): "filled in when the solid is read, and said then",
     ("*", "program.file"): "a name; what counts is the text",
+    ("*", "cell"): "names what the sections fill; a name too many or too few is a fault: tests/app/test_cell.py",
     ("*", "program.subroutines"): "the program of the example calls none",
     ("*", "program.offsets"): "the program of the example stays in G54; a system that is not chosen shifts nothing",
     ("*", "program.default_tool"): "the program of the example calls its tool before it moves",

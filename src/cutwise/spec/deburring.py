@@ -8,7 +8,6 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from cutwise import units
-from cutwise.maths.frames import rotation_from_rpy
 from cutwise.spec import needs
 from cutwise.spec.base import Notice
 from cutwise.spec.carrier import CarryingRobot, PartPath, Standing, limited_feed
@@ -252,6 +251,8 @@ class DeburringScenario(Scenario):
             return False
         if self.robot is None or "gravity" in spindle.model_fields_set:
             return math.hypot(*spindle.gravity[:2]) > _UPRIGHT
+        from cutwise.maths.frames import rotation_from_rpy  # numba comes with it, which no other check needs
+
         turn = rotation_from_rpy(*(self.placement or Standing()).rotation)
         axis = turn @ np.array(path.tool_axis) / math.hypot(*path.tool_axis)
         return float(np.linalg.norm(np.cross(axis, self.robot.down))) > _UPRIGHT

@@ -45,7 +45,7 @@ def _program_faults(scenario: MillingScenario) -> Iterator[Notice]:
         yield Notice(("fixtures",), "stand with a set-up: write them there (setups[0].fixtures)")
     if scenario.program is None and not scenario.setups:
         yield Notice(("program",), "missing; a stock in 3D is cut by a program, for example program: part.nc")
-    for key in ("shop", "pocket"):
+    for key in ("shop", "wear", "pocket"):
         if getattr(scenario, key) is not None:
             yield Notice(
                 (key,), "counts with drives and exact arcs: a stock that is a block, one tool, no nominal part"

@@ -46,13 +46,17 @@ def test_a_deburring_pass_that_is_not_sound_fails_a_requirement_that_it_meets(co
     assert verdict_line(found).startswith(f"FAIL: {findings.reasons(found)[0]}")
 
 
+TO_CORRECT = ("correct_corner", "correct_deburr", "correct_drill")
+
+
 @pytest.mark.parametrize("name", sorted(path.stem for path in EXAMPLES.glob("*.yaml") if "stock" not in path.stem))
 def test_the_examples_are_sound(name):
-    """In the quick runs of studies too, which the levers of advice are judged by."""
+    """In the quick runs of studies too, which the levers of advice are judged by. An example that is there to be corrected
+    misses what is asked for."""
     scenario = load(EXAMPLES / f"{name}.yaml")
     outcome = quick_outcome(scenario)
     assert not [finding for finding in outcome.findings if finding.code in SOUNDNESS]
-    assert slack(scenario, outcome) >= 0.0
+    assert (slack(scenario, outcome) >= 0.0) == (name not in TO_CORRECT)
 
 
 @pytest.fixture(scope="module")

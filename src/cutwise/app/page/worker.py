@@ -28,10 +28,15 @@ class Worker:
         print(json.dumps(told), file=self.replies, flush=True)
 
     def interrupted(self, number: int, frame: FrameType | None) -> None:  # noqa: ARG002
-        """A signal stops what is being done; there may be nothing."""
+        """A signal stops what is being done; there may be nothing.
+
+        A module that is being imported is finished first: what is left of one that was broken off would break the next job.
+        """
         if self.busy:
-            self.busy, self.asked = False, True
-            raise KeyboardInterrupt
+            self.asked = True
+            if not _importing(frame):
+                self.busy = False
+                raise KeyboardInterrupt
 
     def take(self, job: dict[str, Any]) -> None:
         """Do a job and say what came of it."""
@@ -44,6 +49,8 @@ class Worker:
             self.busy, self.asked = True, False
             done = {"run": self.run, "keep": self.keep}[job["kind"]](job)
             self.busy = False
+            if self.asked:
+                raise KeyboardInterrupt
             self.say(job=number, state="done", **done)
         except KeyboardInterrupt:
             self.say(job=number, state="cancelled")
@@ -99,6 +106,15 @@ class Worker:
         scenario = load(job["run"])
         result = reviewed(Result.from_file(job["run"], scenario))
         return {"files": written(result, Path(job["folder"]) / file_name(scenario.name), True)}
+
+
+def _importing(frame: FrameType | None) -> bool:
+    """Whether a module is being imported at a place."""
+    while frame is not None:
+        if frame.f_code.co_filename.startswith("<frozen importlib"):
+            return True
+        frame = frame.f_back
+    return False
 
 
 def main() -> None:
