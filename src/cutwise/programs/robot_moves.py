@@ -55,7 +55,8 @@ def abc_of(rotation: FloatArray) -> tuple[float, float, float]:
 
     Examples
     --------
-    >>> [round(angle, 9) for angle in abc_of(rotation_of(15.0, 90.0, -20.0))]
+    >>> from cutwise.maths.frames import rotation_from_rpy
+    >>> [round(angle, 9) for angle in abc_of(rotation_from_rpy(*np.radians([-20.0, 90.0, 15.0])))]
     [0.0, 90.0, -35.0]
     """
     r = rotation
@@ -66,30 +67,13 @@ def abc_of(rotation: FloatArray) -> tuple[float, float, float]:
     return math.degrees(math.atan2(r[1, 0], r[0, 0])), math.degrees(b), math.degrees(math.atan2(r[2, 1], r[2, 2]))
 
 
-def rotation_of(a: float, b: float, c: float) -> FloatArray:
-    """Axes as columns of angles A, B, C [degree]: the inverse of :func:`abc_of`.
-
-    Examples
-    --------
-    The z axis of A 30, B -40, C 170:
-
-    >>> rotation_of(30.0, -40.0, 170.0)[:, 2].round(6).tolist()
-    [0.635037, 0.166127, -0.754407]
-    """
-    (ca, sa), (cb, sb), (cc, sc) = ((math.cos(math.radians(x)), math.sin(math.radians(x))) for x in (a, b, c))
-    return np.array([
-        [ca * cb, ca * sb * sc - sa * cc, ca * sb * cc + sa * sc],
-        [sa * cb, sa * sb * sc + ca * cc, sa * sb * cc - ca * sc],
-        [-sb, cb * sc, cb * cc],
-    ])  # fmt: skip
-
-
 def quaternion_of(rotation: FloatArray) -> FloatArray:
     """Unit quaternion of axes as columns, scalar first and not negative; if it is 0, the first other part is positive.
 
     Examples
     --------
-    >>> quaternion_of(rotation_of(26.0, 0.0, 180.0)).round(6).tolist()
+    >>> from cutwise.maths.frames import rotation_from_rpy
+    >>> quaternion_of(rotation_from_rpy(*np.radians([180.0, 0.0, 26.0]))).round(6).tolist()
     [0.0, 0.97437, 0.224951, 0.0]
     """
     r = rotation

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from cutwise.maths.frames import rotation_from_rpy
 from cutwise.programs import pocket, written_moves
 from cutwise.programs.interpreter import interpret
-from cutwise.programs.robot_moves import Frame, RobotMove, RobotProgram, abc_of, krl, quaternion_of, rapid, rotation_of
+from cutwise.programs.robot_moves import Frame, RobotMove, RobotProgram, abc_of, krl, quaternion_of, rapid
 
 TWISTED = """G21 G90 G17
 G0 X1 Y2 Z3
@@ -21,6 +22,11 @@ G4 P0.5
 G17 G2 I2 J2
 M2
 """
+
+
+def axes_of(a, b, c):
+    """Axes as columns of angles A, B, C [degree] of a KUKA robot."""
+    return rotation_from_rpy(*np.radians([c, b, a]))
 
 
 def paths(text, name):
@@ -81,17 +87,17 @@ def test_what_a_language_has_no_words_for_is_refused():
     ],
 )
 def test_quaternions_of_the_reference(abc, q):
-    assert quaternion_of(rotation_of(*abc)) == pytest.approx(q, abs=1e-8)
+    assert quaternion_of(axes_of(*abc)) == pytest.approx(q, abs=1e-8)
 
 
 def test_b_at_a_right_angle():
-    assert abc_of(rotation_of(15.0, 90.0, -20.0)) == pytest.approx((0.0, 90.0, -35.0), abs=1e-6)
+    assert abc_of(axes_of(15.0, 90.0, -20.0)) == pytest.approx((0.0, 90.0, -35.0), abs=1e-6)
 
 
 def test_angles_and_quaternions_against_scipy():
     for turn in Rotation.random(50, random_state=1):
         axes = turn.as_matrix()
-        assert rotation_of(*abc_of(axes)) == pytest.approx(axes, abs=1e-12)
+        assert axes_of(*abc_of(axes)) == pytest.approx(axes, abs=1e-12)
         assert Rotation.from_euler("ZYX", abc_of(axes), degrees=True).as_matrix() == pytest.approx(axes, abs=1e-12)
         q = quaternion_of(axes)
         assert Rotation.from_quat([*q[1:], q[0]]).as_matrix() == pytest.approx(axes, abs=1e-12)
@@ -107,7 +113,7 @@ def program():
         RobotMove(Frame(np.array([1.9, 0.3, 0.8 + 0.01 * k]), turn), joints[k], 0.0 if k == 0 else 0.005 * k, k != 2)
         for k, turn in enumerate(turns)
     ]
-    tool = Frame(np.array([0.2, 0.0, -0.3]), rotation_of(0.0, 0.0, 180.0))
+    tool = Frame(np.array([0.2, 0.0, -0.3]), axes_of(0.0, 0.0, 180.0))
     return RobotProgram("drill\n;END 2", tool, Frame(np.zeros(3), np.eye(3)), moves, 1e-3, ("a\nEND",))
 
 
@@ -120,7 +126,7 @@ def test_poses_come_back_from_krl(program):
     assert len(found) == len(linear)
     for values, move in zip(found, linear, strict=True):
         assert np.array(values[:3], float) == pytest.approx(move.pose.origin * 1e3, abs=1e-4)
-        assert rotation_of(*map(float, values[3:6])) == pytest.approx(move.pose.rotation, abs=2e-6)
+        assert axes_of(*map(float, values[3:6])) == pytest.approx(move.pose.rotation, abs=2e-6)
         assert bool(values[6]) != move.exact
     assert re.search(r"PTP \{A1 10.0000,A2 -95.0000,A3 100.0000,A4 170.0000,A5 -30.0000,A6 200.0000\}", text)
     assert "$TOOL = {X 200.0000,Y 0.0000,Z -300.0000,A 0.0000,B 0.0000,C 180.0000}" in text
