@@ -47,18 +47,10 @@ def correct(
     from cutwise.app.console import Console
     from cutwise.io.scenario import load
     from cutwise.study.correct.entry import correct as corrected
-    from cutwise.study.correct.table import FORMATS, WRITTEN
 
-    if form not in (None, "rs274", *FORMATS):
-        refuse(f"--format {form}: is not there; there are {', '.join(['rs274', *FORMATS])}")
     settings = [*(overrides or ()), *_settings(objective, change, draws, ranges or ())]
     scenario = load(file, settings, named=SET)
-    languages = WRITTEN.get(scenario.process, ("rs274",))
-    if form is not None and form not in languages:
-        refuse(
-            f"--format {form}: does not go with process: {scenario.process}, of which there is {', '.join(languages)}"
-        )
-    form = form or languages[0]
+    form = _language(form, scenario.process)
     outputs.checked([output, report], [file, *scenario.files])
     console = Console()
     with console.progress(f"correct {scenario.name}") as progress:
@@ -83,6 +75,18 @@ def correct(
             why = "-o FILE writes the new program" if output is None else "--force writes it all the same"
             print(f"no program written; {why}", file=sys.stderr)
     raise typer.Exit(OK if found.good else REQUIREMENT_FAILED)
+
+
+def _language(form: str | None, process: str) -> str:
+    """The language that is asked for, or the first in which corrections of a process are written."""
+    from cutwise.study.correct.table import FORMATS, WRITTEN
+
+    if form not in (None, "rs274", *FORMATS):
+        refuse(f"--format {form}: is not there; there are {', '.join(['rs274', *FORMATS])}")
+    languages = WRITTEN.get(process, ("rs274",))
+    if form is not None and form not in languages:
+        refuse(f"--format {form}: does not go with process: {process}, of which there is {', '.join(languages)}")
+    return form or languages[0]
 
 
 def _settings(
