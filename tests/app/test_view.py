@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from app.viewed import received, viewing
+from cutwise import app
 from cutwise.app.page import peers
 from cutwise.app.page.desk import Desk, Refused, target
 
@@ -79,6 +80,7 @@ def test_the_token_opens_the_page_and_nothing_else(page):
     found = page.ask("GET", f"/?token={page.token}", without=bare)
     assert found.status == 200  # no redirect: a strict cookie would not travel along it
     assert b'http-equiv="refresh" content="0;url=/"' in found.body
+    assert b'<link rel="icon" href="data:,">' in found.body  # a browser that has time asks for /favicon.ico otherwise
     cookie = found.headers["set-cookie"]
     assert cookie.startswith(f"{page.cookie};")
     for word in ("HttpOnly", "Path=/", "SameSite=strict"):
@@ -391,3 +393,12 @@ def test_without_a_browser_it_says_so(monkeypatch, capsys):
     assert not tokens.opens(once)
     assert tokens.opens(tokens.stays)
     assert tokens.opens(tokens.stays)
+
+
+def test_every_page_names_its_icon():
+    """Else a browser asks the server for one, and says on its console that there is none."""
+    pages = sorted((Path(app.__file__).parent / "templates").glob("*.html.j2"))
+    assert pages
+    assert not [
+        page.name for page in pages if '<link rel="icon" href="data:,">' not in page.read_text(encoding="utf-8")
+    ]

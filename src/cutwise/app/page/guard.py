@@ -129,6 +129,7 @@ class Guard:
             return None
         page = (
             '<!doctype html><meta charset="utf-8"><meta http-equiv="refresh" content="0;url=/"><title>cutwise</title>'
+            '<link rel="icon" href="data:,">'  # else a slow browser asks for one in between, and says that there is none
         )
         answer = HTMLResponse(page)
         answer.set_cookie(self.cookie, self.tokens.stays, path="/", httponly=True, samesite="strict")
