@@ -9,6 +9,7 @@ import cutwise
 from cutwise.io.scenario import load
 from cutwise.physics.cutting.feed_limits import CHIP, MEAN, PEAK, POWER, WALL
 from cutwise.physics.engagement.stock import removal_area
+from cutwise.process.milling import run
 from cutwise.spec.correct import Correction
 from cutwise.study.correct.feed import prepared, proposed, speeds_of, static_before
 from cutwise.study.correct.loads import allowed, binding, values_at
@@ -185,3 +186,19 @@ def test_what_a_cutting_block_runs_in_air_keeps_its_feed_and_thin_chips_are_told
     assert air.any()
     assert speed[air].max() <= 0.01 + 1e-9  # an approach at the machine's speed is for air_clearance to allow
     assert speed[ready.cells.cuts].max() > 0.01
+
+
+def test_a_peak_over_that_of_the_programmed_feed_is_the_overshoot_of_the_drives(tmp_path):
+    """A reference program of drives, arcs and flutes: 224.30 N at 10 mm/s and 247.972 N at the 12.087 mm/s of the start."""
+    text = "G21 G90 G94 S6000 M3\nG0 X-7 Y0 Z5\nG0 Z-3\nG1 X8 F600\nG1 Y4\nM2\n"
+    (tmp_path / "side.nc").write_text(text, encoding="utf-8")
+    (tmp_path / "side.yaml").write_text(SIDE.replace("x: [0 mm, 30 mm]", "x: [0 mm, 60 mm]"), encoding="utf-8")
+    scenario = load(tmp_path / "side.yaml", {"numerics.settling_time": "0.05 s"})
+    assert static_before(prepared(scenario, Correction()))["force_xy_peak"] == pytest.approx(224.30, abs=0.01)
+    done = run(scenario, scenario.numerics.substeps)
+    row = int(np.argmax(done.history.force_peak[:, 3]))
+    assert done.history.force_peak[row, 3] == pytest.approx(247.971790683, abs=1e-6)
+    assert np.hypot(*done.history.speed[row]) == pytest.approx(12.0874301e-3, abs=1e-9)
+    assert done.reference.speed[row] == pytest.approx(10e-3)
+    found = cutwise.correct(scenario.model_copy(update={"correct": Correction(split_gain="10 s")}))
+    assert any("at line 5" in one and "the drives run" in one and "10 mm/s are told" in one for one in found.told)

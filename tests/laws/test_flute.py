@@ -104,3 +104,13 @@ def test_scaling_of_units(lengths, stresses, rotation, lo, span):
     a = tooth_force(rotation, lo, lo + span, 6e-6, 0.1, 0.0, 5e-3, mill, K)
     b = tooth_force(rotation, lo, lo + span, 6e-6 * lengths, 0.1, 0.0, 5e-3 * lengths, scaled, k)
     assert b == pytest.approx(np.array(a) * stresses * lengths**2, rel=1e-6, abs=1e-9 * stresses * lengths**2)
+
+
+@pytest.mark.parametrize("flutes", [2, 3, 4])
+def test_a_straight_flute_where_two_arcs_meet_is_in_one_of_them(flutes):
+    """Exactly at the common end the sum of two arcs is that of the one arc they make, not a flute more."""
+    mill = Mill(4e-3, flutes, 0.0)
+    for middle in (0.5 * math.pi, 2.0, 0.25):
+        whole = tooth_force(middle, 0.0, math.pi, 6e-6, 0.0, 0.0, 5e-3, mill, K)
+        parts = [tooth_force(middle, *arc, 6e-6, 0.0, 0.0, 5e-3, mill, K) for arc in ((0.0, middle), (middle, math.pi))]
+        assert np.sum(parts, axis=0) == pytest.approx(np.array(whole), rel=1e-12)

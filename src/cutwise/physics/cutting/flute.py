@@ -191,8 +191,9 @@ def mean_force(
 def flutes_in_cut(rotation: float, lo: float, hi: float, z_lo: float, z_hi: float, mill: Mill) -> tuple[int, int]:
     r"""First and last flute j that may stand in an arc, counted on through all turns.
 
-    :math:`j_0 = \lceil (lo + k_\beta z - \phi) / \phi_p \rceil` at the lowest lag,
-    :math:`j_1 = \lfloor (hi + k_\beta z - \phi) / \phi_p \rfloor` at the highest.
+    :math:`j_0 = \lfloor (lo + k_\beta z - \phi) / \phi_p \rfloor + 1` at the lowest lag,
+    :math:`j_1 = \lfloor (hi + k_\beta z - \phi) / \phi_p \rfloor` at the highest: of an arc :math:`lo < \phi \le hi`, so that
+    a straight flute that stands where two arcs meet is in one of them alone.
 
     Parameters
     ----------
@@ -223,7 +224,7 @@ def flutes_in_cut(rotation: float, lo: float, hi: float, z_lo: float, z_hi: floa
     """
     pitch = 2.0 * math.pi / mill.flutes
     lag = math.tan(mill.helix) / mill.radius
-    first = math.ceil((lo + min(lag * z_lo, lag * z_hi) - rotation) / pitch)
+    first = math.floor((lo + min(lag * z_lo, lag * z_hi) - rotation) / pitch) + 1
     last = math.floor((hi + max(lag * z_lo, lag * z_hi) - rotation) / pitch)
     return first, last
 
@@ -293,7 +294,7 @@ def tooth_force(
     r"""Instantaneous force of all flutes on a layer, every wrap of the angles included.
 
     Flute j stands at :math:`\phi_j(z) = \phi + j \phi_p - k_\beta z`, :math:`k_\beta = \tan\beta / R`, and cuts where
-    :math:`lo \le \phi_j(z) \le hi` and :math:`z_{lo} \le z \le z_{hi}`. All integers j with a non-empty set count,
+    :math:`lo < \phi_j(z) \le hi` and :math:`z_{lo} \le z \le z_{hi}`. All integers j with a non-empty set count,
     which replaces the paper's list of cases.
 
     Parameters

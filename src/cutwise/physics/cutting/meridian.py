@@ -145,7 +145,7 @@ def _force_at(
             continue
         sine, cosine, ds = edge.sine[element], edge.cosine[element], edge.length[element]
         start = rotation - math.tan(mill.helix) * edge.height[element] / mill.radius
-        for tooth in range(math.ceil((low - start) / pitch), math.floor((high - start) / pitch) + 1):
+        for tooth in range(math.floor((low - start) / pitch) + 1, math.floor((high - start) / pitch) + 1):
             phi = start + tooth * pitch
             s, c = math.sin(phi), math.cos(phi)
             h = chip.across * sine * s - chip.along * cosine

@@ -138,7 +138,7 @@ def _force_at(
             x, y = x + f.x, y + f.y
             continue
         start = rotation - math.tan(mill.helix) * edge.height[element] / mill.radius
-        for tooth in range(math.ceil((low - start) / pitch), math.floor((high - start) / pitch) + 1):
+        for tooth in range(math.floor((low - start) / pitch) + 1, math.floor((high - start) / pitch) + 1):
             phi = start + tooth * pitch
             around = phi - rotation - edges.runout_angle
             fx, fy, _, _ = _part(

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from cutwise import units
+from cutwise.physics.cutting.feed_limits import PEAK
 from cutwise.process.recipes import quick_outcome
 from cutwise.programs.block_text import block_named
 from cutwise.results import Result
@@ -31,6 +32,7 @@ _LOWEST = 0.2  # of a feed in one round
 _LESS = 0.98  # of a feed, at which it is looked how forces grow with it
 _SLACK = 2e-3  # of a limit, by which cells of shorter blocks may differ from those that were scheduled
 _POWERS = (0.2, 3.0)  # within which measures are taken to grow with the feed
+_OVERSHOT = 1.03  # times the peak at the feeds of the program, from which the drives' part of a peak is told
 _GAINS = 1e-3  # of the time: less is nothing
 HISTORIES: Mapping[str, tuple[str, str]] = {
     "force_xy_peak": ("cutting", "force_xy_peak"),
@@ -88,7 +90,7 @@ def proved(ready: Ready, task: Task, wanted: Asked, limits: Mapping[str, float],
     moving = np.where(np.isfinite(done.feed), np.minimum(done.feed, ready.scenario.drives.limits.velocity), 0.0)
     values = values_at(ready.cells, ready.cutting, moving)
     missed = (*_missed(over, after), *_beyond(ready, values, limits))
-    told = tuple(_told(task, after, pair, at_rest, ceiling))
+    told = (*_told(task, after, pair, at_rest, ceiling), *_overshot(ready, after, values))
     before = task.before.measures["cycle_time"].value
     now = after.measures["cycle_time"].value
     if now > before * (1.0 - _GAINS) and not missed and _was_good(task.before, limits, wanted):
@@ -264,3 +266,20 @@ def _told(task: Task, after: Result, pair: Pair, at_rest: bool, ceiling: FloatAr
     if old is not None and new is not None and new.value > old.value * 1.01 and not written:
         shown = [units.show(one.value, "small_length", 4) for one in (old, new)]
         yield f"{name} rises from {shown[0]} to {shown[1]}; write a requirement to have it limited"
+
+
+def _overshot(ready: Ready, after: Result, values: FloatArray) -> Iterator[str]:
+    """Where a peak is that of the drives: after a start they run quicker than they are told, and chips are thicker."""
+    if ready.scenario.tool.modes or ready.scenario.tool.runout or not ready.cells.cuts.any():
+        return
+    static, found = float(values[ready.cells.cuts, PEAK].max()), after.measures["force_xy_peak"].value
+    row = int(np.nanargmax(after["cutting"]["force_xy_peak"].values))
+    told, run = (float(after["motion"][name].values[row]) for name in ("speed_planned", "speed_actual"))
+    if found > _OVERSHOT * static and run > told * _OVERSHOT:
+        line = block_named(after.scenario.program.text, int(after["scene"]["line"].values[row]))  # type: ignore[attr-defined]
+        shown = [units.show(one, "force", 4) for one in (found, static)]
+        speeds = [units.show(one, "speed", 3) for one in (run, told)]
+        yield (
+            f"force_xy_peak is {shown[0]} in the simulation and {shown[1]} at the feeds of the program: at {line} the drives run "
+            f"{speeds[0]} where {speeds[1]} are told (they overshoot after a start)"
+        )
