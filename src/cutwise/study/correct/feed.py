@@ -14,7 +14,6 @@ from cutwise.physics.engagement.stock import stands_in_material
 from cutwise.process.assemble_mill import program_path, spindle_speed
 from cutwise.process.program_path import ProgramPath, kept_moves
 from cutwise.process.stock_moves import FLAT, stock_of
-from cutwise.programs.block_text import block_named
 from cutwise.programs.interpreter import Interpreted
 from cutwise.programs.move_table import Moves
 from cutwise.programs.rewrite import Handle, handles, rewritten
@@ -25,9 +24,9 @@ from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.spec.milling import MillingScenario
 from cutwise.spec.program import Program, StockBlock
 from cutwise.spec.scenario import Scenario
-from cutwise.study.correct import prove
+from cutwise.study.correct import prove, told
 from cutwise.study.correct.cells import BoolArray, Cells, FloatArray, cells_of
-from cutwise.study.correct.limits import CHIP_GUARD, Asked, asked, resolved
+from cutwise.study.correct.limits import asked, resolved
 from cutwise.study.correct.loads import (
     NAMES,
     Allowed,
@@ -69,10 +68,10 @@ def corrected(task: Task) -> Proposal:
     limits = resolved(wanted, static)
     room = allowed(ready.scenario, ready.path, ready.cells, ready.cutting, limits)
     proof = prove.proved(ready, task, wanted, limits, room)
-    told = [*_said(ready, wanted, limits, static), *_conflicts(ready, room), *proof.told]
-    kept = [*_helpless(ready, wanted, room, limits), *proof.missed]
     done = proof.schedule
-    told += _too_thin(ready, room, speeds_of(ready) if proof.unchanged else done.feed, limits)
+    feed = speeds_of(ready) if proof.unchanged else done.feed
+    said = [*told.said(ready, wanted, limits, static), *proof.told, *told.passing_thin(ready, room, feed, limits)]
+    kept = [*told.helpless(ready, wanted, room, limits), *told.thin(ready, room, feed, limits), *proof.missed]
     most = task.said.blocks_max
     if most is not None and done.blocks > most and not proof.unchanged:
         kept.append(f"{done.blocks} blocks are the fewest, more than correct.blocks_max: {most}")
@@ -83,7 +82,7 @@ def corrected(task: Task) -> Proposal:
     values["blocks_after"] = float(done.blocks), "dimensionless"
     changes = tuple(_changes(ready, room, done, proof))
     return Proposal(
-        proof.scenario, changes, values, tuple(told), tuple(kept), (_along(ready, room, done),), proof.after
+        proof.scenario, changes, values, tuple(said), tuple(kept), (_along(ready, room, done),), proof.after
     )
 
 
@@ -219,83 +218,10 @@ def proposed(ready: Ready, room: Allowed, ceiling: FloatArray, said: Correction)
     return done, with_text(ready.scenario, rewritten(ready.trace, done.parts, ready.known))
 
 
-# what is said
-
-
 def _blocks(ready: Ready) -> int:
     return int(np.isfinite(ready.path.feed).sum()) if not ready.path.blended else len(
         np.unique(ready.path.origin[np.isfinite(ready.path.feed)])
     )  # fmt: skip
-
-
-def _said(ready: Ready, wanted: Asked, limits: Mapping[str, float], static: Mapping[str, float]) -> Iterator[str]:
-    if wanted.guarded and "chip_thickness_max" in limits:
-        yield (
-            f"chips are held to {units.show(limits['chip_thickness_max'], 'small_length', 4)}, {CHIP_GUARD:g} times the thickest "
-            "of the run before (correct.limits.chip_thickness_max says otherwise)"
-        )
-    same = [name for name in sorted(wanted.equal) if name in static]
-    if same:
-        shown = ", ".join(f"{name} {units.show(static[name], LIMITED[name], 5)}" for name in same)
-        yield f"held to what the run before has, the tip at rest: {shown}"
-    if ready.scenario.stock is None:
-        yield "without stock the contact is only what operation.radial_depth says: feeds may fall and not rise"
-    for line, why in list(ready.bed.repeated.items())[:_LISTED]:
-        yield f"{block_named(ready.program.text, line)}: {why}, and gets the least feed of all of them"
-    kept = {line: one.why for line, one in ready.known.items() if not one.change}
-    for line, why in list(kept.items())[:_LISTED]:
-        yield f"{block_named(ready.program.text, line)}: keeps its feed: {why}"
-    if len(kept) > _LISTED:
-        yield f"{len(kept) - _LISTED} more lines keep their feeds for such reasons"
-    if ready.scenario.operation.feed is not None:
-        yield "operation.feed is left out of the new scenario: the feeds are those of the new program"
-    if ready.scenario.material.law != "linear":
-        yield "Kienzle's law is taken by its slopes at the chip of the program before the new one is simulated with the law itself"
-    if ready.scenario.tool.runout:
-        yield "run-out is left out of the schedule; the simulation of the new program has it"
-    if ready.scenario.drives.control.block_time is None:
-        yield f"{ready.scenario.drives_key}.control.block_time is not given: blocks may be as short as gains"
-
-
-def _conflicts(ready: Ready, room: Allowed) -> Iterator[str]:
-    """Limits that exclude one another; the upper one wins."""
-    against = np.flatnonzero((room.least > room.own * (1.0 + 1e-9)) & (room.own > 0.0))
-    for line in np.unique(ready.bed.line[against])[:_LISTED].tolist():
-        k = int(against[ready.bed.line[against] == line][0])
-        yield (
-            f"{block_named(ready.program.text, line)}: limits exclude one another: at least "
-            f"{units.show(float(room.least[k]), 'speed', 4)} and at most {units.show(float(room.own[k]), 'speed', 4)}; the upper "
-            "one wins"
-        )
-
-
-def _too_thin(ready: Ready, room: Allowed, feed: FloatArray, limits: Mapping[str, float]) -> Iterator[str]:
-    """Where chips stay thinner than is asked for: entries and exits always do, and lines that keep their feed may."""
-    if "chip_thickness_min" not in limits:
-        return
-    thin = (room.least > feed * (1.0 + _ROUNDED)) & ready.cells.cuts & ~ready.bed.rapid
-    if thin.any():
-        length = ready.cells.length
-        way, whole = (float(length[which].sum()) for which in (thin, ready.cells.cuts))
-        yield (
-            f"chips stay thinner than chip_thickness_min {units.show(limits['chip_thickness_min'], 'small_length', 4)} on "
-            f"{units.show(way, 'length', 4)} of {units.show(whole, 'length', 4)} in the cut, first at "
-            f"{block_named(ready.program.text, int(ready.bed.line[np.flatnonzero(thin)[0]]))}"
-        )
-
-
-def _helpless(ready: Ready, wanted: Asked, room: Allowed, limits: Mapping[str, float]) -> Iterator[str]:
-    """Limits that no feed keeps, because of what is there without feed."""
-    for place in np.unique(room.helpless[room.helpless >= 0]).tolist():
-        cells = np.flatnonzero(room.helpless == place)
-        line = int(ready.bed.line[cells[0]])
-        names = [name for name in limits if name.startswith(NAMES[place])]
-        written = [name for name in names if name in wanted.limits] or names
-        asked_for = ", ".join(f"{name} {units.show(limits[name], LIMITED[name], 4)}" for name in written)
-        yield (
-            f"no feed keeps {asked_for or NAMES[place]} at {block_named(ready.program.text, line)}: what the edges do alone, "
-            "without any chip, is more"
-        )
 
 
 def _static_measures(ready: Ready, proof: prove.Proof, static: Mapping[str, float]) -> dict[str, tuple[float, str]]:

@@ -44,6 +44,9 @@ def asked(scenario: Scenario, said: Correction, *, walls: bool) -> Asked:
             faults.append(Fault(("correct", "limits", name), "the tool is rigid, so that its walls have no error; write "
                                 "tool.stiffness or tool.modes"))  # fmt: skip
         if not isinstance(bound, Bound):
+            if name == "chip_thickness_min":
+                faults.append(Fault(("correct", "limits", name), "cannot be equal: at entries any run has chips of no thickness; "
+                                    "write {min: 20 um}"))  # fmt: skip
             equal.add(name)
             continue
         side, other = ("min", "max") if is_least(name) else ("max", "min")
@@ -74,7 +77,10 @@ def resolved(wanted: Asked, before: Mapping[str, float]) -> dict[str, float]:
         if value is not None and math.isfinite(value):
             out[name] = value
     if wanted.guarded and before.get("chip_thickness_max", 0.0) > 0.0:
-        out["chip_thickness_max"] = CHIP_GUARD * before["chip_thickness_max"]
+        thickest = max(
+            before["chip_thickness_max"], out.get("chip_thickness_min", 0.0)
+        )  # a guard, not against what is asked
+        out["chip_thickness_max"] = CHIP_GUARD * thickest
     return out
 
 

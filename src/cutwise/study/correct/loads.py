@@ -137,6 +137,14 @@ def allowed(
     return Allowed(each, each.min(axis=1), least, helpless)
 
 
+def largest_sines(patches: FloatArray) -> FloatArray:
+    """Thickest chip of every contact over its feed per tooth [1], shape (n,): 0 without contact."""
+    low, high = patches[..., 0], patches[..., 1]
+    across = (low <= 0.5 * math.pi) & (high >= 0.5 * math.pi)
+    sine = np.where(across, 1.0, np.maximum(np.sin(low), np.sin(high)))
+    return np.asarray(np.where(high > low, sine, 0.0).max(axis=1))
+
+
 def binding(each: FloatArray) -> np.ndarray:
     """Which of NAMES sets the speed of each cell; of those within 1e-4 the first, shape (n,)."""
     return np.argmax(each <= each.min(axis=1)[:, None] * (1.0 + 1e-4), axis=1)

@@ -18,7 +18,7 @@ from cutwise.spec.milling import MillingScenario
 from cutwise.study.band import simulate
 from cutwise.study.correct.cells import FloatArray
 from cutwise.study.correct.limits import EQUAL, SAME, Asked, exceeded, is_least
-from cutwise.study.correct.loads import COLUMN, Allowed, values_at
+from cutwise.study.correct.loads import COLUMN, NAMES, Allowed, values_at
 from cutwise.study.correct.outcome import Task
 from cutwise.study.correct.schedule import Schedule
 
@@ -79,10 +79,11 @@ def proved(ready: Ready, task: Task, wanted: Asked, limits: Mapping[str, float],
             task.progress(0.2 + 0.8 * (turn + 1) / (_ROUNDS + 1))
         pair = Pair(first, _at_rest(scenario) if at_rest else _values(after))
         over = dict(_over(after, pair, wanted))
-        if not over or turn == _ROUNDS:
+        lowers = {name: pair for name, pair in over.items() if not _hopeless(name, room, wanted)}
+        if not lowers or turn == _ROUNDS:
             break
-        seen = _seen(ready, after, over, scaled=not at_rest)
-        lowered = np.minimum(ceiling, _lowered(ready, done.feed, over, seen, bends, _SHY - _SHIER * turn))
+        seen = _seen(ready, after, lowers, scaled=not at_rest)
+        lowered = np.minimum(ceiling, _lowered(ready, done.feed, lowers, seen, bends, _SHY - _SHIER * turn))
         bends = {name: (done.feed, most) for name, most in seen.items()}
         if np.array_equal(lowered, ceiling):
             break
@@ -98,6 +99,12 @@ def proved(ready: Ready, task: Task, wanted: Asked, limits: Mapping[str, float],
         same = _times(before, before)
         return Proof(done, ready.scenario, task.before, values, ceiling, same, told, (nothing,), unchanged=True)
     return Proof(done, scenario, after, values, ceiling, _times(before, now), told, missed, unchanged=False)
+
+
+def _hopeless(name: str, room: Allowed, wanted: Asked) -> bool:
+    """Whether no feed at all keeps a limit: then no further run is made for it."""
+    places = {k for k in np.unique(room.helpless).tolist() if k >= 0}
+    return name in wanted.limits and any(name.startswith(NAMES[k]) for k in places)
 
 
 def chatters(run: Result) -> bool:
