@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from cutwise import units
 from cutwise.io.program_setup import setup_of
 from cutwise.maths.linearc import join, line
 from cutwise.paths.pocket import corner
@@ -63,6 +64,32 @@ def spindle_speed(scenario: MillingScenario, program: Interpreted | None) -> flo
         return scenario.operation.spindle_speed
     assert program is not None
     return program_speed(program, ("operation", "spindle_speed"))
+
+
+def spindle_limits(machine: CncMachine, speed: float) -> dict[str, float]:
+    """Power [W] and torque [N m] that the spindle has at a speed [rad/s], by the measures that they limit.
+
+    Raises
+    ------
+    ScenarioFault
+        A curve does not reach to this speed.
+    """
+    given = {"cutting_power_max": machine.spindle_power, "spindle_torque_max": machine.spindle_torque}
+    found, faults = {}, []
+    for name, curve in given.items():
+        if curve is None:
+            continue
+        at, most = curve.points()
+        if not at[0] * (1.0 - 1e-9) <= speed <= at[-1] * (1.0 + 1e-9):
+            ends = " to ".join(units.show(one, "angular_speed", 5) for one in (at[0], at[-1]))
+            key = "spindle_power" if name.startswith("cutting") else "spindle_torque"
+            faults.append(Fault(("machine", key), f"reaches from {ends}; the spindle turns with "
+                                f"{units.show(speed, 'angular_speed', 5)}"))  # fmt: skip
+            continue
+        found[name] = float(np.interp(speed, at, most))
+    if faults:
+        raise ScenarioFault(faults)
+    return found
 
 
 def motion_limits(machine: CncMachine) -> tuple[Limits, AxisLimits | None]:

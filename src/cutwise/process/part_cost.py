@@ -51,7 +51,13 @@ def measures(scenario: MillingScenario, done: MillRun) -> dict[str, float]:
     """Cost of a part, as far as it is known what machine and tool cost."""
     if scenario.shop is None:
         return {}
-    use, shop = use_of(scenario, done), scenario.shop
+    return costs(scenario, use_of(scenario, done))
+
+
+def costs(scenario: MillingScenario, use: Use) -> dict[str, float]:
+    """Cost of a part that uses machine and tool so, with what it is made of."""
+    shop = scenario.shop
+    assert shop is not None
     found = {"cutting_time": use.cutting}
     if scenario.wear is None or use.cutting <= 0.0:
         return {**found, "cost_per_part": part_cost(shop.machine_rate, use.time)}

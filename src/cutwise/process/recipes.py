@@ -53,6 +53,7 @@ if TYPE_CHECKING:
         milling_measures,
         milling_stability,
         programmed_milling,
+        spindle_load,
         still_deburring,
         stock_deviation,
         stock_findings,
@@ -91,6 +92,7 @@ else:  # a run imports its own process, not those of the others
     milling_stability = later("cutwise.process.milling_stability")
     edge_findings = later("cutwise.process.edge_findings")
     milling_findings = later("cutwise.process.milling_findings")
+    spindle_load = later("cutwise.process.spindle_load")
     still_deburring = later("cutwise.process.still_deburring")
     stock_deviation = later("cutwise.process.stock_deviation")
     stock_findings = later("cutwise.process.stock_findings")
@@ -243,6 +245,7 @@ def mill(scenario: MillingScenario, progress: Progress | None = None) -> Result:
             vibration=milling_stability.vibration(steady) if steady is not None else None,
         ),
         findings=milling_findings.unsound(scenario, done, steady),
+        infeasible=tuple(spindle_load.overloads(scenario, done)),
         warnings=tuple(milling_findings.warnings(scenario, done, found)),
         limits=milling_findings.limits(done),
         convergence=change,
@@ -309,7 +312,8 @@ def mill_quick(scenario: MillingScenario, wanted: Collection[str] = (), *, coars
     found = milling_measures.measures(scenario, done)
     found = {**found, **(milling_stability.measures(steady) if steady is not None else {})}
     said = () if coarse else tuple(milling_findings.warnings(scenario, done, found))
-    return Outcome(found, tuple(milling_findings.unsound(scenario, done, steady, helped=False)), said)
+    sound = tuple(milling_findings.unsound(scenario, done, steady, helped=False))
+    return Outcome(found, sound, said, tuple(spindle_load.overloads(scenario, done)))
 
 
 def machine_quick(scenario: MachineScenario, wanted: Collection[str] = (), *, coarse: bool = False) -> Outcome:

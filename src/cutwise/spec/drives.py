@@ -29,6 +29,7 @@ from cutwise.spec.base import (
     Usual,
     Voltage,
 )
+from cutwise.spec.tables import Column, Table
 
 Reading = Literal["as_printed", "kp_ki_swapped", "matched"]
 
@@ -118,6 +119,30 @@ class Control(Spec):
     )
 
 
+class SpindlePower(Table):
+    """The power that a spindle has over its speed, straight lines between points."""
+
+    over: ClassVar[tuple[Column, ...]] = (Column("speed", "angular_speed", 0.0),)
+    ordinate: ClassVar[Column] = Column("power", "power", 0.0)
+
+    columns: dict[str, tuple[float, ...]] = Field(
+        description="columns by their titles with units; a CSV file named by `table` is read into here",
+        examples=['{"speed [rpm]": [500, 4000, 12000], "power [kW]": [1.2, 9, 9]}'],
+    )
+
+
+class SpindleTorque(Table):
+    """The torque that a spindle has over its speed, straight lines between points."""
+
+    over: ClassVar[tuple[Column, ...]] = (Column("speed", "angular_speed", 0.0),)
+    ordinate: ClassVar[Column] = Column("torque", "moment", 0.0)
+
+    columns: dict[str, tuple[float, ...]] = Field(
+        description="columns by their titles with units; a CSV file named by `table` is read into here",
+        examples=['{"speed [rpm]": [500, 4000, 12000], "torque [N*m]": [22, 22, 7]}'],
+    )
+
+
 class CncMachine(LibrarySpec):
     """A milling machine that follows its feed drives; without a z drive, z is taken as ideal."""
 
@@ -136,6 +161,14 @@ class CncMachine(LibrarySpec):
     )
     limits: MotionLimits = Field(description="limits of the axes")
     control: Control = Field(description="the sampled controller")
+    spindle_power: SpindlePower | None = Field(
+        default=None, description="what power the spindle has over its speed; left out: as much as is asked for",
+        examples=['{columns: {"speed [rpm]": [500, 4000, 12000], "power [kW]": [1.2, 9, 9]}}'],
+    )  # fmt: skip
+    spindle_torque: SpindleTorque | None = Field(
+        default=None, description="what torque the spindle has over its speed; left out: as much as is asked for",
+        examples=['{columns: {"speed [rpm]": [500, 4000, 12000], "torque [N*m]": [22, 22, 7]}}'],
+    )  # fmt: skip
     x: FeedDrive = Field(description="the x axis")
     y: FeedDrive = Field(description="the y axis")
     z: FeedDrive | None = Field(default=None, description="the z axis; left out: it follows exactly")

@@ -11,23 +11,6 @@ from cutwise.study.correct.feed import prepared, speeds_of
 from cutwise.study.correct.limits import asked, resolved
 from cutwise.study.correct.loads import allowed, largest_sines
 
-TEXT = "G21 G90 G94 S6000 M3\nG0 X-7 Y0 Z5\nG0 Z-3\nG1 X8 F600\nG1 Y4\nM2\n"
-SCENARIO = """process: mill
-program: side.nc
-stock: {x: [0 mm, 60 mm], y: [-10 mm, 40 mm], z: [-20 mm, 0 mm]}
-tool: {diameter: 12 mm, flutes: 2, helix: 0 deg, flute_length: 30 mm}
-material: {library: al7075t6}
-machine: {library: fadal2216, reading: kp_ki_swapped}
-"""
-
-
-@pytest.fixture(scope="module")
-def slot(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("slot")
-    (folder / "side.nc").write_text(TEXT, encoding="utf-8")
-    (folder / "side.yaml").write_text(SCENARIO, encoding="utf-8")
-    return folder / "side.yaml"
-
 
 def limited(slot, **limits):
     return load(slot, {"correct.limits": limits})
@@ -54,7 +37,9 @@ def test_thin_chips_of_an_entry_are_told_and_no_reason(slot):
 
 
 def test_a_line_that_keeps_its_feed_below_the_least_chip_is_no_good_program(slot):
-    text = TEXT.replace("G1 X8 F600", "/G1 X8 F60")  # a block that may be skipped keeps its feed
+    text = (
+        slot.with_name("side.nc").read_text(encoding="utf-8").replace("G1 X8 F600", "/G1 X8 F60")
+    )  # a block that may be skipped keeps its feed
     other = limited(slot, force_xy_peak={"max": "260 N"}, chip_thickness_min={"min": "30 um"})
     found = cutwise.correct(other.model_copy(update={"program": other.program.model_copy(update={"text": text})}))
     assert any(one.startswith("line 4") and "the line keeps 1 mm/s" in one for one in found.reasons)

@@ -42,6 +42,50 @@ def life_ratio(
     return math.exp(logarithm)
 
 
+def cheapest_feed(rate: float, price: float, life: float, feed_exponent: float) -> float:
+    r"""Feed of the cheapest cut over that of a reference cut, at one cutting speed.
+
+    .. math:: \frac{f}{f_0} = \left(\frac{r\,T_0}{p\,(q - 1)}\right)^{1/q} \quad\text{least of}\quad
+              \frac{1}{f}\left[r + \frac{p}{T_0} \left(\frac{f}{f_0}\right)^q\right]
+
+    Parameters
+    ----------
+    rate : float
+        Of the machine, r [EUR/s].
+    price : float
+        Of a tool, p [EUR].
+    life : float
+        How long it lasts at the reference feed, :math:`T_0` [s].
+    feed_exponent : float
+        q [1].
+
+    Returns
+    -------
+    float
+        [1]; infinite where a quicker feed is always cheaper, :math:`q \le 1`.
+
+    Notes
+    -----
+    Valid with :func:`life_ratio`, near its reference.
+
+    Examples
+    --------
+    1 EUR/min, 60 EUR an edge of 15 min, q = 2: half the feed costs 0.033333 EUR/s over half the feed, the least.
+
+    >>> round(cheapest_feed(1 / 60, 60.0, 900.0, 2.0), 9)
+    0.5
+    >>> cheapest_feed(1 / 60, 60.0, 900.0, 0.36)
+    inf
+
+    References
+    ----------
+    Derived here from :func:`part_cost` and :func:`life_ratio`; for the speed in place of the feed: Altintas 2012, ch. 2.
+    """
+    if feed_exponent <= 1.0 or price <= 0.0:
+        return math.inf
+    return float((rate * life / (price * (feed_exponent - 1.0))) ** (1.0 / feed_exponent))
+
+
 def part_cost(rate: float, time: float, price: float = 0.0, cutting: float = 0.0, life: float = math.inf) -> float:
     r"""Cost of a part: the machine's time, and the share of a tool that is worn.
 

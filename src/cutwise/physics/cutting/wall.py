@@ -173,6 +173,58 @@ def place_loads(patches: FloatArray, chip: FloatArray, mill: Mill, discs: Discs,
 
 
 @compiled
+def place_torques(patches: FloatArray, chip: FloatArray, mill: Mill, edges: Edges) -> FloatArray:
+    r"""Mean torque on the spindle of a steady cut at each place with its own feed [N m], shape (n,).
+
+    .. math:: M = R \sum_p \bar F_t, \qquad
+              \bar F_t = \frac{N b}{2\pi} \left[K_{tc} f (\cos a_1 - \cos a_2) + K_{te} (a_2 - a_1)\right]
+              \text{ of linear edges}
+
+    Parameters
+    ----------
+    patches : array (n, p, 4)
+        Those of :func:`wall_force`: arc :math:`a_1, a_2` [rad], heights from, to [m].
+    chip : array (n,)
+        Feed per tooth f [m]; nothing is cut without it.
+    mill, edges
+        R, N, and the force law of the edges.
+
+    Notes
+    -----
+    Valid as :func:`wall_force` with ``AVERAGED``; run-out as it stands in ``edges``. Equal neighbours are computed once.
+
+    Examples
+    --------
+    A slot of R = 5 mm, 1 mm deep, two flutes of 1 kN/mm^2 alone: :math:`N b K_{tc} f R / \pi`, and the same at rest.
+
+    >>> from cutwise.physics.cutting.uneven import EdgeCoefficients, even_edges
+    >>> edges = even_edges(EdgeCoefficients(1e9, 5e8, 2e8, 0.0, 0.0, 0.0))
+    >>> slot = np.array([[[0.0, math.pi, 0.0, 1e-3]]] * 2)
+    >>> place_torques(slot, np.array([1e-4, 0.0]), Mill(5e-3, 2, 0.0), edges).round(6).tolist()
+    [0.31831, 0.0]
+
+    References
+    ----------
+    Altintas 2012, Manufacturing Automation, sec. 2.6.
+    """
+    torques = np.zeros(chip.shape[0])
+    for k in range(chip.shape[0]):
+        if k > 0 and chip[k] == chip[k - 1] and np.abs(patches[k] - patches[k - 1]).max() < 1e-12:
+            torques[k] = torques[k - 1]
+            continue
+        for p in range(patches.shape[1]):
+            low, high, z_lo, z_hi = patches[k, p]
+            if high > low and chip[k] > 0.0:
+                lo, hi = math.pi - high, math.pi - low
+                if even_and_linear(edges):
+                    force = mean_force(lo, hi, chip[k], 0.0, z_hi - z_lo, mill.flutes, edges.linear)
+                else:
+                    force = turning_mean_force(0.0, lo, hi, chip[k], 0.0, z_hi - z_lo, mill, edges)
+                torques[k] += mill.radius * force.tangential
+    return torques
+
+
+@compiled
 def disc_range(z_lo: float, z_hi: float, discs: Discs) -> tuple[int, int]:
     r"""Discs whose middle lies between two heights above the tip [m]: the first, and the one after the last.
 

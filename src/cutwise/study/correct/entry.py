@@ -91,10 +91,12 @@ def refused(scenario: Scenario, said: Correction, *, unroll: bool = False) -> It
             names = sorted(frozenset[str]().union(*(_reads(scenario.process, one) for one in there)))
             yield Fault(("correct", key), f"is read by nothing that can be changed of process: {scenario.process} (change: "
                         f"{', '.join(there)}); it reads {', '.join(names)}")  # fmt: skip
-    if said.objective not in OBJECTIVES:
-        yield Fault(
-            ("correct", "objective"), f"{said.objective} is not there yet; there is {', '.join(sorted(OBJECTIVES))}"
-        )
+    for one in said.change:
+        known_here = OBJECTIVES.get((scenario.process, one), frozenset({"time"}))
+        if (scenario.process, one) in CORRECTIONS and said.objective not in known_here:
+            yield Fault(("correct", "objective"), f"{said.objective} is not there yet for change: {one} of process: "
+                        f"{scenario.process}; there is {', '.join(sorted(known_here))}")  # fmt: skip
+            break
     seen: dict[Fault, None] = {}
     for one in said.change:
         if (scenario.process, one) in CORRECTIONS:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
@@ -11,7 +12,7 @@ from cutwise import units
 from cutwise.io.program_setup import setup_of
 from cutwise.physics.engagement.path_sweep import swept_path
 from cutwise.physics.engagement.stock import stands_in_material
-from cutwise.process.assemble_mill import program_path, spindle_speed
+from cutwise.process.assemble_mill import program_path, spindle_limits, spindle_speed
 from cutwise.process.program_path import ProgramPath, kept_moves
 from cutwise.process.stock_moves import FLAT, stock_of
 from cutwise.programs.interpreter import Interpreted
@@ -24,14 +25,13 @@ from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.spec.milling import MillingScenario
 from cutwise.spec.program import Program, StockBlock
 from cutwise.spec.scenario import Scenario
-from cutwise.study.correct import prove, told
+from cutwise.study.correct import objective, prove, told
 from cutwise.study.correct.cells import BoolArray, Cells, FloatArray, cells_of
-from cutwise.study.correct.limits import asked, resolved
+from cutwise.study.correct.limits import Asked, asked, resolved
 from cutwise.study.correct.loads import (
     NAMES,
     Allowed,
     Cutting,
-    allowed,
     binding,
     cutting_of,
     greatest,
@@ -41,6 +41,7 @@ from cutwise.study.correct.loads import (
 from cutwise.study.correct.outcome import Along, Change, Proposal, Task
 from cutwise.study.correct.schedule import Bed, Schedule, bed_of, scheduled
 
+_OF_SPINDLE = 0.995  # of its power and torque, that a schedule takes: shorter blocks have other cells
 _TOUCH = 8.7e-3  # [rad] of contact of a plunge that counts
 _ROUNDED = 0.01  # of a feed, by which rounding down may miss what a least chip takes
 _LISTED = 4  # lines that are named one by one
@@ -65,9 +66,10 @@ def corrected(task: Task) -> Proposal:
     wanted = asked(task.scenario, task.said, walls=bool(tip_compliance(ready.scenario).any()))
     first = task.before.scenario
     static = static_before(ready if first is task.scenario else prepared(first, task.said))
-    limits = resolved(wanted, static)
-    room = allowed(ready.scenario, ready.path, ready.cells, ready.cutting, limits)
-    proof = prove.proved(ready, task, wanted, limits, room)
+    limits = limits_of(ready, wanted, static)
+    aim = objective.aimed(ready, task, wanted, limits, static)
+    room, wanted, limits = aim.room, aim.wanted, aim.limits
+    proof = prove.proved(ready, task, aim)
     done = proof.schedule
     feed = speeds_of(ready) if proof.unchanged else done.feed
     said = [*told.said(ready, wanted, limits, static), *proof.told, *told.passing_thin(ready, room, feed, limits)]
@@ -104,6 +106,14 @@ def prepared(scenario: Scenario, said: Correction) -> Ready:
     return Ready(scenario, program, trace, path, cells, cutting, bed, known)
 
 
+def limits_of(ready: Ready, wanted: Asked, static: Mapping[str, float]) -> dict[str, float]:
+    """All limits of a schedule [SI]: what is asked for, and what the spindle has at its speed."""
+    limits = resolved(wanted, static)
+    for name, most in spindle_limits(ready.scenario.drives, float(ready.cutting.spindle[0])).items():
+        limits[name] = min(limits.get(name, math.inf), _OF_SPINDLE * most)
+    return limits
+
+
 def refusals(scenario: Scenario, said: Correction, unroll: bool) -> Iterator[Fault]:
     """What feeds and speeds of a program cannot be corrected for."""
     assert isinstance(scenario, MillingScenario)
@@ -125,6 +135,7 @@ def refusals(scenario: Scenario, said: Correction, unroll: bool) -> Iterator[Fau
                 ("correct", "limits", name),
                 "no run of this scenario has such a measure; it needs modes of the tool (tool.modes)",
             )
+    yield from objective.refusals(scenario, said)
     if scenario.stock is None and said.air_clearance is not None:
         yield Fault(("correct", "air_clearance"), "without a stock nothing is known to be air")
     if unroll:
@@ -197,6 +208,12 @@ def with_text(scenario: MillingScenario, text: str) -> MillingScenario:
 
 def proposed(ready: Ready, room: Allowed, ceiling: FloatArray, said: Correction) -> tuple[Schedule, MillingScenario]:
     """The schedule under limits and what simulations have left to the cells [m/s], and the scenario with its text."""
+    done = schedule_of(ready, room, ceiling, said)
+    return done, with_text(ready.scenario, rewritten(ready.trace, done.parts, ready.known))
+
+
+def schedule_of(ready: Ready, room: Allowed, ceiling: FloatArray, said: Correction) -> Schedule:
+    """The schedule under limits and what simulations have left to the cells [m/s]."""
     own = np.minimum(room.own, ceiling)
     own = np.where(own > 0.0, own, np.minimum(speeds_of(ready), room.each[:, -1]))  # what no feed helps keeps its own
     own = np.maximum(own, 1e-6)
@@ -214,8 +231,7 @@ def proposed(ready: Ready, room: Allowed, ceiling: FloatArray, said: Correction)
     ):  # what a cutting block runs in air keeps its feed
         own = np.where(ready.cells.cuts, own, np.minimum(own, np.maximum(speeds_of(ready), 1e-6)))
     inch = ready.trace.first.inch if not ready.trace.looked_at else ready.trace.states[ready.trace.looked_at[-1]].inch
-    done = scheduled(ready.path, ready.cells, ready.bed, own, ready.scenario.drives, said, inch)
-    return done, with_text(ready.scenario, rewritten(ready.trace, done.parts, ready.known))
+    return scheduled(ready.path, ready.cells, ready.bed, own, ready.scenario.drives, said, inch)
 
 
 def _blocks(ready: Ready) -> int:

@@ -45,7 +45,7 @@ BINDS: tuple[tuple[str, int], ...] = (
     ("chip_thickness_max", CHIP), ("wall_error", WALL), ("removal_rate_max", REMOVAL),
 )  # fmt: skip
 """What can bind at a place, in the order in which one of several is named, with the columns of highest feeds."""
-NAMES = (*(name for name, _ in BINDS), "arc", "machine")
+NAMES = (*(name for name, _ in BINDS), "cost", "arc", "machine")
 
 
 class Cutting(NamedTuple):
@@ -60,7 +60,7 @@ class Cutting(NamedTuple):
 class Allowed(NamedTuple):
     """What the cells allow."""
 
-    each: FloatArray  # highest speed by each of NAMES [m/s], shape (n, 9)
+    each: FloatArray  # highest speed by each of NAMES [m/s], shape (n, 10)
     own: FloatArray  # the least of them, shape (n,)
     least: FloatArray  # lowest speed (rubbing, a wall that is to be cut enough), 0: none, shape (n,)
     helpless: FloatArray  # number in NAMES of a limit that no feed keeps, -1: none, shape (n,)
@@ -117,9 +117,10 @@ def greatest(cells: Cells, values: FloatArray) -> dict[str, float]:
 
 
 def allowed(
-    scenario: MillingScenario, path: ProgramPath, cells: Cells, cutting: Cutting, limits: Mapping[str, float]
-) -> Allowed:
-    """Highest and lowest speeds of all cells under limits [SI]."""
+    scenario: MillingScenario, path: ProgramPath, cells: Cells, cutting: Cutting, limits: Mapping[str, float],
+    cheapest: float = math.inf,
+) -> Allowed:  # fmt: skip
+    """Highest and lowest speeds of all cells under limits [SI]; ``cheapest``: feed per tooth above which a part is dearer [m]."""
     still = np.zeros(cells.count)
     high, low, _ = _intervals(cells, cutting, still, limits)
     level = cutting.per_speed > 0.0
@@ -127,6 +128,7 @@ def allowed(
     each = np.full((cells.count, len(NAMES)), math.inf)
     for place, (_, column) in enumerate(BINDS):
         each[:, place] = np.where(level, high[:, column] / per[:, 0], math.inf)
+    each[:, len(BINDS)] = np.where(level & cells.cuts, cheapest / per[:, 0], math.inf)
     each[:, -2] = _arcs(scenario, path)[cells.block]
     limits_of, axes = motion_limits(scenario.drives)
     most = highest_feeds(path.curve, np.full(path.curve.count, 1e9), limits_of, axes)

@@ -18,7 +18,8 @@ from cutwise.spec.milling import MillingScenario
 from cutwise.study.band import simulate
 from cutwise.study.correct.cells import FloatArray
 from cutwise.study.correct.limits import EQUAL, SAME, Asked, exceeded, is_least
-from cutwise.study.correct.loads import COLUMN, NAMES, Allowed, values_at
+from cutwise.study.correct.loads import COLUMN, NAMES, Allowed, greatest, values_at
+from cutwise.study.correct.objective import Aim, late, nothing, worth
 from cutwise.study.correct.outcome import Task
 from cutwise.study.correct.schedule import Schedule
 
@@ -65,11 +66,12 @@ class Pair(NamedTuple):
     after: Mapping[str, float]
 
 
-def proved(ready: Ready, task: Task, wanted: Asked, limits: Mapping[str, float], room: Allowed) -> Proof:
+def proved(ready: Ready, task: Task, aim: Aim) -> Proof:
     """Schedule, write, read, simulate; lower what is exceeded, three times at most."""
     from cutwise.study.correct.feed import proposed
 
-    ceiling, bends = np.full(ready.cells.count, np.inf), {}
+    wanted, room = aim.wanted, aim.room
+    ceiling, bends = aim.ceiling, {}
     at_rest = chatters(task.before)
     first = _at_rest(task.before.scenario) if at_rest else _values(task.before)
     for turn in range(_ROUNDS + 1):
@@ -79,7 +81,9 @@ def proved(ready: Ready, task: Task, wanted: Asked, limits: Mapping[str, float],
             task.progress(0.2 + 0.8 * (turn + 1) / (_ROUNDS + 1))
         pair = Pair(first, _at_rest(scenario) if at_rest else _values(after))
         over = dict(_over(after, pair, wanted))
-        lowers = {name: pair for name, pair in over.items() if not _hopeless(name, room, wanted)}
+        lowers = {
+            name: pair for name, pair in over.items() if name not in aim.targets and not _hopeless(name, room, wanted)
+        }
         if not lowers or turn == _ROUNDS:
             break
         seen = _seen(ready, after, lowers, scaled=not at_rest)
@@ -90,15 +94,26 @@ def proved(ready: Ready, task: Task, wanted: Asked, limits: Mapping[str, float],
         ceiling = lowered
     moving = np.where(np.isfinite(done.feed), np.minimum(done.feed, ready.scenario.drives.limits.velocity), 0.0)
     values = values_at(ready.cells, ready.cutting, moving)
-    missed = (*_missed(over, after), *_beyond(ready, values, limits))
-    told = (*_told(task, after, pair, at_rest, ceiling), *_overshot(ready, after, values))
-    before = task.before.measures["cycle_time"].value
-    now = after.measures["cycle_time"].value
-    if now > before * (1.0 - _GAINS) and not missed and _was_good(task.before, limits, wanted):
-        nothing = "nothing is gained: within these limits no feed is quicker by more than 0.1 %"
+    before, now = (run.measures["cycle_time"].value for run in (task.before, after))
+    kept = {name: pair for name, pair in over.items() if name not in aim.targets}
+    missed = (
+        *_missed(kept, after),
+        *_beyond(ready, values, {name: limit for name, limit in aim.limits.items() if name not in aim.targets}),
+        *late(aim, now, _GAINS),
+    )
+    lowered = np.where(ceiling < aim.ceiling, ceiling, np.inf)
+    told = (*_told(task, after, pair, at_rest, lowered), *_overshot(ready, after, values))
+    if not missed and not _gains(task, aim, after, greatest(ready.cells, values)) and _was_good(task.before, aim):
+        why = (nothing(aim.objective),)
         same = _times(before, before)
-        return Proof(done, ready.scenario, task.before, values, ceiling, same, told, (nothing,), unchanged=True)
+        return Proof(done, ready.scenario, task.before, values, ceiling, same, told, why, unchanged=True)
     return Proof(done, scenario, after, values, ceiling, _times(before, now), told, missed, unchanged=False)
+
+
+def _gains(task: Task, aim: Aim, after: Result, static: Mapping[str, float]) -> bool:
+    """Whether a run has less of what is to be least."""
+    old, new = worth(aim.objective, task.before, aim.static), worth(aim.objective, after, static)
+    return old is not None and new is not None and new <= old * (1.0 - _GAINS)
 
 
 def _hopeless(name: str, room: Allowed, wanted: Asked) -> bool:
@@ -149,21 +164,29 @@ def _seen(
     ``scaled``: the measure is taken between the samples of the run too, and its course is brought up to it.
     """
     found = {}
-    ends = ready.cells.way + 0.5 * ready.cells.length
-    cell = np.minimum(np.searchsorted(ends, np.asarray(after["motion"]["travelled"].values)), ends.size - 1)
     for name, (value, _) in over.items():
-        stage, array = HISTORIES.get(name, ("", ""))
-        if stage not in after.stages.children or array not in after[stage]:
-            continue
-        course = np.asarray(after[stage][array].values, dtype=float)
-        course = np.abs(course) if name == "contour_error_max" else _side(name) * course
-        top = float(np.nanmax(course))
-        if np.isfinite(top) and top > 0.0:
-            course = course * (_side(name) * value / top) if scaled else course
-            most = np.full(ends.size, -np.inf)
-            np.maximum.at(most, cell, np.where(np.isfinite(course), course, -np.inf))
+        most = course_of(ready, after, name, value if scaled else None)
+        if np.isfinite(most).any():
             found[name] = most
     return found
+
+
+def course_of(ready: Ready, run: Result, name: str, greatest_of_all: float | None = None) -> FloatArray:
+    """Largest of a measure in every cell of a run, with the sign of its side; minus infinity where the run does not tell it."""
+    ends = ready.cells.way + 0.5 * ready.cells.length
+    most = np.full(ends.size, -np.inf)
+    stage, array = HISTORIES.get(name, ("", ""))
+    if stage not in run.stages.children or array not in run[stage]:
+        return most
+    cell = np.minimum(np.searchsorted(ends, np.asarray(run["motion"]["travelled"].values)), ends.size - 1)
+    course = np.asarray(run[stage][array].values, dtype=float)
+    course = np.abs(course) if name == "contour_error_max" else _side(name) * course
+    top = float(np.nanmax(course))
+    if np.isfinite(top) and top > 0.0:
+        if greatest_of_all is not None:
+            course = course * (_side(name) * greatest_of_all / top)
+        np.maximum.at(most, cell, np.where(np.isfinite(course), course, -np.inf))
+    return most
 
 
 def _side(name: str) -> float:
@@ -245,11 +268,12 @@ def _because(ready: Ready, cell: int) -> str:
     return f": the line keeps its feed ({known.why})" if known is not None and not known.change else ""
 
 
-def _was_good(before: Result, limits: Mapping[str, float], wanted: Asked) -> bool:
+def _was_good(before: Result, aim: Aim) -> bool:
     """Whether the program as it was keeps all limits."""
-    values = _values(before)
-    beyond = [n for n in wanted.limits if n in values and exceeded(n, values[n], limits[n])]
-    return not beyond and not before.unsound and all(check.passed for check in before.checks)
+    values = {**aim.static, **_values(before)}
+    asked_for = aim.limits.keys() - aim.targets - aim.wanted.equal
+    beyond = [n for n in asked_for if n in values and exceeded(n, values[n], aim.limits[n])]
+    return not beyond and not before.unsound and not before.infeasible and all(check.passed for check in before.checks)
 
 
 def _told(task: Task, after: Result, pair: Pair, at_rest: bool, ceiling: FloatArray) -> Iterator[str]:

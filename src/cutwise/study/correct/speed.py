@@ -27,7 +27,10 @@ from cutwise.spec.milling import MillingScenario
 from cutwise.spec.scenario import Scenario
 from cutwise.study.correct import feed
 from cutwise.study.correct.cells import FloatArray
-from cutwise.study.correct.feed import prepared
+from cutwise.study.correct.feed import Ready, prepared
+from cutwise.study.correct.limits import asked
+from cutwise.study.correct.loads import tip_compliance
+from cutwise.study.correct.objective import cost_at
 from cutwise.study.correct.outcome import Change, Proposal, Task
 
 KEY = "operation.spindle_speed"
@@ -38,6 +41,7 @@ _UNSURE = 0.02  # share by which natural frequencies may be off: assumed, where 
 _DEEPEST = 4.0  # of the depth: how far a limit is looked for
 _TOLD = 2  # other speeds that are told
 _RPM = math.pi / 30.0
+_TRIED, _CLOSER = 9, 2  # speeds over the range whose cost is looked at, and how often closer around the cheapest
 
 
 class Depths(NamedTuple):
@@ -92,6 +96,8 @@ def corrected(task: Task) -> Proposal:
     ready = prepared(scenario, task.said)
     now = float(ready.cutting.spindle[0]) / _RPM
     low, high = _range(task, now)
+    if task.said.objective == "cost":
+        return _cheapest(task, ready, now, low, high)
     if not scenario.tool.modes:
         return _proposal(task, now, high, "no mode of the tool limits it: the upper end of the range", {}, ())
     lobes = _lobes(scenario, ready.cells.patches, now)
@@ -111,6 +117,38 @@ def corrected(task: Task) -> Proposal:
     return _proposal(task, now, chosen.speed, why, measures, tuple(_said(chosen, others, depth)))
 
 
+def _cheapest(task: Task, ready: Ready, now: float, low: float, high: float) -> Proposal:
+    """The speed at which a part costs least with the feeds that go with it, of the stable ones."""
+    scenario = ready.scenario
+    static = feed.static_before(ready)
+    wanted = asked(scenario, task.said, walls=bool(tip_compliance(scenario).any()))
+    lobes = _lobes(scenario, ready.cells.patches, now) if scenario.tool.modes else None
+    cost: dict[float, float] = {}
+    width = high - low
+    speeds = np.unique(np.append(np.linspace(low, high, _TRIED), np.clip(now, low, high)))
+    for _ in range(_CLOSER + 1):
+        for speed in speeds.round(0).tolist():
+            if speed not in cost and speed > 0.0 and (lobes is None or _stands(lobes, speed)):
+                cost[speed] = cost_at(ready, task, static, wanted, speed * _RPM)
+        known = {speed: value for speed, value in cost.items() if math.isfinite(value)}
+        if not known:
+            raise Infeasible(f"no spindle speed from {low:.0f} to {high:.0f} rpm is stable and keeps the limits")
+        best = min(known, key=known.__getitem__)
+        width /= 0.5 * (_TRIED - 1)
+        speeds = np.clip(best + width * np.linspace(-0.5, 0.5, 5), low, high)
+    shown = ", ".join(
+        f"{units.show(cost[s], 'money', 4)} at {s:.0f} rpm" for s in sorted({min(known), best, max(known)})
+    )
+    return _proposal(task, now, best, f"the part is cheapest there by the plan ({shown})", {}, ())
+
+
+def _stands(lobes: Lobes, speed: float) -> bool:
+    """Whether the heaviest contact is stable at a speed [rpm]."""
+    return bool(lobes.growth(np.array([speed]))[0] < 1.0) and stays_stable(
+        lobes.cut, lobes.tip, lobes.patch, speed * _RPM
+    )
+
+
 def refusals(scenario: Scenario, said: Correction, unroll: bool) -> Iterator[Fault]:
     """What the speed of a program cannot be chosen for."""
     assert isinstance(scenario, MillingScenario)
@@ -118,7 +156,7 @@ def refusals(scenario: Scenario, said: Correction, unroll: bool) -> Iterator[Fau
     if scenario.program is not None and scenario.stock is None:
         yield Fault(("stock",), "missing: without it the heaviest contact is not known, and the speed stays")
     modes = scenario.tool is None or scenario.tool.modes
-    if not modes and KEY not in said.ranges:
+    if not modes and KEY not in said.ranges and said.objective != "cost":
         yield Fault(("tool", "modes"), f"missing: no speed is better than another; write the modes, or correct.ranges: {{{KEY}: "
                     "[8000 rpm, 9700 rpm]} for a tool that does not chatter")  # fmt: skip
     for key in said.ranges:
@@ -142,9 +180,17 @@ def _wrong_range(said: Correction) -> Iterator[Fault]:
 def _range(task: Task, now: float) -> tuple[float, float]:
     """Speeds between which one is looked for [rpm]."""
     given = task.said.ranges.get(KEY)
-    if given is None:
-        return _AROUND[0] * now, _AROUND[1] * now
-    low, high = (units.parse(text, "angular_speed") / _RPM for text in given)
+    low, high = _AROUND[0] * now, _AROUND[1] * now
+    if given is not None:
+        low, high = (units.parse(text, "angular_speed") / _RPM for text in given)
+    assert isinstance(task.scenario, MillingScenario)
+    machine = task.scenario.drives
+    for curve in (machine.spindle_power, machine.spindle_torque):  # the spindle has nothing beyond its curves
+        if curve is not None:
+            at = curve.points()[0]
+            low, high = max(low, at[0] / _RPM), min(high, at[-1] / _RPM)
+    if low > high:
+        raise Infeasible(f"{KEY}: the curves of the spindle have no speed of the range")
     return low, high
 
 

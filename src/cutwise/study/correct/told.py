@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from cutwise import units
+from cutwise.process.assemble_mill import spindle_limits
 from cutwise.programs.block_text import block_named
 from cutwise.spec.correct import LIMITED
 from cutwise.study.correct.cells import BoolArray, FloatArray
@@ -33,6 +34,10 @@ def said(ready: Ready, wanted: Asked, limits: Mapping[str, float], static: Mappi
     if same:
         shown = ", ".join(f"{name} {units.show(static[name], LIMITED[name], 5)}" for name in same)
         yield f"held to what the run before has, the tip at rest: {shown}"
+    for name, most in spindle_limits(ready.scenario.drives, float(ready.cutting.spindle[0])).items():
+        if name not in wanted.limits or wanted.limits[name] > limits[name]:
+            held, has = (units.show(one, LIMITED[name], 4) for one in (limits[name], most))
+            yield f"{name} is held to {held}: the spindle has {has} at its speed"
     if ready.scenario.stock is None:
         yield "without stock the contact is only what operation.radial_depth says: feeds may fall and not rise"
     for line, why in list(ready.bed.repeated.items())[:_LISTED]:

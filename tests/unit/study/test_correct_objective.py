@@ -1,0 +1,136 @@
+"""What a correction makes least: the cost of a part, its error within a time; and what the spindle has over its speed."""
+
+import math
+
+import numpy as np
+import pytest
+
+import cutwise
+from cutwise.io.scenario import load
+from cutwise.physics.cutting.feed_limits import POWER
+from cutwise.results import Infeasible
+from cutwise.spec.correct import Correction
+from cutwise.spec.faults import ScenarioFault
+from cutwise.study.correct.feed import prepared, speeds_of
+from cutwise.study.correct.loads import values_at
+
+WEAR = {
+    "life": "15 min", "at": {"cutting_speed": "226.1947 m/min", "feed_per_tooth": "0.05 mm"}, "speed_exponent": 0.4,
+    "feed_exponent": 2.0,
+}  # fmt: skip
+DEAR = {
+    "shop": {"machine_rate": "60 EUR/h", "tool_price": "60 EUR"}, "wear": WEAR, "correct.objective": "cost",
+    "correct.limits": {"force_xy_peak": {"max": "400 N"}, "chip_thickness_max": {"max": "0.15 mm"}},
+}  # fmt: skip
+
+
+def power(*watts):
+    return {"machine.spindle_power": {"columns": {"speed [rpm]": [1000, 8000], "power [W]": list(watts)}}}
+
+
+def test_the_cheapest_feed_is_that_of_the_closed_form(slot):
+    """1 EUR/min, 60 EUR an edge of 15 min, q = 2: half of the feed of 10 mm/s, and dearer on both sides of it."""
+    found = cutwise.correct(load(slot, DEAR))
+    assert found.good, found.reasons
+    ready = prepared(found.scenario, Correction())
+    assert speeds_of(ready)[ready.cells.cuts].max() == pytest.approx(5e-3, rel=1e-3)  # rounded down to 1 mm/min
+    cost = found.measures["cost_per_part_after"].value
+    assert cost < 0.85 * found.measures["cost_per_part_before"].value
+    text = slot.with_name("side.nc").read_text(encoding="utf-8")
+    for other in (250, 360):
+        program = found.scenario.program.model_copy(update={"text": text.replace("F600", f"F{other}")})
+        run = cutwise.simulate(found.scenario.model_copy(update={"program": program}))
+        assert run.measures["cost_per_part"].value > cost
+
+
+def test_the_cheapest_speed_is_slower_than_the_quickest(slot):
+    turned = {
+        "correct.change": ["speed", "feed"],
+        "correct.ranges": {"operation.spindle_speed": ["3000 rpm", "9000 rpm"]},
+    }
+    found = cutwise.correct(load(slot, DEAR | turned | {"wear": WEAR | {"speed_exponent": 0.25, "feed_exponent": 0.0}}))
+    assert found.good, found.reasons
+    speed = float(prepared(found.scenario, Correction()).cutting.spindle[0]) * 30.0 / math.pi
+    assert 3000 < speed < 6000
+    assert found.measures["cost_per_part_after"].value < found.measures["cost_per_part_before"].value
+    assert found.after.measures["tool_life"].value == pytest.approx(900.0 * (speed / 6000.0) ** -4, rel=1e-3)
+
+
+def test_the_error_is_least_within_the_time_that_there_is(slot):
+    """The contour at the start of a line is left by 12 µm; slower there, quicker nowhere, it is a third in 4 s."""
+    wanted = {"correct.objective": "error", "requirements.cycle_time": {"max": "4 s"}}
+    found = cutwise.correct(load(slot, wanted))
+    assert found.good, found.reasons
+    assert found.measures["time_after"].value <= 4.0
+    assert found.measures["contour_error_max_before"].value == pytest.approx(11.995e-6, abs=5e-9)
+    assert found.measures["contour_error_max_after"].value < 4e-6
+    assert found.measures["force_xy_peak_after"].value <= found.measures["force_xy_peak_before"].value
+
+
+def test_an_error_that_no_time_is_left_for_stays_and_is_said(slot):
+    found = cutwise.correct(load(slot, {"correct.objective": "error"}))
+    assert not found.good
+    assert found.program == slot.with_name("side.nc").read_text(encoding="utf-8")
+    assert any("nothing is gained: within these limits no feed makes the error smaller" in one for one in found.reasons)
+
+
+@pytest.mark.parametrize(
+    ("said", "words"),
+    [
+        ({"correct.objective": "cost"}, "shop: missing"),
+        (DEAR | {"correct.change": ["speed"]}, "write change: "),
+        ({"correct.objective": "error", "correct.change": ["path"]}, "there is time"),
+        ({"machine.spindle_power": {"columns": {"speed [rpm]": [1000, 8000], "power [N]": [1, 1]}}}, "unit of power"),
+        (
+            {"machine.spindle_torque": {"columns": {"speed [rpm]": [1000, 5000], "torque [N*m]": [1, 1]}}},
+            "reaches from 1000 rpm to 5000 rpm; the spindle turns with 6000 rpm",
+        ),
+    ],
+)
+def test_what_an_objective_or_a_spindle_lacks_is_named(slot, said, words):
+    with pytest.raises(ScenarioFault, match=words):
+        cutwise.correct(load(slot, said))
+
+
+def test_the_power_that_a_spindle_has_is_a_limit(slot):
+    """600 W at 8000 rpm, 457 W at 6000: the program as it was takes 589 W, and stalls; the new one does not."""
+    scenario = load(slot, power(100, 600) | {"correct.limits": {"force_xy_peak": {"max": "400 N"}}})
+    before = cutwise.simulate(scenario)
+    assert before.verdict == "fail"
+    assert any("takes a power of 589.4 W at line 4" in one and "it stalls" in one for one in before.infeasible)
+    found = cutwise.correct(scenario)
+    assert found.good, found.reasons
+    ready = prepared(found.scenario, Correction())
+    most = values_at(ready.cells, ready.cutting, speeds_of(ready))[:, POWER].max()
+    assert 0.985 * 457.14 < most <= 457.15
+    assert not found.after.infeasible
+
+
+def test_a_spindle_with_room_changes_nothing(slot):
+    assert not cutwise.simulate(load(slot, power(100, 900))).infeasible
+
+
+def test_a_speed_is_looked_for_where_the_spindle_has_something(slot):
+    there = {"machine.spindle_power": {"columns": {"speed [rpm]": [2000, 7000], "power [kW]": [1, 1]}}}
+    turned = {
+        "correct.change": ["speed", "feed"],
+        "correct.ranges": {"operation.spindle_speed": ["5000 rpm", "9000 rpm"]},
+    }
+    found = cutwise.correct(load(slot, there | turned))
+    assert prepared(found.scenario, Correction()).cutting.spindle[0] == pytest.approx(7000 * math.pi / 30.0)
+    beyond = {"correct.ranges": {"operation.spindle_speed": ["8000 rpm", "9000 rpm"]}}
+    with pytest.raises(Infeasible, match="no speed of the range"):
+        cutwise.correct(load(slot, there | turned | beyond))
+
+
+def test_torques_of_places_are_those_of_the_limits(slot):
+    """Two ways to the mean power: the kernel of the run, and that of the limits."""
+    from cutwise.physics.cutting.wall import place_torques
+    from cutwise.process.edges import edges
+
+    scenario = load(slot)
+    ready = prepared(scenario, Correction())
+    chips = speeds_of(ready) * ready.cutting.per_speed
+    own = place_torques(ready.cells.patches, chips, ready.cutting.teeth.mill, edges(scenario.material, scenario.tool))
+    told = values_at(ready.cells, ready.cutting, speeds_of(ready))[:, POWER] / ready.cutting.spindle
+    assert own == pytest.approx(np.where(chips > 0.0, told, 0.0), rel=1e-9, abs=1e-12)
