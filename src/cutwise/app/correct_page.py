@@ -20,8 +20,8 @@ _LINES = 400  # changed lines that are shown
 _COMPARED = 5000  # lines of a program up to which they are compared
 
 
-def page(found: "Corrected", rows: "list[tuple[str, str, str]]") -> str:
-    """The page as HTML; ``rows``: measure, before, after."""
+def page(found: "Corrected", rows: "list[tuple[str, str, str]]", front: "list[tuple[str, ...]]") -> str:
+    """The page as HTML; ``rows``: measure, before, after; ``front``: head and rows of other budgets, or nothing."""
     plots = [
         (one.title, figures.svg(lambda _, one=one: _course(one), found, f"along{place}", one.title))  # type: ignore[misc]
         for place, one in enumerate(found.along)
@@ -29,6 +29,7 @@ def page(found: "Corrected", rows: "list[tuple[str, str, str]]") -> str:
     return template("correct").render(
         found=found,
         rows=rows,
+        front=front,
         plots=plots,
         lines=list(_changed(found)),
         version=cutwise.__version__,

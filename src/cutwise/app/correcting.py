@@ -35,6 +35,9 @@ def correct(
     ranges: Annotated[
         list[str] | None, typer.Option("--range", metavar="KEY=LO..HI", help="how far a setting may be turned; repeatable")
     ] = None,
+    front: Annotated[
+        str | None, typer.Option("--front", metavar="MEASURE=A,B,...", help="a program for each budget of a limit")
+    ] = None,
     unroll: Annotated[bool, typer.Option("--unroll", help="write out lines that run several times, where that gains")] = False,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="say what would be changed, and write nothing")] = False,
     force: Annotated[bool, typer.Option("--force", help="write the best program although it misses a limit")] = False,
@@ -48,7 +51,7 @@ def correct(
     from cutwise.io.scenario import load
     from cutwise.study.correct.entry import correct as corrected
 
-    settings = [*(overrides or ()), *_settings(objective, change, draws, ranges or ())]
+    settings = [*(overrides or ()), *_settings(objective, change, draws, ranges or ()), *_front(front)]
     scenario = load(file, settings, named=SET)
     form = _language(form, scenario.process)
     outputs.checked([output, report], [file, *scenario.files])
@@ -61,7 +64,7 @@ def correct(
     if report is not None and not dry_run:
         from cutwise.app.correct_page import page
 
-        files["report"] = str(write_text(report, page(found, rows_of(found))))
+        files["report"] = str(write_text(report, page(found, rows_of(found), front_of(found))))
     if as_json:
         import json
 
@@ -110,6 +113,17 @@ def _settings(
         yield f"correct.ranges={{{', '.join(spans)}}}"
 
 
+def _front(text: str | None) -> "Iterator[str]":
+    """Budgets of the command line as a key of the section."""
+    if text is None:
+        return
+    name, sign, budgets = text.partition("=")
+    if not sign:
+        refuse(f"--front {text}: is not of the form measure=budget,budget")
+    listed = ", ".join(f"'{one.strip()}'" for one in budgets.split(","))
+    yield f"correct.front={{{name.strip()}: [{listed}]}}"
+
+
 def written(found: "Corrected", form: str) -> str:
     """The new program in a language; one that misses a limit says so in its first comment."""
     from importlib import import_module
@@ -153,16 +167,33 @@ def rows_of(found: "Corrected") -> list[tuple[str, str, str]]:
     return rows
 
 
+def front_of(found: "Corrected") -> list[tuple[str, ...]]:
+    """Programs of other budgets in words: a head and a row each; empty where none was asked for."""
+    from cutwise.study.correct.front import BUDGET, shown
+
+    rows = [row for row in found.pareto if BUDGET in row]
+    if not rows:
+        return []
+    name = next(iter(found.scenario.correct.front))  # type: ignore[union-attr]
+    measures = ("cycle_time", "force_xy_peak", "wall_error_min", "wall_error_max", "contour_error_max", "cost_per_part")
+    return shown(rows, name, measures)
+
+
+def _columns(rows: list[tuple[str, ...]]) -> "Iterator[str]":
+    wide = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
+    yield from ("  ".join(f"{cell:<{width}}" for cell, width in zip(row, wide, strict=True)).rstrip() for row in rows)
+
+
 def shown(found: "Corrected") -> "Iterator[str]":
     """A correction as text: before and after, what was changed and why, and what is missed."""
     from cutwise import units
 
-    rows = [("", "before", "after"), *rows_of(found)]
-    wide = [max(len(row[k]) for row in rows) for k in range(3)]
-    yield from ("  ".join(f"{cell:<{width}}" for cell, width in zip(row, wide, strict=True)).rstrip() for row in rows)
+    yield from _columns([("", "before", "after"), *rows_of(found)])
     for name, one in found.measures.items():
         if not name.endswith(("_after", "_before")):
             yield f"{name}: {units.show(one.value, one.dimension, 4)}"
+    if rows := front_of(found):
+        yield from _columns(rows)
     yield from (str(change) for change in found.changes[:_LISTED])
     if len(found.changes) > _LISTED:
         yield f"and {len(found.changes) - _LISTED} more changes"

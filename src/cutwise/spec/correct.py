@@ -12,7 +12,7 @@ from cutwise import units
 from cutwise.spec.base import Count, Length, Notice, Spec, Time, Usual, contradiction
 
 _ALL = frozenset({"objective", "change", "limits"})
-_FEED = frozenset({"air_clearance", "station", "split_gain", "blocks_max"})
+_FEED = frozenset({"air_clearance", "station", "split_gain", "blocks_max", "front"})
 EDGE = frozenset({"aim", "burr_scatter", "look_ahead", "judge_from"})
 """What a feed along a burred edge reads."""
 
@@ -49,6 +49,9 @@ LIMITED: Mapping[str, str] = {
 }
 """Measures that a correction can be held to, each with its dimension; of several that bind alike the first is named."""
 
+BUDGETS: Mapping[str, str] = {**LIMITED, "cycle_time": "time"}
+"""Measures of which a front may have budgets, each with its dimension."""
+
 _EXAMPLE = "{force_xy_peak: {max: 600 N}, wall_error_min: equal}"
 
 
@@ -77,6 +80,10 @@ class Correction(Spec):
         description="limits on measures beside the requirements: min, max or both, or equal: what the run before has",
         examples=[_EXAMPLE],
     )
+    front: dict[str, tuple[float, ...]] = Field(
+        default_factory=dict, description="budgets of one limit (or of cycle_time, with objective error), for each of which a "
+        "program is made and simulated: what more of it buys", examples=["{force_xy_peak: [450 N, 500 N, 600 N]}"],
+    )  # fmt: skip
     ranges: dict[str, tuple[str, str]] = Field(
         default_factory=dict, description="between which values a setting may be turned",
         examples=["{operation.spindle_speed: [6000 rpm, 12000 rpm]}"],
@@ -149,6 +156,24 @@ class Correction(Spec):
             raise contradiction(found)
         return read
 
+    @field_validator("front", mode="before")
+    @classmethod
+    def _budgets(cls, given: Any) -> Any:
+        """Turn the text of each budget into SI."""
+        if not isinstance(given, Mapping):
+            return given
+        found: list[Notice] = []
+        read = {str(name): _read_budgets(str(name), budgets, found) for name, budgets in given.items()}
+        if len(given) > 1:
+            found.append(Notice((), f"is over one measure at a time, not {len(given)}"))
+        if found:
+            raise contradiction(found)
+        return read
+
+    @field_serializer("front", when_used="json")
+    def _budgets_as_text(self, front: Mapping[str, tuple[float, ...]]) -> dict[str, Any]:
+        return {name: [units.text(value, BUDGETS[name]) for value in values] for name, values in front.items()}
+
     @field_serializer("limits", when_used="json")
     def _as_text(self, limits: Mapping[str, Bound | str]) -> dict[str, Any]:
         return {
@@ -169,6 +194,29 @@ class Correction(Spec):
                 yield Notice(("change", place), f"{change} is nothing that can be changed; {hint}")
             if change in self.change[:place]:
                 yield Notice(("change", place), f"{change} is there twice")
+
+
+def _read_budgets(name: str, given: Any, found: list[Notice]) -> tuple[float, ...]:
+    """Budgets in SI; what is wrong with them is added to ``found``."""
+    if name not in BUDGETS:
+        near = get_close_matches(name, BUDGETS, n=1)
+        hint = f"did you mean {near[0]}?" if near else f"known are: {', '.join(BUDGETS)}"
+        found.append(Notice((name,), f"is no measure that a front has budgets of; {hint}"))
+        return ()
+    if not isinstance(given, (list, tuple)) or not given:
+        example = units.DIMENSIONS[BUDGETS[name]].example
+        found.append(Notice((name,), f"needs a list of budgets, for example [{example}]"))
+        return ()
+    read = []
+    for place, text in enumerate(given):
+        if isinstance(text, float):
+            read.append(text)
+            continue
+        try:
+            read.append(units.parse(text, BUDGETS[name]))
+        except units.UnitFault as fault:
+            found.append(Notice((name, place), str(fault)))
+    return tuple(read)
 
 
 def _bound(name: str, given: Any, found: list[Notice]) -> Any:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import cutwise
+from cutwise.app.correcting import front_of
 from cutwise.io.scenario import load
 from cutwise.physics.cutting.feed_limits import POWER
 from cutwise.results import Infeasible
@@ -134,3 +135,43 @@ def test_torques_of_places_are_those_of_the_limits(slot):
     own = place_torques(ready.cells.patches, chips, ready.cutting.teeth.mill, edges(scenario.material, scenario.tool))
     told = values_at(ready.cells, ready.cutting, speeds_of(ready))[:, POWER] / ready.cutting.spindle
     assert own == pytest.approx(np.where(chips > 0.0, told, 0.0), rel=1e-9, abs=1e-12)
+
+
+def test_a_front_is_a_simulated_program_for_each_budget(slot, corrected):
+    limit = ("--set", "correct.limits={force_xy_peak: {max: 240 N}}")
+    code, told = corrected(*limit, "--front", "force_xy_peak=150 N,240 N,700 N,900 N", "--dry-run")
+    assert code == 0
+    rows = told["pareto"][2:]
+    assert [row["budget"] for row in rows] == [150.0, 240.0, 700.0, 900.0]
+    assert all(row["force_xy_peak"] <= row["budget"] and row["keeps_all"] for row in rows)
+    times = [row["cycle_time"] for row in rows]
+    assert times[0] > 2 * times[1] > 2 * times[2]
+    assert times[3] == times[2]  # the chip binds, not the force
+    alone = cutwise.correct(load(slot, {"correct.limits": {"force_xy_peak": {"max": "150 N"}}}))
+    assert rows[0]["cycle_time"] == pytest.approx(alone.after.measures["cycle_time"].value, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("front", "words"),
+    [
+        ({"cycle_time": ["3 s"]}, "write objective: error"),
+        ({"force_xy_pek": ["3 N"]}, "did you mean force_xy_peak"),
+        ({"force_xy_peak": ["3 s"]}, "force_xy_peak"),
+        ({"force_xy_peak": []}, "needs a list of budgets"),
+        ({"force_xy_peak": ["3 N"], "cutting_power_max": ["3 W"]}, "one measure at a time"),
+    ],
+)
+def test_a_front_of_nothing_is_refused(slot, front, words):
+    with pytest.raises(ScenarioFault, match=words):
+        cutwise.correct(load(slot, {"correct.front": front}))
+
+
+def test_more_time_is_less_error(slot):
+    said = {"correct.objective": "error", "correct.front": {"cycle_time": ["2.8 s", "5 s"]}, "correct.change": ["feed"]}
+    found = cutwise.correct(load(slot, said))
+    rows = found.pareto[2:]
+    head, *lines = front_of(found)
+    assert head[:2] == ("cycle_time of", "cycle_time")
+    assert [line[0] for line in lines] == ["2.8 s", "5 s"]
+    assert rows[0]["contour_error_max"] > rows[1]["contour_error_max"]
+    assert [row["cycle_time"] <= row["budget"] for row in rows] == [True, True]

@@ -138,7 +138,7 @@ def _judged(task: Task, proposals: Sequence[Proposal], after: Result) -> Correct
         before,
         after,
         tuple(change for one in proposals for change in one.changes),
-        tuple(_row(result) for result in (before, after)),
+        (*(_row(result) for result in (before, after)), *(row for one in proposals for row in one.front)),
         measured(values),
         tuple(
             dict.fromkeys(

@@ -25,7 +25,7 @@ from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.spec.milling import MillingScenario
 from cutwise.spec.program import Program, StockBlock
 from cutwise.spec.scenario import Scenario
-from cutwise.study.correct import objective, prove, told
+from cutwise.study.correct import front, objective, prove, told
 from cutwise.study.correct.cells import BoolArray, Cells, FloatArray, cells_of
 from cutwise.study.correct.limits import Asked, asked, resolved
 from cutwise.study.correct.loads import (
@@ -84,8 +84,9 @@ def corrected(task: Task) -> Proposal:
     values["blocks_after"] = float(done.blocks), "dimensionless"
     changes = tuple(_changes(ready, room, done, proof))
     return Proposal(
-        proof.scenario, changes, values, tuple(said), tuple(kept), (_along(ready, room, done),), proof.after
-    )
+        proof.scenario, changes, values, tuple(said), tuple(kept), (_along(ready, room, done),), proof.after,
+        tuple(front.rows(ready, task, static)),
+    )  # fmt: skip
 
 
 def prepared(scenario: Scenario, said: Correction) -> Ready:
@@ -136,6 +137,7 @@ def refusals(scenario: Scenario, said: Correction, unroll: bool) -> Iterator[Fau
                 "no run of this scenario has such a measure; it needs modes of the tool (tool.modes)",
             )
     yield from objective.refusals(scenario, said)
+    yield from front.refusals(said)
     if scenario.stock is None and said.air_clearance is not None:
         yield Fault(("correct", "air_clearance"), "without a stock nothing is known to be air")
     if unroll:

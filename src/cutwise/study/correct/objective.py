@@ -70,13 +70,16 @@ def refusals(scenario: MillingScenario, said: Correction) -> Iterator[Fault]:
         yield Fault(("correct", "change"), "the cheapest speed has its own feeds: write change: [speed, feed]")
 
 
-def aimed(ready: Ready, task: Task, wanted: Asked, limits: Mapping[str, float], static: Mapping[str, float]) -> Aim:
-    """What a schedule of the feeds is made for, under all limits."""
+def aimed(
+    ready: Ready, task: Task, wanted: Asked, limits: Mapping[str, float], static: Mapping[str, float], *,
+    budget: float | None = None,
+) -> Aim:  # fmt: skip
+    """What a schedule of the feeds is made for, under all limits; ``budget``: time for the least error, in place of others [s]."""
     said, scenario = task.said, ready.scenario
     free = np.full(ready.cells.count, math.inf)
     room = allowed(scenario, ready.path, ready.cells, ready.cutting, limits, cheapest(ready, said.objective))
     aim = Aim(said.objective, wanted, limits, room, free, frozenset(), static, math.inf)
-    return _truest(ready, task, aim) if said.objective == "error" else aim
+    return _truest(ready, task, aim, budget) if said.objective == "error" else aim
 
 
 def cheapest(ready: Ready, objective: str) -> float:
@@ -110,14 +113,14 @@ def planned_cost(ready: Ready, done: Schedule) -> float:
     return costs(ready.scenario, use)["cost_per_part"]
 
 
-def _truest(ready: Ready, task: Task, aim: Aim) -> Aim:
+def _truest(ready: Ready, task: Task, aim: Aim, given: float | None) -> Aim:
     """The least error that feeds reach within the time of the program before, or within that which is required."""
     from cutwise.study.correct.feed import schedule_of
     from cutwise.study.correct.prove import course_of
 
     before = task.before.measures["cycle_time"].value
     asked = task.scenario.requirements.get("cycle_time")
-    budget = before if asked is None or asked.max is None else asked.max
+    budget = given or (before if asked is None or asked.max is None else asked.max)
     spare = budget - before + planned(ready, ready.path.feed[ready.cells.block])
     now, name = error_of({k: one.value for k, one in task.before.measures.items()}, aim.static)
     if now is None or now <= 0.0:

@@ -69,6 +69,7 @@ class Proposal:
     kept: tuple[str, ...] = ()  # why a limit cannot be kept: exit 1
     along: tuple[Along, ...] = ()
     after: Result | None = None  # the simulation of that very scenario, if it was made already
+    front: tuple[Mapping[str, float], ...] = ()  # programs of other budgets that were simulated: their measures, SI
 
 
 @dataclass(frozen=True)
