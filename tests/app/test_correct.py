@@ -48,7 +48,6 @@ def test_the_example_saves_a_quarter_and_more_at_equal_force_and_wall(cutwise, d
         (("--change", "depth"), "depth is not there yet"),
         (("--change", "feed,spedd"), "did you mean speed?"),
         (("--objective", "cost"), "shop: missing"),
-        (("--unroll",), "--unroll"),
         (("--format", "krl"), "krl"),
         (("--range", "operation.spindle_speed=8000..9000"), "has no unit"),
         (("--range", "spindle"), "is not of the form"),

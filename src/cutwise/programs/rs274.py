@@ -83,6 +83,7 @@ class Rs274:
         self.blocks = 0  # lines with something to run
         self.ended = False
         self.watch: Watch | None = None
+        self.executed: Block | None = None  # what the last line came to, its numbers computed; None: it only steered
         _prepare(self.controller)
         place = to_machine(self.controller.offsets, self.controller.at)
         self.start = (place[0] * MILLIMETRE, place[1] * MILLIMETRE, place[2] * MILLIMETRE)  # in the machine [m]
@@ -210,6 +211,7 @@ class Rs274:
         flow.index += 1
         c.file_line = at + 1
         c.line = self.caller or at + 1
+        self.executed = None
         try:
             self._run_line(source, at)
             if self.watch is not None and source is flow.main:
@@ -261,6 +263,7 @@ class Rs274:
 
     def _execute(self, block: Block) -> None:
         c = self.controller
+        self.executed = block
         settle(block, c.motion)
         try:
             self.ended = execution.execute(c, block)

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
+from cutwise.io.program_setup import setup_of
 from cutwise.io.scenario import revised
+from cutwise.programs.unroll import unrolled
 from cutwise.results import SOUNDNESS, Measure, Result
 from cutwise.spec.correct import KEYS, Correction
 from cutwise.spec.faults import Fault, ScenarioFault
@@ -51,6 +53,9 @@ def correct(
     if progress is not None:
         progress(0.2)
     proposals: list[Proposal] = []
+    if unroll:
+        scenario, told = _written_out(scenario)
+        proposals.append(Proposal(scenario, told=told))
     task = Task(scenario, said, before, unroll, progress)
     for one in changes_of(scenario.process):
         if one in said.change:
@@ -61,6 +66,18 @@ def correct(
     last = proposals[-1]
     after = last.after or simulate(last.scenario, None)
     return _judged(task, proposals, after)
+
+
+def _written_out(scenario: Scenario) -> tuple[Scenario, tuple[str, ...]]:
+    """The scenario with its program without loops and subprograms, and what became of it."""
+    program = getattr(scenario, "program", None)
+    assert program is not None
+    found = unrolled(program.text, program.file, setup_of(program))
+    if not found.repeated:
+        return scenario, ("--unroll: no line runs several times; the program is written as it stands",)
+    count = found.text.count("\n")
+    told = f"--unroll: {found.repeated} lines that run several times are written out, {count} lines for {found.before}"
+    return scenario.model_copy(update={"program": program.model_copy(update={"text": found.text})}), (told,)
 
 
 def checked(scenario: Scenario) -> None:
@@ -97,6 +114,9 @@ def refused(scenario: Scenario, said: Correction, *, unroll: bool = False) -> It
             yield Fault(("correct", "objective"), f"{said.objective} is not there yet for change: {one} of process: "
                         f"{scenario.process}; there is {', '.join(sorted(known_here))}")  # fmt: skip
             break
+    program = getattr(scenario, "program", None)
+    if unroll and program is None:
+        yield Fault((), "there is no program whose loops and subprograms could be written out", file="--unroll")
     seen: dict[Fault, None] = {}
     for one in said.change:
         if (scenario.process, one) in CORRECTIONS:

@@ -115,7 +115,7 @@ def limits_of(ready: Ready, wanted: Asked, static: Mapping[str, float]) -> dict[
     return limits
 
 
-def refusals(scenario: Scenario, said: Correction, unroll: bool) -> Iterator[Fault]:
+def refusals(scenario: Scenario, said: Correction, unroll: bool) -> Iterator[Fault]:  # noqa: ARG001
     """What feeds and speeds of a program cannot be corrected for."""
     assert isinstance(scenario, MillingScenario)
     if scenario.program is None:
@@ -140,10 +140,6 @@ def refusals(scenario: Scenario, said: Correction, unroll: bool) -> Iterator[Fau
     yield from front.refusals(said)
     if scenario.stock is None and said.air_clearance is not None:
         yield Fault(("correct", "air_clearance"), "without a stock nothing is known to be air")
-    if unroll:
-        yield Fault(
-            (), "is not there yet: lines that run several times get the least feed of their runs", file="--unroll"
-        )
 
 
 def _keeps(scenario: MillingScenario, path: ProgramPath, cells: Cells, said: Correction) -> BoolArray:
