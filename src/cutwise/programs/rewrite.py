@@ -99,7 +99,7 @@ def _handle(trace: Trace, made: Sequence[Ran], line: int, numbers: list[int]) ->
         return one(False, "a subroutine of another file")
     runs = int(trace.runs[line - 1])
     if runs > 1 or state.inside:
-        return one(True, f"it runs {runs} times")
+        return one(True, f"it runs {runs} times" if runs > 1 else "it stands in a subroutine")
     why = _whole_because(made, numbers, words, state)
     return Handle(line, tuple(numbers), main, True, not why, why)
 
@@ -200,14 +200,14 @@ def _feed_texts(made: Sequence[Ran], handle: Handle, parts: Sequence[Part], trac
 
 def _programmed_length(trace: Trace, main: Ran, line: int) -> float:
     """Length of a block along the programmed contour, in program units, as inverse time counts it."""
-    start, end = _programmed(trace, main, line)
+    start, end = programmed(trace, main, line)
     if isinstance(main.command, Arc):
         c = main.command
         return arc_length(start, end, Circle(c.first_centre, c.second_centre, c.turns), PLANES[main.plane])
     return math.dist(start, end)
 
 
-def _programmed(trace: Trace, main: Ran, line: int) -> tuple[Triple, Triple]:
+def programmed(trace: Trace, main: Ran, line: int) -> tuple[Triple, Triple]:
     """Ends of a block on the programmed contour, in program units."""
     assert main.start is not None
     if trace.state(line).beside is None:
@@ -299,7 +299,7 @@ def _split(
     """The lines that take the place of one."""
     raw, state, main = trace.lines[handle.line - 1], trace.state(handle.line), made[handle.main]
     words = line_words(raw)
-    start, end = _programmed(trace, main, handle.line)
+    start, end = programmed(trace, main, handle.line)
     places = [_on_contour(trace, main, handle.line, part.share) for part in parts[:-1]]
     arc = main.command if isinstance(main.command, Arc) else None
     axes = {letter for letter in "xyz" if words.get(letter) is not None}

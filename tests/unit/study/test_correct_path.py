@@ -205,21 +205,25 @@ def test_a_limit_of_the_shift_is_kept_and_told(corner):
     assert any("correct.shift_max" in why for why in found.reasons)
 
 
-@pytest.mark.parametrize(
-    ("line", "why"),
-    [
-        ("G91\nG1 X20", "inches, increments"),
-        ("G91 G1 X20", "does not go with chords"),
-        ("#1=70\nG1 X#1", "computes"),
-        ("G1 X[60+10]", "computes"),
-    ],
-)
-def test_lines_that_chords_cannot_stand_for_are_named(examples, tmp_path, line, why):
-    text = f"G21 G17 G90 G61\nS8000 M3\nG0 X50 Y26 Z5\nG1 Z-5 F300\nF2400\n{line}\nG90\nG3 X74 Y30 I0 J4\nG1 Y36\nM2\n"
-    file = tmp_path / "odd.nc"
-    file.write_text(text)
-    with pytest.raises(ScenarioFault, match=why):
-        cutwise.correct(load(examples / "mill_pocket.yaml", [f"program={file}"]), ("path",))
+def test_what_a_drive_runs_on_beyond_an_end_does_not_spoil_the_shift(examples, tmp_path):
+    """A cut that ends at a rapid move: the overshoot lies along the path, and is none of the shift's."""
+    file = tmp_path / "ends.nc"
+    file.write_text(
+        "G21 G17 G90 G61\nS8000 M3\nG0 X0 Y0 Z5\nG1 Z-5 F300\nG1 X20 F2400\nG3 X24 Y4 J4\nG1 Y20\nG0 Z5\nM2\n"
+    )
+    told, found = learned(load(examples / "mill_pocket.yaml", [f"program={file}", "requirements=null"]), 4)
+    assert found.trail[-1] < 0.1 * found.trail[0]
+    active = shift.window(told)
+    end = told.place.time[told.place.block <= 4][-1]  # of the last cut
+    assert not active[(told.place.time > end - 0.02) & (told.place.time <= end)].any()
+    assert np.abs(np.diff(found.shift)).max() < 2.0 * UM, "no jump at the end of a window"
+
+
+def test_a_control_without_a_word_for_the_tolerance_of_joints_is_refused(examples):
+    with pytest.raises(ScenarioFault, match="no word for the tolerance"):
+        cutwise.correct(
+            load(examples / "mill_pocket.yaml", ["program.dialect=fanuc", "program.file=mill_pocket.nc"]), ("path",)
+        )
 
 
 def test_draws_with_faults_are_told_at_their_line(corner, tmp_path):

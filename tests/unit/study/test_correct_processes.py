@@ -71,6 +71,14 @@ def test_the_more_a_burr_scatters_the_deeper_is_aimed(edge):
     assert aims[0] > aims[-1]
 
 
+def test_a_pass_that_kept_its_tolerance_in_less_time_is_left_as_it_was(edge):
+    """A feed that is corrected once more gains nothing, and says so."""
+    again = cutwise.correct(edge().scenario, ("feed",))
+    assert again.measures["time_saved"].value == pytest.approx(0.0, abs=1e-4)
+    assert not again.good
+    assert again.reasons[0].startswith("nothing is gained: the pass as it was keeps the tolerance with the burr")
+
+
 def test_more_pressure_is_faster(edge):
     found = edge("correct.ranges={spindle.pressure: [5 bar, 6 bar]}")
     assert found.changes[0].key == "spindle.pressure"

@@ -26,6 +26,7 @@ from cutwise.study.levers import levers_of
 _NODES = 2e-3  # [m] between places whose feed is told, where correct.station is left out
 _QUANTILE = 1.6448536269514722  # of the normal distribution at 95 %
 _UNKNOWN = 0.4  # of the tolerance: how far below zero is aimed where nothing says how the burr scatters
+_GAINS = 1e-3  # of the time: less is nothing
 _LOOKS = 7  # halvings of the search for the aim
 _FEED = "operation.feed"
 _ONCE = ("spindle.pressure", "operation.preset")  # what is set once for a pass
@@ -93,12 +94,13 @@ def corrected(task: Task) -> Proposal:
     best = _with_feeds(given, plan, feeds)
     before = _run(_cell_of(first), first)
     found = _found(plan, task.said, feeds, before, after)
+    kept = _kept(found, tolerance) or _not_gained(first, plan, task.said, before, after)
     return Proposal(
         best,
         (*_turned(first, settings[chosen]), _change(plan, feeds, before, after)),
         {**found, "edge_error_aimed": (aim, "small_length"), "look_ahead": (plan.ahead, "small_length")},
         (*told, *_limited(plan, feeds)),
-        tuple(_kept(found, tolerance)),
+        tuple(kept),
         (_along(plan, feeds),),
         simulate(best, None),
     )
@@ -146,7 +148,7 @@ def _found(
             f"edge_ideal_{name}": (one.share(plan.begin, plan.end, tolerance), "dimensionless"),
         }
     found["time_saved"] = (1.0 - after.time / before.time, "dimensionless")
-    found |= _scattered(plan, said, feeds)
+    found |= _scattered(_with_feeds(plan.scenario, plan, feeds), plan, said)
     return found
 
 
@@ -271,11 +273,29 @@ def _aim(plan: Plan, said: Correction, tolerance: float) -> tuple[float, list[st
     ]
 
 
-def _scattered(plan: Plan, said: Correction, feeds: FloatArray) -> dict[str, tuple[float, str]]:
-    """Errors with a burr as low and as high as one in twenty is."""
+def _not_gained(
+    first: DeburringScenario, plan: Plan, said: Correction, before: Pass, after: Pass
+) -> list[str]:  # fmt: skip
+    """Why a new feed is of no use: the pass as it was kept the tolerance too, and took no longer."""
+    if before.time > after.time * (1.0 + _GAINS):
+        return []
+    tolerance = plan.scenario.operation.tolerance
+    low, high = before.judged(plan.begin, plan.end)
+    scattered = _scattered(first, plan, said)
+    spread = [low, high, *(value for value, _ in scattered.values())]
+    if min(spread) < -tolerance or max(spread) > tolerance:
+        return []
+    times = [units.show(one.time, "time", 4) for one in (before, after)]
+    burr = " with the burr that scatters too" if scattered else ""
+    return [
+        f"nothing is gained: the pass as it was keeps the tolerance{burr}, in {times[0]}; this feed takes {times[1]}"
+    ]
+
+
+def _scattered(best: DeburringScenario, plan: Plan, said: Correction) -> dict[str, tuple[float, str]]:
+    """Errors of a pass with a burr as low and as high as one in twenty is."""
     if said.burr_scatter is None:
         return {}
-    best = _with_feeds(plan.scenario, plan, feeds)
     share = _QUANTILE * said.burr_scatter
     low = _run(_scaled(_cell_of(best), 1.0 - share), best).judged(plan.begin, plan.end)[0]
     high = _run(_scaled(_cell_of(best), 1.0 + share), best).judged(plan.begin, plan.end)[1]

@@ -17,7 +17,7 @@ from cutwise.spec.milling import MillingScenario
 from cutwise.study.band import simulate
 from cutwise.study.correct.outcome import Along, Change, Proposal, Task
 from cutwise.study.correct.readings import other_readings
-from cutwise.study.correct.shift import Learned, Plant, errors, learn, rule_of, window
+from cutwise.study.correct.shift import Learned, Plant, behind_stop, errors, held, learn, rule_of, window
 from cutwise.study.correct.uncertain import Draw, draws_of, share_80
 from cutwise.study.correct.written import Written, as_program, chord_of, from_wanted, largest, written
 
@@ -103,7 +103,8 @@ def _proved(
             Plant(one.scenario, here._replace(drives=one.told.drives, cut=one.told.cut)) for one in plants
         ]  # fmt: skip
         error = errors(fitted, here.order).mean(axis=0)
-        moved = learned(shift.at(here.place.travelled), error, shift.rule, window(here))
+        active = window(here)
+        moved = learned(shift.at(here.place.travelled), held(error, active), shift.rule, active)
         moved = np.clip(moved, -said.shift_max, said.shift_max)
         along, first = np.unique(here.place.travelled, return_index=True)
         shift = shift._replace(along=along, shift=moved[first])
@@ -145,7 +146,7 @@ def _proposal(
         best.scenario,
         (_change(best, found, size, left),),
         values,
-        (*_told(found, best, size, residuals), *_grown(best, said), *_elsewhere(best, whole), *undecided),
+        (*_told(found, best, size, residuals), *best.left, *_grown(best, said), *_elsewhere(best, whole), *undecided),
         tuple(_kept(task, best, found, size, left, whole)),
         (_along(best, before, told),),
         after,
@@ -201,7 +202,7 @@ def _elsewhere(best: Written, whole: float) -> list[str]:
     line = int(best.told.path.source[best.told.reference.block[worst]])
     return [
         f"the largest contour error of the run, {units.show(whole, 'small_length', 3)} at line {line} of the new program, is where "
-        "nothing is shifted: a plunge, a rapid move, or before the first bend"
+        "nothing is shifted: a plunge, a rapid move, before the first bend, or where a cut stops"
     ]
 
 
@@ -232,6 +233,10 @@ def _floor(best: Written, found: Learned, said: Correction) -> str:
     history_clipped = _saturated(best)
     if history_clipped:
         return "a controller is at its voltage limit (machine.control.saturation)"
+    if behind_stop(best.told, best.error):
+        return (
+            "it is worst behind a corner that the drives run on beyond: blend the corner (G64 P), or come slower to it"
+        )
     if found.rule.smoothing:
         ms = units.show(found.rule.smoothing * best.told.drives[0].law.sample_time, "time", 3)
         return f"what is left changes faster than the smoothing of {ms} lets pass, or does not repeat (friction, teeth)"

@@ -16,7 +16,8 @@ from cutwise.process.program_path import ProgramPath
 from cutwise.spec.milling import MillingScenario
 
 BEFORE_CURVE = 3e-3  # [m] before the first bend from which on the path may be shifted
-BEFORE_END = 20e-3  # [s] before the end until which it may
+BEFORE_END = 20e-3  # [s] before the end until which it may, and from a stop on either side
+_AFTER_STOP = 0.1  # [s] behind a stop, in which an error comes from it
 _KINK = 1e-4  # [rad] at a joint: what is less runs through
 _LEVEL = 1e-9  # vertical part of a direction: what is less is a move in the plane
 _SHORT = 0.25  # of the spacing: no chord is shorter, its direction would be that of rounding
@@ -71,12 +72,45 @@ def first_bend(path: ProgramPath) -> float | None:
 def window(told: Commanded) -> npt.NDArray[np.bool_]:
     """Servo instants at which the path may be shifted.
 
-    From 3 mm before the first bend (without one, the first cut) to 20 ms before the end, in cuts that stay at one height.
+    From 3 mm before the first bend (without one, the first cut) to 20 ms before the end, in cuts that stay at one height;
+    without the 20 ms before every place where such a cut stops: what a drive runs on beyond its end lies along the path, and
+    no shift beside the path takes it away.
     """
     place, cut = told.place, cut_level(told.wanted)
     bend = first_bend(told.wanted)
     first = float(told.wanted.curve.knots[:-1][cut][0]) if bend is None else bend - BEFORE_CURVE
-    return cut[place.block] & (place.travelled > first) & (place.time < place.end - BEFORE_END)
+    active = cut[place.block] & (place.travelled > first) & (place.time < place.end - BEFORE_END)
+    return active & ~_near_stops(told, BEFORE_END, 0.0)
+
+
+def judged(told: Commanded) -> npt.NDArray[np.bool_]:
+    """Servo instants whose error a shift is judged by: those at which the path may be shifted, but for the 20 ms behind a stop.
+
+    What a drive ran on beyond a corner is an error beside the path that goes on from there. A shift leads it back, but not in
+    no time.
+    """
+    return window(told) & ~_near_stops(told, 0.0, BEFORE_END)
+
+
+def behind_stop(told: Commanded, error: FloatArray) -> bool:
+    """Whether the largest error that is judged comes from a stop a little before."""
+    worst = int(np.argmax(np.where(judged(told), np.abs(error), 0.0)))
+    return bool(_near_stops(told, 0.0, _AFTER_STOP)[worst])
+
+
+def _near_stops(told: Commanded, before: float, behind: float) -> npt.NDArray[np.bool_]:
+    """Servo instants up to so long before and behind stops [s]."""
+    place, near = told.place, np.zeros(len(told.place.time), np.bool_)
+    for end in place.time[np.searchsorted(place.block, np.flatnonzero(stops(told.wanted)), side="right") - 1]:
+        near[slice(*np.searchsorted(place.time, [end - before, end + behind], side="right"))] = True
+    return near
+
+
+def stops(path: ProgramPath) -> npt.NDArray[np.bool_]:
+    """Joints at which a cut at one height begins or ends: in a corner, a stop or another move, shape (n - 1,)."""
+    cut = cut_level(path)
+    parted = (turn_angles(path.curve) > _KINK) | path.stop_at
+    return (cut[:-1] != cut[1:]) | (cut[:-1] & cut[1:] & parted)
 
 
 def frequency_of(told: Commanded, jerk: float) -> float:
@@ -129,22 +163,32 @@ def learn(
         Called with the share done.
     """
     told = plants[0].told
-    active = window(told)
+    active, counts = window(told), judged(told)
     shift = np.zeros(len(told.place.time))
     best, trail = shift, [math.inf]
     for count in range(most + 1):
         error = errors(plants, shifted(told, shift)).mean(axis=0)
-        size = float(np.abs(error[active]).max(initial=0.0))
+        size = float(np.abs(error[counts]).max(initial=0.0))
         trail.append(size)
         if size <= min(trail[:-1]):
             best = shift
         if size > (1.0 - GAINS) * min(trail[:-1]) or count == most:
             break
-        shift = np.clip(learned(shift, error, rule, active), -largest, largest)
+        shift = np.clip(learned(shift, held(error, active), rule, active), -largest, largest)
         if progress is not None:
             progress((count + 1) / most)
     along, first = np.unique(told.place.travelled, return_index=True)
     return Learned(along, best[first], tuple(trail[1:]), rule)
+
+
+def held(error: FloatArray, active: npt.NDArray[np.bool_]) -> FloatArray:
+    """Errors with the last one of a window in place of those behind it, which smoothing and lead would else bring into it.
+
+    >>> held(np.array([1.0, 2.0, 9.0, 3.0]), np.array([True, True, False, True])).tolist()
+    [1.0, 2.0, 2.0, 3.0]
+    """
+    last = np.maximum.accumulate(np.where(active, np.arange(len(error)), -1))
+    return np.where(last >= 0, error[np.maximum(last, 0)], error)
 
 
 def rule_of(told: Commanded, jerk: float, lead: float | None, smoothing: float | None) -> Rule:
@@ -184,7 +228,7 @@ def first_place(path: ProgramPath) -> float:
 def stretches(path: ProgramPath) -> list[tuple[float, float]]:
     """From where to where cuts at one height run through [m]: not beyond a corner, a pause or a change of feed."""
     curve, cut = path.curve, cut_level(path)
-    parted = (turn_angles(curve) > _KINK) | (path.feed[:-1] != path.feed[1:]) | path.stop_at
+    parted = stops(path) | (path.feed[:-1] != path.feed[1:])
     found: list[tuple[float, float]] = []
     for i in np.flatnonzero(cut):
         low, high = float(curve.knots[i]), float(curve.knots[i + 1])

@@ -5,15 +5,20 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from cutwise import units
+from cutwise.io.program_setup import setup_of
 from cutwise.io.scenario import read_document
 from cutwise.maths.curves import FloatArray
 from cutwise.paths.pocket import corner
-from cutwise.process.milling import Commanded, commanded, read_program
+from cutwise.process.milling import Commanded, commanded
+from cutwise.programs.fanuc import Fanuc
+from cutwise.programs.interpreter import reading
+from cutwise.programs.rs274 import Rs274
+from cutwise.programs.trace import Trace, traced
 from cutwise.spec.correct import Correction
 from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.spec.milling import CornerPath, MillingScenario
-from cutwise.study.correct.chorded import Stretch, corner_program, joint_tolerance, mode_of, rewritten
-from cutwise.study.correct.shift import Learned, Plant, chords, cut_level, errors, stretches, window
+from cutwise.study.correct.chorded import Stretch, corner_program, joint_tolerance, mode_of, rewritten, writable
+from cutwise.study.correct.shift import Learned, Plant, chords, cut_level, errors, judged, stretches
 
 
 class Written(NamedTuple):
@@ -23,16 +28,17 @@ class Written(NamedTuple):
     told: Commanded
     error: FloatArray  # of the nominal machine at the servo instants [m]
     chords: int
+    left: tuple[str, ...] = ()  # lines that could not be shifted, and why
 
     @property
     def residual(self) -> float:
-        """Largest contour error where the path may be shifted [m]."""
+        """Largest contour error where a shift is judged [m]."""
         return largest(self.told, self.error)
 
 
 def largest(told: Commanded, error: FloatArray) -> float:
-    """Largest error where the path may be shifted: plunges, rapid moves and what comes before the first bend are left out [m]."""
-    return float(np.abs(np.asarray(error)[..., window(told)]).max(initial=0.0))
+    """Largest error where a shift is judged: not in plunges and rapid moves, before the first bend, and next to stops [m]."""
+    return float(np.abs(np.asarray(error)[..., judged(told)]).max(initial=0.0))
 
 
 def as_program(scenario: MillingScenario) -> MillingScenario:
@@ -85,14 +91,45 @@ def _read(document: dict[str, Any], like: MillingScenario) -> MillingScenario:
     return found
 
 
-def written(scenario: MillingScenario, told: Commanded, found: Learned, said: Correction) -> Written:
-    """The program of a shift, read back and run on the nominal machine."""
-    pieces = _stretches(scenario, told, found, said)
-    program, read = scenario.program, read_program(scenario)
+def program_of(scenario: MillingScenario) -> Trace:
+    """The program as text and as it runs.
+
+    Raises
+    ------
+    ScenarioFault
+        Its language has no words for a shifted path.
+    """
+    program = scenario.program
     assert program is not None
-    assert read is not None
+    setup = setup_of(program)
+    run = reading(program.text, program.file, setup)
+    why = None
+    if not isinstance(run, Rs274):
+        why = "is APT; paths are shifted in G-code alone: post-process it first"
+    elif isinstance(run, Fanuc):
+        why = ("is in the dialect fanuc, which has no word for the tolerance of a joint (G64 P), and chords would brake at each "
+               "of theirs: correct the program in rs274 and write it with --format fanuc")  # fmt: skip
+    trace = None if why is not None else traced(program.text, program.file, setup)
+    if trace is None:
+        raise ScenarioFault([Fault(("program",), f"{why}")])
+    return trace
+
+
+def written(scenario: MillingScenario, told: Commanded, found: Learned, said: Correction) -> Written:
+    """The program of a shift, read back and run on the nominal machine; stretches that cannot be written stay.
+
+    Raises
+    ------
+    ScenarioFault
+        None of them can, with the reason of each line.
+    """
+    trace, program = program_of(scenario), scenario.program
+    assert program is not None
+    pieces, faults = writable(trace, told.wanted, _stretches(scenario, told, found, said))
+    if faults and not pieces:
+        raise ScenarioFault(faults)
     moded = "path_mode" in scenario.model_fields_set
-    text = rewritten(read, told.wanted, pieces, said.decimals, moded=moded) if pieces else program.text
+    text = rewritten(trace, told.wanted, pieces, said.decimals, moded=moded) if pieces else program.text
     document = scenario.document()
     if moded:
         document.pop("path_mode")
@@ -100,7 +137,9 @@ def written(scenario: MillingScenario, told: Commanded, found: Learned, said: Co
     document["program"] = {**document["program"], "file": _renamed(program.file), "text": text, "wanted": wanted}
     new = _read(document, scenario)
     again = commanded(new, new.numerics.substeps)
-    return Written(new, again, errors([Plant(new, again)], again.order)[0], sum(len(one.end) for one in pieces))
+    left = tuple(fault.message for fault in faults)
+    error = errors([Plant(new, again)], again.order)[0]
+    return Written(new, again, error, sum(len(one.end) for one in pieces), left)
 
 
 def _renamed(file: str) -> str:
@@ -115,6 +154,7 @@ def _stretches(scenario: MillingScenario, told: Commanded, found: Learned, said:
     at, point = chords(path, found, chord_of(scenario, told, said))
     point = np.round(point * 1e3, said.decimals) * 1e-3
     block = np.minimum(np.searchsorted(path.curve.knots, at - 1e-12, side="left") - 1, path.curve.count - 1)
+    along, instant = np.unique(told.place.travelled, return_index=True)
     pieces, least = [], 0.5 * 10.0 ** -(3 + said.decimals)
     for low, high in stretches(path):
         inside = np.flatnonzero((at >= low - 1e-12) & (at <= high + 1e-12))
@@ -122,8 +162,7 @@ def _stretches(scenario: MillingScenario, told: Commanded, found: Learned, said:
             continue
         inside = _own(at, inside, low, high)
         ends = point[inside[1:], :2]
-        first = int(np.searchsorted(path.curve.knots, low + 1e-12, side="right")) - 1
-        speed = min(float(path.feed[first]), float(told.reference.speed.max()))
+        speed = np.interp(at[inside[1:-1]], along, told.reference.speed[instant])
         tolerance = joint_tolerance(point[inside[0], :2], ends, speed, limits.acceleration, limits.jerk)
         pieces.append(Stretch(path.source[np.maximum(block[inside[1:]], 0)], ends, tolerance))
     return pieces
