@@ -16,6 +16,7 @@ from cutwise.spec.faults import ScenarioFault
 from cutwise.study.many import engine
 from cutwise.study.many import folder as at
 from cutwise.study.many.answers import answers, command, measures
+from cutwise.study.many.cases import GOOD, evaluate, scenario_of
 from cutwise.study.many.face import run_study
 from cutwise.study.many.packing import pack, unpack
 from cutwise.study.many.reading import read_study
@@ -94,6 +95,21 @@ def test_a_case_is_what_its_own_run_gives(study, examples, tmp_path):
     words = [one.replace("'", "") for one in command(found, 3).split(" --set ")[1:]]
     alone = quick_outcome(load(examples / "deburr_compliant_spindle.yaml", words), coarse=True).measures
     assert found.table["measure surface_error_max"][3] == pytest.approx(alone["surface_error_max"], rel=1e-5)
+
+
+def test_numbers_of_a_case_are_those_that_judged_it(study):
+    """A borderline case is run with the finer step: its measures keep the limits if it is good, and miss one if it is bad."""
+    found = evaluate(study(), 0, 24, {"surface_error_max": 2e-5, "surface_error_min": 2e-5})
+    assert found.finer.any()
+    assert not found.finer.all()
+    beyond = (found.measures["surface_error_max"] > 5e-5) | (found.measures["surface_error_min"] < -5e-5)
+    assert ((found.state == GOOD) == ~beyond).all()
+    near = int(np.flatnonzero(found.finer)[0])
+    values = {key: column[near] for key, column in found.levers.items()}
+    assert (
+        found.measures["surface_error_max"][near]
+        == quick_outcome(scenario_of(study(), values)).measures["surface_error_max"]
+    )
 
 
 def test_design_levers_see_the_same_draws(study, tmp_path):
