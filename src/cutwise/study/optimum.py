@@ -123,6 +123,7 @@ class Seeker:
         """
         with suppress(Spent):
             starts = [self._rounded(x) for x in near] if near else self._scattered(problem)
+            self.ask(starts)  # of whole levers alone, no search asks for them
             for x in starts:
                 self._locally(problem, x, 0.05 if near else self._apart())
             if starts:

@@ -84,9 +84,10 @@ class Cost:
         bare = {word: values.get(name, math.nan) for word, name in self.names.items()}
         bare |= {word: float(q.magnitude) for word, q in self._quantities.items()}
         try:
-            return float(_evaluated(self._tree, bare))
+            found = _evaluated(self._tree, bare)
         except (ZeroDivisionError, OverflowError):
             return math.nan
+        return math.nan if isinstance(found, complex) else float(found)  # a root of what is below 0
 
 
 def _evaluated(one: ast.expr, values: Mapping[str, Any]) -> Any:
@@ -157,6 +158,8 @@ def search_of(tree: Node, scenario: Scenario, levers: Levers, runs: int | None, 
             aims += _aims(tree.value[word], word, sign, scenario, between, faults)
     if not aims and not tree.value.keys() & {"minimise", "maximise"}:
         faults.at(tree, ("method",), "optimise needs minimise or maximise: a measure, a lever, or a cost")
+    if len({aim.text for aim in aims}) < len(aims):
+        faults.at(tree, ("method",), f"{aims[0].text} is both aims: a front has two that differ")
     probability = _robust(tree, scenario, bool(levers.random), faults)
     if len(aims) + (len(probability) > 1) > 2:
         faults.at(tree, ("method",), "a front has two aims; a list of probabilities is one of them")
@@ -176,6 +179,8 @@ def _aims(
                 wrong = [name for name in cost.names.values() if not _fits(name, scenario, between)]
                 if wrong:
                     raise ValueError(_no_aim(wrong[0], scenario, between))
+                if not cost.names:
+                    raise ValueError(f'"{text}" is the same for every setting: it has no measure and no lever')
                 cost.unit({name: _dimension(name, scenario) or "dimensionless" for name in cost.names.values()})
             except ValueError as why:
                 faults.at(one, (word, "cost"), str(why))
@@ -195,6 +200,8 @@ def _fits(name: str, scenario: Scenario, between: Mapping[str, Between]) -> bool
 
 
 def _no_aim(name: str, scenario: Scenario, between: Mapping[str, Between]) -> str:
+    if name in between:
+        return f"{name} takes the values of a list: it is an aim where it has two ends (between)"
     near = get_close_matches(name, [*type(scenario).measures, *between], n=1)
     return f"{name} is no measure and no lever of this optimisation{f'; did you mean {near[0]}?' if near else ''}"
 

@@ -31,9 +31,9 @@ class Chunk(NamedTuple):
 
     first: int
     levers: dict[str, list[Value]]
-    measures: dict[str, FloatArray]  # SI, NaN where a case does not have one
+    measures: dict[str, FloatArray]  # SI, NaN where a case does not have one; with the step that decided, as the margin
     state: NDArray[np.int64]
-    margin: FloatArray  # farthest beyond a limit, above 0 is bad; with the step that decided
+    margin: FloatArray  # farthest beyond a limit, above 0 is bad
     finer: NDArray[np.bool_]  # run again with the step of the scenario
     said: list[str]  # why a case is infeasible, unsound or failed
 
@@ -109,10 +109,10 @@ def evaluate_levers(
     far = np.zeros(count)
     for i, values in enumerate(each):
         case = coarse(values)
-        for name in measures.keys() & case.measures.keys():
-            measures[name][i] = case.measures[name]
         if errors and _borderline(study.scenario, case.outcome, errors):
             case, finer[i] = fine(values), True
+        for name in measures.keys() & case.measures.keys():
+            measures[name][i] = case.measures[name]
         far[i] = margin(study.scenario, case.outcome, scales) if case.failure is None else BEYOND
         state[i], said[i] = _judged(study.scenario, case, float(far[i]))
         if told is not None:

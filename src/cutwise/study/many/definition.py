@@ -229,7 +229,8 @@ def trajectories(
 ) -> tuple[FloatArray, NDArray[np.int64], FloatArray]:
     """Morris' walks: points, the input that each step turns, and how far; shapes (r (d + 1), d), (r, d), (r, d).
 
-    The step is levels / (2 (levels - 1)); a start lies where every step stays within the levels.
+    The points are the middles of as many equal shares as there are levels, so that none is the end of a distribution;
+    a step leads over half of the levels, which is half of all shares.
     """
     step = levels / (2.0 * (levels - 1.0))
     low = np.arange(levels // 2) / (levels - 1.0)
@@ -240,8 +241,8 @@ def trajectories(
     for r in range(count):
         for k, i in enumerate(order[r]):
             found[r, k + 1 :, i] = start[r, i] + (step if up[r, i] else 0.0)
-    moved = np.where(np.take_along_axis(up, order, axis=1), step, -step)
-    inside = (found * (levels - 1.0) + 0.5) / levels  # the middles of as many equal shares: no end of a distribution
+    moved = np.where(np.take_along_axis(up, order, axis=1), 0.5, -0.5)  # in shares, as the points are
+    inside = (found * (levels - 1.0) + 0.5) / levels
     return inside.reshape(-1, inputs), order, moved
 
 

@@ -9,6 +9,9 @@ from scipy import special
 
 FloatArray = NDArray[np.float64]
 
+_STEP = 1e-12  # share of all values that are one and the same
+_MOST = 1.0 - 2.0**-53  # a share that is rounded to 1 would be at infinity
+
 
 class Distribution(Protocol):
     """A distribution of a number."""
@@ -129,13 +132,25 @@ class Truncated(NamedTuple):
     low: float
     high: float
 
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The shares of the whole below its ends; a value on the upper end itself is inside."""
+        last, after = self.whole.share_below(self.high), self.whole.share_below(math.nextafter(self.high, math.inf))
+        return self.whole.share_below(self.low), after if after - last > _STEP else last
+
+    @property
+    def share(self) -> float:
+        """The share of the whole that lies between the ends."""
+        first, last = self.ends
+        return last - first
+
     def quantile(self, u: FloatArray) -> FloatArray:
-        first, last = self.whole.share_below(self.low), self.whole.share_below(self.high)
-        inside = self.whole.quantile(first + u * (last - first))
+        first, last = self.ends
+        inside = self.whole.quantile(np.minimum(first + u * (last - first), _MOST))
         return np.asarray(np.clip(inside, self.low, self.high))  # rounding alone leads beyond
 
     def share_below(self, x: float) -> float:
-        first, last = self.whole.share_below(self.low), self.whole.share_below(self.high)
+        first, last = self.ends
         return min(1.0, max(0.0, (self.whole.share_below(x) - first) / (last - first)))
 
 

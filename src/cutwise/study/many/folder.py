@@ -36,6 +36,8 @@ def identity_of(
     plain = [study.scenario.document(), coarse, levers, study.method, study.seed, list(study.measures), study.levels]
     if study.correlated:
         plain.append([list(group) for group in study.correlated])
+    if study.search is not None:  # a trial is known by its point: numbers of these levers, places among these words
+        plain.append([[key, one.whole, [*map(str, one.words)]] for key, one in study.search.between.items()])
     if study.method in ("latin_hypercube", "morris", "rare"):
         plain.append(study.draws)  # their points depend on how many there are
     digest = hashlib.sha256(json.dumps(plain, sort_keys=True, default=str).encode()).hexdigest()

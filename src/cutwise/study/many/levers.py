@@ -1,7 +1,6 @@
 """What varies in a study, as it is written: values that are set, and distributions of values that scatter."""
 
 import math
-import re
 from collections.abc import Callable, Mapping, Sequence
 from difflib import get_close_matches
 from pathlib import Path
@@ -10,9 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cutwise import units
-from cutwise.io.files import as_text, read_bytes
 from cutwise.io.revision import Value
-from cutwise.io.tables import cells_of, number_of
 from cutwise.io.tree import Node
 from cutwise.spec import fields
 from cutwise.spec.faults import Fault, ScenarioFault, dotted, split_dotted
@@ -20,8 +17,16 @@ from cutwise.spec.part import RandomField
 from cutwise.spec.scenario import Scenario
 from cutwise.study.many import distributions as scatter
 from cutwise.study.many.definition import Between, Design, Random
+from cutwise.study.many.observed import NoTable, observed
 
 _KINDS = ("normal", "lognormal", "uniform", "triangular", "table", "choice", "grid", "between", "field")
+
+_MOST_SETTINGS = 10**5  # of one lever
+_NOT_VARIED = {
+    "name": "it changes no number",
+    "process": "each process has a study of its own",
+    "requirements": "all cases are judged by the same limits; write them under set, and a study for each",
+}
 
 At = tuple[str | int, ...]
 
@@ -61,6 +66,9 @@ def levers_of(tree: Node, scenario: Scenario, folder: Path, faults: Faults) -> L
         return found
     for key, one in node.value.items():
         path = ("vary", key)
+        if split_dotted(key)[0] in _NOT_VARIED:
+            faults.at(one, path, f"does not vary within a study: {_NOT_VARIED[str(split_dotted(key)[0])]}", at_key=True)
+            continue
         info = fields.field_at(type(scenario), split_dotted(key))
         if info is None:
             known = [dotted(p) for p, _ in fields.keys(type(scenario))]
@@ -80,6 +88,7 @@ def _lever(
     path = ("vary", key)
     if isinstance(one.value, list):
         found.design[key] = Design(tuple(_value(entry, dimension, path, faults) for entry in one.value))
+        _distinct(found.design[key].values, one, path, faults)
         if not one.value:
             faults.at(one, path, "is an empty list")
         return
@@ -88,6 +97,7 @@ def _lever(
         return
     if "grid" in one.value:
         found.design[key] = Design(_grid(one.value["grid"], dimension, path, faults))
+        _distinct(found.design[key].values, one, path, faults)
         for name in one.value.keys() - {"grid"}:
             faults.at(one.value[name], (*path, name), "does not go with grid", at_key=True)
         return
@@ -148,11 +158,21 @@ def _curve(one: Node, key: str, scenario: Scenario, faults: Faults) -> tuple[Ran
     return Random(scatter.Normal(mean, deviation), curve=True), text
 
 
+def _distinct(values: Sequence[Value], node: Node, path: At, faults: Faults) -> None:
+    """Values of a list are those of its settings, each of which is studied once."""
+    numbers = [x for x in values if not (isinstance(x, float) and math.isnan(x))]  # those are told already
+    if len(set(map(repr, numbers))) < len(numbers):
+        faults.at(node, path, "has the same value twice")
+
+
 def _value(node: Node, dimension: str | None, path: At, faults: Faults) -> Value:
     """A value in SI, or the word it is."""
     plain = node.plain()
-    if dimension is None or isinstance(plain, bool):
+    if dimension is None:
         return str(plain).lower() if isinstance(plain, bool) else plain
+    if isinstance(plain, bool):
+        faults.at(node, path, f"{str(plain).lower()} is no quantity")
+        return math.nan
     try:
         return units.parse(plain, dimension)
     except units.UnitFault as why:
@@ -181,6 +201,9 @@ def _grid(node: Node, dimension: str | None, path: At, faults: Faults) -> tuple[
         or given.keys() - {"from", "to", "count", "spacing"}
     ):
         faults.at(node, path, "expected for example {from: 3 bar, to: 6 bar, count: 7, spacing: linear}")
+        return ()
+    if count > _MOST_SETTINGS:
+        faults.at(node, path, f"{count:,} settings are too many: at most {_MOST_SETTINGS:,}")
         return ()
     if spacing == "log" and not (low > 0.0 and high > 0.0):
         faults.at(node, path, "spacing: log needs ends above zero")
@@ -295,7 +318,7 @@ def _random(
     if "within" in said:
         low, high = _within(said["within"], dimension, path, faults)
         made = scatter.Truncated(made, low, high)
-        if not made.whole.share_below(high) - made.whole.share_below(low) > 1e-12:
+        if not made.share > 1e-12:
             faults.at(said["within"], path, "none of the distribution lies within these ends")
             return None
     if added or "offset" not in said or said["offset"].value is not True:
@@ -325,12 +348,13 @@ def _choice(node: Node, dimension: str | None, path: At, faults: Faults) -> Rand
     if not isinstance(entries, list) or not entries:
         faults.at(node.value["choice"], path, "expected a list of values")
         return None
-    if weights is not None and (
-        len(weights) != len(entries)
-        or not all(isinstance(w, int | float) and w >= 0 for w in weights)
-        or not sum(weights) > 0
+    if weights is not None and not (
+        isinstance(weights, list)
+        and len(weights) == len(entries)
+        and all(isinstance(w, int | float) and not isinstance(w, bool) and 0 <= w < math.inf for w in weights)
+        and sum(weights) > 0
     ):
-        faults.at(node.value["weights"], path, "expected a number for each value, none below 0")
+        faults.at(node.value["weights"], path, "expected a number for each value, none below 0, not all of them 0")
         return None
     words = tuple(_value(one, dimension, path, faults) for one in entries)
     made = scatter.empirical(np.arange(len(words), dtype=float), None if weights is None else np.array(weights, float))
@@ -342,29 +366,9 @@ def _table(node: Node, dimension: str, folder: Path, path: At, faults: Faults) -
         faults.at(node, path, "expected the name of a CSV file with one column and its unit")
         return None
     try:
-        lines = as_text(read_bytes(folder / node.value, node.value), node.value).splitlines()
+        return observed(folder / node.value, node.value, dimension)
+    except NoTable as why:
+        faults.at(node, path, str(why))
     except ScenarioFault as why:
         faults.found += why.faults
-        return None
-    rows = [
-        [text for text, _ in cells_of(line)] for line in lines if line.strip() and not line.lstrip().startswith("#")
-    ]
-    values, weights = None, None
-    for title, *texts in zip(*rows, strict=False):
-        name, unit = re.fullmatch(r"\s*([^\[]*?)\s*(?:\[(.*)\])?\s*", title).groups()  # type: ignore[union-attr]
-        numbers = [number_of(text) for text in texts]
-        if any(number is None for number in numbers):
-            faults.at(node, path, f"{node.value}: {name} has a cell that is no number")
-            return None
-        if name == "weight":
-            weights = np.array(numbers, float)
-        elif values is None:
-            try:
-                values = np.array([units.converted(float(x), unit or "", dimension) for x in numbers])  # type: ignore[arg-type]
-            except units.UnitFault as why:
-                faults.at(node, path, f"{node.value}: {why}")
-                return None
-    if values is None or not len(values):
-        faults.at(node, path, f"{node.value} has no column of values")
-        return None
-    return scatter.empirical(values, weights)
+    return None

@@ -15,11 +15,11 @@ from cutwise.io.tree import Node, compose
 from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.spec.scenario import Scenario
 from cutwise.study.many.aims import measures_of, search_of
+from cutwise.study.many.consistency import goes_together, moved_once, too_many
 from cutwise.study.many.definition import (
     GRID,
     INDICES,
     METHODS,
-    MONTE_CARLO,
     MORRIS,
     OPTIMISE,
     RARE,
@@ -40,7 +40,7 @@ _KEYS = (
     "name", "scenario", "set", "vary", "correlated", "want", "method", "cases", "seed", "coarse", "stop", "budget", "levels",
     "minimise", "maximise", "robust", "points",
 )  # fmt: skip
-_OF_OPTIMISE = ("minimise", "maximise", "robust", "points")
+_SEEDS = 2**64
 _BEYOND = 1e-9  # share of a distribution that may lie beyond what its key allows
 
 
@@ -76,12 +76,22 @@ def study_of(
         hint = f"; did you mean {near[0]}?" if near else f"; a study has {', '.join(_KEYS)}"
         faults.at(node, (key,), f"unknown key{hint}", at_key=True)
     scenario = _scenario(tree, path, overrides, faults) if of is None else of
-    if scenario is None or faults.found:
+    if scenario is None:
+        _alone(tree, faults)
         raise ScenarioFault(faults.found)
     study = _study(tree, scenario, path, overrides, faults, cases=cases, seed=seed)
     if faults.found or study is None:
         raise ScenarioFault(faults.found)
     return study
+
+
+def _alone(tree: Node, faults: Faults) -> None:
+    """Faults of what can be read without the scenario."""
+    method = _word(tree, "method", METHODS, SOBOL, faults)
+    for key, least in (("cases", 1), ("seed", 0), ("levels", 2)):
+        _count(tree, key, least, faults, least=least)
+    _stop(tree, faults)
+    _budget(tree, method, faults)
 
 
 def is_study(path: Path) -> bool:
@@ -134,10 +144,13 @@ def _study(
     relations = relations_of(tree, scenario, levers, faults)
     random = levers.random
     method = _word(tree, "method", METHODS, SOBOL if random else GRID, faults)
-    _goes_together(tree, scenario, levers, method, bool(relations), faults)
+    goes_together(tree, scenario, levers, method, bool(relations), faults)
+    moved_once(tree, overrides, levers, faults)
     wanted = cases if cases is not None else _count(tree, "cases", 2000 if method == RARE else 1024, faults)
     measures, demanded = _wants(tree, scenario, faults, method, scatters=bool(random))
     chosen = seed if seed is not None else _count(tree, "seed", 0, faults, least=0)
+    if chosen >= _SEEDS:
+        faults.at(tree.value.get("seed", tree), ("seed",), f"{chosen} is too large: a seed has 64 bits")
     stop, budget = _stop(tree, faults), _budget(tree, method, faults)
     levels = _count(tree, "levels", 4, faults, least=2)
     draws = _rounded(method, wanted) if random else 1
@@ -157,6 +170,7 @@ def _study(
         coarse, {} if search else levers.design, random, method, draws, chosen, measures, demanded, stop, levels,
         _source(tree, path, scenario), (*given, *overrides), relations, search, budget,
     )  # fmt: skip
+    too_many(found, tree, faults)
     _allowed(found, tree, faults)
     return found
 
@@ -164,60 +178,6 @@ def _study(
 def _source(tree: Node, path: Path, scenario: Scenario) -> str:
     """Where the scenario of a study stands, as a command names it."""
     return str(path.parent / tree.value["scenario"].value) if "scenario" in tree.value else scenario.name
-
-
-def _goes_together(
-    tree: Node, scenario: Scenario, levers: Levers, method: str, related: bool, faults: Faults
-) -> None:  # fmt: skip
-    """Faults of a method with what varies, and of keys that it does not use."""
-    random = levers.random
-    if method == GRID and random:
-        faults.at(
-            tree.value.get("method", tree), ("method",),
-            f"grid takes values alone; {next(iter(random))} scatters: take sobol",
-        )  # fmt: skip
-    if method not in (GRID, SOBOL, MONTE_CARLO, OPTIMISE) and not random and "method" in tree.value:
-        faults.at(tree.value["method"], ("method",), f"{method} needs something that scatters (vary)")
-    if method != OPTIMISE:
-        for key in levers.between:
-            faults.at(tree.value["vary"].value[key], ("vary", key), "between belongs to method: optimise")
-    curves = [key for key, lever in random.items() if lever.curve]
-    if method == MORRIS and (related or curves):
-        what = "inputs that are correlated" if related else "curves"
-        faults.at(tree.value["method"], ("method",), f"morris moves one number at a time; of {what}, take indices")
-    if method == RARE and levers.design:
-        faults.at(
-            tree.value["method"], ("method",),
-            f"rare asks for one probability; {next(iter(levers.design))} has several values: set one of them",
-        )  # fmt: skip
-    if method == RARE and curves:
-        faults.at(
-            tree.value["method"],
-            ("method",),
-            f"rare moves single numbers: {curves[0]} is a curve of many; take a number",
-        )
-    if method == RARE and not scenario.asked:
-        faults.at(tree.value["method"], ("method",), "there are no requirements, so no case fails them")
-    for name, limit in scenario.requirements.items():
-        if limit.whole_band:
-            faults.at(
-                tree.value.get("scenario", tree), ("scenario",),
-                f"requirements.{name}.whole_band: a study judges the history of each case, not its whole band; set it false",
-            )  # fmt: skip
-    unused = {
-        "cases": "nothing scatters" if not random else "",
-        "seed": "nothing scatters" if not random and method != OPTIMISE else "",
-        "stop": "nothing scatters"
-        if not random
-        else f"{method} ends by itself"
-        if method in (*SEARCHES, MORRIS)
-        else "",
-        "levels": "only morris has levels" if method != MORRIS and random else "nothing scatters" if not random else "",
-        **dict.fromkeys(_OF_OPTIMISE, "only optimise looks for something" if method != OPTIMISE else ""),
-    }
-    for key, why in unused.items():
-        if key in tree.value and why:
-            faults.at(tree.value[key], (key,), f"is not used: {why}", at_key=True)
 
 
 def _with_curves(scenario: Scenario, levers: Levers, seed: int, faults: Faults) -> Scenario:
@@ -316,7 +276,7 @@ def _wants(
         if key == "measures":
             names = one.plain() if isinstance(one.value, list) else [one.plain()]
             for name in known if names == ["all"] else names:
-                if name not in known:
+                if not isinstance(name, str) or name not in known:
                     near = get_close_matches(str(name), list(known), n=1)
                     faults.at(
                         one,
@@ -327,7 +287,8 @@ def _wants(
         elif key == "probability":
             given = one.plain()
             demanded = given.get("min") if isinstance(given, dict) else None
-            if not isinstance(demanded, float | int) or not 0.0 < demanded < 1.0:
+            alone = isinstance(given, dict) and given.keys() == {"min"}
+            if not alone or not isinstance(demanded, float | int) or not 0.0 < demanded < 1.0:
                 faults.at(one, ("want", "probability"), "expected a share between 0 and 1, for example {min: 0.99}")
             if method == OPTIMISE:
                 faults.at(one, ("want", "probability"), "of an optimum it is asked for by robust: {probability: 0.99}")
@@ -354,7 +315,13 @@ def _wants(
 def _coarse(tree: Node, scenario: Scenario, faults: Faults) -> Scenario | None:
     """The scenario with the step of the bulk of the cases; None: none, or that of quick runs."""
     given = _plain_map(tree, "coarse", faults)
-    if not given:
+    others = [key for key in given if not key.startswith("numerics.")]
+    for key in others:
+        faults.at(
+            tree.value["coarse"].value[key], ("coarse", key),
+            "is no numerics: the bulk of the cases may have a larger step, but has to be of the same scenario (set)", at_key=True,
+        )  # fmt: skip
+    if not given or others:
         return None
     try:
         return read_document(scenario.document(), scenario.name, given)
@@ -385,8 +352,8 @@ def _allowed(study: Study, tree: Node, faults: Faults) -> None:
                 )
                 continue
         if key not in of_entries:
-            for u in (1e-3, 0.5, 1 - 1e-3):
-                _tried(revised, key, lever.of(np.array([u]))[0], node, faults)
+            for value in lever.words or lever.of(np.array([1e-3, 0.5, 1 - 1e-3])):
+                _tried(revised, key, value, node, faults)
     for key, design in study.design.items():
         for value in dict.fromkeys(design.values):
             _tried(revised, key, value, tree.value["vary"].value[key], faults)

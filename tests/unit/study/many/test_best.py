@@ -12,6 +12,7 @@ from cutwise.io.scenario import load
 from cutwise.process.recipes import quick_outcome
 from cutwise.spec.faults import ScenarioFault
 from cutwise.study.many import best
+from cutwise.study.many import folder as at
 from cutwise.study.many.aims import Cost
 from cutwise.study.many.definition import at_setting
 from cutwise.study.many.reading import read_study
@@ -29,7 +30,7 @@ method: optimise
 maximise: operation.feed
 """
 ROBUST = (
-    TEXT.replace(
+    TEXT.replace("  part.burr.height: 0.7 mm\n", "").replace(
         "method:",
         "  part.burr.height: {{normal: {{mean: 0.7 mm, deviation: 0.04 mm}}}}\nrobust: {{probability: 0.75}}\nmethod:",
     )
@@ -92,6 +93,21 @@ def test_a_robust_optimum_is_good_as_often_as_it_has_to_be(study, tmp_path, monk
     assert any("fresh cases (seed 6)" in line for line in lines)
 
 
+def test_trials_of_other_levers_are_not_taken_for_those_of_these(study, tmp_path):
+    """A trial is kept by its point: place 0 of [down, up] is another setting than place 0 of [up, down]."""
+    text = TEXT.replace("operation.feed: {{between: [40 mm/s, 150 mm/s]}}", "operation.milling: [down, up]")
+    text = text.replace("maximise: operation.feed", "maximise: surface_error_min")
+    found = best.optimised(study(text), tmp_path / "s")  # words alone, with the coarse step first
+    turned = text.replace("[down, up]", "[up, down]")
+    with pytest.raises(ScenarioFault, match="holds another study"):
+        best.optimised(study(turned), tmp_path / "s", resume=True)
+    fresh = best.optimised(study(turned), tmp_path / "t")
+    assert fresh.optimum.levers == found.optimum.levers
+    assert fresh.optimum.aims == found.optimum.aims
+    names = [at.identity_of(study(one), "1", 1, {}, {})["study"] for one in (TEXT, ROBUST, text, turned)]
+    assert len(set(names)) == 4
+
+
 @pytest.mark.slow
 def test_several_processes_find_the_same(study, tmp_path, monkeypatch):
     monkeypatch.setattr(best, "FRESH", 64)
@@ -127,6 +143,11 @@ def test_costs_have_units():
         Cost("t.real if t else 0").unit({"t.real": "time", "t": "time"})
 
 
+def test_a_root_of_less_than_nothing_is_no_cost():
+    assert np.isnan(Cost("(t - 2)**0.5")({"t": 1.0}))
+    assert Cost("(t - 2)**0.5")({"t": 6.0}) == 2.0
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [
@@ -144,6 +165,11 @@ def test_costs_have_units():
           "\nrobust: {{probability: 0.9}}"),
          "of its scatter lies beyond what operation.feed may be"),
         (("method: optimise", "method: optimise\nbudget: {{time: 3 s}}"), "optimise is limited by cases"),
+        (("method: optimise", "method: optimise\nminimise: operation.feed"), "operation.feed is both aims"),
+        (("maximise: operation.feed", "maximise: {{cost: \"'3 EUR'\"}}"), "is the same for every setting"),
+        (("maximise: operation.feed", "maximise: spindle.pressure"), "is no measure and no lever of this optimisation"),
+        (("{{between: [40 mm/s, 150 mm/s]}}", "[40 mm/s, 150 mm/s]"), "it is an aim where it has two ends (between)"),
+        (("part.burr.height: 0.7 mm", "operation.feed: 60 mm/s"), "the value that is set would not be used"),
     ],
 )  # fmt: skip
 def test_faults_are_told_in_words(study, change, words):

@@ -16,6 +16,8 @@ from cutwise.spec.faults import ScenarioFault
 from cutwise.study.many import engine
 from cutwise.study.many import folder as at
 from cutwise.study.many.answers import answers, command, measures
+from cutwise.study.many.cases import GOOD, evaluate, scenario_of
+from cutwise.study.many.face import run_study
 from cutwise.study.many.packing import pack, unpack
 from cutwise.study.many.reading import read_study
 
@@ -95,6 +97,21 @@ def test_a_case_is_what_its_own_run_gives(study, examples, tmp_path):
     assert found.table["measure surface_error_max"][3] == pytest.approx(alone["surface_error_max"], rel=1e-5)
 
 
+def test_numbers_of_a_case_are_those_that_judged_it(study):
+    """A borderline case is run with the finer step: its measures keep the limits if it is good, and miss one if it is bad."""
+    found = evaluate(study(), 0, 24, {"surface_error_max": 2e-5, "surface_error_min": 2e-5})
+    assert found.finer.any()
+    assert not found.finer.all()
+    beyond = (found.measures["surface_error_max"] > 5e-5) | (found.measures["surface_error_min"] < -5e-5)
+    assert ((found.state == GOOD) == ~beyond).all()
+    near = int(np.flatnonzero(found.finer)[0])
+    values = {key: column[near] for key, column in found.levers.items()}
+    assert (
+        found.measures["surface_error_max"][near]
+        == quick_outcome(scenario_of(study(), values)).measures["surface_error_max"]
+    )
+
+
 def test_design_levers_see_the_same_draws(study, tmp_path):
     planned = study(
         TEXT.replace("  spindle.pressure: {{uniform: [4.8 bar, 5.2 bar]}}", "  spindle.pressure: [4 bar, 5 bar]"),
@@ -133,6 +150,20 @@ def test_indices_and_effects_are_found(study, tmp_path):
         told = measures(answers(planned, tmp_path / method, 64))
         name = "index_total" if method == "indices" else "effect"
         assert told[f"{name}_surface_error_max_part.burr.width"] > 0.0
+
+
+def test_effects_are_told_in_shares_of_an_input(study, tmp_path):
+    """An input that counts in proportion has the effect of its whole range: here power, nearly so, of the pressure."""
+    text = TEXT.split("vary:")[0].replace("set: {{operation.feed: 80 mm/s}}\n", "") + (
+        "vary: {{spindle.pressure: {{uniform: [4.99 bar, 5.01 bar]}}}}\nmethod: morris\ncases: 2\n"
+        "want: {{measures: [cutting_power_mean]}}\n"
+    )
+    planned = study(text)
+    engine.run_study(planned, tmp_path / "s")
+    table = rows(planned, tmp_path / "s")
+    slope = np.polyfit(table["lever spindle.pressure"], table["measure cutting_power_mean"], 1)[0]
+    found = measures(answers(planned, tmp_path / "s", at.identity_in(tmp_path / "s")["chunk"]))
+    assert found["effect_cutting_power_mean_spindle.pressure"] == pytest.approx(abs(slope) * 2000.0, rel=1e-3)
 
 
 def test_the_stop_rule_looks_at_a_finished_prefix(study, tmp_path):
@@ -207,6 +238,57 @@ def test_a_killed_worker_loses_nothing(study, tmp_path):
         (("seed: 1", "seed: 1\nlevels: 6"), "levels: is not used: only morris has levels"),
         (("seed: 1", "seed: 1\nwant2: 3"), "want2: unknown key; did you mean want"),
         (("80 mm/s", "80 mm"), '"mm" is not a unit of speed'),
+        # what would be taken and not used
+        (("operation.feed: 80 mm/s", "part.burr.width: 2 mm"), "the value that is set would not be used"),
+        (("method: {method}", "coarse: {{operation.feed: 150 mm/s}}"), "coarse.operation.feed: is no numerics"),
+        (
+            (
+                "uniform: [4.8 bar, 5.2 bar]",
+                "uniform: [4.8 bar, 5.2 bar]}}\n  requirements.surface_error_max.max: {{choice: [1 mm, 2 mm]",
+            ),
+            "all cases are judged by the same limits",
+        ),
+        (
+            ("spindle.pressure: {{uniform: [4.8 bar, 5.2 bar]}}", "name: [a, b]"),
+            "vary.name: does not vary within a study",
+        ),
+        (
+            ("spindle.pressure: {{uniform: [4.8 bar, 5.2 bar]}}", "process: [mill]"),
+            "each process has a study of its own",
+        ),
+        (
+            ("spindle.pressure: {{uniform: [4.8 bar, 5.2 bar]}}", "spindle.pressure: [5 bar, 5.0 bar]"),
+            "the same value twice",
+        ),
+        (("want: {{", "want: {{probability: {{min: 0.9, max: 0.95}}, "), "expected a share between 0 and 1"),
+        (("method: {method}", "method: indices\nbudget: {{cases: 9}}\nlevels: 3"), "only morris has levels"),
+        (("method: {method}", "method: morris\nlevels: 5"), "5 is odd"),
+        (
+            ("80 mm/s}}", "80 mm/s, requirements: null}}\nstop: {{half_width: 0.1}}"),
+            "stop: is not used: there are no requirements",
+        ),
+        # what would end in a traceback
+        (("{{mean: 0.8 mm, deviation: 0.1 mm}}", "[0.8 mm, true]"), "true is no quantity"),
+        (("within: [0 mm, null]", "within: [true, null]"), "true is no quantity"),
+        (("[cutting_power_mean]", "{{a: b}}"), "unknown measure"),
+        (("uniform: [4.8 bar, 5.2 bar]", "choice: [4.8 bar, 5.2 bar], weights: 3"), "expected a number for each value"),
+        (
+            ("uniform: [4.8 bar, 5.2 bar]", "choice: [4.8 bar, 5.2 bar], weights: [.inf, 1]"),
+            "expected a number for each value",
+        ),
+        (("cases: {cases}", "cases: 100000000000000"), "cases are too many"),
+        (
+            ("uniform: [4.8 bar, 5.2 bar]", "grid: {{from: 4 bar, to: 5 bar, count: 1000000000}}"),
+            "settings are too many",
+        ),
+        # a word that is seldom drawn
+        (
+            (
+                "spindle.pressure: {{uniform: [4.8 bar, 5.2 bar]}}",
+                "operation.milling: {{choice: [down, sideways], weights: [1e6, 1]}}",
+            ),
+            '"sideways" is not one of down, up',
+        ),
     ],
 )
 def test_faults_are_told_in_words(study, change, words):
@@ -217,6 +299,40 @@ def test_faults_are_told_in_words(study, change, words):
     with pytest.raises(ScenarioFault) as found:
         study(text)
     assert words in str(found.value)
+
+
+def test_what_decides_is_asked_at_one_setting(study):
+    text = TEXT.replace("uniform: [4.8 bar, 5.2 bar]", "grid: {{from: 4 bar, to: 5 bar, count: 2}}")
+    for method in ("indices", "morris"):
+        with pytest.raises(ScenarioFault, match=r"spindle\.pressure has several values"):
+            study(text, method=method)
+
+
+def test_a_value_that_is_set_may_be_scattered_about(study):
+    text = TEXT.replace("operation.feed: 80 mm/s", "spindle.pressure: 5.5 bar").replace(
+        "uniform: [4.8 bar, 5.2 bar]", "uniform: [-0.2 bar, 0.2 bar], offset: true"
+    )
+    assert study(text).random["spindle.pressure"].added == pytest.approx(5.5e5)
+    with pytest.raises(ScenarioFault, match=r"--set part\.burr\.width: is set, and varies"):
+        study(overrides=["part.burr.width=1.2 mm"])
+    with pytest.raises(ScenarioFault, match="a seed has 64 bits"):
+        study(seed=2**64)
+
+
+def test_a_fault_of_the_scenario_hides_none_of_the_study(study):
+    text = TEXT.replace("80 mm/s", "80 mm").replace("seed: 1", "seed: x\nstop: 4\nbudget: 5\nwnt: 3")
+    with pytest.raises(ScenarioFault) as found:
+        study(text, method="nothing")
+    for words in ("unit of speed", "seed: x is no", "stop: expected", "budget: expected", "wnt: unknown", "nothing"):
+        assert words in str(found.value)
+
+
+def test_a_requirement_has_no_probability_of_its_own_in_a_study(examples):
+    scenario = load(examples / "deburr_compliant_spindle.yaml")
+    limit = scenario.requirements["surface_error_max"].model_copy(update={"probability": 0.9})
+    asked = scenario.model_copy(update={"requirements": {**scenario.requirements, "surface_error_max": limit}})
+    with pytest.raises(ScenarioFault, match="a case keeps a limit or misses it"):
+        run_study(asked, {"part.burr.height": {"normal": {"mean": "0.8 mm", "deviation": "0.1 mm"}}}, cases=8)
 
 
 def test_nothing_is_asked_of_a_study_in_which_nothing_scatters(study):

@@ -9,6 +9,7 @@ from scipy import stats
 from cutwise.study.many import distributions as scatter
 from cutwise.study.many import draws
 from cutwise.study.many.definition import mixed, trajectories
+from cutwise.study.many.observed import NoTable, observed
 from cutwise.study.many.statements import clopper_pearson, elementary_effects, share_of, sobol_indices, wilson
 
 
@@ -58,6 +59,34 @@ def test_measured_values_come_as_often_as_their_weights_say():
     assert found.quantile(np.array([0.1, 0.5, 0.6, 0.8, 0.999])).tolist() == [1.0, 1.0, 2.0, 3.0, 3.0]
 
 
+def test_a_measured_value_on_an_end_is_within():
+    found = scatter.Truncated(scatter.empirical(np.array([1.0, 2.0, 3.0, 4.0])), 2.0, 3.0)
+    assert found.quantile(np.array([0.25, 0.75])).tolist() == [2.0, 3.0]
+    assert found.share == 0.5
+    assert np.isfinite(scatter.Truncated(scatter.Normal(0.0, 1.0), 6.5, np.inf).quantile(np.array([1.0 - 1e-15]))).all()
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("height [mm],other [mm]\n0.7,1\n", "expected one column of values"),
+        ("height [mm],Weight\n0.7,1\n", "expected one column of values"),
+        ("height [mm],weight\n0.7,-1\n0.8,2\n", "none is below 0"),
+        ("height [mm],weight\n0.7,0\n", "not all of them 0"),
+        ("height [mm],weight\n0.7,1\n0.8\n", "line 3 has 1 cells in place of 2"),
+        ("height [mm],weight [kg]\n0.7,1\n", "weight has no unit"),
+        ("height [mm];weight\n0,7;1\n", "separated by semicolons"),
+        ("height [s]\n0.7\n", "not a unit of length"),
+        ("height [mm]\n", "no column of values"),
+        ("height [mm]\nnan\nx\n", "line 2: height has a cell that is no number; line 3"),
+    ],
+)
+def test_a_table_is_taken_as_a_whole_or_not_at_all(tmp_path, text, words):
+    (tmp_path / "t.csv").write_text(text, encoding="utf-8")
+    with pytest.raises(NoTable, match=words):
+        observed(tmp_path / "t.csv", "t.csv", "length")
+
+
 def test_a_deviation_of_nothing_is_the_mean():
     assert scatter.Normal(2.0, 0.0).quantile(np.array([0.01, 0.99])).tolist() == [2.0, 2.0]
     assert scatter.Uniform(2.0, 2.0).share_below(3.0) == 1.0
@@ -102,7 +131,7 @@ def test_additive_functions_have_no_joint_share():
 def test_morris_of_a_linear_function_is_its_slopes():
     points, order, moved = trajectories(3, 20, 4, draws.generator(1, draws.MORRIS))
     assert ((points > 0.0) & (points < 1.0)).all()
-    value = (4.0 * points - 0.5) / 3.0 @ np.array([1.0, -2.0, 0.0])  # on the levels themselves
+    value = points @ np.array([1.0, -2.0, 0.0])
     before, after, step = (np.empty((20, 3)) for _ in range(3))
     rows = value.reshape(20, 4)
     for r in range(20):
@@ -138,5 +167,5 @@ def test_morris_of_ishigami():
     before, after, step = (np.empty((500, 3)) for _ in range(3))
     for r in range(500):
         for k, i in enumerate(order[r]):
-            before[r, i], after[r, i], step[r, i] = rows[r, k], rows[r, k + 1], moved[r, k]
+            before[r, i], after[r, i], step[r, i] = rows[r, k], rows[r, k + 1], moved[r, k] * 4.0 / 3.0
     assert elementary_effects(before, after, step).strength == pytest.approx([7.704, 7.875, 6.249], abs=0.6)
