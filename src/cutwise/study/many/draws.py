@@ -45,6 +45,14 @@ def uniforms(seed: int, inputs: int, first: int, count: int) -> FloatArray:
     return found
 
 
+def shuffled(numbers: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Whole numbers as if drawn at random, the same for the same ones (the mixing of SplitMix64, Steele et al. 2014)."""
+    mixed = numbers.astype(np.uint64) * np.uint64(0x9E3779B97F4A7C15)
+    mixed = (mixed ^ (mixed >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    mixed = (mixed ^ (mixed >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    return ((mixed ^ (mixed >> np.uint64(31))) >> np.uint64(1)).astype(np.int64)
+
+
 def _shifts(seed: int, net: int, inputs: int) -> NDArray[np.int64]:
     groups = -(-inputs // 4)
     words = np.random.Philox(key=[seed, _NETS_FROM + net], counter=[0, 0, 0, 0]).random_raw(4 * groups)

@@ -8,15 +8,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from cutwise import __version__
 from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.study.many import folder as at
-from cutwise.study.many.answers import share_of_prefix
 from cutwise.study.many.cases import evaluate, limit_scales, step_errors
 from cutwise.study.many.definition import SEARCHES, Study, in_the_middle
 from cutwise.study.many.packing import pack, unpack
+from cutwise.study.many.tally import Following
 
 _LASTS = 10.0  # [s] that a part should take
 _SMALLEST, _LARGEST = 32, 4096
@@ -233,7 +231,7 @@ class _Allowance:
 
 
 def _alone(study: Study, folder: Path, size: int, known: dict[str, Any], progress: Progress | None) -> Ran:
-    done, allowance = 0, _Allowance(study, _done(study, folder, size))
+    done, allowance, prefix = 0, _Allowance(study, _done(study, folder, size)), Following(study, folder, size)
     for first, count in at.chunks(study, size):
         if allowance.ended(done) and not at.part_file(folder, first, count).exists():
             return Ran(folder, done, _SPENT)
@@ -243,8 +241,8 @@ def _alone(study: Study, folder: Path, size: int, known: dict[str, Any], progres
         done += count
         if progress is not None:
             progress(done, study.cases)
-        if _enough(study, folder, size):
-            return Ran(folder, done, _NARROW)
+        if prefix.enough():
+            return Ran(folder, done, _NARROW if done < study.cases else "")
     return Ran(folder, done, "")
 
 
@@ -274,6 +272,7 @@ class Watch:
     def __init__(self, study: Study, folder: Path, size: int, progress: Progress | None) -> None:
         self._study, self._folder, self._size, self._progress = study, folder, size, progress
         self._allowance = _Allowance(study, self.done)
+        self._prefix = Following(study, folder, size)
 
     @property
     def done(self) -> int:
@@ -291,7 +290,7 @@ class Watch:
 
     def stopped(self) -> str:
         """Why it is to stop before all is done; nothing if it is not."""
-        if _enough(self._study, self._folder, self._size):
+        if self._prefix.enough():
             return _NARROW
         return _SPENT if self._allowance.ended(self.done) else ""
 
@@ -301,11 +300,3 @@ class Watch:
         if done < self._study.cases and not stopped:
             stopped = "a worker ended before its time; --resume goes on"
         return Ran(self._folder, done, stopped if done < self._study.cases else "")
-
-
-def _enough(study: Study, folder: Path, size: int) -> bool:
-    """Whether the finished prefix satisfies the stop rule."""
-    if study.stop is None:
-        return False
-    share = share_of_prefix(study, folder, size)
-    return share is not None and bool(np.isfinite(share.half_width)) and share.half_width <= study.stop.half_width

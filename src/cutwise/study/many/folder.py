@@ -11,7 +11,7 @@ import json
 import os
 import platform
 import time
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -105,29 +105,35 @@ def write_part(folder: Path, chunk: Chunk) -> Path:
     return write_bytes(part_file(folder, chunk.first, chunk.count), stream.getvalue())
 
 
-def read_part(file: Path, only: str | None = None) -> dict[str, np.ndarray]:
-    """The columns of a part, or one of them."""
+def read_part(file: Path, only: Collection[str] | None = None) -> dict[str, np.ndarray]:
+    """The columns of a part, or some of them."""
     with h5py.File(file, "r") as opened:
-        return {
-            name: values.asstr()[:] if h5py.check_string_dtype(values.dtype) else values[:]
-            for name, values in opened.items()
-            if only is None or name == only
-        }
+        found = {}
+        for name in opened if only is None else only:
+            values = opened[name]
+            found[name] = values.asstr()[:] if h5py.check_string_dtype(values.dtype) else values[:]
+        return found
+
+
+def columns_of(file: Path) -> list[str]:
+    """Names of the columns of a part."""
+    with h5py.File(file, "r") as opened:
+        return list(opened)
 
 
 def finished(folder: Path, study: Study, size: int) -> list[tuple[int, int]]:
     """The parts that are there."""
-    there = _names(folder)
+    there = names(folder)
     return [one for one in chunks(study, size) if part_file(folder, *one).name in there]
 
 
 def missing(folder: Path, study: Study, size: int) -> list[tuple[int, int]]:
     """The parts that are not there."""
-    there = _names(folder)
+    there = names(folder)
     return [one for one in chunks(study, size) if part_file(folder, *one).name not in there]
 
 
-def _names(folder: Path) -> set[str]:
+def names(folder: Path) -> set[str]:
     """All files of parts: one look at the folder, however many there are."""
     return set(os.listdir(folder / "parts")) if (folder / "parts").is_dir() else set()
 
