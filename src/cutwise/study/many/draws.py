@@ -8,7 +8,6 @@ import warnings
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import qmc
 
 from cutwise.maths.fields import shares
 
@@ -65,6 +64,8 @@ def net_points(seed: int, inputs: int, net: int, first: int, count: int) -> Floa
     >>> net_points(1, 3, 0, 0, 2).round(15).tolist()[0]
     [0.197059839498252, 0.488053425680846, 0.991465739440173]
     """
+    from scipy.stats import qmc  # half of what a worker loads; independent draws do without
+
     plain = qmc.Sobol(inputs, scramble=False, bits=_BITS)
     with warnings.catch_warnings():  # that a part of a net is not balanced: the whole is
         warnings.simplefilter("ignore", UserWarning)

@@ -177,7 +177,7 @@ def take_lease(folder: Path, first: int) -> bool:
         mine.touch()  # by the clock of the file system, which every worker sees
         age = mine.stat().st_mtime - lease.stat().st_mtime
         mine.unlink(missing_ok=True)
-        if age < _STALE:
+        if age < _STALE and not _gone(lease.read_text(encoding="utf-8")):
             return False
         lease.write_text(_holder(os.getpid()), encoding="utf-8")
         return True
@@ -189,9 +189,23 @@ def _holder(process: int) -> str:
     return f"{platform.node()} {process}"
 
 
+def _gone(holder: str) -> bool:
+    """Whether the holder of a lease was a process of this machine that has ended."""
+    node, _, process = holder.rpartition(" ")
+    if os.name == "nt" or node != platform.node() or not process.isdigit():
+        return False
+    try:
+        os.kill(int(process), 0)  # asks, and does nothing
+    except ProcessLookupError:
+        return True
+    except OSError:
+        return False
+    return False
+
+
 def give_back_of(folder: Path, process: int | None) -> None:
     """Give back what a process of this machine had leased when it was ended."""
-    for lease in (folder / "lease").iterdir():
+    for lease in (folder / "lease").glob("*"):
         with suppress(FileNotFoundError):
             if process is not None and lease.read_text(encoding="utf-8") == _holder(process):
                 lease.unlink()

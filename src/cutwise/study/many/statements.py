@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import special, stats
+from scipy import special
 
 from cutwise.study.many.draws import BOOTSTRAP, NETS, generator, shuffled
 
@@ -78,7 +78,7 @@ def share_of_counts(good: IntArray, ended: IntArray, *, nets: bool, level: float
     if not nets or len(good) != NETS:
         return wilson(hits, count, level)
     each = good / ended
-    room = float(stats.t.ppf(0.5 + 0.5 * level, NETS - 1) * each.std(ddof=1) / math.sqrt(NETS))
+    room = float(special.stdtrit(NETS - 1, 0.5 + 0.5 * level) * each.std(ddof=1) / math.sqrt(NETS))
     value = float(each.mean())
     return Share(value, max(0.0, value - room), min(1.0, value + room))
 
