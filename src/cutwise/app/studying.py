@@ -109,21 +109,20 @@ def reported(folder: Path, target: Path | None) -> None:
 
 def exported(folder: Path, target: Path | None) -> None:
     """Write the cases of the study in a folder as one file."""
-    from cutwise.disk import write_bytes
-    from cutwise.study.many.tables import NoWriter, file_of
+    from cutwise.study.many.tables import NoWriter, write_table
 
     planned, table, _ = _there(folder)
     file = target or folder / "cases.csv"
     outputs.checked([file], [folder / "study.json"])
     try:
-        print(write_bytes(file, file_of(planned, table, file.suffix.lower())))
+        print(write_table(planned, table, file))
     except NoWriter as why:
         refuse(f"{file}: {why}")
 
 
 def _there(folder: Path) -> "tuple[Study, Mapping[str, np.ndarray], int]":
     """The study of a folder, columns of what is finished, and how many cases that is."""
-    from cutwise.study.many.answers import collected
+    from cutwise.study.many.columns import collected
     from cutwise.study.many.definition import SEARCHES
     from cutwise.study.many.engine import in_folder
 
@@ -190,7 +189,7 @@ def _rarely(
     from cutwise.app.console import Console
     from cutwise.disk import write_text
     from cutwise.study.many.rarely import rarely
-    from cutwise.study.many.tables import csv_of
+    from cutwise.study.many.tables import write_table
 
     each = planned.draws
     with Console().progress(planned.name) as show:
@@ -198,7 +197,7 @@ def _rarely(
     lines = list(rare_text.said(found))
     report = write_text(folder / "report.html", rare_text.page(found, lines))
     if table is not None:
-        write_text(table, csv_of(planned, found.table))
+        write_table(planned, found.table, table)
     _print(lines, rare_text.as_object(found, {"report": str(report)}), report, as_json=as_json)
     if sum(found.failed.values()) == found.done:
         raise typer.Exit(SOLVER_FAILED)
@@ -228,7 +227,7 @@ def _tell(
     from cutwise.study.many import folder as at
     from cutwise.study.many.answers import answers, demanded
     from cutwise.study.many.held import against_full_runs
-    from cutwise.study.many.tables import csv_of
+    from cutwise.study.many.tables import write_table
 
     known = at.identity_in(folder)
     assert known is not None
@@ -241,7 +240,7 @@ def _tell(
     ]
     report = write_text(target or folder / "report.html", page(found, lines, known["study"][:16]))
     if table is not None:
-        write_text(table, csv_of(planned, found.table))
+        write_table(planned, found.table, table)
     _print(lines, as_object(found, against, stopped, {"report": str(report)}), report, as_json=as_json)
     asked = demanded(found)
     if found.count_failed == found.done:

@@ -117,8 +117,13 @@ class _Handed:
                 return stopped
             if self._client.status != "running" or any(one.cancelled() for one in self._flying.values()):
                 return _LOST
-            self._hand_out(missing)
-            self._look()
+            try:
+                self._hand_out(missing)
+                self._look()
+            except OSError as why:  # of the connection; those of the folder name a file
+                if why.filename is not None:
+                    raise
+                return _LOST
             time.sleep(_LOOKED)
             self._watch.tell()
         return ""

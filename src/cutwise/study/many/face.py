@@ -6,8 +6,6 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import numpy as np
-
 from cutwise.above import above
 from cutwise.io.tree import from_data
 from cutwise.results import Result
@@ -28,6 +26,9 @@ if TYPE_CHECKING:
 
     from cutwise.study.many.best import Best
     from cutwise.study.many.rarely import Rarely
+
+
+_IN_MEMORY = 100_000  # cases of a study without a folder
 
 
 class StudyResult(NamedTuple):
@@ -118,6 +119,9 @@ def run_study(
         Everything that is wrong with the study.
     """
     study = _read(source, vary, method, cases, seed)
+    if folder is None and study.cases > _IN_MEMORY:
+        words = f"{study.cases:,} cases want a folder, from which they are read part by part; up to {_IN_MEMORY:,} do without"
+        raise ScenarioFault([Fault((), words, file="folder")])
     with _kept(folder) as place:
         if study.method in SEARCHES and (executor != engine.LOCAL or address is not None):
             raise ScenarioFault([Fault((), f"{study.method} takes processes of this machine", file="executor")])
@@ -130,7 +134,7 @@ def run_study(
 
             return rarely(study, place, jobs=jobs, resume=resume)
         engine.run_study(study, place, jobs=jobs, resume=resume, executor=executor, address=address)
-        return StudyResult(_answers(study, place), None if folder is None else place)
+        return StudyResult(_answers(study, place, kept=folder is not None), None if folder is None else place)
 
 
 def _read(
@@ -176,8 +180,9 @@ def uniform(low: str, high: str) -> dict[str, Any]:
     return {"uniform": [low, high]}
 
 
-def _answers(study: Study, folder: Path) -> Answers:
+def _answers(study: Study, folder: Path, *, kept: bool) -> Answers:
+    """The answers of a folder; their columns are read when they are asked for, or are in memory if it goes away."""
     known = at.identity_in(folder)
     assert known is not None
     found = answers(study, folder, int(known["chunk"]))
-    return found._replace(table={name: np.array(values) for name, values in found.table.items()})
+    return found if kept else found._replace(table=dict(found.table))
