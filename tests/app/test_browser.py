@@ -4,6 +4,8 @@ import difflib
 import json
 import os
 import re
+import subprocess
+import sys
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -254,10 +256,12 @@ def test_pick_is_the_inverse_of_project(pocket):
 
 
 def test_distance_of_the_presets(pocket):
-    """1.1 r / sin(17.5 degrees) at most: nearer where part and stock fill the picture there."""
-    app(pocket, "look('iso')")
+    """Iso stands at 1.1 r / sin(17.5 degrees); fit, which comes first, nearer, so that part and stock fill the picture."""
     radius = 0.5 * np.sqrt(60.0**2 + 40.0**2 + 10.0**2)
-    assert 0.4 < app(pocket, "distance()") / (1.1 * radius / np.sin(np.radians(17.5))) <= 1.0 + 1e-9
+    app(pocket, "look('iso')")
+    assert app(pocket, "distance()") == pytest.approx(1.1 * radius / np.sin(np.radians(17.5)), rel=1e-6)
+    app(pocket, "look('fit')")
+    assert 0.4 < app(pocket, "distance()") / (1.1 * radius / np.sin(np.radians(17.5))) < 1.0
 
 
 @pytest.mark.parametrize(("width", "height", "distance"), [(960, 600, 365.806), (300, 600, 706.368)])
@@ -290,7 +294,7 @@ def test_path_has_the_colours_of_the_table(pocket):
 
 
 def test_reading_pixels_does_not_show_an_empty_scene(pocket):
-    app(pocket, "look('iso')")
+    app(pocket, "look('fit')")
     app(pocket, "showTool(true)")
     drawn = pocket.evaluate(
         "(() => { const {width, height, data} = cutwise.app.pixels(); let n = 0; for (let i = 3; i < data.length; i += 4) "
@@ -414,3 +418,28 @@ def test_a_file_is_brought_and_saved_beside_the_scenario(browser, examples, tmp_
             page.locator(".cw-told", has_text="saved as mended.yaml").wait_for(timeout=LOADED)
     assert "program: mine.nc" in (tmp_path / "mended.yaml").read_text()
     assert (tmp_path / "mine.nc").read_bytes() == brought.read_bytes()
+
+
+def test_a_point_of_a_study_opens_its_case(browser, served):
+    """A click on a point runs that case and shows it below, with the command that does the same."""
+    folder, _ = served
+    (folder / "two.yaml").write_text(
+        "name: two\nscenario: deburr.yaml\nvary: {spindle.pressure: {uniform: [4 bar, 5 bar]}}\n"
+        "want: {measures: [surface_error_max]}\nmethod: monte_carlo\ncases: 2\nseed: 2\n"
+    )
+    code = "from cutwise.app.cli import main; main()"
+    subprocess.run(
+        [sys.executable, "-c", code, "study", "two.yaml", "-o", "two"], cwd=folder, capture_output=True, check=False
+    )
+    with viewing("two", cwd=folder) as server:
+        address = f"http://127.0.0.1:{server.port}/?token={server.token}"
+        with page_of(browser, address, width=390, ready=False) as page:
+            page.locator(".cw-run").wait_for(timeout=LOADED)
+            assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+            place = page.evaluate("cutwise.study.at(1)")
+            page.mouse.click(place["x"], place["y"])
+            page.locator(".cw-canvas").wait_for(timeout=LOADED)
+            command = page.locator(".cw-command").inner_text()
+            assert command.startswith("cutwise run deburr.yaml --set spindle.pressure=")
+            assert page.locator('[data-key="spindle.pressure"]').input_value() in command
+            assert page.locator(".cw-verdict").is_visible()

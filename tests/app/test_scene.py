@@ -361,7 +361,7 @@ class TestUnits:
 
     def test_a_place_beyond_its_limit_never_reads_as_the_limit(self):
         assert at_a_place(60.000004e-6, 1e-6, None, 60e-6) == "60.000004"
-        assert at_a_place(59.999996e-6, 1e-6, None, 60e-6) == "60"
+        assert at_a_place(59.999996e-6, 1e-6, None, 60e-6) == "60.00"
         assert at_a_place(-50.000004e-6, 1e-3, -50e-6, 50e-6) == "-0.050000004"
         assert at_a_place(1.5617e-25, 1e-6, None, None) == "1.562e-19"
 

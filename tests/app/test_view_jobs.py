@@ -2,6 +2,7 @@
 
 import json
 import os
+import shlex
 import shutil
 import signal
 import socket
@@ -278,3 +279,53 @@ def test_the_page_of_a_study(desk):
         assert server.ask("GET", "/").body.endswith(b"<p>shares</p>")
         assert server.ask("POST", "/api/check", {}).status == 404
         assert server.ask("GET", "/", cookie="").status == 403
+
+
+@pytest.fixture(scope="module")
+def cases(desk):
+    """A finished study of three edges."""
+    (desk / "three.yaml").write_text(
+        "name: three\nscenario: edge.yaml\nvary:\n  spindle.pressure: {uniform: [4 bar, 5 bar]}\n"
+        "  part.burr.height: {uniform: [0.7 mm, 0.9 mm]}\nwant: {measures: [surface_error_max]}\n"
+        "method: monte_carlo\ncases: 3\nseed: 2\n"
+    )
+    said = subprocess.run(
+        [sys.executable, "-m", "cutwise", "study", "three.yaml", "-o", "three"],
+        cwd=desk,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert said.returncode in (0, 1), said.stderr
+    return desk
+
+
+def test_a_case_of_a_study_is_run_by_a_click(cases):
+    """The command that is told, the values in the page and the run are of one case; numbers that are none are refused."""
+    with viewing("three", cwd=cases) as server:
+        told = server.ask("GET", "/api/study").json
+        assert told["done"] == 3
+        assert [one["unit"] for one in told["levers"]] == ["bar", "mm"]
+        assert sorted(one["case"] for one in told["worst"]) == [0, 1, 2] == told["case"]
+        begun = server.ask("POST", "/api/case/1", {})
+        assert begun.status == 202
+        number, edits = begun.json["run"], begun.json["edits"]
+        words = shlex.split(begun.json["command"])
+        assert words[:3] == ["cutwise", "run", "edge.yaml"]
+        assert words[4::2] == [f"{key}={value}" for key, value in edits.items()]
+        assert server.events()[-1]["state"] == "done"
+        found = of_run(cases, number)
+        assert values(found) == values(simulate(load(cases / "edge.yaml", edits)))
+        pressure = told["levers"][0]["values"][1]
+        assert 1e-5 * found.scenario["spindle.pressure"] == pytest.approx(pressure, rel=1e-6)
+        shown = told["measures"][0]["values"][
+            1
+        ]  # of the quick runs of a study: as its own text says, not to the last digit
+        assert 1e3 * found.measures["surface_error_max"].value == pytest.approx(shown, abs=0.005)
+        assert b"spindle.pressure" in server.ask("GET", "/study").body
+        for wrong in ("3", "99999999999999999999", "-1", "1.5", "nan"):
+            assert server.ask("POST", f"/api/case/{wrong}", {}).status == 404
+        assert server.ask("POST", "/api/case/1", {}, without=("x-cutwise",)).status == 403
+        assert server.ask("POST", "/api/save", {"edits": edits}).status == 409  # the file is not what was opened
+        assert server.ask("POST", "/api/save", {"edits": edits, "as": "case1.yaml"}).status == 200
+    assert values(simulate(load(cases / "case1.yaml"))) == values(found)

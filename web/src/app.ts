@@ -48,7 +48,7 @@ export class App {
     const size = () => this.view?.resize(this.canvas.clientWidth, this.canvas.clientHeight);
     new ResizeObserver(size).observe(this.stage);
     size();
-    this.view?.look("iso");
+    this.view?.look("fit");
     if (before) {
       if (before.view && this.view) this.view.standAt(before.view.stand);
       before.leave();
@@ -104,8 +104,9 @@ export class App {
 
   private tools(): HTMLElement {
     const view = this.view!;
-    const names: Record<Preset, string> = { iso: "Iso", top: "Top", front: "Front", right: "Right", tool: "Tool", worst: "Worst" };
-    const presets = PRESETS.map((preset, k) => el("button", { type: "button", title: `key ${k + 1}`, click: () => this.look(preset) }, names[preset]));
+    const names: Record<Preset, string> = { fit: "Fit", iso: "Iso", top: "Top", front: "Front", right: "Right", tool: "Tool", worst: "Worst" };
+    const button = (preset: Preset, key: number) => el("button", { type: "button", title: `key ${key}`, click: () => this.look(preset) }, names[preset]);
+    const presets = [button("fit", 0), ...PRESETS.map((preset, k) => button(preset, k + 1))];
     const tool = el("button", { type: "button", "aria-pressed": "true", title: "show or hide the tool (t)", click: () => this.toggleTool() }, "Tool on");
     tool.dataset.toggle = "tool";
     const more: HTMLElement[] = this.run.header.tools.length ? [tool] : [];
@@ -144,7 +145,7 @@ export class App {
       "aside",
       { class: "cw-side" },
       this.program?.element,
-      worst.length ? el("div", { role: "group", class: "cw-worst" }, el("h3", {}, "Worst places ", el("small", {}, judged?.title ?? "")), el("ol", {}, ...worst)) : null,
+      worst.length ? el("div", { role: "group", class: "cw-worst" }, el("h3", {}, "Worst places ", el("small", {}, header.colour.choices[header.colour.first]?.title ?? judged?.title ?? "")), el("ol", {}, ...worst)) : null,
       el("div", { role: "group", class: "cw-here" }, el("h3", {}, "At this place"), this.readings),
       this.change?.element,
       header.warnings.length
@@ -337,6 +338,7 @@ export class App {
       b: () => this.toggleBefore(),
       t: () => this.toggleTool(),
       "/": () => this.askLine(),
+      "0": () => this.look("fit"),
       ...Object.fromEntries(PRESETS.map((preset, k) => [String(k + 1), () => this.look(preset)])),
     };
     if (!/^(BUTTON|SUMMARY)$/.test(target.tagName)) keys[" "] = () => this.play(!this.playing);

@@ -84,6 +84,40 @@ export class Change {
     return inflated(new Uint8Array(await reply.arrayBuffer()));
   }
 
+  /** Runs a case of a study and shows it; the command that does the same, or why it cannot be run. */
+  async runCase(number: number): Promise<string> {
+    this.told.textContent = "running …";
+    this.progress.hidden = false;
+    const begun = performance.now();
+    const reply = await fetch(`/api/case/${number}`, { method: "POST", headers: HEAD, body: JSON.stringify({ tab: TAB }), credentials: "same-origin" });
+    if (!reply.ok) {
+      this.progress.hidden = true;
+      return (this.told.textContent = await reply.text());
+    }
+    const said = (await reply.json()) as { edits: Record<string, string>; command: string };
+    this.take(said.edits);
+    this.follow(begun);
+    return said.command;
+  }
+
+  /** Puts values into the fields, as if they had been typed. */
+  private take(values: Record<string, string>): void {
+    this.edits.clear();
+    for (const [key, value] of Object.entries(values)) this.edits.set(key, value);
+    for (const input of this.element.querySelectorAll<HTMLInputElement>("input[data-key]")) {
+      const value = this.edits.get(input.dataset.key ?? "");
+      input.value = value ?? input.defaultValue;
+      const slider = input.closest(".cw-field")?.querySelector<HTMLInputElement>("input[type=range]");
+      if (slider && Number.isFinite(parseFloat(input.value))) slider.value = String(parseFloat(input.value));
+    }
+  }
+
+  /** For a study: fields are there, nothing is run until a case is chosen. */
+  async wait(show: (buffer: ArrayBuffer) => unknown): Promise<void> {
+    this.show = show;
+    this.build(await this.post("/api/check", {}));
+  }
+
   private build(state: State): void {
     this.liveBelow = 1000 * state.live_below_s;
     const levers = state.fields.filter((one) => one.lever);

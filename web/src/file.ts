@@ -46,6 +46,15 @@ export interface Worst {
   beyond: boolean;
 }
 
+/** A tool by its profiles (height above the tip, radius), what stands round it, and the joint about which it tilts; mm. */
+export interface Turned {
+  cutter: [number, number][];
+  holder: [number, number][];
+  fixed: [number, number][];
+  rods: number[][]; // both ends and radius
+  pivot: number; // height of the joint; 0: the tool is shifted
+}
+
 export interface Header {
   version: number;
   name: string;
@@ -70,7 +79,7 @@ export interface Header {
     said: string[];
     unit: string;
   };
-  tools: { cutter: [number, number][]; holder: [number, number][] }[];
+  tools: Turned[];
   deflection: { k: number; largest: string } | null;
   colour: {
     tables: { diverging: string; sequential: string; missing: [number, number, number] };

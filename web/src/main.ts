@@ -4,10 +4,11 @@ import { Change } from "./change";
 import { el } from "./dom";
 import { fromBase64, inflated, ViewFile } from "./file";
 import { Run } from "./run";
+import { opened, StudyPage } from "./study";
 
 declare global {
   interface Window {
-    cutwise?: { app: ReturnType<App["face"]> };
+    cutwise?: { app?: ReturnType<App["face"]>; study?: StudyPage };
   }
 }
 
@@ -23,13 +24,18 @@ async function begin(): Promise<void> {
     const before = last;
     const app = new App(new Run(new ViewFile(buffer)), place, change, other ?? before?.run ?? null, before);
     last = app;
-    window.cutwise = { app: app.face() };
+    window.cutwise = { ...window.cutwise, app: app.face() };
     app.view?.render();
     return app;
   };
   try {
     if (inside) {
       show(await inflated(fromBase64(inside.textContent ?? "")), root);
+    } else if (change && root.dataset.study) {
+      const study = await opened(root, change);
+      await change.wait((buffer) => show(buffer, study.viewer));
+      study.viewer.append(change.element);
+      window.cutwise = { app: window.cutwise?.app, study };
     } else if (change) {
       if (root.dataset.other) other = new Run(new ViewFile(await change.fetched(Number(root.dataset.other))));
       await change.begin((buffer) => show(buffer, root), root);

@@ -4,6 +4,15 @@ import { el } from "./dom";
 import { Pyramid } from "./pyramid";
 import { History, Run, short } from "./run";
 
+const SLIGHT = 0.05; // a curve that moves by less of its distance to a limit is drawn beside it: flat, as it is
+
+/** Numbers at the grid lines: as many decimals as tell neighbours apart. */
+function ticked(ticks: number[]): string[] {
+  const step = ticks.length > 1 ? Math.abs(ticks[1] - ticks[0]) : 0;
+  const decimals = step > 0 ? Math.max(0, Math.ceil(-Math.log10(step) - 1e-9)) : 0;
+  return ticks.map((t) => (decimals > 6 || Math.abs(t) >= 1e6 ? t.toPrecision(6) : decimals > 0 ? (t === 0 ? "0" : t.toFixed(decimals)) : short(t)));
+}
+
 export class Plots {
   readonly element = el("div", { class: "cw-plots" });
   private readonly plots: { plot: uPlot; pyramid: Pyramid; history: History; box: HTMLElement; before: Pyramid | null }[] = [];
@@ -47,7 +56,7 @@ export class Plots {
         legend: { show: false },
         cursor: { drag: { x: true, y: false, setScale: false }, points: { show: false }, y: false },
         scales: { x: { time: false } },
-        axes: [{ ...axis(), size: 30, values: (_, ticks) => ticks.map((t, k) => (k === ticks.length - 1 ? `${short(t)} ${clock.unit}` : short(t))) }, { ...axis(), size: 48, values: (_, ticks) => ticks.map(short) }],
+        axes: [{ ...axis(), size: 30, values: (_, ticks) => ticks.map((t, k) => (k === ticks.length - 1 ? `${short(t)} ${clock.unit}` : short(t))) }, { ...axis(), size: (_, shown) => 18 + 6.5 * Math.max(3, ...(shown ?? []).map((one) => one.length)), values: (_, ticks) => ticked(ticks) }],
         series: [{}, ...(before ? [{ stroke: () => colours().getPropertyValue("--cw-soft"), width: 1, dash: [4, 3], points: { show: false }, spanGaps: false }] : []), { stroke: () => colours().getPropertyValue("--cw-curve"), width: 1, points: { show: false }, spanGaps: false }],
         hooks: {
           draw: [(u) => this.marks(u, history)],
@@ -143,7 +152,8 @@ export class Plots {
     let [low, high] = [Math.min(...values), Math.max(...values)];
     const span = high - low || Math.abs(high) || 1;
     for (const limit of near) {
-      if (limit > low - 2 * span && limit < high + 2 * span) [low, high] = [Math.min(low, limit), Math.max(high, limit)];
+      const off = Math.max(low - limit, limit - high, 0);
+      if (off < 2 * span || span < SLIGHT * off) [low, high] = [Math.min(low, limit), Math.max(high, limit)];
     }
     const room = 0.06 * (high - low || 1);
     plot.batch(() => {

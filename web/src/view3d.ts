@@ -5,22 +5,23 @@ import { HeightMap } from "./heightmap";
 import { Ribbon } from "./ribbon";
 import { Run } from "./run";
 import { bodyMaterial, shared, tableTexture } from "./shaders";
+import { arm, bodies, EDGE, housed, turned, welded } from "./solids";
 
 const FIELD = 35; // degrees
 const NEAR_PIXELS = 12;
 const INNER = -1; // in place of a face: both sides of an edge are of one
 const FILLED = 0.86; // of the picture, by part and stock
-const EDGE = 25; // degrees over which an outline is drawn
 const TINTS: Record<string, { tint: number; opacity: number }> = {
   work: { tint: 0xb9c0c8, opacity: 1 },
   part: { tint: 0xb9c0c8, opacity: 1 },
+  glass: { tint: 0xb9c0c8, opacity: 0.38 },
   burr: { tint: 0xcc8a1e, opacity: 0.35 },
   ghost: { tint: 0x808890, opacity: 0.3 },
   machine: { tint: 0x8fa3b8, opacity: 0.55 },
   robot: { tint: 0xd9741f, opacity: 0.45 },
 };
 
-export type Preset = "iso" | "top" | "front" | "right" | "tool" | "worst";
+export type Preset = "fit" | "iso" | "top" | "front" | "right" | "tool" | "worst";
 export const PRESETS: Preset[] = ["iso", "top", "front", "right", "tool", "worst"];
 
 export interface Picked {
@@ -37,6 +38,7 @@ export class View3D {
   private readonly camera = new THREE.PerspectiveCamera(FIELD, 1, 0.1, 1e5);
   private readonly ribbon: Ribbon | null;
   private readonly tool = new THREE.Group();
+  private readonly housing = new THREE.Group(); // round the tool, and not deflected with it
   private readonly links = new THREE.Group();
   private readonly bodies: THREE.Mesh[] = [];
   private readonly marker: THREE.Mesh;
@@ -95,7 +97,7 @@ export class View3D {
       mesh.userData.surface = k;
       this.scene.add(mesh);
       this.bodies.push(mesh);
-      if (geometry.index!.count < 600_000 && opacity >= 1) {
+      if (geometry.index!.count < 600_000 && (opacity >= 1 || surface.tint === "glass")) {
         const faces = file.has(`s/${k}/face`) ? (file.raw(`s/${k}/face`) as Uint32Array) : null;
         const lines = new THREE.LineSegments(faces ? borders(geometry, faces) : new THREE.EdgesGeometry(welded(geometry), EDGE), new THREE.LineBasicMaterial({ color: 0x39424d }));
         this.scene.add(lines);
@@ -146,8 +148,11 @@ export class View3D {
   }
 
   private addTool(): void {
-    for (const given of this.run.header.tools) this.tool.add(turned(given));
-    this.scene.add(this.tool);
+    for (const given of this.run.header.tools) {
+      this.tool.add(turned(given));
+      this.housing.add(housed(given));
+    }
+    this.scene.add(this.tool, this.housing);
   }
 
   /** What the view is centred on: part and stock, else the path. */
@@ -199,8 +204,10 @@ export class View3D {
     const up = new THREE.Vector3(0, 0, 1);
     const centre = this.sphere.center.clone();
     let radius = this.sphere.radius;
+    const oblique = () => front.clone().multiplyScalar(0.85).addScaledVector(right, 0.65).addScaledVector(up, 0.8);
     const from: Record<Preset, () => THREE.Vector3> = {
-      iso: () => front.clone().multiplyScalar(0.85).addScaledVector(right, 0.65).addScaledVector(up, 0.8),
+      fit: oblique,
+      iso: oblique,
       top: () => up.clone().addScaledVector(front, 1e-4),
       front: () => front.clone(),
       right: () => right.clone(),
@@ -217,7 +224,7 @@ export class View3D {
     const narrow = Math.min(half, Math.atan(this.camera.aspect * Math.tan(half)));
     const way = from[preset]().normalize();
     let distance = (1.1 * radius) / Math.sin(narrow);
-    if (preset !== "tool" && preset !== "worst") distance = Math.min(distance, this.fitting(centre, way));
+    if (preset === "fit") distance = Math.min(distance, this.fitting(centre, way));
     this.camera.position.copy(centre).addScaledVector(way, distance);
     this.camera.near = distance / 200;
     this.camera.far = distance * 20 + 20 * this.sphere.radius;
@@ -253,6 +260,7 @@ export class View3D {
 
   showTool(on: boolean): void {
     this.tool.visible = on;
+    this.housing.visible = on;
     this.marker.visible = on;
     this.invalidate();
   }
@@ -279,17 +287,22 @@ export class View3D {
     const off = new THREE.Vector3(...this.run.deflectionAt(i)).multiplyScalar(this.magnified);
     this.tool.position.copy(place).add(off);
     const axis = new THREE.Vector3(...this.run.axisAt(i)).normalize();
-    this.tool.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), axis);
-    this.marker.position.copy(place);
+    const up = new THREE.Vector3(0, 0, 1);
     const mounted = this.run.tool ? this.run.tool[i] : 0;
-    this.tool.children.forEach((one, k) => (one.visible = k === mounted));
+    const { pivot } = this.run.header.tools[mounted] ?? { pivot: 0 };
+    const leaning = pivot > 0 ? axis.clone().multiplyScalar(pivot).sub(off).normalize() : axis; // from the deflected tip to the joint
+    this.tool.quaternion.setFromUnitVectors(up, leaning);
+    this.housing.position.copy(place);
+    this.housing.quaternion.setFromUnitVectors(up, axis);
+    this.marker.position.copy(place);
+    for (const group of [this.tool, this.housing]) group.children.forEach((one, k) => (one.visible = k === mounted));
     this.moveLinks(i);
     this.invalidate();
   }
 
   private linkRow = -1;
 
-  /** Joints and the links between them, where something carries the tool. */
+  /** Joints and what lies between them, where something carries the tool. */
   private moveLinks(i: number): void {
     const shape = this.run.header.scene.links;
     if (!shape) return;
@@ -299,25 +312,8 @@ export class View3D {
     const [, points] = shape;
     const all = this.run.file.raw("links") as Float32Array;
     const at = Array.from({ length: points }, (_, k) => new THREE.Vector3().fromArray(all, 3 * (row * points + k)));
-    const reach = at.slice(1).reduce((sum, p, k) => sum + p.distanceTo(at[k]), 0);
     this.links.clear();
-    const material = bodyMaterial({ tint: TINTS.robot.tint, opacity: TINTS.robot.opacity, smooth: true });
-    at.forEach((p, k) => {
-      const thick = this.run.header.scene.links_are === "arm" ? 0.03 * reach : 0.05 * this.sphere.radius;
-      const wide = thick * (1 - (0.97 * k) / (points - 1));
-      if (k < at.length - 1) {
-        const ball = new THREE.Mesh(new THREE.SphereGeometry(1.15 * wide, 24, 16), material);
-        ball.position.copy(p);
-        this.links.add(ball);
-      }
-      if (k === 0) return;
-      const way = p.clone().sub(at[k - 1]);
-      if (way.length() < 1e-6) return;
-      const link = new THREE.Mesh(new THREE.CylinderGeometry(0.7 * wide, 0.95 * wide, way.length(), 24), material);
-      link.position.copy(p).addScaledVector(way, -0.5);
-      link.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), way.clone().normalize());
-      this.links.add(link);
-    });
+    this.links.add(this.run.header.scene.links_are === "arm" ? arm(at) : bodies(at));
   }
 
   invalidate(): void {
@@ -434,21 +430,6 @@ export class View3D {
   }
 }
 
-/** A tool by its profiles, turned about its axis. */
-function turned(given: { cutter: [number, number][]; holder: [number, number][] }): THREE.Group {
-  const group = new THREE.Group();
-  for (const [profile, tint] of [[given.cutter, 0x3d5a80], [given.holder, 0x6b7480]] as const) {
-    if (profile.length < 2) continue;
-    const lathe = new THREE.LatheGeometry(profile.map(([z, r]) => new THREE.Vector2(Math.max(r, 0), z)), 48);
-    lathe.rotateX(Math.PI / 2);
-    const mesh = new THREE.Mesh(lathe, bodyMaterial({ tint, opacity: 0.5 }));
-    mesh.renderOrder = 3;
-    const dark = new THREE.LineBasicMaterial({ color: 0x1c2733, transparent: true, opacity: 0.6 });
-    group.add(mesh, new THREE.LineSegments(new THREE.EdgesGeometry(welded(lathe), EDGE), dark));
-  }
-  return group;
-}
-
 /** Edges between triangles of different faces, and free ones: outlines of a part whatever its triangles are like. */
 function borders(geometry: THREE.BufferGeometry, faces: Uint32Array): THREE.BufferGeometry {
   const corner = geometry.index!.array as Uint32Array;
@@ -470,12 +451,3 @@ function borders(geometry: THREE.BufferGeometry, faces: Uint32Array): THREE.Buff
   lines.setIndex(ends);
   return lines;
 }
-
-/** Without normals, so that neighbouring triangles share their corners and smooth surfaces have no outlines. */
-function welded(geometry: THREE.BufferGeometry): THREE.BufferGeometry {
-  const bare = new THREE.BufferGeometry();
-  bare.setAttribute("position", geometry.getAttribute("position"));
-  bare.setIndex(geometry.index);
-  return bare;
-}
-

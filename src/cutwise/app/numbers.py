@@ -127,14 +127,20 @@ def typed_unit(scenario: Scenario, names: Iterable[str]) -> tuple[str, float] | 
 def at_a_place(value: float, scale: float, low: float | None, high: float | None) -> str:
     """A value of a history in a unit: four figures, and more while it would be on another side of a limit (all SI).
 
+    Zeros at the end stand, so that values of a list are read as equally exact.
+
     Examples
     --------
     >>> at_a_place(46.8238e-6, 1e-6, None, 60e-6), at_a_place(60.00004e-6, 1e-6, None, 60e-6)
     ('46.82', '60.00004')
+    >>> at_a_place(0.3e-3, 1e-3, 0.299e-3, 0.301e-3)
+    '0.3000'
     """
     limit = Limit(min=low, max=high)
     bounds = {end: float(f"{bound / scale:.12g}") for end, bound in (("min", low), ("max", high)) if bound is not None}
-    return _beside_bounds(value / scale, bounds, _meets(value, limit), 4)
+    whole = _beside_bounds(value / scale, bounds, _meets(value, limit), 4)
+    padded = f"{value / scale:#.4g}".removesuffix(".")
+    return padded if "e" not in padded and float(padded) == float(whole) else whole
 
 
 def _figures(number: float, digits: int) -> str:
@@ -156,12 +162,17 @@ def _against(number: float, ends: Mapping[str, float], met: bool) -> str:
         return "0"
     decimals = max(0, 2 - math.floor(math.log10(size)))
     if abs(number) < 0.5 * 10.0**-decimals and _within(0.0, ends) == met:
-        return "0" if number == 0.0 else f"< {10.0**-decimals:.{decimals}f}"
+        return "0" if number == 0.0 else f"< {_least(decimals)}"
     for more in range(_MOST_DECIMALS + 1):
         shown = f"{number:.{decimals + more}f}"
         if _within(float(shown), ends) == met:
             return shown
     return f"{number:.17g}"
+
+
+def _least(decimals: int) -> str:
+    """The last decimal: a row of zeros that nobody counts is told by its power of ten."""
+    return f"{10.0**-decimals:.{decimals}f}" if decimals <= _MOST_DECIMALS else f"1e-{decimals}"
 
 
 def _within(number: float, ends: Mapping[str, float]) -> bool:

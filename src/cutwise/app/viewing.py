@@ -15,6 +15,7 @@ from cutwise.disk import in_words
 if TYPE_CHECKING:
     from cutwise.app.page.desk import Target
     from cutwise.app.page.guard import Tokens
+    from cutwise.app.page.studied import Studied
 
 _LOCAL = "127.0.0.1"  # and no other: the page can write files and compute
 _MOST = 2
@@ -36,10 +37,11 @@ def view(
     if len(targets) > _MOST:
         refuse(f"{len(targets)} targets: one is shown, two are compared")
     study = _study(targets[0]) if len(targets) == 1 else ""
-    opened = () if study else _opened(targets)
+    cases = _cases(targets[0], study) if study else None
+    opened = (cases.target,) if cases else () if study else _opened(targets)
     listener = _listener(port)
     with listener:
-        serve(opened, study, listener, announced=lambda tokens: _announce(listener, tokens, open_it=browser))
+        serve(opened, cases or study, listener, announced=lambda tokens: _announce(listener, tokens, open_it=browser))
 
 
 def _opened(named: list[Path]) -> "tuple[Target, ...]":
@@ -62,6 +64,15 @@ def _study(named: Path) -> str:
         refuse(f"{named}: this study has no report yet; cutwise study writes it when it ends")
     except (OSError, ValueError) as error:
         refuse(f"{named / 'report.html'}: {in_words(error) if isinstance(error, OSError) else 'is no text'}")
+
+
+def _cases(folder: Path, report: str) -> "Studied | None":
+    """The cases of a study, to be looked at one by one; none where its folder holds a page alone."""
+    if not (folder / "study.json").is_file():
+        return None
+    from cutwise.app.page.studied import opened
+
+    return opened(folder, report)
 
 
 def _listener(port: int | None) -> socket.socket:

@@ -48,6 +48,7 @@ class Target(NamedTuple):
 
     path: Path
     content: bytes
+    kept: bool = False  # not the text of that file: a scenario as something else has kept it
 
     @property
     def is_run(self) -> bool:
@@ -89,21 +90,22 @@ class Desk:
         self._made: list[int] = []
         self.path = given.path
         self.name = visible(str(given.path), lines=False)
-        self.is_file = not given.is_run and given.path.suffix.lower() not in (".html", ".htm")
-        self._begin(given.content)
+        self.is_file = not given.kept and not given.is_run and given.path.suffix.lower() not in (".html", ".htm")
+        self._begin(given)
         if given.is_run:
             _readable(given)
             self.shown.append(self._adopted(given.content))
         for other in others:
             _readable(other)
             self.shown.append(self._adopted(other.content))
-        if not self.shown and (fresh := self._fresh()) is not None:
+        if not self.shown and not given.kept and (fresh := self._fresh()) is not None:
             self.shown.append(self._adopted(fresh))
 
-    def _begin(self, content: bytes) -> None:
+    def _begin(self, given: Target) -> None:
+        content = given.content
         self.digest = hashlib.sha256(content).digest()
         self.bom = _BOM if content.startswith(_BOM) else b""
-        self.text = as_text(content, self.name) if self.is_file else as_yaml(loaded(content, self.path))
+        self.text = as_text(content, self.name) if self.is_file or given.kept else as_yaml(loaded(content, self.path))
 
     @property
     def title(self) -> str:

@@ -10,7 +10,7 @@ from contextlib import contextmanager, suppress
 from html import escape
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import uvicorn
 from starlette.applications import Starlette
@@ -23,6 +23,9 @@ from cutwise.app.page import peers
 from cutwise.app.page.desk import RUNS, Desk, Refused, Target
 from cutwise.app.page.guard import Guard, Protocol, Tokens
 from cutwise.app.page.runner import Busy, Runner
+
+if TYPE_CHECKING:
+    from cutwise.app.page.studied import Studied
 
 _MOST_BODY = 1_000_000  # bytes of a request that is no file
 MOST_FILE, MOST_FILES = 50_000_000, 500_000_000
@@ -39,7 +42,7 @@ _NO_BUNDLE = "The viewer is not part of this installation: the report of the run
 class Page:
     """Answers requests that the guard has let through."""
 
-    def __init__(self, desk: Desk | None, study: str, runner: Runner) -> None:
+    def __init__(self, desk: Desk | None, study: "Studied | str", runner: Runner) -> None:
         self.desk, self.study, self.runner = desk, study, runner
         self.received = 0  # bytes of files
         self.static = _bundle()
@@ -59,6 +62,14 @@ class Page:
             Route("/api/job", self.job, methods=["POST"]),
             Route("/api/job/cancel", self.cancel, methods=["POST"]),
             Route("/api/job/events", self.events),
+            *([] if isinstance(self.study, str) else self._of_a_study()),
+        ]
+
+    def _of_a_study(self) -> list[Route]:
+        return [
+            Route("/study", self.report),
+            Route("/api/study", self.points),
+            Route("/api/case/{number:int}", self.case, methods=["POST"]),
         ]
 
     async def begin(self, request: Request) -> Response:
@@ -66,8 +77,10 @@ class Page:
         if request.url.query:
             raise HTTPException(404)
         if self.desk is None:
+            assert isinstance(self.study, str)
             return HTMLResponse(self.study)
         runs = self.desk.shown
+        study = "" if isinstance(self.study, str) else ' data-study="1"'
         script = '<script src="/static/view.js"></script>' if "view.js" in self.static else f"<p>{_NO_BUNDLE}</p>"
         return HTMLResponse(
             f'<!doctype html><html lang="en"><head><meta charset="utf-8">'
@@ -75,7 +88,7 @@ class Page:
             f'<link rel="icon" href="data:,"><link rel="stylesheet" href="/static/view.css">'
             f"<title>{escape(self.desk.title)} – cutwise</title></head><body>"
             f'<main id="cutwise-view" data-run="{runs[0] if runs else ""}"'
-            f'{f""" data-other="{runs[1]}" """ if len(runs) > 1 else ""}></main>{script}</body></html>'
+            f'{f""" data-other="{runs[1]}" """ if len(runs) > 1 else ""}{study}></main>{script}</body></html>'
         )
 
     async def asset(self, request: Request) -> Response:
@@ -107,10 +120,14 @@ class Page:
         """Run the scenario with these edits."""
         asked = await _object(request)
         edits, owner = _edits(asked), asked.get("tab", "")
-        desk = self._desk
-        found = await asyncio.to_thread(desk.check, edits)
+        found = await asyncio.to_thread(self._desk.check, edits)
         if found["faults"]:
             return JSONResponse({"faults": found["faults"]}, 400)
+        return JSONResponse({"state": "running", "run": await self._begun_run(edits, str(owner))}, 202)
+
+    async def _begun_run(self, edits: Mapping[str, str], owner: str) -> int:
+        """Begin a run with these edits; its number."""
+        desk = self._desk
         number = desk.next_run()
 
         def ended(told: dict[str, Any]) -> dict[str, Any]:
@@ -118,8 +135,26 @@ class Page:
             return {**told, "run": number}
 
         job = {**desk.job(edits), "out": str(desk.runs[number])}
-        await self._begun(job, str(owner), ended)
-        return JSONResponse({"state": "running", "run": number}, 202)
+        await self._begun(job, owner, ended)
+        return number
+
+    async def report(self, request: Request) -> Response:  # noqa: ARG002
+        """What the study wrote into its folder."""
+        assert not isinstance(self.study, str)
+        return HTMLResponse(self.study.report)
+
+    async def points(self, request: Request) -> Response:  # noqa: ARG002
+        """The cases of the study."""
+        assert not isinstance(self.study, str)
+        return JSONResponse(await asyncio.to_thread(self.study.told))
+
+    async def case(self, request: Request) -> Response:
+        """Run a case of the study again, with everything that a run tells."""
+        assert not isinstance(self.study, str)
+        asked = await _object(request)
+        edits, command = self.study.case(request.path_params["number"])
+        number = await self._begun_run(edits, str(asked.get("tab", "")))
+        return JSONResponse({"state": "running", "run": number, "edits": edits, "command": command}, 202)
 
     async def keep(self, request: Request) -> Response:
         """Write a run where ``cutwise run`` writes it."""
@@ -224,7 +259,7 @@ class _Server(uvicorn.Server):
 
 
 def serve(
-    targets: tuple[Target, ...], study: str, listener: socket.socket, *, announced: Callable[[Tokens], None]
+    targets: tuple[Target, ...], study: "Studied | str", listener: socket.socket, *, announced: Callable[[Tokens], None]
 ) -> None:
     """Serve until a signal comes; the job is stopped and the private folder gone when this returns.
 
@@ -232,8 +267,8 @@ def serve(
     ----------
     targets : tuple
         What is opened: one, or two to be compared; none for the page of a study.
-    study : str
-        That page.
+    study : Studied or str
+        The study whose scenario is the target; or that page, where its cases cannot be run one by one.
     listener : socket
         Bound to 127.0.0.1, listening or not.
     announced : callable
@@ -244,7 +279,9 @@ def serve(
         asyncio.run(_serve(desk, study, listener, announced))
 
 
-async def _serve(desk: Desk | None, study: str, listener: socket.socket, announced: Callable[[Tokens], None]) -> None:
+async def _serve(
+    desk: Desk | None, study: "Studied | str", listener: socket.socket, announced: Callable[[Tokens], None]
+) -> None:
     runner, tokens = Runner(), Tokens()
     page = Page(desk, study, runner)
     app = Starlette(routes=page.routes(), exception_handlers={Refused: _refused})

@@ -7,10 +7,12 @@ import numpy as np
 from cutwise.app.scene.pipe import pipe
 from cutwise.app.scene.scene import CUT, DWELL, FloatArray, History, IntArray, Scene, Surface, limits
 from cutwise.app.scene.shapes import ball_ended, band, welded
+from cutwise.app.scene.spindle import in_spindle
 
 if TYPE_CHECKING:
     from cutwise.results import Result
 
+_HIDDEN = 0.3  # upward part of the normals off the chamfer, below which the part hides it from above
 _ROD = 10.0  # length of the rod that is drawn, in radii of the ball
 
 
@@ -36,16 +38,19 @@ def scene(result: "Result") -> Scene:
         histories["offset"] = History("ball off its path", np.linalg.norm(deflection, axis=1), "small_length")
     histories["feed"] = History("feed of the ball centre", motion["feed"].values, "speed")
     surfaces, said = _part(result)
+    if float(engagement["air"].values[:, 2].mean()) < _HIDDEN:  # on the far side of the part, as a bore's edge is
+        surfaces = tuple(one._replace(tint="glass") for one in surfaces)
     tool = scenario.tool  # type: ignore[attr-defined]
+    rod = ball_ended(tool.ball_radius, _ROD * tool.ball_radius, min(tool.rod_radius, tool.ball_radius))
     return Scene(
         clock=way, clock_is="way", place=motion["centre"].values, axis=motion["tool_axis"].values, histories=histories,
         trace=engagement["contact"].values,
         kind=np.where(np.append(np.diff(number) != 0, True), DWELL, CUT).astype(np.uint8), deflection=deflection,
-        tools=(ball_ended(tool.ball_radius, _ROD * tool.ball_radius, min(tool.rod_radius, tool.ball_radius)),),
+        tools=(in_spindle(rod, getattr(scenario, "compliant", None)),),
         surfaces=(*surfaces, _chamfer(engagement, width, number)),
         outlines=(*_rapids(result), *([] if surfaces else _lines(result))),
         judged="width",
-        focus=_focus(result),
+        focus=_focus(motion["centre"].values, tool.ball_radius),
         said=said,
     )  # fmt: skip
 
@@ -136,12 +141,9 @@ def _lines(result: "Result") -> list[FloatArray]:
     return [outline["outline"].values[number == one] for one in np.unique(number)]
 
 
-def _focus(result: "Result") -> tuple[FloatArray, FloatArray] | None:
-    """Corners of the outline: of a pipe only the stretch with the hole is looked at."""
-    if "part" not in result.stages.children:
-        return None
-    outline = result["part"]["outline"].values
-    return outline.min(axis=0), outline.max(axis=0)
+def _focus(centre: FloatArray, radius: float) -> tuple[FloatArray, FloatArray]:
+    """Corners of the paths and the ball on them: a chamfer of tenths of a millimetre is lost in a view of the whole part."""
+    return centre.min(axis=0) - radius, centre.max(axis=0) + radius
 
 
 def _rapids(result: "Result") -> list[FloatArray]:

@@ -7,6 +7,7 @@ import numpy as np
 
 from cutwise.app.scene.scene import CUT, FEED, FloatArray, History, Scene, Surface, Tool, limits
 from cutwise.app.scene.shapes import band, cylinder
+from cutwise.app.scene.spindle import in_spindle
 from cutwise.app.scene.thinned import kept
 from cutwise.app.scene.worst import magnification
 from cutwise.spec.tables import Table
@@ -100,11 +101,10 @@ def _deflection(structure: "xr.Dataset", along: FloatArray, ring: float) -> Floa
 
 def _mill(result: "Result", radius: float) -> Tool:
     scenario = result.scenario
-    solid = getattr(getattr(scenario, "spindle", None), "solid", None)
-    wide = 0.5 * solid.motor_diameter if hasattr(solid, "motor_diameter") else 0.0
-    length = scenario.tool.flute_length or _FLUTES * 2.0 * radius  # type: ignore[attr-defined]
     part = scenario.part  # type: ignore[attr-defined]
-    return cylinder(radius, max(length, part.axial_start + 1.5 * part.contact_length), wide)
+    length = scenario.tool.flute_length or _FLUTES * 2.0 * radius  # type: ignore[attr-defined]
+    length = max(length, part.axial_start + 1.5 * part.contact_length)
+    return in_spindle(cylinder(radius, length), getattr(scenario, "spindle", None))
 
 
 def _edge(result: "Result", on: Callable[..., FloatArray]) -> tuple[tuple[Surface, ...], tuple[str, ...]]:
@@ -124,6 +124,7 @@ def _edge(result: "Result", on: Callable[..., FloatArray]) -> tuple[tuple[Surfac
         return on(w, np.broadcast_to(off, w.shape), np.full(w.size, up))
 
     left = times * error
+    judged, said_of_leads = _judged(result, w)
     face, corners = band([at(left, bottom), at(left, top)])
     behind = [at(left, top), at(-deep, top), at(-deep, bottom), at(left, bottom)]
     body, body_corners = band(behind)
@@ -133,15 +134,29 @@ def _edge(result: "Result", on: Callable[..., FloatArray]) -> tuple[tuple[Surfac
     before, burr_corners = band(
         [at(np.zeros(w.size), lowest), at(height, lowest), on(w, height, lowest + width), on(w, np.zeros(w.size), lowest + width)]
     )  # fmt: skip
+    said = (*said, *said_of_leads)
     if times != 1.0:
         said = (*said, f"error of the edge drawn {times:g} times")
     if part.step is not None:
         said = (*said, "the part of the STEP file is not drawn, its edge is")
     return (
         Surface("work", body, np.concatenate([body_corners, *ends]), "work"),
-        Surface("edge left", face, corners, "work", np.tile(error, 2), "error"),
+        Surface("edge left", face, corners, "work", np.tile(np.where(judged, error, np.nan), 2), "error"),
         Surface("burr before", before, burr_corners, "burr"),
     ), said
+
+
+def _judged(result: "Result", w: FloatArray) -> tuple["np.ndarray", tuple[str, ...]]:
+    """Places of the edge that the limits are about: those that the mill passes neither leading in nor leading out."""
+    motion = result["motion"].dataset
+    if "time" not in motion:
+        return np.ones(w.size, bool), ()
+    steady = np.flatnonzero(_steady(result, motion["time"].values))
+    if steady.size == 0:
+        return np.ones(w.size, bool), ()
+    first, last = motion["feed_position"].values[[steady[0], steady[-1]]]
+    found = (w >= min(first, last)) & (w <= max(first, last))
+    return found, () if found.all() else ("grey: led in or out, not judged",)
 
 
 def _width(result: "Result", w: FloatArray) -> tuple[FloatArray, tuple[str, ...]]:

@@ -6,11 +6,13 @@ import numpy as np
 
 from cutwise.app.scene.scene import CUT, FEED, FloatArray, History, Scene, limits
 from cutwise.app.scene.shapes import cylinder
+from cutwise.app.scene.worst import magnification
 
 if TYPE_CHECKING:
     from cutwise.results import Result
 
 _TOOL = 0.006  # [m] radius that stands for a tool whose size the scenario does not say
+_OFF = 0.1  # of the extent of the path: how far it is drawn off its place at most
 _MOST_LINKS = 2000  # rows of body origins in a view file
 
 
@@ -48,13 +50,21 @@ def _pass(result: "Result") -> Scene:
     line = motion["program_line"].values.astype(np.int64)
     shown = np.unique(np.linspace(0, count - 1, min(count, _MOST_LINKS)).astype(int))
     radius, said = _radius(result)
+    times = _times(place, float(length.max(initial=0.0)))
     return Scene(
-        clock=time, clock_is="time", place=place, axis=_axis(result), histories=histories,
+        clock=time, clock_is="time", place=place, trace=place + times * error, outlines=(place,),
+        axis=_axis(result), histories=histories,
         line=line if line.any() else None, kind=np.where(motion["cuts"].values > 0, CUT, FEED).astype(np.uint8),
         deflection=error, tools=(cylinder(radius, 5.0 * radius),), links_are="bodies", links=motion["body_origin"].values[shown],
         link_of=np.clip(np.searchsorted(shown, np.arange(count)), 0, shown.size - 1), judged=judged,
-        said=(*said, "bodies are drawn as the lines between their origins", "no part: only the path is known"),
+        said=(*said, f"path drawn off its place, the grey line, {times:g} times",
+              "bodies are boxes between their joints; no part: only the path is known"),
     )  # fmt: skip
+
+
+def _times(place: FloatArray, largest: float) -> float:
+    """How often an error is drawn so that a path is seen beside where it should be: a tenth of its extent at most."""
+    return magnification(4.0 * _OFF * float(np.linalg.norm(np.ptp(place, axis=0))), largest)
 
 
 def _axis(result: "Result") -> FloatArray:

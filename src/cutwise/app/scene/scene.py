@@ -38,7 +38,7 @@ class Surface(NamedTuple):
     title: str
     points: FloatArray  # [m], shape (k, 3)
     triangles: IntArray  # shape (m, 3)
-    tint: str = "work"  # work, burr, part, ghost, machine, robot
+    tint: str = "work"  # work, burr, part, glass, ghost, machine, robot
     values: FloatArray | None = None  # SI, shape (k,)
     coloured: str = ""  # the history whose colours they take
     face: IntArray | None = None  # number of the face of each triangle, shape (m,)
@@ -65,6 +65,9 @@ class Tool(NamedTuple):
 
     cutter: FloatArray
     holder: FloatArray
+    fixed: FloatArray = np.zeros((0, 2))  # round the holder, and not deflected with it
+    rods: FloatArray = np.zeros((0, 7))  # of the fixed part: both ends from the tip and radius [m]
+    pivot: float = 0.0  # height above the tip about which a deflected tool tilts [m]; 0: it is shifted
 
 
 @dataclass(frozen=True)

@@ -31,6 +31,7 @@ VERSION = 1
 REPORT_ROOM = 2_200_000  # characters of base64 in a report
 _MM = units.displayed(1.0, "length")[0]
 _LENGTHS = ("length", "small_length")
+_APART = 0.1  # of the extent of the places: worst places of a tool without a diameter are no nearer
 
 
 def view_file(result: "Result") -> bytes:
@@ -121,7 +122,9 @@ def _header(result: "Result", scene: Scene, program: InForce | None) -> dict[str
         "program": None if program is None else {"file": program.file, "text": program.text, "modal": program.words},
         "scene": _scene(result, scene),
         "tools": [
-            {"cutter": (_MM * tool.cutter).tolist(), "holder": (_MM * tool.holder).tolist()} for tool in scene.tools
+            {"cutter": (_MM * tool.cutter).tolist(), "holder": (_MM * tool.holder).tolist(),
+             "fixed": (_MM * tool.fixed).tolist(), "rods": (_MM * tool.rods).tolist(), "pivot": _MM * tool.pivot}
+            for tool in scene.tools
         ],
         "deflection": _deflection(scene),
         "colour": _colour(scene, scenario),
@@ -234,7 +237,7 @@ def _worst(scene: Scene, scenario: "Scenario") -> Iterator[dict[str, Any]]:
     bad = badness(one.values, one.low, one.high)
     if scene.counted is not None:
         bad = np.where(scene.counted, bad, np.nan)
-    for sample in worst(bad, scene.place, scene.line, 2.0 * scene.radius):
+    for sample in worst(bad, scene.place, scene.line, 2.0 * scene.radius or _APART * _extent(scene)):
         at = units.show(float(scene.clock[sample]), "time" if scene.clock_is == "time" else "length", 5)
         value = at_a_place(float(one.values[sample]), 1.0 / factor, one.low, one.high)
         yield {
@@ -242,6 +245,11 @@ def _worst(scene: Scene, scenario: "Scenario") -> Iterator[dict[str, Any]]:
             "line": 0 if scene.line is None else int(scene.line[sample]),
             "beyond": bool(bad[sample] > 0.0) and (one.low, one.high) != (None, None),
         }  # fmt: skip
+
+
+def _extent(scene: Scene) -> float:
+    """Diagonal of the box about all places [m]."""
+    return float(np.linalg.norm(np.ptp(scene.place, axis=0)))
 
 
 def _arrays(scene: Scene, scenario: "Scenario") -> Iterator[tuple[str, Array]]:
