@@ -123,6 +123,27 @@ class History(NamedTuple):
     state: int  # columns of the structure
     layers: int  # of the work: mean, mean square and peak of x, y, z of each
 
+    @property
+    def shown(self) -> FloatArray:
+        """Columns of the engagement, shape (rows, seen)."""
+        return self.table[:, FIXED : FIXED + self.seen]
+
+    @property
+    def columns(self) -> FloatArray:
+        """Columns of the structure, shape (rows, state)."""
+        return self.table[:, FIXED + self.seen : FIXED + self.seen + self.state]
+
+    @property
+    def force(self) -> FloatArray:
+        """Mean force of each layer of the work as the force law counts it [N], shape (rows, layers, 3)."""
+        first = FIXED + self.seen + self.state
+        return self.table[:, first : first + 3 * self.layers].reshape(len(self.table), self.layers, 3)
+
+    @property
+    def effort(self) -> FloatArray:
+        """Largest effort of the solvers in the steps of each row, shape (rows,)."""
+        return self.table[:, -1]
+
 
 FIXED = 3  # first columns of a history: time, place along the path, programmed height
 TILT = 4  # columns of a tilting motor: tilt and its rate

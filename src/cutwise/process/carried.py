@@ -20,6 +20,7 @@ from cutwise.process import arm_geometry
 from cutwise.process.arm_geometry import Misplaced, misplaced
 from cutwise.process.postures import Arm, candidates, posture_frames, posture_jacobian, spring_twists, tool_axes
 from cutwise.process.robot_arms import base_element, robot_arm
+from cutwise.process.yielding import stiffness_of
 from cutwise.results import NOWHERE, Finding, Infeasible, Place, warned
 from cutwise.spec.carrier import CarriedPath as PathSpec
 from cutwise.spec.carrier import CarryingRobot, Standing
@@ -442,8 +443,7 @@ def measures(along: ArmAlong, robot: CarryingRobot, feed: float, *, limited: boo
         "wrist_margin": float(along.wrist_sine.min()),
         "redundancy_angle_min": float(along.postures.angle.min()),
         "redundancy_angle_max": float(along.postures.angle.max()),
-        "stiffness_normal_min": float(1.0 / normal.max()),
-        "stiffness_normal_max": float(1.0 / normal.min()),
+        **stiffness_of(normal),
     }
     if robot.sag != "ignored" and masses(robot):
         found["sag_change_max"] = float(np.linalg.norm(along.sag[:, :3] - along.sag[0, :3], axis=1).max())

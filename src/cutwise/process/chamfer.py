@@ -15,6 +15,7 @@ from cutwise.process.chamfer_carrier import Carrier, carrier_on, slowed
 from cutwise.process.chamfer_cell import PassForces
 from cutwise.process.chamfer_cut import Deflected, ball_end, deflected, mounted, rigid
 from cutwise.process.chamfer_led import as_run, programmed
+from cutwise.process.chamfer_program import Moves, moves
 from cutwise.process.chamfer_remedies import remedies
 from cutwise.process.chamfer_setup import SetupBand, setup_band
 from cutwise.process.chamfer_task import pipe_hole, task_of
@@ -30,7 +31,7 @@ LIMITS = (
     "no controller or robot has run these programs: dry-run them",
 )
 
-EVERYTHING = frozenset({"band", "outline", "remedies"})
+EVERYTHING = frozenset({"band", "outline", "remedies", "program"})
 
 _SIDES = ("outer", "inner")
 
@@ -51,6 +52,7 @@ class ChamferRun(NamedTuple):
     infeasible: tuple[Finding, ...]
     remedies: tuple[str, ...]
     notices: tuple[str, ...]
+    program: Moves | None = None  # if there are paths, and it is asked for
 
     @property
     def paths(self) -> tuple[EdgePath, ...]:
@@ -86,8 +88,8 @@ def run(
 ) -> ChamferRun:  # fmt: skip
     """Plan and prove the paths of a scenario, then the forces along them and what a spindle makes of those.
 
-    ``wanted``: what is worked out besides: the band of set-up errors, the outline of the part for pictures, and what
-    helps where something is infeasible. ``progress`` is called with the share of the planning done so far.
+    ``wanted``: what is worked out besides: the band of set-up errors, the outline of the part for pictures, the program,
+    and what helps where something is infeasible. ``progress`` is called with the share of the planning done so far.
     """
     part = pipe_hole(scenario)
     found = (
@@ -115,10 +117,12 @@ def run(
     band = None
     if "band" in wanted and scenario.setup is not None and paths and not found.infeasible:
         band = setup_band(scenario, part, led)
+    task = task_of(scenario)
+    joined = links(task, written, found.members)
+    program = moves(task, written, joined, found.members) if "program" in wanted and written else None
     return ChamferRun(
-        found.plans, written, led, found.members, links(task_of(scenario), written, found.members), tuple(forces),
-        tuple(carriers), tuple(aside), band,
-        found.outline, found.infeasible, found.remedies, found.notices,
+        found.plans, written, led, found.members, joined, tuple(forces), tuple(carriers), tuple(aside), band,
+        found.outline, found.infeasible, found.remedies, found.notices, program,
     )  # fmt: skip
 
 

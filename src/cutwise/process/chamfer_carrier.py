@@ -12,7 +12,6 @@ from cutwise.maths.frames import rotation_from_rpy
 from cutwise.paths.carried import CarriedPath, placed
 from cutwise.paths.chamfer.plan import EdgePath
 from cutwise.physics.structure.series_compliance import in_axes, translation_at
-from cutwise.physics.structure.terms import Linked, Swinging, natural_frequencies
 from cutwise.process import carriage, carried, yielding
 from cutwise.process.carriage import Carriage, Terms
 from cutwise.process.carriers import postures
@@ -158,12 +157,7 @@ def _carried(scenario: ChamferScenario, carrier: Carrier) -> dict[str, float]:
         whole = carrier.whole
     at_ball = translation_at(whole, height)
     normal = np.einsum("ni,nij,nj->n", carrier.air, at_ball, carrier.air)
-    if normal.min() > 0.0:
-        found["stiffness_normal_min"], found["stiffness_normal_max"] = float(1 / normal.max()), float(1 / normal.min())
-    swings = [natural_frequencies(term) for _, term in carrier.terms if isinstance(term, Swinging | Linked)]
-    if swings:
-        found["natural_frequency_min"] = float(swings[0].min())
-    return found
+    return found | yielding.stiffness_of(normal) | yielding.lowest_frequency(term for _, term in carrier.terms)
 
 
 def in_pass(path: EdgePath, vector: FloatArray) -> FloatArray:
@@ -176,27 +170,20 @@ def in_pass(path: EdgePath, vector: FloatArray) -> FloatArray:
 
 def _deflections(paths: Sequence[EdgePath], moves: Sequence[Yielding]) -> dict[str, float]:
     """Displacement of the ball by each term, frame of the pass, and its part off the chamfer at the worst place."""
-    time = np.concatenate([_durations(path) for path in paths])
-    off = {}
-    found = {}
-    for k, (name, _) in enumerate(moves[0].terms):
-        here = [one.terms[k][1] for one in moves]
-        value = np.concatenate([in_pass(path, one) for path, one in zip(paths, here, strict=True)])
-        off[name] = np.concatenate(
-            [np.einsum("ij,ij->i", one, path.path.air) for path, one in zip(paths, here, strict=True)]
-        )
-        if name == "drives":
-            found["deviation_drives_max"] = float(off[name][int(np.argmax(np.abs(off[name])))])
-            continue
-        for axis, letter in enumerate("xy" if name == "pistons" else "xyz"):
-            part = value[:, axis]
-            found[f"deflection_{name}_mean_{letter}"] = float(np.average(part, weights=time))
-            found[f"deflection_{name}_max_{letter}"] = float(part[int(np.argmax(np.abs(part)))])
+    pairs = [(path, dict(one.terms)) for path, one in zip(paths, moves, strict=True)]
+    names = dict(moves[0].terms)
+    moved = {name: np.concatenate([in_pass(path, each[name]) for path, each in pairs]) for name in names}
+    off = {
+        name: np.concatenate([np.einsum("ij,ij->i", each[name], path.path.air) for path, each in pairs])
+        for name in names
+    }
     worst = int(np.argmax(np.abs(sum(off.values()))))
-    return found | {f"share_{name}": float(value[worst]) for name, value in off.items()}
+    time = np.concatenate([durations(path) for path in paths])
+    return yielding.term_measures(moved, slice(None), worst, off=off, weights=time)
 
 
-def _durations(path: EdgePath) -> FloatArray:
+def durations(path: EdgePath) -> FloatArray:
+    """Time that each point of a path stands for [s], shape (n,)."""
     time = lengths(path.path.centre, closed=path.path.frames.closed) / path.feeds.centre
     return time if path.path.frames.closed else np.append(time, time[-1])
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cutwise.loop import Cell, march
+from cutwise.loop import Cell
 from cutwise.maths.compiled import compiled
 from cutwise.maths.curves import FloatArray
 from cutwise.maths.edges import lengths
@@ -18,11 +18,11 @@ from cutwise.physics.engagement.ball import SIDE, PassFrames, arc_room, burr_sid
 from cutwise.physics.engagement.burred_edge import Round
 from cutwise.physics.engagement.wedge import LEVEL, SEEN, Wedge, discs, most_discs, passing
 from cutwise.physics.motion.led import Led
-from cutwise.physics.structure.terms import Pistons, Rigid, displacement, in_series, relaxed, width
+from cutwise.physics.structure.terms import Pistons, displacement, width
 from cutwise.process.following import Feeding, off_path
-from cutwise.records import CONTACT, FIXED, UNSOLVED, Contact, Load
+from cutwise.process.passes import at_rest, stepped, structure_of
+from cutwise.records import CONTACT, UNSOLVED, Contact, Load
 from cutwise.stages import cut
-from cutwise.still import rest
 
 SLICES = 48  # discs over the height of the contact, and as many over that of the burr
 _RUN_IN = 0.5  # of a path, before the part that is reported: round a closed one, in place at the start of an open one
@@ -288,8 +288,7 @@ def yielding_pass(
     run_in = int(_RUN_IN * n)
     wedge = wedge_of(section, path, local, axis, ball, run, slices)
     led = led_along(path, local, axis, run, _clear(section, ball) + run.approach, run_in)
-    structure = in_series([term for _, term in terms] or [Rigid(0.0)])
-    cell, passed, step, fed = cell_of(wedge, led, ball, structure), led.at[run_in:], run.time_step, None
+    cell, passed, step, fed = cell_of(wedge, led, ball, structure_of(terms)), led.at[run_in:], run.time_step, None
     if run.feeding is not None:
         feeding = run.feeding(float(led.at[-1]), 0.0 if path.frames.closed else float(led.at[run_in]))
         fed, step = feeding.stepped(led, step)
@@ -297,15 +296,13 @@ def yielding_pass(
     steps = np.ceil(passed / step - 1e-9).astype(np.int64)  # made when each sample is passed
     last = np.maximum(steps - 1, 0)  # a row of its own: the force at the place
     starts = np.unique(np.concatenate([[0], last, steps, [steps[-1] + 1]]))
-    layers, state = 2 if section.burr.shape[1] else 1, width(structure)
-    history = march(
-        cell, relaxed(structure), duration=float(passed[-1]), time_step=step, seen=SEEN, state=state, layers=layers,
+    history = stepped(
+        cell, duration=float(passed[-1]), time_step=step, seen=SEEN, layers=2 if section.burr.shape[1] else 1,
         contacts=most_discs(wedge), starts=starts,
     )  # fmt: skip
-    columns = history.table[np.searchsorted(starts, steps), FIXED + SEEN : FIXED + SEEN + state]
-    at = history.table.shape[1] - 9 * layers - 2
-    force = history.table[np.searchsorted(starts, last), at : at + 3 * layers].reshape(n, layers, 3).sum(axis=1)
-    unsolved = int((history.table[:, -1] >= UNSOLVED).sum())
+    columns = history.columns[np.searchsorted(starts, steps)]
+    force = history.force[np.searchsorted(starts, last)].sum(axis=1)
+    unsolved = int((history.effort >= UNSOLVED).sum())
     off = () if fed is None else (("drives", off_path(fed, passed) @ process_axes(axis).T),)
     return _moved(local, axis, ball, terms, run, columns, force, unsolved, off)
 
@@ -317,13 +314,11 @@ def yielding_at_rest(
     """As :func:`yielding_pass`, for a structure without mass or memory: place by place, with no time to step."""
     wedge = wedge_of(section, path, local, axis, ball, run, slices)
     led = led_along(path, local, axis, run, 0.0, 0)
-    structure = in_series([term for _, term in terms] or [Rigid(0.0)])
     place = led.place + led.lead
     poses = np.column_stack([led.at, led.along, place, led.velocity, led.climb])
-    layers = 2 if section.burr.shape[1] else 1
-    found = rest(
-        cell_of(wedge, led, ball, structure), relaxed(structure), poses, seen=SEEN, state=width(structure),
-        layers=layers, contacts=most_discs(wedge),
+    found = at_rest(
+        cell_of(wedge, led, ball, structure_of(terms)), poses, seen=SEEN, layers=2 if section.burr.shape[1] else 1,
+        contacts=most_discs(wedge),
     )  # fmt: skip
     return _moved(local, axis, ball, terms, run, found.state, found.layer.sum(axis=1), int((~found.found).sum()))
 

@@ -24,7 +24,6 @@ from cutwise.process.chamfer_task import task_of
 from cutwise.process.convergence import change_on_halved_step
 from cutwise.results import Finding, Histories, Place, Remedy, Said, warned
 from cutwise.spec.chamfer import ChamferScenario
-from cutwise.spec.notices import notices
 
 _LED = frozenset({"width_deflected_min", "width_deflected_max"})
 _SLENDER = 10.0  # rod radii that may stick out without a warning
@@ -102,7 +101,7 @@ def force_measures(scenario: ChamferScenario, done: ChamferRun) -> dict[str, flo
     if not done.forces:
         return {}
     found = {}
-    weight = np.concatenate([_durations(path) for path in done.paths])
+    weight = np.concatenate([chamfer_carrier.durations(path) for path in done.paths])
     force = np.concatenate([forces.force for forces in done.forces])
     burr = np.concatenate([forces.burr_force for forces in done.forces])
     power = np.concatenate([forces.power for forces in done.forces])
@@ -172,11 +171,6 @@ def _finer_path(scenario: ChamferScenario, done: ChamferRun) -> dict[str, float]
     return change_on_halved_step(_widths([one.found.width], ""), _widths([finer.width], ""))
 
 
-def _durations(path: EdgePath) -> FloatArray:
-    time = lengths(path.path.centre, closed=path.path.frames.closed) / path.feeds.centre
-    return time if path.path.frames.closed else np.append(time, time[-1])
-
-
 def _length(point: FloatArray, path: EdgePath) -> float:
     return float(lengths(point, closed=path.path.frames.closed).sum())
 
@@ -185,11 +179,10 @@ def _leg_ratio(path: EdgePath) -> float:
     return float((path.path.leg.max(axis=1) / path.path.leg.min(axis=1)).max())
 
 
-def warnings(
-    scenario: ChamferScenario, done: ChamferRun, found: Mapping[str, float], unproven: Sequence[str]
-) -> tuple[Said, ...]:
+def warnings(scenario: ChamferScenario, done: ChamferRun, found: Mapping[str, float]) -> tuple[Said, ...]:
     """What the user should know about the result."""
-    said: list[Said] = [*notices(scenario), *done.notices, *_trimmed(done)]
+    said: list[Said] = [*done.notices, *_trimmed(done)]
+    unproven = done.program.unproven if done.program is not None else ()
     if found.get("leg_ratio_max", 0.0) > reach.LOPSIDED:
         words = (
             f"the legs differ by a factor of {found['leg_ratio_max']:.2g}: the width is constant, but the chamfer is "

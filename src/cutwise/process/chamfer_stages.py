@@ -25,13 +25,14 @@ else:
 One = TypeVar("One")
 
 
-def stages(scenario: ChamferScenario, done: ChamferRun, program: xr.Dataset | None) -> xr.DataTree:
+def stages(scenario: ChamferScenario, done: ChamferRun) -> xr.DataTree:
     """Paths, contacts, forces and widths as labelled arrays."""
     paths = done.paths
-    if not paths or program is None:
+    if not paths or done.program is None:
         return xr.DataTree()
     groups = {
-        "motion": _motion(paths), "engagement": _engagement(done), "surface": _surface(done), "program": program,
+        "motion": _motion(paths), "engagement": _engagement(done), "surface": _surface(done),
+        "program": done.program.table,
     }  # fmt: skip
     at = _station(paths)
     if done.forces:

@@ -1,6 +1,7 @@
 """How much a result moves when its step is halved, and what follows from it."""
 
 from collections.abc import Iterator, Mapping
+from typing import Any, TypeVar
 
 from cutwise.results import Finding
 from cutwise.spec.scenario import Scenario
@@ -9,6 +10,15 @@ NAMED = 0.01  # share of a measure that may move without a word
 _ROUNDING = 1e-6  # of the largest measure of the same kind: what moves less is noise
 _TWICE = 2.0  # an error that halves with the step is twice the change
 _ROUGH = 0.1  # share of a required measure beyond which nothing is judged
+
+Asked = TypeVar("Asked", bound=Scenario)
+
+
+def divided(scenario: Asked, step: str, by: float = 2.0) -> Asked:
+    """The scenario with a step of its numerics (``station``, ``time_step``) that is so many times smaller."""
+    numerics: Any = scenario.numerics  # type: ignore[attr-defined]
+    finer = numerics.model_copy(update={step: getattr(numerics, step) / by})
+    return scenario.model_copy(update={"numerics": finer})
 
 
 def change_on_halved_step(

@@ -14,10 +14,10 @@ from cutwise.maths.curves import FloatArray, largest_curvature
 from cutwise.physics.cutting.uneven import largest_radius
 from cutwise.physics.motion.edge import path_memory_index
 from cutwise.physics.structure.statics import Characteristic, characteristic
-from cutwise.physics.structure.terms import Compliance, Linked, Swinging, natural_frequencies
+from cutwise.physics.structure.terms import Compliance
 from cutwise.physics.surface.edge import machined_profile
 from cutwise.process import carriers, yielding
-from cutwise.process.assemble import surface_height, turned_by, turned_from_start
+from cutwise.process.assemble import deburring_cell, surface_height, turned_by, turned_from_start
 from cutwise.process.carriage import Carriage
 from cutwise.process.labels import labelled
 from cutwise.process.loops import (
@@ -66,6 +66,7 @@ class EdgeRun(NamedTuple):
     error_at_tool: FloatArray  # [m] e at point C over time, shape (n,)
     steady: slice  # rows of the last quarter before any lead-out
     pace: FloatArray  # [s] of the programmed motion over time, shape (n,)
+    teeth: bool = True  # with the measures tooth by tooth
 
 
 def memory_needed(cell: EdgeCell) -> bool:
@@ -90,6 +91,16 @@ def run_for(scenario: DeburringScenario, cell: EdgeCell) -> Callable[..., EdgeHi
         return run_swept_edge
     kept = memory_needed(cell) and cell.arc is None and columns_carry(cell) and not answers_at_once(cell)
     return run_swept_edge if kept else run_compliant_edge
+
+
+def passed(
+    scenario: DeburringScenario, time_step: float, progress: Callable[[float], None] | None = None, *,
+    plateaus: bool = True, teeth: bool = True,
+) -> EdgeRun:  # fmt: skip
+    """The whole pass; ``plateaus``, ``teeth``: with those of the band, and with measures tooth by tooth."""
+    cell = deburring_cell(scenario)
+    history = run_for(scenario, cell)(cell, time_step, progress)
+    return evaluate(cell, history, plateaus=plateaus)._replace(teeth=teeth)
 
 
 def evaluate(cell: EdgeCell, history: EdgeHistory, *, plateaus: bool = True) -> EdgeRun:
@@ -155,17 +166,11 @@ def carried_measures(scenario: DeburringScenario, run: EdgeRun) -> dict[str, flo
     terms = {name: seen_from_edge(run, of_term) for name, of_term in terms.items()}
     total = sum(of_term[:, 1] for of_term in terms.values())
     worst = first + int(np.argmax(np.abs(total[first:last] - run.cell.path.preset)))
-    found = yielding.term_measures(terms, slice(first, last), worst)
-    if "drives" in terms:
-        found = {name: value for name, value in found.items() if not name.startswith("deflection_drives")}
-        off = terms["drives"][first:last, 1]
-        found["deviation_drives_max"] = float(off[int(np.argmax(np.abs(off)))])
-    swings = [natural_frequencies(term) for _, term in run.cell.behind if isinstance(term, Swinging | Linked)]
-    if swings:
-        found["natural_frequency_min"] = float(swings[0].min())
+    each = [term for _, term in run.cell.behind]
+    found = yielding.term_measures(terms, slice(first, last), worst) | yielding.lowest_frequency(each)
     if scenario.robot is None:
-        return {**found, **yielding.normal_stiffness([term for _, term in run.cell.behind])}
-    return {**found, **carried_by(scenario, run.cell.carriage)}
+        return found | yielding.normal_stiffness(each)
+    return found | carried_by(scenario, run.cell.carriage)
 
 
 def carried_by(scenario: DeburringScenario, carriage: Carriage) -> dict[str, float]:
@@ -212,8 +217,8 @@ def after_lead_in(run: EdgeRun) -> FloatArray:
     return run.surface.error[inside] if inside.any() else run.error_at_tool[[run.steady.stop - 1]]
 
 
-def measures(scenario: DeburringScenario, run: EdgeRun, *, tooth: bool = True) -> Mapping[str, float]:
-    """All measures of the pass in SI; one that does not apply is left out. ``tooth``: with those tooth by tooth."""
+def measures(scenario: DeburringScenario, run: EdgeRun) -> Mapping[str, float]:
+    """All measures of the pass in SI; one that does not apply is left out."""
     history, steady = run.history, run.steady
     last = steady.stop - 1
     found: dict[str, float | None] = {}
@@ -229,7 +234,7 @@ def measures(scenario: DeburringScenario, run: EdgeRun, *, tooth: bool = True) -
         found[f"burr_force_rms_{axis}"] = math.sqrt(float(history.burr_force.square[steady, i].mean()))
         found[f"burr_force_peak_{axis}"] = float(history.burr_force.peak[:, i].max())
         found[f"work_force_mean_{axis}"] = float(history.work_force.mean[steady, i].mean())
-    if tooth and run.cell.ring is not None:
+    if run.teeth and run.cell.ring is not None:
         peaks = _tooth_peaks(run)
         found |= {f"tooth_force_peak_{axis}": peaks[i] for i, axis in enumerate(_AXES if axial else _AXES[:2])}
     found["settling_time"] = settling_time(history.motion.time[: last + 1], run.error_at_tool[: last + 1])

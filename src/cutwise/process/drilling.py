@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -513,8 +513,22 @@ def nominal_shares(scenario: DrillingScenario, cell: DrillCell) -> tuple[float, 
     return lips, closed[1], torque, closed[3]
 
 
-def convergence(scenario: DrillingScenario, run: DrillRun) -> Mapping[str, float]:
-    """All measures once more, with half the time step and the same postures."""
+def run(scenario: DrillingScenario, progress: Callable[[float], None] | None = None) -> DrillRun:
+    """Every hole, in the postures that the scenario asks for, the part where it is best put."""
+    cell = drill_cell(scenario)
+    shift, places = place(scenario, cell)
+    holes: list[DrilledHole] = []
+    wanted = targets(scenario.hole)
+    for target, to in zip(wanted, led_to(scenario.hole), strict=True):
+        moved = target._replace(position=target.position + shift)
+        holes.append(drill_one(scenario, cell, moved, scenario.numerics.time_step, to))
+        if progress is not None:
+            progress(len(holes) / len(wanted))
+    return DrillRun(cell, tuple(holes), shift, places)
+
+
+def again(scenario: DrillingScenario, run: DrillRun) -> DrillRun:
+    """The run once more, with half the time step and the same postures."""
     step = 0.5 * scenario.numerics.time_step
-    again = tuple(hole if hole.posture is None else drilled(run.cell, hole, step) for hole in run.holes)
-    return measures(scenario, run._replace(holes=again))
+    holes = (hole if hole.posture is None else drilled(run.cell, hole, step) for hole in run.holes)
+    return run._replace(holes=tuple(holes))

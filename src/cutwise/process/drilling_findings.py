@@ -29,7 +29,6 @@ from cutwise.process.loops_drilling import HoleOutcome, quasi_static_hole, step_
 from cutwise.process.postures import Posture, arm_compliance, posture_frames, posture_jacobian
 from cutwise.results import Finding, Place, Remedy, Said, warned
 from cutwise.spec.drilling import DrillingScenario
-from cutwise.spec.notices import notices
 
 _ABSURD_SAG = 5e-3  # [m] under the rated payload; arms that drill have one to three
 _NEAR_LIMIT = math.radians(0.1)
@@ -118,7 +117,7 @@ def warnings(scenario: DrillingScenario, run: DrillRun) -> tuple[Said, ...]:
         carrier += off_part(
             scenario.part.block, np.stack([hole.target.position for hole in run.holes]), 0.5 * scenario.tool.diameter
         )
-    return tuple(dict.fromkeys([*notices(scenario), *carrier, *_process(scenario, run)]))
+    return tuple(dict.fromkeys([*carrier, *_process(scenario, run)]))
 
 
 def _robot(scenario: DrillingScenario, run: DrillRun) -> Iterator[Finding]:

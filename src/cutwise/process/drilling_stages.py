@@ -13,7 +13,7 @@ from cutwise.physics.cutting.drill import lip_force, margin_torque
 from cutwise.physics.cutting.drill_elements import elements_force
 from cutwise.physics.engagement.lip import lip_contact
 from cutwise.physics.structure.joint_compliance import worst_skating
-from cutwise.process.drilling import DrillCell, DrilledHole, DrillRun
+from cutwise.process.drilling import DrillCell, DrilledHole, DrillRun, hole_measures
 from cutwise.process.loops_drilling import HISTORY
 from cutwise.process.posture_search import scan
 from cutwise.process.postures import posture_frames
@@ -33,11 +33,11 @@ def _variable(dims: tuple[str, ...] | str, values: Any, unit: str, text: str) ->
     return dims, values, {"units": unit, "long_name": text}
 
 
-def stages(scenario: DrillingScenario, run: DrillRun, each: list[dict[str, float] | None]) -> xr.DataTree:
-    """All groups; ``each`` holds the measures of every hole, None for one that was not drilled."""
+def stages(scenario: DrillingScenario, run: DrillRun) -> xr.DataTree:
+    """All groups."""
     drilled = [hole for hole in run.holes if hole.outcome is not None]
     groups = {"engagement": _engagement(scenario, run.cell), "cutting": _shares(scenario, run.cell)}
-    groups["holes"] = _holes(scenario, run, each)
+    groups["holes"] = _holes(scenario, run)
     if run.cell.arm is not None:
         groups["map"] = _map(run)
     if drilled:
@@ -226,8 +226,9 @@ _TABLE = (
 )  # fmt: skip
 
 
-def _holes(scenario: DrillingScenario, run: DrillRun, each: list[dict[str, float] | None]) -> xr.Dataset:
+def _holes(scenario: DrillingScenario, run: DrillRun) -> xr.Dataset:
     """The table of the holes: where, how good, pass or fail."""
+    each = [hole_measures(scenario, run.cell, hole) if hole.outcome else None for hole in run.holes]
     columns = {
         name: _variable("hole", np.array([math.nan if one is None else one.get(name, math.nan) for one in each]), unit,
                         type(scenario).measures[name].description)

@@ -19,13 +19,11 @@ from cutwise.process.deburring import (
     run_for,
 )
 from cutwise.process.loops import EdgeCell, programmed_heights, run_swept_edge
+from cutwise.process.passes import at_stop, drifting
 from cutwise.process.weights import weight_on
 from cutwise.results import Finding, Place, Remedy, Said, warned
 from cutwise.spec.deburring import DeburringScenario
-from cutwise.spec.notices import notices
 
-_STOP = 1e-9  # share of a stroke
-_DRIFT = 5e-6  # [m] by which the edge may still move over the part of the pass that is judged
 _GONE = 0.01  # share of the edge along which contact may be lost
 _FULL = 0.999  # of the programmed feed
 _LATCHED = 0.05  # share of the band above the loading plateau
@@ -45,7 +43,7 @@ def warnings(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, floa
     arm = run.cell.carriage.arm
     if scenario.robot is not None and arm is not None:
         misled = arm_geometry.warnings(scenario.robot, arm.wrong, scenario.measured.get("robot"))
-    return (*notices(scenario), *beside_part(scenario), *misled, *_process(scenario, run, found))
+    return (*beside_part(scenario), *misled, *_process(scenario, run, found))
 
 
 def _process(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, float]) -> Iterator[Finding]:
@@ -164,11 +162,7 @@ def unsound(scenario: DeburringScenario, run: EdgeRun) -> Iterator[Finding]:
     """At the stop, never touching, contact lost, still moving, pistons not solved."""
     time = run.history.motion.time
     if run.cell.ring is not None:
-        travel, stroke = run.history.response.travel, run.cell.ring.piston.stroke
-        farthest = float(travel.max())
-        if farthest >= stroke * (1.0 - _STOP):
-            first = int(np.argmax(travel.max(axis=1) >= stroke * (1.0 - _STOP)))
-            yield Finding("at_stop", Place(time=float(time[first])), farthest, stroke, "length")
+        yield from at_stop(time, run.history.response.travel.max(axis=1), run.cell.ring.piston.stroke)
     depth = run.history.engagement.burr_depth + run.history.engagement.work_depth
     if depth[run.steady].max() <= 0.0:
         yield Finding("untouched")
@@ -211,10 +205,7 @@ def _drifting(run: EdgeRun) -> Iterator[Finding]:
     if fed:  # the machine brakes at the end of the edge, which is no drift
         rate = np.gradient(run.pace, motion.time)[steady]
         error = error[rate > _FULL] if (rate > _FULL).any() else error
-    third = max(1, error.size // 3)
-    drift = float(error[-third:].mean() - error[:third].mean())
-    if abs(drift) > _DRIFT:
-        yield Finding("unsettled", Place(time=began), drift, _DRIFT, "small_length")
+    yield from drifting(began, error)
 
 
 def weight(run: EdgeRun) -> Iterator[Finding]:

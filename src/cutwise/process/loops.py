@@ -20,13 +20,15 @@ from cutwise.physics.engagement.swept import ColumnEdge, most_columns, stand
 from cutwise.physics.motion.arc_edge import ArcFixed, ArcFollowed
 from cutwise.physics.motion.edge import EdgePass, programmed_motion
 from cutwise.physics.motion.paced import Paced
-from cutwise.physics.structure.pistons import PistonRing, at_rest
-from cutwise.physics.structure.terms import Pistons, PistonsState, Rigid, in_series, relaxed, width
+from cutwise.physics.structure.pistons import PistonRing
+from cutwise.physics.structure.pistons import at_rest as ring_at_rest
+from cutwise.physics.structure.terms import Pistons, PistonsState
 from cutwise.process.carriage import Carriage
+from cutwise.process.passes import at_rest, on_path, stepped, structure_of, too_soft
 from cutwise.records import Contact, EdgeHistory, Load, edge_history
 from cutwise.results import SolverFailure
 from cutwise.stages import cut, met, moved
-from cutwise.still import Rest, rest
+from cutwise.still import Rest
 
 if TYPE_CHECKING:
     from cutwise.process import following
@@ -112,18 +114,25 @@ def cell_with(cell: EdgeCut | EdgeCell, structure: NamedTuple) -> loop.Cell:
 
 def cell_of(cell: EdgeCell) -> loop.Cell:
     """The records of the loop with the spindle, and what is behind it."""
-    spindle = [] if cell.ring is None else [Pistons(cell.ring, cell.reach)]
-    return cell_with(cell, in_series([*spindle, *(term for _, term in cell.behind)] or [Rigid(0.0)]))
+    spindle = () if cell.ring is None else (("pistons", Pistons(cell.ring, cell.reach)),)
+    return cell_with(cell, structure_of((*spindle, *cell.behind)))
 
 
 def still_edge(cut: EdgeCut, structure: NamedTuple, at: FloatArray) -> Rest:
-    """The mill at rest at places of the edge [m], where the lead-in has ended, with a structure that yields at once."""
+    """The mill at rest at places of the edge [m], where the lead-in has ended, with a structure that yields at once.
+
+    Raises
+    ------
+    SolverFailure
+        Force and displacement do not meet at a place.
+    """
     path = cut.path._replace(lead_in=0.0, lead_out=0.0)
-    cell = cell_with(cut._replace(path=path, cutter=cut.cutter._replace(force_law=AVERAGED)), structure)
+    averaged = cut.cutter._replace(force_law=AVERAGED)
+    cell = cell_with(cut._replace(path=path, cutter=averaged), structure)
     poses = np.array([moved(cell.motion, time) for time in run_time(cut, at / path.feed).tolist()])
-    return rest(
-        cell, relaxed(structure), poses, seen=SEEN, state=width(structure), layers=2,
-        contacts=PIECES * cut.layers.strips.slices,
+    return at_rest(
+        cell, poses, lambda k: too_soft(on_path(at[k], "edge"), "reduce operation.preset or operation.feed"),
+        seen=SEEN, layers=2, contacts=PIECES * cut.layers.strips.slices,
     )  # fmt: skip
 
 
@@ -136,10 +145,9 @@ def run_cell(
     if of.feeding is not None:
         fed, time_step = of.feeding.stepped(cell.motion, time_step)
         cell, duration = cell._replace(motion=fed), of.feeding.duration
-    history = loop.march(
-        cell, relaxed(cell.structure), duration=duration, time_step=time_step,
-        seen=SEEN, state=width(cell.structure), layers=2, contacts=contacts, progress=progress,
-    )  # fmt: skip
+    history = stepped(
+        cell, duration=duration, time_step=time_step, seen=SEEN, layers=2, contacts=contacts, progress=progress
+    )
     if not np.isfinite(history.table).all():
         first = int(np.argmin(np.isfinite(history.table).all(axis=1)))
         raise SolverFailure(
@@ -226,7 +234,7 @@ def loads_at(cell: loop.Cell, time: FloatArray, tilt: FloatArray, slices: int) -
     """Burr force, work force [N] and moment about the joint [N m] for given times and tilts, shape (n, 8)."""
     out = np.zeros((len(time), 8))
     spindle = cell.structure
-    flexed = PistonsState(np.zeros(4), np.zeros(4), at_rest(spindle.ring))
+    flexed = PistonsState(np.zeros(4), np.zeros(4), ring_at_rest(spindle.ring))
     contact = Contact(np.zeros((PIECES * slices, loop.CONTACT)), np.zeros(SEEN))
     forces_at(cell, np.ascontiguousarray(tilt), flexed, time, contact, Load(np.zeros((2, 3)), np.zeros(6)), out)
     return out

@@ -12,10 +12,11 @@ from cutwise.physics.motion import volumetric
 from cutwise.physics.structure.bodies import least_convexity
 from cutwise.physics.surface import budget, probability
 from cutwise.physics.surface.probability import Quantiles
-from cutwise.process import machine_assemble, machine_wall
+from cutwise.process import carried, machine_assemble, machine_wall
 from cutwise.process.machine_pass import MachineCell, MachineRun, energy_balance, run_pass
-from cutwise.process.machine_path import joints_of
+from cutwise.process.machine_path import ToolPath, joints_of
 from cutwise.process.machine_wall import WallMap, wall_map
+from cutwise.results import Finding
 from cutwise.spec.geometry_errors import COMPONENTS, LINEAR_AXES
 from cutwise.spec.machine_scenario import MachineScenario
 
@@ -61,6 +62,20 @@ class MachinePass(NamedTuple):
     gain: FloatArray  # [m] change of the largest |Delta| if an element were 10 % stiffer, shape (e,)
     wall: WallMap | None
     chances: Chances | None
+
+
+class MachineDone(NamedTuple):
+    """Pass and map of the working space, each where it is asked for."""
+
+    one_pass: MachinePass | None
+    volume: VolumeMap | None
+    infeasible: tuple[Finding, ...] = ()  # why there is no pass
+
+    @property
+    def way(self) -> ToolPath | None:
+        """The pass as a robot follows it; None without one."""
+        cell = None if self.one_pass is None else self.one_pass.run.cell
+        return None if cell is None or cell.arm is None else cell.way
 
 
 def prepare(scenario: MachineScenario) -> None:
@@ -169,6 +184,15 @@ def evaluate_volume(scenario: MachineScenario) -> VolumeMap | None:
         np.linalg.norm(points - points[:, :1], axis=-1),
         volumetric.interpolation_error(axes, tables, tip),
     )
+
+
+def measures(scenario: MachineScenario, done: MachineDone) -> dict[str, float]:
+    """All measures in SI: of the pass, of the robot that runs it, of the map."""
+    found = {} if done.one_pass is None else pass_measures(done.one_pass)
+    if done.one_pass is not None and done.way is not None and scenario.robot is not None:
+        arm = done.one_pass.run.cell.arm
+        found |= carried.measures(arm, scenario.robot, float(done.way.feed.max()))
+    return found | ({} if done.volume is None else volume_measures(done.volume))
 
 
 def pass_measures(found: MachinePass) -> dict[str, float]:

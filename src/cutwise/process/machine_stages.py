@@ -1,11 +1,14 @@
 """The histories and maps of a pass on a machine as labelled arrays, and what is to be said about them."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from cutwise import units
+from cutwise.later import later
 from cutwise.physics.surface import budget
 from cutwise.process import stock_moves
 from cutwise.process.chain_compliance import off_part
@@ -15,7 +18,11 @@ from cutwise.process.stock_moves import collisions
 from cutwise.programs.block_text import block_named, blocks_named
 from cutwise.results import Finding, Place, Remedy, Said, warned
 from cutwise.spec.machine_scenario import MachineScenario
-from cutwise.spec.notices import notices
+
+if TYPE_CHECKING:
+    import xarray as xr
+else:
+    xr = later("xarray")
 
 _AXES = ["x", "y", "z"]
 _COMPONENTS = ["x", "y", "z", "a", "b", "c"]
@@ -141,7 +148,7 @@ def _volume_group(volume: VolumeMap) -> xr.Dataset:
 
 def warnings(scenario: MachineScenario, found: MachinePass | None) -> tuple[Said, ...]:
     """What the engineer should know before he trusts the numbers."""
-    return (*notices(scenario), *(() if found is None else _warnings(scenario, found)))
+    return () if found is None else tuple(_warnings(scenario, found))
 
 
 def _warnings(scenario: MachineScenario, found: MachinePass) -> Iterator[Finding]:

@@ -7,6 +7,7 @@ import numpy as np
 
 from cutwise import units
 from cutwise.process import milling_wall, part_cost, stock_moves
+from cutwise.process.assemble_mill import read_program
 from cutwise.process.loops_drives import NO_FORCE
 from cutwise.process.milling import MillRun, tip_limit
 from cutwise.process.milling_measures import SETTLED
@@ -16,7 +17,6 @@ from cutwise.programs.block_text import block_named
 from cutwise.results import Finding, Place, Remedy, Said, warned
 from cutwise.spec.drives import READINGS
 from cutwise.spec.milling import MillingScenario
-from cutwise.spec.notices import notices
 
 _LAST = 0.25  # of the time at the end point, in which a tool that has settled moves no more
 _CREEP = 0.5e-6  # [m]
@@ -51,7 +51,6 @@ def limits(done: MillRun) -> tuple[str, ...]:
 def warnings(scenario: MillingScenario, done: MillRun, found: Mapping[str, float]) -> Iterator[Said]:
     """What should make the engineer doubt or change something."""
     machine = scenario.drives
-    yield from notices(scenario)
     yield from part_cost.warnings(scenario, done)
     if found.get("saturation_time", 0.0) > 0.0:
         yield warned(
@@ -135,7 +134,7 @@ def _joints(done: MillRun) -> Iterator[Finding]:
     )  # fmt: skip
 
 
-def notes(scenario: MillingScenario, done: MillRun, program_notices: tuple[str, ...]) -> dict[str, str]:
+def notes(scenario: MillingScenario, done: MillRun) -> dict[str, str]:
     """The reading of the gains, margins of the loops, and where the worst place is."""
     machine = scenario.drives
     told = {"reading": f"{scenario.drives_key}.reading {machine.reading}: {READINGS[machine.reading]}."}
@@ -179,8 +178,9 @@ def notes(scenario: MillingScenario, done: MillRun, program_notices: tuple[str, 
             "the lower feed of its blocks, by a quarter of the shorter one at most; here by up to "
             f"{units.show(tolerance, 'small_length', 3)} (behind line {at} of the program)."
         )
-    if program_notices:
-        told["program"] = "; ".join(program_notices)
+    program = read_program(scenario)
+    if program is not None and program.notices:
+        told["program"] = "; ".join(program.notices)
     return told
 
 

@@ -8,11 +8,9 @@ from cutwise.maths.curves import FloatArray
 from cutwise.physics.structure.terms import Pistons
 from cutwise.process.assemble import piston_ring
 from cutwise.process.carriage import Terms
-from cutwise.results import Finding, Place
+from cutwise.process.passes import at_stop, drifting
+from cutwise.results import Finding
 from cutwise.spec.milling import MillingScenario
-
-_STOP = 1e-9  # share of a stroke
-_DRIFT = 5e-6  # [m] by which the spindle may still move over the last quarter of the cut
 
 
 def pistons_of(scenario: MillingScenario, axes: FloatArray | None = None) -> Terms:
@@ -52,13 +50,8 @@ def findings(
     """
     if scenario.compliant is None:
         return
-    far, stroke = travel(scenario, columns), scenario.compliant.stroke
-    stopped = np.flatnonzero(far >= stroke * (1.0 - _STOP))
-    if stopped.size:
-        yield Finding("at_stop", Place(time=float(time[stopped[0]])), float(far.max()), stroke, "length")
+    yield from at_stop(time, travel(scenario, columns), scenario.compliant.stroke)
     rows = np.flatnonzero(cut)
     last = rows[int(0.75 * len(rows)) :]
-    third = max(1, len(last) // 3)
-    drift = float(off[last[-third:]].mean() - off[last[:third]].mean()) if len(last) else 0.0
-    if abs(drift) > _DRIFT:
-        yield Finding("unsettled", Place(time=float(time[last[0]])), drift, _DRIFT, "small_length")
+    if len(last):
+        yield from drifting(float(time[last[0]]), off[last])

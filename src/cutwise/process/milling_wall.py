@@ -8,27 +8,23 @@ import numpy.typing as npt
 import xarray as xr
 
 from cutwise import loop, units
-from cutwise.balance import TRIALS
 from cutwise.maths.curves import FloatArray
 from cutwise.paths.carried import CarriedPath, line
-from cutwise.physics.cutting.flute import Mill
 from cutwise.physics.cutting.flutes import MeanFlutes, ToothFlutes
-from cutwise.physics.engagement.burred_edge import Round
-from cutwise.physics.engagement.shoulder import SEEN, Shoulder, Slot
+from cutwise.physics.engagement.shoulder import SEEN
 from cutwise.physics.motion.driven import DriveLog, SetPoints, driven_tool
 from cutwise.physics.motion.drives import Axis
 from cutwise.physics.motion.reference import Reference
 from cutwise.physics.structure.series_compliance import translation_at
-from cutwise.physics.structure.terms import Rigid, in_series, relaxed, width
-from cutwise.process import carriers, milling_spindle, yielding
+from cutwise.process import carriers, milling_spindle, walls, yielding
 from cutwise.process.carriage import Carriage, Terms, by_machine, off_surface
 from cutwise.process.carriage import in_series as series
 from cutwise.process.chain_compliance import BodiesAlong, off_part, tool_point_at_zero
 from cutwise.process.edges import edges
 from cutwise.process.labels import labelled
 from cutwise.process.loops_drives import STANDSTILL, DriveHistory
-from cutwise.records import FIXED, UNSOLVED
-from cutwise.results import Finding, SolverFailure
+from cutwise.process.passes import on_path, stepped, structure_of, too_soft, unsolved
+from cutwise.results import Finding
 from cutwise.spec.milling import MillingScenario
 from cutwise.spec.milling_machine import MillingMachine
 
@@ -120,44 +116,30 @@ def wall_run(
     carriage = carriage_of(scenario, path)
     tool = scenario.tool if scenario.modes_at_rest or scenario.tool.stiffness is not None else None
     terms = (*milling_spindle.pistons_of(scenario), *series(tool, carriage, off_surface(scenario.part_stiffness)))
-    structure = in_series([term for _, term in terms]) if terms else Rigid(0.0)
-    tool, up = scenario.tool, operation.milling == "up"
-    mill = Mill(0.5 * tool.diameter, tool.flutes, tool.helix)
-    speed = operation.spindle_speed
-    assert speed is not None
+    up, averaged = operation.milling == "up", scenario.numerics.force == "averaged"
     begins, ends = scenario.line.cut_from or 0.0, float(path.at[-1])
-    slot = operation.radial_depth >= tool.diameter * (1.0 - 1e-12)
-    engagement = (Slot if slot else Shoulder)(
-        Round(mill.radius, mill.flutes, speed), operation.axial_depth, begins, ends, STANDSTILL
+    engagement, given = walls.engagement_of(scenario, begins, ends, STANDSTILL), edges(scenario.material, scenario.tool)
+    flutes = (MeanFlutes if averaged else ToothFlutes)(
+        walls.mill_of(scenario), given._replace(runout=0.0) if averaged else given, engagement.mill.spindle_speed, up
     )
-    averaged = scenario.numerics.force == "averaged"
-    given = edges(scenario.material, tool)
-    law = MeanFlutes if averaged else ToothFlutes
-    flutes = law(mill, given._replace(runout=0.0) if averaged else given, speed, up)
     motion = driven_tool(axes, order, substeps, -1.0 if up else 1.0, -operation.radial_depth)
-    cell = loop.Cell(motion, engagement, (), flutes, structure)
+    cell = loop.Cell(motion, engagement, (), flutes, structure_of(terms))
     step = axes[0].law.sample_time
-    history = loop.march(
-        cell, relaxed(structure), duration=len(reference.time) * step, time_step=step / substeps, seen=SEEN,
-        state=width(structure), layers=1, contacts=1, stride=substeps, progress=progress,
+    history = stepped(
+        cell, duration=len(reference.time) * step, time_step=step / substeps, seen=SEEN, layers=1, contacts=1,
+        stride=substeps, progress=progress,
     )  # fmt: skip
-    table = history.table
-    unsolved = np.flatnonzero(table[:, -1] >= (UNSOLVED if scenario.compliant is not None else TRIALS))
-    if unsolved.size or not np.isfinite(table).all():
-        raise SolverFailure(
-            f"no equilibrium of force and displacement was found at {reference.travelled[_first(unsolved)] * 1e3:.4g} mm of "
-            "the path: the machine is too soft for this cut; reduce operation.axial_depth"
-        )
-    height = 0.5 * operation.axial_depth
-    state = table[:, FIXED + SEEN : FIXED + SEEN + history.state]
+    table, lost = history.table, unsolved(history, terms)
+    if lost.size or not np.isfinite(table).all():
+        place = on_path(reference.travelled[int(lost[0]) if lost.size else -1])
+        raise too_soft(place, "reduce operation.axial_depth", "the machine")
+    height, state = 0.5 * operation.axial_depth, history.columns
     moved, turned = yielding.by_term(terms, state, height), yielding.turned(terms, state)
     counted = (reference.travelled >= begins) & (reference.travelled < ends)
     drives = _deviation(reference, order, motion.log, motion.side)
-    return motion.log, WallRun(path, carriage, terms, table[:, 0], state, moved, drives, turned, counted, slot, height)
-
-
-def _first(rows: npt.NDArray[np.int64]) -> int:
-    return int(rows[0]) if rows.size else -1
+    return motion.log, WallRun(
+        path, carriage, terms, table[:, 0], state, moved, drives, turned, counted, walls.is_slot(scenario), height
+    )
 
 
 def findings(scenario: MillingScenario, done: WallRun) -> Iterator[Finding]:
@@ -181,31 +163,14 @@ def measures(done: WallRun) -> dict[str, float]:
     """Wall and floor, what each term gives to them, and how stiff the machine is; SI."""
     if not done.counted.any():
         return {}
-    wall, floor = done.wall[done.counted], 0.0 - done.total[done.counted, 2]
-    found = {
-        "wall_error_min": float(wall.min()),
-        "wall_error_max": float(wall.max()),
-        "deviation_drives_max": _largest(done.drives[done.counted, 1]),
-        "share_drives": float(done.drives[done.worst, 1]),
-    }
-    if done.slot:  # its two walls are off the same way, which is into one of them
-        most = float(np.abs(wall).max())
-        found["wall_error_min"], found["wall_error_max"] = 0.0 - most, most
-    if done.terms or done.drives[:, 2].any():
-        found |= {"floor_error_min": float(floor.min()), "floor_error_max": float(floor.max())}
-    found |= yielding.term_measures(done.moved, done.counted, done.worst)
+    found = walls.measures(done.wall[done.counted], 0.0 - done.total[done.counted, 2], slot=done.slot)
+    if not done.terms and not done.drives[:, 2].any():
+        found = {name: value for name, value in found.items() if not name.startswith("floor")}
+    found |= yielding.term_measures({"drives": done.drives, **done.moved}, done.counted, done.worst)
     if done.bodies is not None:
-        normal = translation_at(done.bodies.total, done.height)[:, 1, 1]
         found["wall_tilt_max"] = float(np.abs(done.turned[done.counted]).max())
-        if normal.min() > 0.0:
-            found["stiffness_normal_min"] = float(1.0 / normal.max())
-            found["stiffness_normal_max"] = float(1.0 / normal.min())
+        found |= yielding.stiffness_of(translation_at(done.bodies.total, done.height)[:, 1, 1])
     return found
-
-
-def _largest(values: FloatArray) -> float:
-    """The value of largest magnitude, with its sign."""
-    return float(values[int(np.argmax(np.abs(values)))])
 
 
 def stages(done: WallRun, reference: Reference) -> dict[str, xr.Dataset]:
@@ -234,11 +199,9 @@ def notes(
     told = {}
     if done.counted.any():
         row = done.worst
-        shares = carriers.shares({"drives": done.drives, **done.moved}, row, into=True)
-        told["wall"] = (
-            f"The wall is off most at {units.show(reference.travelled[row], 'length')} of the path, t = "
-            f"{units.show(reference.time[row], 'time', 4)}: {units.show(float(done.wall[row]), 'small_length', 4)} "
-            f"({shares}; positive is into the part)."
+        when = f", t = {units.show(reference.time[row], 'time', 4)}"
+        told["wall"] = walls.note(
+            reference.travelled[row], done.wall[row], {"drives": done.drives, **done.moved}, row, when
         )
         told |= carriers.notes(done.carriage, done.height, float(reference.travelled[row]), done.moved, row)
     told |= dict(_standing(scenario, reference, history))

@@ -11,13 +11,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from cutwise import loop, units
-from cutwise.balance import TRIALS
 from cutwise.later import later
 from cutwise.loop import Cell
 from cutwise.maths.curves import FloatArray, no_cubic
 from cutwise.paths.carried import CarriedPath
-from cutwise.physics.cutting.flute import Mill
 from cutwise.physics.cutting.flutes import TurnFlutes
 from cutwise.physics.cutting.regeneration import (
     DepthLimit,
@@ -28,29 +25,33 @@ from cutwise.physics.cutting.regeneration import (
     swinging_receptance,
 )
 from cutwise.physics.cutting.uneven import largest_radius, tangent_coefficients
-from cutwise.physics.engagement.burred_edge import Round
-from cutwise.physics.engagement.shoulder import SEEN, Shoulder, Slot
+from cutwise.physics.engagement.shoulder import SEEN
 from cutwise.physics.motion.edge import EdgePass
 from cutwise.physics.motion.paced import Paced
 from cutwise.physics.motion.shifted import Shifted
 from cutwise.physics.structure.terms import (
     Compliance,
-    Pistons,
     Rigid,
     Swinging,
-    in_series,
-    natural_frequencies,
     relaxed,
-    width,
 )
-from cutwise.process import carriage, carried, carriers, chain_compliance, milling_spindle, milling_wall, yielding
+from cutwise.process import (
+    carriage,
+    carried,
+    carriers,
+    chain_compliance,
+    milling_spindle,
+    milling_wall,
+    walls,
+    yielding,
+)
+from cutwise.process.convergence import divided
 from cutwise.process.edges import edges
 from cutwise.process.labels import labelled
-from cutwise.records import FIXED, UNSOLVED
-from cutwise.results import Finding, Place, Said, SolverFailure
+from cutwise.process.passes import at_rest, on_path, stepped, structure_of, too_soft, unsolved
+from cutwise.results import Finding, Place, Said
 from cutwise.spec.carrier import Standing
 from cutwise.spec.milling import MillingScenario
-from cutwise.spec.notices import notices
 from cutwise.still import rest
 
 if TYPE_CHECKING:
@@ -58,6 +59,7 @@ if TYPE_CHECKING:
 else:
     xr = later("xarray")
 
+_SHALLOWER = "reduce operation.axial_depth"
 HIGHEST = 800.0  # [Hz] up to which the limit of chatter is looked for
 _MODES_HIGHEST = 1.3  # of the highest tip mode, where the tool has modes
 
@@ -98,26 +100,14 @@ class Milled(NamedTuple):
         return yielding.turned(self.terms, self.state)
 
 
-def _is_slot(scenario: MillingScenario) -> bool:
-    radial = scenario.operation.radial_depth
-    assert radial is not None
-    return radial >= scenario.tool.diameter * (1.0 - 1e-12)
-
-
-def _cutting(scenario: MillingScenario) -> tuple[Round, TurnFlutes]:
-    tool, operation = scenario.tool, scenario.operation
-    speed = operation.spindle_speed
-    assert speed is not None
-    up = operation.milling == "up"
-    mill = Mill(0.5 * tool.diameter, tool.flutes, tool.helix)
-    return Round(mill.radius, mill.flutes, speed), TurnFlutes(mill, edges(scenario.material, tool), up)
+def _flutes(scenario: MillingScenario) -> TurnFlutes:
+    up = scenario.operation.milling == "up"
+    return TurnFlutes(walls.mill_of(scenario), edges(scenario.material, scenario.tool), up)
 
 
 def _cell(scenario: MillingScenario, structure: NamedTuple, motion: NamedTuple = ()) -> Cell:  # type: ignore[assignment]
-    mill, flutes = _cutting(scenario)
-    depth, begins = scenario.operation.axial_depth, scenario.path.cut_from or 0.0
-    engagement = (Slot if _is_slot(scenario) else Shoulder)(mill, depth, begins)
-    return Cell(motion, engagement, (), flutes, structure)
+    engagement = walls.engagement_of(scenario, scenario.path.cut_from or 0.0)
+    return Cell(motion, engagement, (), _flutes(scenario), structure)
 
 
 def _poses(scenario: MillingScenario, at: FloatArray, sag: FloatArray, feeds: FloatArray | float) -> FloatArray:
@@ -171,8 +161,7 @@ def run(
     ``finer``: by which stations (at rest) or time steps are divided.
     """
     if scenario.numerics.mode == "still" and finer > 1:
-        closer = scenario.numerics.model_copy(update={"station": scenario.numerics.station / finer})
-        scenario = scenario.model_copy(update={"numerics": closer})
+        scenario = divided(scenario, "station", finer)
     path, carrying = prepare(scenario)
     terms = (
         *milling_spindle.pistons_of(scenario, path.axes[0]),
@@ -209,19 +198,10 @@ def sag_of(path: CarriedPath, carrying: carriage.Carriage, height: float) -> Flo
 
 
 def _at_rest(scenario: MillingScenario, bare: Milled) -> Milled:
-    structure = in_series([term for _, term in bare.terms] or [Rigid(0.0)])
     poses = _poses(scenario, bare.at, bare.sag, feeds_of(scenario, bare.carriage))
-    found = rest(_cell(scenario, structure), relaxed(structure), poses, seen=SEEN, state=width(structure))
-    if not found.found.all():
-        raise _too_soft(bare.at[int(np.argmin(found.found))])
+    cell = _cell(scenario, structure_of(bare.terms))
+    found = at_rest(cell, poses, lambda k: too_soft(on_path(bare.at[k]), _SHALLOWER), seen=SEEN)
     return bare._replace(seen=found.seen, state=found.state, force=found.total[:, :3])
-
-
-def _too_soft(place: float) -> SolverFailure:
-    return SolverFailure(
-        f"no equilibrium of force and displacement was found at {place * 1e3:.4g} mm of the path: what carries the mill is "
-        "too soft for this cut; reduce operation.axial_depth"
-    )
 
 
 def _stepped(
@@ -229,7 +209,6 @@ def _stepped(
 ) -> Milled:  # fmt: skip
     """In time steps, the mean force acting on pistons and a swinging arm; from the uncut surface on in the lead-in."""
     operation = scenario.operation
-    structure = in_series([term for _, term in bare.terms] or [Rigid(0.0)])
     lead = operation.lead_in_time
     way = EdgePass(
         operation.feed, bare.path.at[-1] / operation.feed, lead, 0.0, 0.0, operation.radial_depth, 0.0, 0.0, no_cubic()
@@ -238,40 +217,30 @@ def _stepped(
     if operation.limit_feed:
         pace = carried.pace_of(bare.path.at, feeds_of(scenario, bare.carriage), operation.feed)
         motion, duration = Paced(motion, *pace), float(pace.at[-1])
-    cell = _cell(scenario, structure, motion)
-    history = loop.march(
-        cell, relaxed(structure), duration=duration, time_step=scenario.time_step / finer, seen=SEEN,
-        state=width(structure), layers=1, contacts=1, progress=progress,
+    history = stepped(
+        _cell(scenario, structure_of(bare.terms), motion), duration=duration, time_step=scenario.time_step / finer,
+        seen=SEEN, layers=1, contacts=1, progress=progress,
     )  # fmt: skip
     table = history.table
-    if not np.isfinite(table).all():
-        raise _too_soft(
-            table[
-                max(
-                    0,
-                    int(np.argmin(np.isfinite(table).all(axis=1))) - 1,
-                ),
-                1,
-            ]
-        )
-    pistons = bool(bare.terms) and isinstance(bare.terms[0][1], Pistons)
-    lost = table[:, -1] >= (UNSOLVED if pistons else TRIALS)
+    finite = np.isfinite(table).all(axis=1)
+    if not finite.all():
+        raise too_soft(on_path(table[max(0, int(np.argmin(finite)) - 1), 1]), _SHALLOWER)
     at, begins = table[:, 1], scenario.path.cut_from or 0.0
-    columns = table[:, FIXED + SEEN : FIXED + SEEN + history.state]
-    force = table[:, -2 - 9 : -2][:, :3] * np.array([1.0, 1.0, -1.0])  # as a structure feels it
+    force = history.force[:, 0] * np.array([1.0, 1.0, -1.0])  # as a structure feels it
     sag = np.column_stack([np.interp(at, bare.path.at, one) for one in bare.sag.T])
     counted = (at >= begins) & (at >= lead * operation.feed * (1.0 - 1e-12))
     return bare._replace(
-        at=at, time=table[:, 0], seen=table[:, FIXED : FIXED + SEEN], state=columns, force=force, sag=sag,
-        counted=counted if counted.any() else np.arange(len(at)) == len(at) - 1, unsolved=int(lost.sum()),
+        at=at, time=table[:, 0], seen=history.shown, state=history.columns, force=force, sag=sag,
+        counted=counted if counted.any() else np.arange(len(at)) == len(at) - 1,
+        unsolved=len(unsolved(history, bare.terms)),
     )  # fmt: skip
 
 
 def _limit(scenario: MillingScenario, carrying: carriage.Carriage, k: int, height: float) -> DepthLimit:
     """Limit of chatter at a station: the receptances of everything with mass together, of arm and tip modes."""
-    mill, flutes = _cutting(scenario)
+    mill, flutes = walls.round_of(scenario), _flutes(scenario)
     up = scenario.operation.milling == "up"
-    angle = math.pi if _is_slot(scenario) else math.acos(1.0 - scenario.operation.radial_depth / mill.radius)
+    angle = math.pi if walls.is_slot(scenario) else math.acos(1.0 - scenario.operation.radial_depth / mill.radius)
     lo, hi = (0.0, angle) if up else (math.pi - angle, math.pi)
     chip = 2.0 * math.pi * scenario.operation.feed / (mill.flutes * mill.spindle_speed)
     mean_chip = chip * (math.cos(lo) - math.cos(hi)) / (hi - lo)
@@ -337,21 +306,15 @@ def _worst(scenario: MillingScenario, done: Milled) -> int:
 def measures(scenario: MillingScenario, done: Milled) -> dict[str, float]:
     """Measures in SI."""
     wall, floor = (one[done.counted] for one in wall_and_floor(scenario, done))
-    operation, deeper, worst = scenario.operation, outermost(scenario), _worst(scenario, done)
+    operation, worst = scenario.operation, _worst(scenario, done)
     found = {
-        "floor_error_min": float(floor.min()),
-        "floor_error_max": float(floor.max()),
+        **walls.measures(wall, floor, slot=walls.is_slot(scenario), deeper=outermost(scenario)),
         "wall_tilt_max": float(np.abs(done.turned[done.counted]).max()),
         "cycle_time": cycle_time(scenario, done),
         "path_length": float(done.path.at[-1]),
         "force_xy_mean_straight": float(np.hypot(done.force[:, 0], done.force[:, 1]).max()),
         "engagement_angle_max": float(done.seen[:, 2].max()),
     }
-    if _is_slot(scenario):
-        shift = float(np.abs(wall - deeper).max())  # moves one wall into the part and the other out of it
-        found["wall_error_min"], found["wall_error_max"] = deeper - shift, deeper + shift
-    else:
-        found["wall_error_min"], found["wall_error_max"] = float(wall.min()), float(wall.max())
     found |= yielding.term_measures(done.moved, done.counted, worst)
     each = [term for _, term in done.terms]
     if each and all(isinstance(term, Compliance) for term in each) and scenario.numerics.mode == "still":
@@ -368,10 +331,7 @@ def measures(scenario: MillingScenario, done: Milled) -> dict[str, float]:
     if arm is None:
         return found | yielding.normal_stiffness(each)
     found |= carried.measures(arm, scenario.robot, operation.feed, limited=operation.limit_feed)
-    found["natural_frequency_min"] = float(
-        natural_frequencies(carried.swings_of(scenario.robot, arm, done.height)).min()
-    )
-    return found
+    return found | yielding.lowest_frequency([carried.swings_of(scenario.robot, arm, done.height)])
 
 
 def findings(scenario: MillingScenario, done: Milled) -> Iterator[Finding]:
@@ -414,7 +374,7 @@ def stages(scenario: MillingScenario, done: Milled) -> xr.DataTree:
 
 def warnings(scenario: MillingScenario, done: Milled) -> tuple[Said, ...]:
     """What a user has to know about the run."""
-    said: list[Said] = list(notices(scenario))
+    said: list[Said] = []
     if scenario.robot is not None:
         arms = [done.carriage.arm] if done.carriage.arm is not None else []
         said += carried.warnings(scenario.robot, arms, scenario.measured.get("robot"))
@@ -431,10 +391,8 @@ def limits_of(scenario: MillingScenario) -> tuple[str, ...]:
 def notes(scenario: MillingScenario, done: Milled) -> dict[str, str]:
     """Where the wall is off most and whose fault it is; what another angle of the tool would bring."""
     wall, worst = wall_and_floor(scenario, done)[0], _worst(scenario, done)
-    shares = carriers.shares(done.moved, worst, into=True)
     return {
-        "wall": f"The wall is off most at {units.show(float(done.at[worst]), 'length')} of the path: "
-        f"{units.show(float(wall[worst]), 'small_length', 4)} ({shares or 'nothing yields'}; positive is into the part).",
+        "wall": walls.note(done.at[worst], wall[worst], done.moved, worst),
         **carriers.notes(done.carriage, done.height, float(done.at[worst]), done.moved, worst),
     }
 

@@ -8,11 +8,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from cutwise import units
-from cutwise.balance import TRIALS
 from cutwise.later import later
 from cutwise.maths.curves import FloatArray
 from cutwise.paths.carried import stations
-from cutwise.physics.structure.terms import Rigid, in_series
 from cutwise.process import carried, carriers, yielding
 from cutwise.process.assemble import (
     beside_part,
@@ -25,9 +23,9 @@ from cutwise.process.assemble import (
 from cutwise.process.deburring import carried_by, fractions
 from cutwise.process.labels import labelled
 from cutwise.process.loops import EdgeCut, axis_over_edge, programmed_heights, still_edge
-from cutwise.results import Finding, Said, SolverFailure
+from cutwise.process.passes import structure_of
+from cutwise.results import Finding, Said
 from cutwise.spec.deburring import DeburringScenario
-from cutwise.spec.notices import notices
 from cutwise.still import Rest
 
 if TYPE_CHECKING:
@@ -76,14 +74,7 @@ def run(scenario: DeburringScenario) -> StillEdge:
     height = surface_height(cut)
     at = path_of(scenario).at if scenario.path else stations(scenario.operation.run_length, scenario.numerics.station)
     at = at[at <= scenario.operation.run_length * (1 + 1e-9)]
-    structure = in_series([term for _, term in cut.behind] or [Rigid(0.0)])
-    found = still_edge(cut, structure, at)
-    if (found.looks >= TRIALS).any():
-        place = units.show(float(at[int(np.argmax(found.looks))]), "length", 4)
-        raise SolverFailure(
-            f"no equilibrium of force and displacement was found at {place} of the edge: what carries the mill is too soft "
-            "for this cut; reduce operation.preset or operation.feed"
-        )
+    found = still_edge(cut, structure_of(cut.behind), at)
     free = cut._replace(path=cut.path._replace(lead_in=0.0, lead_out=0.0))
     burr, time = cut.layers.burr_height, at / cut.path.feed
     moved = yielding.by_term(cut.behind, found.state, height)
@@ -164,7 +155,7 @@ def findings(done: StillEdge) -> tuple[Finding, ...]:
 
 def warnings(scenario: DeburringScenario, done: StillEdge) -> tuple[Said, ...]:
     """What a user has to know about the run."""
-    told: list[Said] = [*notices(scenario), *beside_part(scenario)]
+    told: list[Said] = [*beside_part(scenario)]
     if scenario.robot is not None:
         arm = done.cut.carriage.arm
         told += carried.warnings(scenario.robot, [arm] if arm is not None else [], scenario.measured.get("robot"))

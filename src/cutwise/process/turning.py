@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping
+from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -17,18 +18,18 @@ from cutwise.physics.cutting.insert import InsertEdge, chip_slopes
 from cutwise.physics.cutting.regeneration import depth_limit
 from cutwise.physics.engagement.insert import ELEMENTS, SEEN, Bar, Insert, edge_rows, ridge
 from cutwise.physics.structure.shaft import Shaft, Support, modes, shaft, yields
-from cutwise.physics.structure.terms import Compliance, in_series, relaxed, width
+from cutwise.physics.structure.terms import Compliance, in_series
 from cutwise.process import yielding
-from cutwise.process.convergence import change_on_halved_step
+from cutwise.process.convergence import divided
 from cutwise.process.edges import edges_alike
 from cutwise.process.labels import labelled
-from cutwise.process.recipes import Outcome, Progress, Recipe, collect
+from cutwise.process.passes import at_rest, too_soft
+from cutwise.process.recipes import Method, Recipe, halved
 from cutwise.process.still_deburring import wrenches
 from cutwise.records import CONTACT
-from cutwise.results import Finding, Place, Result, SolverFailure, warned
-from cutwise.spec.notices import notices
+from cutwise.results import Finding, Place, SolverFailure, warned
 from cutwise.spec.turning import TurningScenario
-from cutwise.still import Rest, rest
+from cutwise.still import Rest
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -162,17 +163,16 @@ def run(held: Setup, off: float = 0.0, like: list[Turned] | None = None) -> list
         cell = Cell((), insert, bar, InsertEdge(edges_alike(scenario.material)), in_series(list(terms)))
         poses = np.zeros((len(here), 8))
         poses[:, 1], poses[:, 3] = at[here], goal
-        columns = width(cell.structure)
-        found = rest(cell, relaxed(cell.structure), poses, seen=SEEN, state=columns, contacts=ELEMENTS)
-        if not found.found.all():
-            place = units.show(float(z[here][int(np.argmin(found.found))]), "length")
-            raise SolverFailure(
-                f"no equilibrium of force and displacement was found {place} from the headstock: the shaft is too soft for "
-                "this cut; reduce operation.feed, or support it (lathe.steady_position)"
-            )
+        soft = partial(_too_soft, z[here])
+        found = at_rest(cell, poses, soft, seen=SEEN, contacts=ELEMENTS)
         error = 2.0 * (bar.radius[here] - goal)
         done.append(Turned(plan, z[here], goal, feed[here], parts, terms, found, error))
     return done
+
+
+def _too_soft(z: FloatArray, k: int) -> SolverFailure:
+    where = f"{units.show(float(z[k]), 'length')} from the headstock"
+    return too_soft(where, "reduce operation.feed, or support it (lathe.steady_position)", "the shaft")
 
 
 def chatter(held: Setup, done: Turned) -> tuple[float, float]:
@@ -253,42 +253,46 @@ def stages(held: Setup, done: list[Turned]) -> xr.DataTree:
     return xr.DataTree.from_dict({group: labelled(at, tables, cut=cuts) for group, tables in groups.items()})
 
 
-def told(held: Setup) -> tuple[list[Turned], Outcome]:
-    """All passes, and what studies need of them."""
-    done, material = run(held), held.scenario.material
-    found = measures(held, done)
-    chips = (one.rest.seen[one.rest.seen[:, 0] > 0.0, 1].min(initial=math.inf) for one in done)
-    beyond = (material.beyond(chip, "mean chip") for chip in chips if chip < math.inf)
-    said = dict.fromkeys(warned("beyond_data", f"material: {text}", where=Place("material")) for text in beyond if text)
+def findings(found: Mapping[str, float]) -> Iterator[Finding]:
+    """A depth of cut at which shaft or tool chatters; the value is that depth over its limit."""
     over = 1.0 - found.get("depth_margin", 1.0)
-    unsound = (Finding("unstable", Place("shaft"), over, 1.0, measure="depth_margin"),) if over >= 1.0 else ()
-    return done, Outcome(found, unsound, (*notices(held.scenario), *said))
+    if over >= 1.0:
+        yield Finding("unstable", Place("shaft"), over, 1.0, measure="depth_margin")
 
 
-def turn(scenario: TurningScenario, progress: Progress | None = None) -> Result:
-    """Turning of a shaft that yields: every pass at rest, and the depth at which shaft or tool chatters."""
-    held = setup(scenario)
-    done, outcome = told(held)
-    halved = scenario.numerics.model_copy(update={"station": 0.5 * scenario.numerics.station})
-    finer = told(setup(scenario.model_copy(update={"numerics": halved})))[1].measures
-    finer = {name: value for name, value in finer.items() if name[-2:] != "_x"}
-    if progress is not None:
-        progress(1.0)
+def warnings(scenario: TurningScenario, done: list[Turned]) -> Iterator[Finding]:
+    """Chips for which the coefficients do not hold."""
+    chips = (one.rest.seen[one.rest.seen[:, 0] > 0.0, 1].min(initial=math.inf) for one in done)
+    beyond = (scenario.material.beyond(chip, "mean chip") for chip in chips if chip < math.inf)
+    yield from (warned("beyond_data", f"material: {text}", where=Place("material")) for text in beyond if text)
+
+
+def notes(done: list[Turned]) -> dict[str, str]:
+    """Where the diameter is off most, and what yields there."""
     last, worst = done[-1], int(np.argmax(np.abs(done[-1].error)))
     shares = ", ".join(f"{k} {units.show(float(v[worst, 1]), 'small_length', 3)}" for k, v in last.moved().items())
     place, off = units.show(float(last.z[worst]), "length"), units.show(float(last.error[worst]), "small_length", 3)
-    return collect(
-        scenario, outcome.measures, stages=stages(held, done), findings=outcome.findings, warnings=outcome.warnings,
-        limits=LIMITS, convergence=change_on_halved_step(outcome.measures, finer, shares=False), references=("altintas2012",),
-        notes={"worst": f"The diameter is off most {place} from the headstock, by {off}; radius: {shares or 'nothing yields'}."},
-    )  # fmt: skip
+    return {
+        "worst": f"The diameter is off most {place} from the headstock, by {off}; radius: {shares or 'nothing yields'}."
+    }
 
 
-def turn_quick(scenario: TurningScenario, wanted: Collection[str] = (), *, coarse: bool = False) -> Outcome:
-    """What studies need."""
-    del wanted
-    outcome = told(setup(scenario))[1]
-    return outcome._replace(warnings=()) if coarse else outcome
+def _finer(scenario: TurningScenario) -> dict[str, float]:
+    """The measures with half the distance of stations; what the shaft yields by along its axis is none that converges."""
+    held = setup(divided(scenario, "station"))
+    return {name: value for name, value in measures(held, run(held)).items() if name[-2:] != "_x"}
 
 
-RECIPE = Recipe(turn, turn_quick, setup)
+PASSES = Method(
+    run=lambda scenario, *_: run(setup(scenario)),
+    measures=lambda scenario, done: measures(setup(scenario), done),
+    stages=lambda scenario, done, _: stages(setup(scenario), done),
+    findings=lambda _, __, found: findings(found),
+    limits=lambda *_: LIMITS,
+    references=lambda *_: ("altintas2012",),
+    warnings=lambda scenario, done, _: warnings(scenario, done),
+    notes=lambda _, done, __: notes(done),
+    change=halved(lambda scenario, *_: _finer(scenario), shares=False),
+)
+
+RECIPE = Recipe(lambda _: PASSES, setup)

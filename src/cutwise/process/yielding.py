@@ -8,7 +8,15 @@ import numpy as np
 from cutwise.maths.curves import FloatArray
 from cutwise.paths.carried import CarriedPath
 from cutwise.physics.structure.series_compliance import in_axes
-from cutwise.physics.structure.terms import Compliance, displacement, turning, width
+from cutwise.physics.structure.terms import (
+    Compliance,
+    Linked,
+    Swinging,
+    displacement,
+    natural_frequencies,
+    turning,
+    width,
+)
 
 AXES = ("x", "y", "z")
 
@@ -75,18 +83,40 @@ def turned(terms: Sequence[tuple[str, NamedTuple]], columns: FloatArray) -> Floa
     return total
 
 
-def term_measures(terms: Mapping[str, FloatArray], rows: slice | np.ndarray, worst: int) -> dict[str, float]:
-    """Mean and largest displacement by each term over some rows, and its part in the one off the surface at the worst."""
+def largest(values: FloatArray) -> float:
+    """The value of largest magnitude, with its sign."""
+    return float(values[int(np.argmax(np.abs(values)))])
+
+
+def term_measures(
+    terms: Mapping[str, FloatArray], rows: slice | np.ndarray, worst: int, *,
+    off: Mapping[str, FloatArray] | None = None, weights: FloatArray | None = None,
+) -> dict[str, float]:  # fmt: skip
+    """Mean and largest displacement by each term over some rows, and its part in the one off the surface at the worst.
+
+    Of feed drives, what they are off the surface by, at most. ``off``: displacements off the surface (n,) where it does
+    not lie along x; ``weights``: of the rows in the means.
+    """
     found: dict[str, float] = {}
     for name, of_term in terms.items():
-        for k, axis in enumerate(AXES):
+        away = of_term[:, 1] if off is None else off[name]
+        found[f"share_{name}"] = float(away[worst])
+        if name == "drives":
+            found["deviation_drives_max"] = largest(away[rows])
+            continue
+        for k, axis in enumerate(AXES[:2] if name == "pistons" else AXES):  # a motor tilts across its axis
             part = of_term[rows, k]
-            found[f"deflection_{name}_mean_{axis}"] = float(part.mean())
-            found[f"deflection_{name}_max_{axis}"] = float(part[int(np.argmax(np.abs(part)))])
-        found[f"share_{name}"] = float(of_term[worst, 1])
-    for of in ("mean", "max"):
-        found.pop(f"deflection_pistons_{of}_z", None)  # a motor tilts across its axis
+            found[f"deflection_{name}_mean_{axis}"] = float(np.average(part, weights=weights))
+            found[f"deflection_{name}_max_{axis}"] = largest(part)
     return found
+
+
+def lowest_frequency(terms: Iterable[NamedTuple]) -> dict[str, float]:
+    """The lowest natural frequency of the first term with mass, if there is one."""
+    for term in terms:
+        if isinstance(term, Swinging | Linked):
+            return {"natural_frequency_min": float(natural_frequencies(term).min())}
+    return {}
 
 
 def whole(terms: Sequence[NamedTuple], at: FloatArray) -> FloatArray:
@@ -102,8 +132,12 @@ def whole(terms: Sequence[NamedTuple], at: FloatArray) -> FloatArray:
 def normal_stiffness(terms: Sequence[NamedTuple]) -> dict[str, float]:
     """Least and greatest stiffness off the surface of the terms without inertia; nothing where they do not yield there."""
     places = np.unique(np.concatenate([term.at for term in terms if isinstance(term, Compliance)] or [np.zeros(1)]))
-    normal = whole(terms, places)[:, 1, 1]
-    if not normal.all():
+    return stiffness_of(whole(terms, places)[:, 1, 1])
+
+
+def stiffness_of(normal: FloatArray) -> dict[str, float]:
+    """Least and greatest stiffness of compliances off the surface [m/N], (n,); nothing where one does not yield."""
+    if not normal.min() > 0.0:
         return {}
     return {"stiffness_normal_min": float(1.0 / normal.max()), "stiffness_normal_max": float(1.0 / normal.min())}
 

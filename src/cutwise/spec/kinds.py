@@ -18,23 +18,23 @@ class Home(NamedTuple):
 
 HOMES: Mapping[str, Home] = {
     "deburr": Home(
-        "cutwise.spec.deburring:DeburringScenario", "cutwise.process.recipes:DEBURR",
+        "cutwise.spec.deburring:DeburringScenario", "cutwise.process.presets.deburr:RECIPE",
         "cutwise.app.plots.deburr:PLOTS", ("deburring",),
     ),
     "drill": Home(
-        "cutwise.spec.drilling:DrillingScenario", "cutwise.process.recipes:DRILL",
+        "cutwise.spec.drilling:DrillingScenario", "cutwise.process.presets.drill:RECIPE",
         "cutwise.app.plots.drill:PLOTS", ("drilling", "robotic_drilling"),
     ),
     "mill": Home(
-        "cutwise.spec.milling:MillingScenario", "cutwise.process.recipes:MILL",
+        "cutwise.spec.milling:MillingScenario", "cutwise.process.presets.mill:RECIPE",
         "cutwise.app.plots.mill:PLOTS", ("milling", "pocket"),
     ),
     "machine": Home(
-        "cutwise.spec.machine_scenario:MachineScenario", "cutwise.process.recipes:MACHINE",
+        "cutwise.spec.machine_scenario:MachineScenario", "cutwise.process.presets.machine:RECIPE",
         "cutwise.app.plots.machine:PLOTS", ("machine_tool", "error_budget"),
     ),
     "chamfer": Home(
-        "cutwise.spec.chamfer:ChamferScenario", "cutwise.process.recipes:CHAMFER",
+        "cutwise.spec.chamfer:ChamferScenario", "cutwise.process.presets.chamfer:RECIPE",
         "cutwise.app.plots.chamfer:PLOTS", ("chamfering", "chamfering path", "edge_break"),
     ),
     "turn": Home(

@@ -10,7 +10,7 @@ from scipy.linalg import expm
 from cutwise.io.scenario import load, parse, read_document
 from cutwise.physics.motion.volumetric import chain_errors
 from cutwise.process import machine, machine_assemble, machine_pass
-from cutwise.process.recipes import MACHINE, collect, simulate
+from cutwise.process.recipes import collect, quick_outcome, simulate
 from cutwise.results import SolverFailure
 from cutwise.spec.faults import ScenarioFault
 from cutwise.study.advice import advise
@@ -424,8 +424,8 @@ def test_volumetric_example_holds_the_reference_points(examples):
 
 def test_measures_alone_are_those_of_the_run(budget):
     whole = {name: m.value for name, m in budget.measures.items()}
-    assert MACHINE.quick(budget.scenario, ["deviation_p95"]).measures == whole
+    assert quick_outcome(budget.scenario, ["deviation_p95"]).measures == whole
     assert (
-        MACHINE.quick(budget.scenario).measures.items()
+        quick_outcome(budget.scenario).measures.items()
         == {k: whole[k] for k in whole.keys() - machine.MONTE_CARLO}.items()
     )

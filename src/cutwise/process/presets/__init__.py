@@ -1,0 +1,1 @@
+"""One file a process: the methods by which it is run, and their readings."""
