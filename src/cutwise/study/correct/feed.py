@@ -21,7 +21,7 @@ from cutwise.programs.rewrite import Handle, handles, rewritten
 from cutwise.programs.trace import Ran, Trace, traced
 from cutwise.spec.correct import LIMITED, Correction
 from cutwise.spec.drives import CncMachine
-from cutwise.spec.faults import Fault, ScenarioFault
+from cutwise.spec.faults import Fault
 from cutwise.spec.milling import MillingScenario
 from cutwise.spec.program import Program, StockBlock
 from cutwise.spec.scenario import Scenario
@@ -95,8 +95,7 @@ def prepared(scenario: Scenario, said: Correction) -> Ready:
     given = scenario.program
     assert given is not None
     trace = traced(given.text, given.file, setup_of(given))
-    if trace is None:
-        raise ScenarioFault([Fault(("program",), "is APT; feeds are rewritten in G-code alone: post-process it first")])
+    assert trace is not None  # APT is G-code by now
     program = Interpreted(Moves(step.move for step in trace.steps if isinstance(step, Ran)), (), (), given.text)
     path = program_path(scenario, program)
     cells = cells_of(scenario, path, said.station)
