@@ -56,4 +56,8 @@ def test_apt_as_g_code_makes_the_same_moves():
     assert "G61" in text
     assert "G4 P0.2" in text
     with pytest.raises(ScenarioFault, match="cannot be written as G-code: line"):
-        as_rs274("PARTNO/A\nUNITS/MM\nFROM/0,0,0\nFEDRAT/100,MMPM\nMULTAX/ON\nGOTO/1,0,0,0.6,0.0,0.8\nFINI\n", "a.apt", Setup())
+        as_rs274(
+            "PARTNO/A\nUNITS/MM\nFROM/0,0,0\nFEDRAT/100,MMPM\nMULTAX/ON\nGOTO/1,0,0,0.6,0.0,0.8\nFINI\n",
+            "a.apt",
+            Setup(),
+        )
