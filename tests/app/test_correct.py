@@ -53,7 +53,7 @@ def test_the_example_saves_a_quarter_and_more_at_equal_force_and_wall(cutwise, d
         (("--range", "spindle"), "is not of the form"),
         (("--set", "correct.limits.force_xy_pek={max: 3 N}"), "did you mean force_xy_peak?"),
         (("--set", "correct.limits.force_xy_peak={min: 3 N}"), "held to a max alone"),
-        (("--set", "correct.limits.plunge_force_max={max: 3 N}"), "plunge_force_max"),
+        (("--set", "correct.limits.plunge_force_max={max: 3 N}"), "write tool.end_core"),
         (("--set", "tool.stiffness=null", "--set", "correct.limits.wall_error_min=equal"), "the tool is rigid"),
     ],
 )

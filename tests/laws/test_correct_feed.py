@@ -96,7 +96,7 @@ def test_what_binds_and_the_bound_are_those_of_the_reference(made):
     ready, room, done, _, _ = scheduled(made(), {"force_xy_peak": FORCE, "wall_error_min": WALL_NOW})
     which = binding(room.each)
     lengths = [1e3 * float(ready.cells.length[which == k].sum()) for k in range(room.each.shape[1])]
-    force, _, _, _, chip, wall, _, _, arc, machine = lengths
+    force, _, _, _, chip, wall, _, _, _, arc, machine = lengths
     assert (force, wall, arc + machine) == pytest.approx((605, 215, 45), rel=0.03)
     assert chip == pytest.approx(5, abs=0.5)
     assert done.bound == pytest.approx(18.332, rel=5e-3)  # the last arc, in air, keeps its feed here

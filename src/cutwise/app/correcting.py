@@ -15,6 +15,7 @@ from cutwise.disk import write_bytes, write_text
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from cutwise.spec.scenario import Scenario
     from cutwise.study.correct.outcome import Corrected
 
 _LISTED = 8  # changes that are shown one by one
@@ -53,7 +54,7 @@ def correct(
 
     settings = [*(overrides or ()), *_settings(objective, change, draws, ranges or ()), *_front(front)]
     scenario = load(file, settings, named=SET)
-    form = _language(form, scenario.process)
+    form = _language(form, scenario)
     outputs.checked([output, report], [file, *scenario.files])
     console = Console()
     with console.progress(f"correct {scenario.name}") as progress:
@@ -80,10 +81,14 @@ def correct(
     raise typer.Exit(OK if found.good else REQUIREMENT_FAILED)
 
 
-def _language(form: str | None, process: str) -> str:
-    """The language that is asked for, or the first in which corrections of a process are written."""
+def _language(form: str | None, scenario: "Scenario") -> str:
+    """The language that is asked for, or that of the program, or the first in which corrections of a process are written."""
+    from cutwise.programs.cldata import is_apt
     from cutwise.study.correct.table import FORMATS, WRITTEN
 
+    process, program = scenario.process, getattr(scenario, "program", None)
+    if form is None and program is not None and is_apt(program.text, program.file):
+        form = "apt"
     if form not in (None, "rs274", *FORMATS):
         refuse(f"--format {form}: is not there; there are {', '.join(['rs274', *FORMATS])}")
     languages = WRITTEN.get(process, ("rs274",))

@@ -107,7 +107,7 @@ def _feeds(scenario: MillingScenario, done: MillRun) -> Iterator[Finding]:
 def _stock(scenario: MillingScenario, done: MillRun) -> Iterator[Finding]:
     """Moves that run into the stock as they should not, and contact above the flutes."""
     met, length = done.contact, scenario.tool.flute_length
-    yield from stock_moves.said(met.into, _text(scenario))
+    yield from stock_moves.said(met.into, _text(scenario), bottom=scenario.tool.end_core is not None)
     if scenario.stock is not None and length is not None and met.depth > length * (1 + 1e-9):
         yield warned(
             "shank_rubs", f"the stock stands {units.show(met.depth, 'length', 3)} above the tip, more than the flutes are long "

@@ -6,6 +6,7 @@ import numpy as np
 
 from cutwise import units
 from cutwise.maths.curves import FloatArray
+from cutwise.physics.cutting.plunge import plunge_force
 from cutwise.physics.cutting.uneven import even_and_linear
 from cutwise.physics.cutting.wall import AVERAGED, DELAYED, FLUTES, tooth_period, wall_force
 from cutwise.physics.motion.lookahead import time_without_limits
@@ -85,7 +86,20 @@ def _contact_measures(scenario: MillingScenario, done: MillRun) -> dict[str, flo
     if met.removal is not None:
         found["removed_volume"] = _removed(scenario, done, met.removal)
         found["removal_rate_max"] = float((met.removal * done.reference.speed).max())
+    found |= _plunge(scenario, done)
     return found
+
+
+def _plunge(scenario: MillingScenario, done: MillRun) -> dict[str, float]:
+    """Largest force along the axis of moves straight down into the stock, as if their whole bottom cut."""
+    into, core = done.contact.into.plunges, scenario.tool.end_core
+    if core is None or not into or done.cut.law == NO_FORCE or not even_and_linear(done.cut.edges):
+        return {}
+    reference = done.reference
+    down = np.isin(done.path.source[reference.block], into) & (reference.direction[:, 2] < 0.0)
+    fed = float((-reference.direction[:, 2] * reference.speed)[down].max(initial=0.0))
+    chip = fed * 2.0 * math.pi / (done.cut.spindle * done.cut.mill.flutes)
+    return {"plunge_force_max": plunge_force(chip, core, done.cut.mill, done.cut.edges.linear)}
 
 
 def _removed(scenario: MillingScenario, done: MillRun, removal: FloatArray) -> float:

@@ -97,14 +97,14 @@ def _lines(source: IntArray) -> tuple[int, ...]:
     return tuple(int(line) for line in np.unique(source))
 
 
-def said(moves: StockMoves, text: str) -> Iterator[Finding]:
-    """The warnings; the text of the program names its blocks."""
+def said(moves: StockMoves, text: str, *, bottom: bool = False) -> Iterator[Finding]:
+    """The warnings; the text of the program names its blocks; ``bottom``: plunges have a force."""
     if moves.collisions:
         named = blocks_named(text, moves.collisions)
         yield warned(
             "rapids_collide", f"rapid moves run through the stock: {named}", where=Place(line=moves.collisions[0])
         )
-    if moves.plunges:
+    if moves.plunges and not bottom:
         named = blocks_named(text, moves.plunges)
         words = f"plunges straight into the stock have no force here (end cutting is not modelled): {named}"
         yield warned("plunges", words, where=Place(line=moves.plunges[0]))

@@ -85,7 +85,7 @@ def tool_set(tools: Sequence[Cutter | EndMill], elements: int, *, real: bool = F
     ]
     edges, cores = [], []
     for tool, pieces, bare, more in zip(tools, cutting, nominal, out, strict=True):
-        core = None if isinstance(tool, EndMill) else tool.end_core
+        core = tool.end_core
         flat = bare[0][1]
         cores.append(core if flat > 0.0 else None)
         end = math.inf if tool.flute_length is None else tool.flute_length

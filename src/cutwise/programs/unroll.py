@@ -6,11 +6,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from cutwise.programs import written_moves
 from cutwise.programs.block import Block
 from cutwise.programs.controller import Controller
 from cutwise.programs.interpreter import interpret, reading
 from cutwise.programs.line_words import LineWords, line_words, with_words
 from cutwise.programs.move_table import Moves
+from cutwise.programs.moves import Point
 from cutwise.programs.rs274 import Rs274
 from cutwise.programs.setup import Setup
 from cutwise.spec.faults import Fault, ScenarioFault
@@ -137,7 +139,37 @@ def _prove(text: str, found: str, name: str, setup: Setup) -> None:
     ScenarioFault
         With the line of the first that differs.
     """
-    old, new = interpret(text, name, setup).moves, interpret(found, name, setup).moves
+    compare(interpret(text, name, setup).moves, interpret(found, name, setup).moves)
+
+
+def as_rs274(text: str, name: str, setup: Setup) -> tuple[str, Point | None]:
+    """A program of any kind as plain G-code, by its moves, and where it begins [m].
+
+    Comments and words that make no motion are not kept; work offsets and lengths of tools are worked in.
+
+    Raises
+    ------
+    ScenarioFault
+        The program cannot be run, or has moves that plain G-code has no words for.
+    """
+    old = interpret(text, name, setup).moves
+    try:
+        found = written_moves.rs274(name, old)
+    except written_moves.Unwritten as why:
+        raise ScenarioFault([Fault(("program",), f"cannot be written as G-code: {why}")]) from None
+    begin = old[0].start if len(old) else None
+    compare(old, interpret(found, "program.nc", setup._replace(start=begin, systems={})).moves)
+    return found, begin
+
+
+def compare(old: Moves, new: Moves) -> None:
+    """Two programs make the same moves.
+
+    Raises
+    ------
+    ScenarioFault
+        With the line of the first that differs.
+    """
     for k in range(min(len(old), len(new))):
         if not _same(old, new, k):
             raise ScenarioFault([_differs(old[k].line)])

@@ -63,6 +63,23 @@ def fanuc(
     return "\n".join([*lines, "M30", "%", ""])
 
 
+def rs274(name: str, moves: Sequence[Move], *, decimals: int = 6, remarks: Sequence[str] = ()) -> str:
+    """A program in the dialect that is read here: path modes by G61, G61.1 and G64 P, dwells in seconds.
+
+    Parameters and errors are those of :func:`fanuc`.
+
+    Examples
+    --------
+    >>> print(rs274("a", []))
+    (a)
+    G21 G17 G90 G94 G40 G49 G80
+    M2
+    <BLANKLINE>
+    """
+    told = [f"({plain(text)})" for text in (name, *remarks)]
+    return "\n".join([*told, "G21 G17 G90 G94 G40 G49 G80", *_Plain(decimals).lines(moves), "M2", ""])
+
+
 class _Fanuc:
     """What is in force, and the words that are not."""
 
@@ -81,7 +98,7 @@ class _Fanuc:
                 yield f"G0 Z{self._number(start[2])}"
                 self.at = start
             if move.kind == "dwell":
-                yield f"G4 P{round(move.dwell * 1e3)}"
+                yield self._dwell(move)
             elif move.kind == "arc":
                 yield from self._arc(move)
             else:
@@ -98,10 +115,16 @@ class _Fanuc:
         if move.coolant != self.coolant:
             self.coolant = move.coolant
             yield from ([f"M{7 if word == 'mist' else 8}" for word in move.coolant.split()] if move.coolant else ["M9"])
-        mode = "G61" if move.mode == "exact_stop" else "G64"
+        mode = self._mode(move)
         if mode != self.mode:
             self.mode = mode
             yield mode
+
+    def _mode(self, move: Move) -> str:
+        return "G61" if move.mode == "exact_stop" else "G64"
+
+    def _dwell(self, move: Move) -> str:
+        return f"G4 P{round(move.dwell * 1e3)}"
 
     def _straight(self, move: Move) -> Iterator[str]:
         end = self._rounded(move.end)
@@ -158,6 +181,17 @@ class _Fanuc:
         """A number with its decimal point, without which these controls take least increments."""
         text = f"{value:.{self.decimals}f}".rstrip("0")
         return "0." if text in ("-0.", "0.") else text
+
+
+class _Plain(_Fanuc):
+    """The same in the words of LinuxCNC."""
+
+    def _mode(self, move: Move) -> str:
+        words = {"exact_path": "G61", "exact_stop": "G61.1"}
+        return words.get(move.mode, f"G64 P{self._number(move.tolerance * _MM)}" if move.tolerance > 0.0 else "G64")
+
+    def _dwell(self, move: Move) -> str:
+        return f"G4 P{move.dwell:.9g}"
 
 
 def apt(

@@ -586,6 +586,12 @@ class MillingScenario(Scenario):
             for key in ("axial_depth", "radial_depth"):
                 if getattr(self.operation, key) is not None:
                     yield Notice(("operation", key), "is not used: the stock says what the program meets")
+        if self.tool.end_core is not None and (
+            self.stock is None or self.material is None or self.material.law != "linear"
+        ):
+            yield Notice(
+                ("tool", "end_core"), "does not count: a plunge has a force in a stock, by a linear law of force"
+            )
         if not self.programmed and self.numerics.force != "tooth_resolved":
             still = self.modes_at_rest and self.numerics.force == "averaged"  # modes are F/k
             for key in ("runout",) if still else ("modes", "runout"):

@@ -123,7 +123,17 @@ class EndMill(BendingMill):
     helix: Annotated[Angle, Usual("0 deg", "50 deg")] = Field(
         description="helix angle β of a right-hand helix", examples=["30 deg"], ge=0, lt=math.radians(80)
     )
+    end_core: Length | None = Field(
+        default=None, description="radius inside which bottom edges do not cut (0 mm: they cut over the centre); left out: plunges "
+        "have no force", examples=["0 mm"], ge=0,
+    )  # fmt: skip
     modes: tuple[ToolMode, ...] = Field(
         default=(), description="vibration modes of the tool tip; none: the tool is rigid",
         examples=["[{direction: x, frequency: 922 Hz, damping: 0.011, stiffness: 1.34 N/um}]"],
     )  # fmt: skip
+
+    def contradictions(self) -> Iterator[Notice]:
+        """A core that is more than the bottom."""
+        yield from super().contradictions()
+        if self.end_core is not None and self.end_core > 0.5 * self.diameter * (1.0 + 1e-12):
+            yield Notice(("end_core",), "is more than half the diameter")

@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from cutwise.maths.linearc import at_blocks
-from cutwise.physics.engagement.path_sweep import swept_path
-from cutwise.physics.engagement.stock import contact_patches
+from cutwise.physics.engagement.path_sweep import Swept, swept_path
+from cutwise.physics.engagement.stock import contact_patches, stands_in_material
 from cutwise.physics.engagement.surviving import surviving
 from cutwise.physics.engagement.wall import path_contact, wall_patches
 from cutwise.process.program_path import ProgramPath
@@ -22,6 +22,7 @@ FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 BoolArray = npt.NDArray[np.bool_]
 
+_TOUCH = 8.7e-3  # [rad] of contact of a plunge that counts
 _SHAVED = 1e-6  # [m] by which a later move has to reach over a wall for it to be gone
 _ABOVE = 1e-6  # [m] above the tip, where it is asked
 
@@ -37,6 +38,7 @@ class Cells(NamedTuple):
     flat: FloatArray  # what of its direction lies in the plane, shape (n,)
     patches: FloatArray  # contact as of ``contact_patches``, shape (n, p, 4)
     walls: FloatArray  # 1 where the wall on the right, on the left stays, shape (n, 2)
+    plunges: BoolArray  # straight down into the stock, shape (n,)
 
     @property
     def count(self) -> int:
@@ -79,7 +81,8 @@ def cells_of(scenario: MillingScenario, path: ProgramPath, station: float) -> Ce
             rim[:, 1] += radius * np.sin(heading[met] + turn)
             rim[:, 2] += _ABOVE
             walls[met, side] = surviving(rim, way[met], swept, _SHAVED)
-        return Cells(block, begin, length, way, heading, flat, patches, walls)
+        down = _plunges(scenario.stock, path, block, begin + length, flat, swept)
+        return Cells(block, begin, length, way, heading, flat, patches, walls, down)
     operation = scenario.operation
     assert operation.radial_depth is not None
     assert operation.axial_depth is not None
@@ -88,4 +91,19 @@ def cells_of(scenario: MillingScenario, path: ProgramPath, station: float) -> Ce
     patches[idle] = 0.0
     walls = np.zeros((block.size, 2))
     walls[:, 0] = 1.0  # the wall that is climbed along is what is to be left
-    return Cells(block, begin, length, way, heading, flat, patches, walls)
+    return Cells(block, begin, length, way, heading, flat, patches, walls, np.zeros(block.size, bool))
+
+
+def _plunges(
+    block_of_stock: StockBlock, path: ProgramPath, block: IntArray, end: FloatArray, flat: FloatArray, swept: Swept
+) -> BoolArray:
+    """Cells of feed moves straight down whose rim, or middle, is in the stock."""
+    curve = path.curve
+    down = np.flatnonzero((flat < FLAT) & (curve.along[block, 2] < 0.0) & ~np.isinf(path.feed[block]))
+    out = np.zeros(block.size, bool)
+    if down.size:
+        tip = curve.start[block[down]] + curve.along[block[down]] * end[down, None]
+        below = tip[:, 2] < block_of_stock.z[1] - 1e-9
+        touched = stands_in_material(tip, curve.knots[block[down]], swept, stock_of(block_of_stock))
+        out[down] = below & (touched > _TOUCH)
+    return out

@@ -7,10 +7,12 @@ from dataclasses import replace
 
 from cutwise.io.program_setup import setup_of
 from cutwise.io.scenario import revised
-from cutwise.programs.unroll import unrolled
+from cutwise.programs.cldata import is_apt
+from cutwise.programs.unroll import as_rs274, unrolled
 from cutwise.results import SOUNDNESS, Measure, Result
 from cutwise.spec.correct import KEYS, Correction
 from cutwise.spec.faults import Fault, ScenarioFault
+from cutwise.spec.program import StartPosition
 from cutwise.spec.scenario import Scenario
 from cutwise.study.band import simulate
 from cutwise.study.correct.outcome import Corrected, Progress, Proposal, Task, measured
@@ -49,10 +51,11 @@ def correct(
     faults = list(refused(scenario, said, unroll=unroll))
     if faults:
         raise ScenarioFault(faults)
+    scenario, told = _as_gcode(scenario)
     before = simulate(scenario, None)
     if progress is not None:
         progress(0.2)
-    proposals: list[Proposal] = []
+    proposals = [Proposal(scenario, told=told)]
     if unroll:
         scenario, told = _written_out(scenario)
         proposals.append(Proposal(scenario, told=told))
@@ -66,6 +69,20 @@ def correct(
     last = proposals[-1]
     after = last.after or simulate(last.scenario, None)
     return _judged(task, proposals, after)
+
+
+def _as_gcode(scenario: Scenario) -> tuple[Scenario, tuple[str, ...]]:
+    """The scenario with an APT program as the G-code of its moves; every other one as it is."""
+    program = getattr(scenario, "program", None)
+    if program is None or not is_apt(program.text, program.file):
+        return scenario, ()
+    text, begin = as_rs274(program.text, program.file, setup_of(program))
+    start = None if begin is None else StartPosition.model_construct(x=begin[0], y=begin[1], z=begin[2])
+    plain = program.model_copy(update={
+        "text": text, "file": f"{program.file.rpartition('.')[0]}.nc", "dialect": "rs274", "offsets": None, "start": start,
+    })  # fmt: skip
+    told = f"{program.file} is APT: corrected by its moves and written anew; comments and words of its post-processor are not kept"
+    return scenario.model_copy(update={"program": plain}), (told,)
 
 
 def _written_out(scenario: Scenario) -> tuple[Scenario, tuple[str, ...]]:

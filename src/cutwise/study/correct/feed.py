@@ -10,18 +10,16 @@ import numpy as np
 
 from cutwise import units
 from cutwise.io.program_setup import setup_of
-from cutwise.physics.engagement.path_sweep import swept_path
-from cutwise.physics.engagement.stock import stands_in_material
 from cutwise.process.assemble_mill import program_path, spindle_limits, spindle_speed
 from cutwise.process.program_path import ProgramPath, kept_moves
-from cutwise.process.stock_moves import FLAT, stock_of
+from cutwise.process.stock_moves import FLAT
 from cutwise.programs.interpreter import Interpreted
 from cutwise.programs.move_table import Moves
 from cutwise.programs.rewrite import Handle, handles, rewritten
 from cutwise.programs.trace import Ran, Trace, traced
 from cutwise.spec.correct import LIMITED, Correction
 from cutwise.spec.drives import CncMachine
-from cutwise.spec.faults import Fault, ScenarioFault
+from cutwise.spec.faults import Fault
 from cutwise.spec.milling import MillingScenario
 from cutwise.spec.program import Program, StockBlock
 from cutwise.spec.scenario import Scenario
@@ -30,11 +28,13 @@ from cutwise.study.correct.cells import BoolArray, Cells, FloatArray, cells_of
 from cutwise.study.correct.limits import Asked, asked, resolved
 from cutwise.study.correct.loads import (
     NAMES,
+    PLUNGE,
     Allowed,
     Cutting,
     binding,
     cutting_of,
     greatest,
+    plunge_forces,
     tip_compliance,
     values_at,
 )
@@ -42,7 +42,6 @@ from cutwise.study.correct.outcome import Along, Change, Proposal, Task
 from cutwise.study.correct.schedule import Bed, Schedule, bed_of, scheduled
 
 _OF_SPINDLE = 0.995  # of its power and torque, that a schedule takes: shorter blocks have other cells
-_TOUCH = 8.7e-3  # [rad] of contact of a plunge that counts
 _ROUNDED = 0.01  # of a feed, by which rounding down may miss what a least chip takes
 _LISTED = 4  # lines that are named one by one
 
@@ -95,8 +94,7 @@ def prepared(scenario: Scenario, said: Correction) -> Ready:
     given = scenario.program
     assert given is not None
     trace = traced(given.text, given.file, setup_of(given))
-    if trace is None:
-        raise ScenarioFault([Fault(("program",), "is APT; feeds are rewritten in G-code alone: post-process it first")])
+    assert trace is not None  # APT is G-code by now
     program = Interpreted(Moves(step.move for step in trace.steps if isinstance(step, Ran)), (), (), given.text)
     path = program_path(scenario, program)
     cells = cells_of(scenario, path, said.station)
@@ -125,11 +123,11 @@ def refusals(scenario: Scenario, said: Correction, unroll: bool) -> Iterator[Fau
                     "other shapes, a nominal part and fixtures (a stock in 3D) are not covered yet")  # fmt: skip
     elif not isinstance(scenario.machine, CncMachine):
         yield Fault(("machine",), "feeds are corrected for a machine with feed drives: machine: {library: fadal2216}")
-    if "plunge_force_max" in said.limits:
-        yield Fault(
-            ("correct", "limits", "plunge_force_max"),
-            "the end of the mill has no force in a block; plunges keep their feed",
-        )
+    if PLUNGE in said.limits and (scenario.tool is None or scenario.tool.end_core is None or scenario.stock is None):
+        yield Fault(("correct", "limits", PLUNGE), "the end of the mill has no force here: write tool.end_core (0 mm: it cuts over "
+                    "its centre) and a stock; plunges keep their feed otherwise")  # fmt: skip
+    elif PLUNGE in said.limits and scenario.material is not None and scenario.material.law != "linear":
+        yield Fault(("correct", "limits", PLUNGE), "has a linear law of force alone; take a linear material")
     for name in said.limits:
         if name.startswith(("tip_deflection", "chatter")) and not (scenario.tool is not None and scenario.tool.modes):
             yield Fault(
@@ -147,11 +145,12 @@ def _keeps(scenario: MillingScenario, path: ProgramPath, cells: Cells, said: Cor
     block = cells.block
     upright = _upright(path)[path.origin[block]]  # a plunge, and what of a blend belongs to it
     in_air = ~np.bincount(path.origin[block], cells.cuts, path.programmed.count).astype(bool)[path.origin[block]]
+    held = in_air | upright
+    if PLUNGE in said.limits or PLUNGE in scenario.requirements:  # its own limit says how fast a plunge may be
+        held &= ~cells.plunges
     if said.air_clearance is None or not isinstance(scenario.stock, StockBlock):
-        return np.asarray(in_air | upright)
-    return np.asarray(
-        (in_air | upright) & (_near(scenario, path, cells, said.air_clearance) | (upright & ~(cells.flat < FLAT)))
-    )
+        return np.asarray(held)
+    return np.asarray(held & (_near(path, cells, said.air_clearance) | (upright & ~(cells.flat < FLAT))))
 
 
 def _upright(path: ProgramPath) -> BoolArray:
@@ -160,27 +159,12 @@ def _upright(path: ProgramPath) -> BoolArray:
     return np.asarray(told.straight & (np.hypot(told.along[:, 0], told.along[:, 1]) < FLAT))
 
 
-def _near(scenario: MillingScenario, path: ProgramPath, cells: Cells, clearance: float) -> BoolArray:
+def _near(path: ProgramPath, cells: Cells, clearance: float) -> BoolArray:
     """Cells in contact with the stock, and those within a clearance before one [m]."""
     end = path.curve.knots[cells.block] + cells.begin + cells.length
-    met = cells.cuts | _plunges_into(scenario, path, cells)
+    met = cells.cuts | cells.plunges
     following = np.minimum.accumulate(np.where(met, end - cells.length, np.inf)[::-1])[::-1]
     return np.asarray(met | (following - end < clearance - 1e-9))
-
-
-def _plunges_into(scenario: MillingScenario, path: ProgramPath, cells: Cells) -> BoolArray:
-    """Cells of moves straight down whose rim, or middle, is in the stock."""
-    assert isinstance(scenario.stock, StockBlock)
-    curve, block = path.curve, cells.block
-    down = np.flatnonzero((cells.flat < FLAT) & (curve.along[block, 2] < 0.0) & ~np.isinf(path.feed[block]))
-    out = np.zeros(cells.count, bool)
-    if down.size:
-        tip = curve.start[block[down]] + curve.along[block[down]] * (cells.begin + cells.length)[down, None]
-        below = tip[:, 2] < scenario.stock.z[1] - 1e-9
-        swept = swept_path(curve, 0.5 * scenario.tool.diameter)
-        touched = stands_in_material(tip, curve.knots[block[down]], swept, stock_of(scenario.stock))
-        out[down] = below & (touched > _TOUCH)
-    return out
 
 
 def speeds_of(ready: Ready) -> FloatArray:
@@ -192,7 +176,10 @@ def speeds_of(ready: Ready) -> FloatArray:
 
 def static_before(ready: Ready) -> dict[str, float]:
     """What the program comes to at its own feeds, the tip at rest."""
-    return greatest(ready.cells, values_at(ready.cells, ready.cutting, speeds_of(ready)))
+    speed = speeds_of(ready)
+    found = greatest(ready.cells, values_at(ready.cells, ready.cutting, speed))
+    force = plunge_forces(ready.scenario, ready.cells, ready.cutting, speed)
+    return found | ({PLUNGE: force} if force is not None else {})
 
 
 def with_text(scenario: MillingScenario, text: str) -> MillingScenario:
@@ -217,17 +204,16 @@ def schedule_of(ready: Ready, room: Allowed, ceiling: FloatArray, said: Correcti
     own = np.maximum(own, 1e-6)
     if ready.scenario.stock is None:
         own = np.minimum(own, ready.path.feed[ready.cells.block])
+    plunging = np.isfinite(room.each[:, NAMES.index(PLUNGE)])
     clearance = said.air_clearance
     if clearance is not None and ready.scenario.stock is not None:  # no quicker than programmed just before contact
-        close = (
-            _near(ready.scenario, ready.path, ready.cells, clearance) & ~ready.cells.cuts & np.isnan(ready.bed.fixed)
-        )
+        close = _near(ready.path, ready.cells, clearance) & ~(ready.cells.cuts | plunging) & np.isnan(ready.bed.fixed)
         own = np.where(close, np.minimum(own, speeds_of(ready)), own)
         own = np.maximum(own, 1e-6)
     elif clearance is None and isinstance(
         ready.scenario.stock, StockBlock
     ):  # what a cutting block runs in air keeps its feed
-        own = np.where(ready.cells.cuts, own, np.minimum(own, np.maximum(speeds_of(ready), 1e-6)))
+        own = np.where(ready.cells.cuts | plunging, own, np.minimum(own, np.maximum(speeds_of(ready), 1e-6)))
     inch = ready.trace.first.inch if not ready.trace.looked_at else ready.trace.states[ready.trace.looked_at[-1]].inch
     return scheduled(ready.path, ready.cells, ready.bed, own, ready.scenario.drives, said, inch)
 

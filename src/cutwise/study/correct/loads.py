@@ -23,6 +23,7 @@ from cutwise.physics.cutting.feed_limits import (
     feed_intervals,
 )
 from cutwise.physics.cutting.flute import EdgeCoefficients, Mill
+from cutwise.physics.cutting.plunge import plunge_feed, plunge_force
 from cutwise.physics.cutting.uneven import LINEAR, even_edges, tangent_coefficients
 from cutwise.physics.cutting.wall import DISCS, FLUTES
 from cutwise.physics.motion.lookahead import highest_feeds
@@ -45,7 +46,8 @@ BINDS: tuple[tuple[str, int], ...] = (
     ("chip_thickness_max", CHIP), ("wall_error", WALL), ("removal_rate_max", REMOVAL),
 )  # fmt: skip
 """What can bind at a place, in the order in which one of several is named, with the columns of highest feeds."""
-NAMES = (*(name for name, _ in BINDS), "cost", "arc", "machine")
+PLUNGE = "plunge_force_max"
+NAMES = (*(name for name, _ in BINDS), PLUNGE, "cost", "arc", "machine")
 
 
 class Cutting(NamedTuple):
@@ -60,7 +62,7 @@ class Cutting(NamedTuple):
 class Allowed(NamedTuple):
     """What the cells allow."""
 
-    each: FloatArray  # highest speed by each of NAMES [m/s], shape (n, 10)
+    each: FloatArray  # highest speed by each of NAMES [m/s], shape (n, 11)
     own: FloatArray  # the least of them, shape (n,)
     least: FloatArray  # lowest speed (rubbing, a wall that is to be cut enough), 0: none, shape (n,)
     helpless: FloatArray  # number in NAMES of a limit that no feed keeps, -1: none, shape (n,)
@@ -128,15 +130,36 @@ def allowed(
     each = np.full((cells.count, len(NAMES)), math.inf)
     for place, (_, column) in enumerate(BINDS):
         each[:, place] = np.where(level, high[:, column] / per[:, 0], math.inf)
-    each[:, len(BINDS)] = np.where(level & cells.cuts, cheapest / per[:, 0], math.inf)
+    core, most = scenario.tool.end_core, limits.get(PLUNGE)
+    if core is not None and most is not None:
+        teeth = cutting.spindle * cutting.teeth.mill.flutes / (2.0 * math.pi)
+        fed = plunge_feed(most, core, cutting.teeth.mill, _bottom(cutting.teeth))
+        each[:, NAMES.index(PLUNGE)] = np.where(cells.plunges, fed * teeth, math.inf)
+    each[:, NAMES.index("cost")] = np.where(level & cells.cuts, cheapest / per[:, 0], math.inf)
     each[:, -2] = _arcs(scenario, path)[cells.block]
     limits_of, axes = motion_limits(scenario.drives)
-    most = highest_feeds(path.curve, np.full(path.curve.count, 1e9), limits_of, axes)
-    each[:, -1] = most[cells.block]
-    helpless = np.where((each[:, : len(BINDS)] <= 0.0).any(axis=1), np.argmin(each[:, : len(BINDS)] > 0.0, axis=1), -1)
+    quickest = highest_feeds(path.curve, np.full(path.curve.count, 1e9), limits_of, axes)
+    each[:, -1] = quickest[cells.block]
+    held = each[:, : len(BINDS) + 1]
+    helpless = np.where((held <= 0.0).any(axis=1), np.argmin(held > 0.0, axis=1), -1)
     least = np.where(level, low.max(axis=1) / per[:, 0], 0.0)
     least[~cells.cuts] = 0.0
     return Allowed(each, each.min(axis=1), least, helpless)
+
+
+def plunge_forces(scenario: MillingScenario, cells: Cells, cutting: Cutting, speed: FloatArray) -> float | None:
+    """Largest force of plunges at speeds along the path [N]; None without any, or where the bottom has none."""
+    core = scenario.tool.end_core
+    if core is None or not cells.plunges.any():
+        return None
+    fed = (speed * 2.0 * math.pi / (cutting.spindle * cutting.teeth.mill.flutes))[cells.plunges]
+    return float(plunge_force(float(fed.max()), core, cutting.teeth.mill, _bottom(cutting.teeth)))
+
+
+def _bottom(teeth: Teeth) -> EdgeCoefficients:
+    """The coefficients of shearing and edges as one."""
+    shear, edge = teeth.shear.linear, teeth.edge.linear
+    return EdgeCoefficients(shear.K_tc, shear.K_rc, shear.K_ac, edge.K_te, edge.K_re, edge.K_ae)
 
 
 def largest_sines(patches: FloatArray) -> FloatArray:
