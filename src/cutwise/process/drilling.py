@@ -321,13 +321,16 @@ def led(scenario: DrillingScenario, cell: DrillCell, target: PoseTarget, posture
 
 
 def next_to(arm: Arm, position: FloatArray, axes: FloatArray, posture: Posture, margin: float) -> Posture | None:
-    """The posture at a pose (tool axes as columns) that is nearest to another; None if there is none within the limits."""
+    """The posture at a pose (tool axes as columns) that is nearest to another.
+
+    None if that one is beyond a limit of the arm or too near a singularity: another branch of the arm would be a move across
+    the cell, and another compliance.
+    """
     found = candidates(arm, position[None, :], axes[None], thorough=True)
-    allowed = found.within[0] & (found.wrist_sine[0] >= margin)
-    if not np.any(allowed):
-        return None
     turned = np.abs((found.q[0] - posture.q + math.pi) % (2.0 * math.pi) - math.pi).max(axis=1)
-    best = int(np.argmin(np.where(allowed, turned, math.inf)))
+    best = int(np.argmin(np.nan_to_num(turned, nan=math.inf)))
+    if not (found.within[0][best] and found.wrist_sine[0][best] >= margin):
+        return None
     return posture_at(arm, posture.angle, turned_towards(arm, found.q[0][best], posture.q))
 
 

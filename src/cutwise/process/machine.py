@@ -42,6 +42,9 @@ class Chances(NamedTuple):
     within: float | None  # probability that the length of the error stays within the tolerance, if one is given
 
 
+_REPEATED = 2  # looks at the error where a table leads the tool: it changes by a ten-thousandth of the way
+
+
 class VolumeMap(NamedTuple):
     """Geometric error over the working space."""
 
@@ -141,48 +144,98 @@ def chances(scenario: MachineScenario, run: MachineRun) -> Chances | None:
     return Chances(place, spread, probability.variance_shares(jacobian, deviation), drawn, within)
 
 
+class _Working(NamedTuple):
+    """A machine over the travels of X, Y and Z, its other axes where the map has them."""
+
+    axes: volumetric.Axes
+    tables: volumetric.ErrorTables
+    tip: FloatArray
+    places: list[int]  # of X, Y, Z among the joints
+    stand: FloatArray  # commands of all joints, shape (n,)
+
+    @property
+    def travels(self) -> tuple[FloatArray, FloatArray]:
+        """Lowest and highest commands of X, Y, Z [m]."""
+        return self.axes.low[self.places], self.axes.high[self.places]
+
+    def given(self, points: FloatArray) -> FloatArray:
+        """Commands of all joints for those of X, Y, Z."""
+        found = np.broadcast_to(self.stand, (*points.shape[:-1], len(self.stand))).copy()
+        found[..., self.places] = points
+        return found
+
+    def ideal(self, points: FloatArray) -> FloatArray:
+        """The tool point in the part without errors [m]."""
+        frames = chains.frames(self.axes.chain, self.given(points) * self.axes.sense)
+        return np.asarray(chains.tool_point(frames, self.tip))
+
+    def error(self, points: FloatArray, added: FloatArray | None = None) -> FloatArray:
+        """How far the tool is off in the part [m], where something is added to the commands [m]."""
+        told = points if added is None else points + added
+        found = volumetric.volumetric_error(self.axes, self.tables, self.given(np.clip(told, *self.travels)), self.tip)
+        return found if added is None else found + self.ideal(told) - self.ideal(points)
+
+    def grid(self, count: int) -> tuple[FloatArray, ...]:
+        low, high = self.travels
+        return tuple(np.linspace(low[k], high[k], count) for k in range(3))
+
+    def table(self, count: int) -> tuple[tuple[FloatArray, ...], FloatArray]:
+        """What is to be added to the commands at the nodes of a table [m], so that the tool is not off there.
+
+        A table whose commands count its own motion goes the other way than the tool in the part, and axes may be askew: what
+        is added are the commands that move the tool by minus its error.
+        """
+        nodes = self.grid(count)
+        at = np.stack(np.meshgrid(*nodes, indexing="ij"), axis=-1)
+        low, high = self.travels
+        corners = low + np.diag(high - low)
+        moved = (self.ideal(corners) - self.ideal(low)).T / (high - low)  # of the tool a metre of each command
+        back = np.linalg.inv(moved)
+        added = np.zeros_like(at)
+        for _ in range(_REPEATED):
+            added = added - self.error(at, added) @ back.T
+        return nodes, added
+
+
+def _working(scenario: MachineScenario) -> _Working:
+    assert scenario.volume is not None
+    axes, tip = machine_assemble.machine_axes(scenario), np.array(scenario.tool.tip)
+    joints = joints_of(scenario.carrying)
+    stand, others = np.zeros(len(axes.errors)), scenario.volume.at.given()
+    for letter in COMPONENTS[3:]:
+        if letter in others:
+            stand[joints[letter]] = others[letter]
+    return _Working(axes, volumetric.tabulate(axes), tip, [joints[letter] for letter in LINEAR_AXES], stand)
+
+
+def error_table(scenario: MachineScenario, count: int) -> tuple[tuple[FloatArray, ...], FloatArray]:
+    """A table against the geometric errors: commands of X, Y, Z [m], shapes (count,), and what to add to them [m],
+    shape (count, count, count, 3)."""
+    return _working(scenario).table(count)
+
+
 def evaluate_volume(scenario: MachineScenario) -> VolumeMap | None:
     """Geometric error on a grid over the travels of X, Y and Z, and along the body diagonals."""
     if scenario.volume is None:
         return None
-    axes, tip = machine_assemble.machine_axes(scenario), np.array(scenario.tool.tip)
-    joints = joints_of(scenario.carrying)
-    places = [joints[letter] for letter in LINEAR_AXES]
-    low, high = axes.low[places], axes.high[places]
-    others = scenario.volume.at.given()
-
-    def commands(points: FloatArray) -> FloatArray:
-        given = np.zeros((*points.shape[:-1], len(axes.errors)))
-        for letter in COMPONENTS[3:]:
-            if letter in others:
-                given[..., joints[letter]] = others[letter]
-        given[..., places] = points
-        return given
-
-    at = tuple(np.linspace(low[k], high[k], scenario.volume.points) for k in range(3))
-    grid = commands(np.stack(np.meshgrid(*at, indexing="ij"), axis=-1))
-    tables = volumetric.tabulate(axes)
-    ideal = chains.tool_point(chains.frames(axes.chain, grid * axes.sense), tip)
-    lines = commands(volumetric.diagonals(low, high, scenario.volume.diagonal_points))
-    points = chains.tool_point(chains.frames(axes.chain, lines * axes.sense), tip)
+    work, count = _working(scenario), scenario.volume.table_points
+    at = work.grid(scenario.volume.points)
+    grid = np.stack(np.meshgrid(*at, indexing="ij"), axis=-1)
+    lines = volumetric.diagonals(*work.travels, scenario.volume.diagonal_points)
+    points = work.ideal(lines)
+    table = None if count is None else interpolate.RegularGridInterpolator(*work.table(count))
 
     def error(given: FloatArray) -> FloatArray:
-        """What is left of the error where a table of the control is taken off."""
-        whole = volumetric.volumetric_error(axes, tables, given, tip)
-        if scenario.volume is None or scenario.volume.table_points is None:
-            return whole
-        nodes = tuple(np.linspace(low[k], high[k], scenario.volume.table_points) for k in range(3))
-        known = commands(np.stack(np.meshgrid(*nodes, indexing="ij"), axis=-1))
-        table = interpolate.RegularGridInterpolator(nodes, volumetric.volumetric_error(axes, tables, known, tip))
-        return np.asarray(whole - table(given[..., places]))
+        """How far the tool is off, where the control adds a table to the commands."""
+        return work.error(given, None if table is None else np.asarray(table(given)))
 
     return VolumeMap(
         at,  # type: ignore[arg-type]
-        ideal,
+        work.ideal(grid),
         error(grid),
         volumetric.along(points, error(lines)),
         np.linalg.norm(points - points[:, :1], axis=-1),
-        volumetric.interpolation_error(axes, tables, tip),
+        volumetric.interpolation_error(work.axes, work.tables, work.tip),
     )
 
 

@@ -179,6 +179,34 @@ def test_corrections_have_to_fit_the_holes(examples):
         load(examples / "drill_on_machine.yaml", ["hole.corrections=[{tilt: [1 mrad, 0 mrad]}]"])
 
 
+def test_a_hole_is_led_in_the_branch_of_the_arm_that_it_is_drilled_in(examples):
+    """A joint at its limit lets the tool be led no further; another branch is no correction."""
+    scenario = load(examples / "drill_plate_pattern.yaml")
+    first = scenario.model_copy(update={"hole": scenario.hole.model_copy(update={"pattern": None})})
+    cell = drilling.drill_cell(first)
+    hole = drilling.choose(first, cell, drilling.targets(scenario.hole)[0])[0]
+    led = drilling.led(first, cell, drilling.targets(scenario.hole)[0], hole, drilling.Led((0.0, 0.0), (0.0, 1e-4)))
+    assert led is None or np.abs(led.q - hole.q).max() < 0.01
+
+
+def test_another_machine_runs_the_same_posture(examples):
+    """A draw of a joint's stiffness makes another posture the best, which no program knows of."""
+    from cutwise.study.correct import drill
+
+    scenario = load(
+        examples / "correct_drill.yaml", ["correct.vary=null", "robot.joint_angles=null", "robot.redundancy_angle=best"]
+    )
+    holes = drill.holes_of(scenario)
+    draw = {"robot.joint_stiffness[0]": 0.2 * scenario.robot.joint_stiffness[0]}
+    error = drill._drawn(scenario, holes, draw)[0]
+    stiff = load(examples / "correct_drill.yaml", [
+        "correct.vary=null", f"robot.redundancy_angle={holes[0].posture.angle!r} rad",
+        f"robot.joint_angles={[f'{q!r} rad' for q in holes[0].posture.q.tolist()]}",
+        f"robot.joint_stiffness[0]={draw['robot.joint_stiffness[0]']!r} N m/rad",
+    ])  # fmt: skip
+    assert error == pytest.approx(drill._errors(drilling.drill_cell(stiff), drill.holes_of(stiff)[0])[0], rel=1e-6)
+
+
 def test_a_hole_on_a_machine_is_centred_without_a_tilt(examples):
     scenario = load(examples / "drill_on_machine.yaml", ["requirements=null"])
     found = cutwise.correct(scenario, ("offset",))
@@ -188,26 +216,43 @@ def test_a_hole_on_a_machine_is_centred_without_a_tilt(examples):
     assert worst < max(found.before.measures[f"hole_position_error_{key}"].value for key in ("entry", "exit"))
 
 
+def read_table(text):
+    """Commands of the nodes [m], and what the table adds to them [m], shape (n, n, n, 3)."""
+    lines = [line for line in text.splitlines() if not line.startswith("#")]
+    assert lines[0] == "x [mm], y [mm], z [mm], dx [um], dy [um], dz [um]"
+    rows = np.array([[float(cell) for cell in line.split(",")] for line in lines[1:] if line])
+    assert rows[1, 0] > rows[0, 0], "x goes fastest"
+    axes = [np.unique(rows[:, k]) / 1e3 for k in range(3)]
+    n = len(axes[0])
+    return axes, rows[:, 3:].reshape(n, n, n, 3).transpose(2, 1, 0, 3) * UM
+
+
 def test_the_table_of_a_machine_takes_its_errors_off(examples):
-    """Read from the text and added between its points, it leaves what the corrected scenario says."""
+    """Read from the text and added to the commands of its tables, which move against the tool, it leaves what is told."""
     from scipy.interpolate import RegularGridInterpolator
 
     scenario = load(examples / "machine_volumetric_map.yaml", [*MAP, "requirements=null"])
     found = cutwise.correct(scenario, ("offset",))
-    lines = [line for line in formats.table(found).splitlines() if not line.startswith("#")]
-    assert lines[0] == "x [mm], y [mm], z [mm], dx [um], dy [um], dz [um]"
-    rows = np.array([[float(cell) for cell in line.split(",")] for line in lines[1:] if line])
-    assert len(rows) == 125
-    assert rows[1, 0] > rows[0, 0], "x goes fastest"
-    axes = [np.unique(rows[:, k]) / 1e3 for k in range(3)]
-    values = rows[:, 3:].reshape(5, 5, 5, 3).transpose(2, 1, 0, 3) * UM
+    axes, values = read_table(formats.table(found))
+    assert [len(axis) for axis in axes] == [5, 5, 5]
+    against = np.array([-1.0, -1.0, 1.0])  # X and Y move the part: where the tool goes in it by a command
     finer = scenario.model_copy(update={"volume": scenario.volume.model_copy(update={"points": 9})})
     whole = machine.evaluate_volume(finer)
     at = np.stack(np.meshgrid(*whole.at, indexing="ij"), axis=-1)
-    left = float(np.linalg.norm(whole.error + RegularGridInterpolator(axes, values)(at), axis=-1).max())
-    assert left == pytest.approx(found.measures["residual_max"].value, abs=1e-10)
+    left = float(np.linalg.norm(whole.error + against * RegularGridInterpolator(axes, values)(at), axis=-1).max())
+    assert left == pytest.approx(found.measures["residual_max"].value, abs=2e-8)  # the error there, not where it leads
     nodes = machine.evaluate_volume(scenario)
-    assert np.linalg.norm(nodes.error + values, axis=-1).max() < 1e-9
+    assert np.linalg.norm(nodes.error + against * values, axis=-1).max() < 2e-8
+    assert any("keep so much room" in text for text in found.told)
+
+
+def test_the_table_of_axes_that_are_askew(examples):
+    """The commands that move the tool back, not its error: at the nodes nothing is left."""
+    scenario = load(examples / "machine_five_axis.yaml", ["requirements=null", "volume.points=3"])
+    table = scenario.volume.model_copy(update={"table_points": 3})
+    found = machine.evaluate_volume(scenario.model_copy(update={"volume": table}))
+    assert np.linalg.norm(machine.evaluate_volume(scenario).error, axis=-1).max() > 1e-5
+    assert np.linalg.norm(found.error, axis=-1).max() < 1e-9
 
 
 def test_a_machine_without_a_map_has_no_table(examples):

@@ -23,6 +23,7 @@ from cutwise.process.drilling import (
     place,
     targets,
 )
+from cutwise.process.postures import posture_at
 from cutwise.spec.correct import Correction
 from cutwise.spec.drilling import DrillingScenario
 from cutwise.spec.faults import Fault, ScenarioFault
@@ -32,6 +33,8 @@ from cutwise.study.correct.uncertain import Draw, draws_of, share_80
 
 _ENOUGH = 1e-9  # [m] of error that is not worth another repetition
 _NOTHING = 1e-7  # [m]
+_MOVED = ("hole.", "part.", "placement.", "robot.redundancy_angle", "robot.joint_angles")
+"""Keys that say where an arm has to stand."""
 
 
 def corrected(task: Task) -> Proposal:
@@ -59,14 +62,14 @@ def corrected(task: Task) -> Proposal:
     found = [_compensated(scenario, cell, hole, task.said) for hole in before]
     best = _with(scenario, found)
     after = holes_of(best)
-    residuals = [_drawn(best, draw) for draw in judging]
-    before_drawn = [_drawn(scenario, draw) for draw in judging]
+    residuals = [_drawn(best, after, draw) for draw in judging]
+    before_drawn = [_drawn(scenario, before, draw) for draw in judging]
     return Proposal(
         best,
         tuple(_changes(cell, before, after, found)),
         _measures(task.said, cell, before, after, found, residuals, before_drawn),
         tuple(_told(scenario, residuals, before_drawn)),
-        tuple(_kept(task.said, cell, before, after)),
+        tuple(_kept(scenario, task.said, cell, before, after)),
         after=simulate(best, None),
     )
 
@@ -102,12 +105,11 @@ def _compensated(scenario: DrillingScenario, cell: DrillCell, hole: DrilledHole,
         entry, leaving = hole_ends(cell, here)
         if not here.outcome.through or max(np.hypot(*entry), np.hypot(*leaving)) < _ENOUGH:
             break
-        slope = (leaving - entry) / cell.cycle.thickness if scenario.machine is None else np.zeros(2)
-        shift = np.array(to.shift) - (entry if scenario.machine is None else 0.5 * (entry + leaving))
-        size = float(np.hypot(*shift))
-        shift *= min(1.0, said.shift_max / size) if size > 0.0 else 1.0
-        tilt = np.array(to.tilt) - slope
-        new = Led((float(shift[0]), float(shift[1])), (float(tilt[0]), float(tilt[1])))
+        new = _step(scenario, cell, here)
+        size = math.hypot(*new.shift)
+        if size > said.shift_max:
+            x, y = (part * said.shift_max / size for part in new.shift)
+            new = new._replace(shift=(x, y))
         posture = led(scenario, cell, hole.target, nominal, new)
         if posture is None:
             break
@@ -116,6 +118,16 @@ def _compensated(scenario: DrillingScenario, cell: DrillCell, hole: DrilledHole,
             break
         to, here = new, again
     return to
+
+
+def _step(scenario: DrillingScenario, cell: DrillCell, hole: DrilledHole) -> Led:
+    """Where the tool is led next: what a hole is off, taken from where it was led."""
+    entry, leaving = hole_ends(cell, hole)
+    upright = scenario.machine is not None
+    slope = np.zeros(2) if upright else (leaving - entry) / cell.cycle.thickness
+    shift = np.array(hole.led.shift) - (0.5 * (entry + leaving) if upright else entry)
+    tilt = np.array(hole.led.tilt) - slope
+    return Led((float(shift[0]), float(shift[1])), (float(tilt[0]), float(tilt[1])))
 
 
 def _nominal_posture(scenario: DrillingScenario, cell: DrillCell, hole: DrilledHole) -> Any:
@@ -141,13 +153,28 @@ def _with(scenario: DrillingScenario, found: Sequence[Led]) -> DrillingScenario:
     return new
 
 
-def _drawn(scenario: DrillingScenario, draw: Draw) -> tuple[float, float]:
-    """Largest errors at entry and exit on another machine that runs the same program [m]; infinite: not through."""
+def _drawn(scenario: DrillingScenario, holes: Sequence[DrilledHole], draw: Draw) -> tuple[float, float]:
+    """Largest errors at entry and exit on another machine that runs the same program [m]; infinite: not through.
+
+    An arm stands as the program has it, also where another posture would be the best of that other machine.
+    """
     one = revisions(scenario)(draw)
     assert isinstance(one, DrillingScenario)
     cell = drill_cell(one)
-    ends = [(math.inf, math.inf) if hole.outcome is None else _errors(cell, hole)[:2] for hole in holes_of(one)]
+    if scenario.robot is not None and not any(key.startswith(_MOVED) for key in draw):
+        found = [_redrilled(cell, hole, one.numerics.time_step) for hole in holes]
+    else:
+        found = holes_of(one)
+    ends = [(math.inf, math.inf) if hole.outcome is None else _errors(cell, hole)[:2] for hole in found]
     return max(end[0] for end in ends), max(end[1] for end in ends)
+
+
+def _redrilled(cell: DrillCell, hole: DrilledHole, step: float) -> DrilledHole:
+    """A hole drilled by another arm that stands alike."""
+    if hole.posture is None:
+        return hole
+    assert cell.arm is not None
+    return drilled(cell, hole._replace(posture=posture_at(cell.arm, hole.posture.angle, hole.posture.q)), step)
 
 
 def _measures(
@@ -213,8 +240,20 @@ def _told(
     return told
 
 
+def _floor(scenario: DrillingScenario, said: Correction, cell: DrillCell, old: DrilledHole, new: DrilledHole) -> str:
+    """What keeps a hole from being led further."""
+    if math.hypot(*new.led.shift) >= said.shift_max * (1.0 - 1e-9):
+        return f"; the shift is at correct.shift_max ({units.show(said.shift_max, 'small_length', 3)})"
+    wanted = _step(scenario, cell, new)
+    posture = _nominal_posture(scenario, cell, old)
+    if scenario.robot is not None and led(scenario, cell, old.target, posture, wanted) is None:
+        return "; led further, a joint would be beyond its limit, or the arm too near a singularity"
+    return ""
+
+
 def _kept(
-    said: Correction, cell: DrillCell, before: Sequence[DrilledHole], after: Sequence[DrilledHole]
+    scenario: DrillingScenario, said: Correction, cell: DrillCell, before: Sequence[DrilledHole],
+    after: Sequence[DrilledHole],
 ) -> list[str]:  # fmt: skip
     kept = []
     for number, (old, new) in enumerate(zip(before, after, strict=True), 1):
@@ -230,5 +269,6 @@ def _kept(
             shown = units.show(left, "small_length", 3), units.show(size, "small_length", 3)
             kept.append(
                 f"hole {number}: {shown[0]} of {shown[1]} are left, more than correct.residual ({said.residual:g})"
+                f"{_floor(scenario, said, cell, old, new)}"
             )
     return kept

@@ -49,6 +49,7 @@ def corrected(task: Task) -> Proposal:
             f"{units.show(left, 'small_length', 3)} of {units.show(size, 'small_length', 3)} are left between the points, more "
             f"than correct.residual ({task.said.residual:g}): take more volume.points"
         )
+    beyond = units.show(_beyond(scenario, count), "small_length", 3)
     shown = units.show(size, "small_length", 4), units.show(left, "small_length", 4)
     return Proposal(
         new,
@@ -64,7 +65,10 @@ def corrected(task: Task) -> Proposal:
             "residual_ratio": (left / size, "dimensionless"),
             "table_points": (float(count), "dimensionless"),
         },
-        ("-o FILE --format table writes it; the values are to be added to the commands",),
+        (
+            "-o FILE --format table writes it; the values are to be added to the commands",
+            f"at the ends of the travel the table leads up to {beyond} beyond them: keep so much room in the control's limits",
+        ),
         tuple(kept),
         after=after,
     )
@@ -73,23 +77,29 @@ def corrected(task: Task) -> Proposal:
 def text(scenario: MachineScenario) -> str:
     """The table: x, y, z of the command [mm], and what is to be added to it [µm]; x goes fastest."""
     assert scenario.volume is not None
-    count = scenario.volume.table_points or scenario.volume.points
-    found = machine.evaluate_volume(_with(_as_it_is(scenario), {"points": count}))
-    assert found is not None
+    nodes, added = machine.error_table(scenario, scenario.volume.table_points or scenario.volume.points)
     lines = [
-        f"# cutwise: {scenario.name}: geometric errors of the machine, minus the predicted error: add to the command",
-        "# x y z: commands of X, Y, Z; dx dy dz: along x, y, z of the part; between the points straight lines",
+        f"# cutwise: {scenario.name}: against the geometric errors of the machine: add to the command",
+        "# x y z: commands of X, Y, Z as the scenario counts them (joint.positive); dx dy dz: added to them, so that the tool "
+        "goes by minus its predicted error in the part; between the points straight lines",
         "x [mm], y [mm], z [mm], dx [um], dy [um], dz [um]",
     ]
-    for k, z in enumerate(found.at[2]):
-        for j, y in enumerate(found.at[1]):
-            for i, x in enumerate(found.at[0]):
+    for k, z in enumerate(nodes[2]):
+        for j, y in enumerate(nodes[1]):
+            for i, x in enumerate(nodes[0]):
                 values = [
                     *(f"{_MM * place:.6f}" for place in (x, y, z)),
-                    *(f"{e:.4f}" for e in -_UM * found.error[i, j, k] + 0.0),
+                    *(f"{e:.4f}" for e in _UM * added[i, j, k] + 0.0),
                 ]
                 lines.append(", ".join(values))
     return "\n".join([*lines, ""])
+
+
+def _beyond(scenario: MachineScenario, count: int) -> float:
+    """How far a table leads axes beyond the ends of their travel [m]."""
+    _, added = machine.error_table(scenario, count)
+    ends = [np.moveaxis(added[..., k], k, 0) for k in range(3)]
+    return max(0.0, *(float(max(-one[0].min(), one[-1].max())) for one in ends))
 
 
 def _as_it_is(scenario: MachineScenario) -> MachineScenario:
