@@ -160,19 +160,31 @@ def _study(
         search = search_of(tree, scenario, levers, runs, faults)
         aimed = (name for aim in search.aims for name in measures_of(aim, type(scenario).measures))
         measures = tuple(dict.fromkeys((*measures, *aimed)))
+    name = _name(tree, path, faults)
     given = tuple(f"{key}={value}" for key, value in _plain_map(tree, "set", faults).items())
     curved = _with_curves(scenario, levers, chosen, faults)
     coarse = _coarse(tree, curved, faults)
     if faults.found:
         return None
     found = Study(
-        str(tree.value["name"].plain()) if "name" in tree.value else path.stem, curved,
+        name, curved,
         coarse, {} if search else levers.design, random, method, draws, chosen, measures, demanded, stop, levels,
         _source(tree, path, scenario), (*given, *overrides), relations, search, budget,
     )  # fmt: skip
     too_many(found, tree, faults)
     _allowed(found, tree, faults)
     return found
+
+
+def _name(tree: Node, path: Path, faults: Faults) -> str:
+    """The name of a study, after which its folder is called."""
+    node = tree.value.get("name")
+    if node is None:
+        return path.stem
+    name = str(node.plain())
+    if isinstance(node.value, dict | list) or node.value is None or not name.strip() or set(name) & set("/\\\n\0"):
+        faults.at(node, ("name",), "expected a name without slashes: the folder of the study is called after it")
+    return name
 
 
 def _source(tree: Node, path: Path, scenario: Scenario) -> str:

@@ -267,6 +267,8 @@ def test_a_killed_worker_loses_nothing(study, tmp_path):
             ("80 mm/s}}", "80 mm/s, requirements: null}}\nstop: {{half_width: 0.1}}"),
             "stop: is not used: there are no requirements",
         ),
+        (("name: burrs", "name: ../../burrs"), "expected a name without slashes"),
+        (("name: burrs", "name: [burrs]"), "expected a name without slashes"),
         # what would end in a traceback
         (("{{mean: 0.8 mm, deviation: 0.1 mm}}", "[0.8 mm, true]"), "true is no quantity"),
         (("within: [0 mm, null]", "within: [true, null]"), "true is no quantity"),
