@@ -85,16 +85,11 @@ def run_study(
     ScenarioFault
         The folder holds another study, or parts of this one without ``resume``; or there is no such executor.
     """
-    if executor not in EXECUTORS:
-        raise ScenarioFault([Fault((), f"is not one of {', '.join(EXECUTORS)}", file=f"--executor {executor}")])
-    if address is not None and executor != DASK:
-        raise ScenarioFault([Fault((), "goes with --executor dask", file="--address")])
+    checked(executor, address)
     if study.method in SEARCHES:
         raise ScenarioFault(
             [Fault(("method",), f"{study.method} looks for its cases: it is no list of parts", file=study.name)]
         )
-    if executor == DASK and importlib.util.find_spec("distributed") is None:
-        raise ScenarioFault([Fault((), DASK_MISSING, file="--executor dask")])  # before anything is run
     known = _known(study, folder, resume=resume)  # refused before anybody is started
     if executor == DASK:
         from cutwise.study.many.distributed import run_on_dask
@@ -105,6 +100,22 @@ def run_study(
         known = _begun(study, folder, known, chunk)
         helpers.start()
         return _here(study, folder, known, helpers, progress)
+
+
+def checked(executor: str, address: str | None) -> None:
+    """Whether there is such an executor here, before anything is run.
+
+    Raises
+    ------
+    ScenarioFault
+        There is none.
+    """
+    if executor not in EXECUTORS:
+        raise ScenarioFault([Fault((), f"is not one of {', '.join(EXECUTORS)}", file=f"--executor {executor}")])
+    if address is not None and executor != DASK:
+        raise ScenarioFault([Fault((), "goes with --executor dask", file="--address")])
+    if executor == DASK and importlib.util.find_spec("distributed") is None:
+        raise ScenarioFault([Fault((), DASK_MISSING, file="--executor dask")])
 
 
 def begun(study: Study, folder: Path, *, resume: bool, chunk: int | None = None) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from cutwise.study.many import engine, tables
 from cutwise.study.many import folder as at
 from cutwise.study.many.answers import Answers, answers, measures, worst
 from cutwise.study.many.cases import case_of
-from cutwise.study.many.definition import OPTIMISE, RARE, SEARCHES, Study
+from cutwise.study.many.definition import OPTIMISE, RARE, Study
 from cutwise.study.many.reading import read_study, study_of
 from cutwise.study.many.statements import Share
 
@@ -123,17 +123,17 @@ def run_study(
         words = f"{study.cases:,} cases want a folder, from which they are read part by part; up to {_IN_MEMORY:,} do without"
         raise ScenarioFault([Fault((), words, file="folder")])
     with _kept(folder) as place:
-        if study.method in SEARCHES and (executor != engine.LOCAL or address is not None):
-            raise ScenarioFault([Fault((), f"{study.method} takes processes of this machine", file="executor")])
+        more: dict[str, Any] = {"jobs": jobs, "resume": resume, "executor": executor, "address": address}
         if study.method == OPTIMISE:
             from cutwise.study.many.best import optimised
 
-            return optimised(study, place, jobs=jobs, resume=resume)
+            return optimised(study, place, **more)
         if study.method == RARE:
             from cutwise.study.many.rarely import rarely
 
-            return rarely(study, place, jobs=jobs, resume=resume)
-        engine.run_study(study, place, jobs=jobs, resume=resume, executor=executor, address=address)
+            found = rarely(study, place, **more)
+            return found if folder is not None else found._replace(table=dict(found.table))
+        engine.run_study(study, place, **more)
         return StudyResult(_answers(study, place, kept=folder is not None), None if folder is None else place)
 
 
