@@ -34,7 +34,11 @@ nb_execution_in_temp = False
 nb_execution_timeout = 600
 os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(DOCS.parent / "src"), os.environ.get("PYTHONPATH", "")]))
 nb_execution_raise_on_error = True
-suppress_warnings = ["myst.xref_missing", "myst.header", "misc.highlighting_failure"]  # links are held by tests/house/test_docs.py
+suppress_warnings = [
+    "myst.xref_missing",
+    "myst.header",
+    "misc.highlighting_failure",
+]  # links are held by tests/house/test_docs.py
 
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"  # the docstrings say them, in words and units

@@ -43,7 +43,12 @@ def _row(one: Any, context: typer.Context) -> str:
 
 
 def _library() -> Iterator[str]:
-    yield from ("# Library", "", "Parameter values with their sources; `cutwise library SHELF NAME` shows an entry.", "")
+    yield from (
+        "# Library",
+        "",
+        "Parameter values with their sources; `cutwise library SHELF NAME` shows an entry.",
+        "",
+    )
     for shelf in library.SHELVES:
         yield from (f"## {shelf}", "", "| entry | describes |", "|---|---|")
         for entry in library.shelf(shelf).values():
@@ -52,17 +57,36 @@ def _library() -> Iterator[str]:
 
 
 def _api() -> Iterator[str]:
-    yield from ("# Python", "", "Every name of `cutwise`, as its docstring says it; [how to use them](../python.md).", "")
+    yield from (
+        "# Python",
+        "",
+        "Every name of `cutwise`, as its docstring says it; [how to use them](../python.md).",
+        "",
+    )
     for name in cutwise.__all__:
         value = getattr(cutwise, name)
         if name.startswith("_") or name == "plots":
             continue
         kind = "autoclass" if isinstance(value, type) else "autofunction"
         more = [":members:", ":undoc-members:"] if kind == "autoclass" and name == "Result" else []
-        yield from (f"## {name}", "", "```{eval-rst}", f".. {kind}:: {value.__module__}.{name}", *(f"   {m}" for m in more))
+        yield from (
+            f"## {name}",
+            "",
+            "```{eval-rst}",
+            f".. {kind}:: {value.__module__}.{name}",
+            *(f"   {m}" for m in more),
+        )
         yield from ("```", "")
     yield from ("## plots", "", "```{eval-rst}", ".. autofunction:: cutwise.app.plots.paper.history", "```", "")
     for name in ("Measures", "Measure", "Check", "Finding"):
-        yield from (f"## {name}", "", "```{eval-rst}", f".. autoclass:: cutwise.results.{name}", "   :members:", "```", "")
+        yield from (
+            f"## {name}",
+            "",
+            "```{eval-rst}",
+            f".. autoclass:: cutwise.results.{name}",
+            "   :members:",
+            "```",
+            "",
+        )
     yield from ("## Scenario", "", "```{eval-rst}", ".. automethod:: cutwise.spec.scenario.Scenario.with_",
                 ".. automethod:: cutwise.spec.scenario.Scenario.__getitem__", "```")  # fmt: skip

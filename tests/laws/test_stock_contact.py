@@ -8,7 +8,9 @@ import pytest
 from cutwise.maths import profiles
 from cutwise.maths.envelopes import Segments, heights_left
 from cutwise.maths.workpiece import alone
-from cutwise.physics.engagement.map_contact import Edge, Place, contact_rows, fan_room
+from cutwise.physics.engagement.map_contact import Edge, contact_rows
+from cutwise.physics.engagement.map_fan import fan_room
+from cutwise.physics.engagement.map_rim import Place
 from peers.maps import MM, before, block, lines, tool
 
 TOOLS = {

@@ -5,9 +5,12 @@ import itertools
 import numpy as np
 
 from cutwise.maths.envelopes import Segments, arc_row, line_row, segments
-from cutwise.maths.height_map import HeightMap, cut_by, height_map, layout, room, swept_band, volume_of
-from cutwise.maths.map_surface import RECTANGLE, Outline, Solid, surfaces
+from cutwise.maths.height_map import HeightMap, height_map, layout, volume_of
+from cutwise.maths.map_levels import room
+from cutwise.maths.map_surface import surfaces
+from cutwise.maths.map_sweep import cut_by, swept_band
 from cutwise.maths.profiles import Cutters, cutters, profile_height
+from cutwise.maths.solid import RECTANGLE, Outline, Solid
 
 MM = 1e-3
 OUTLINE = Outline(RECTANGLE, 0.0, 0.0, 0.0)

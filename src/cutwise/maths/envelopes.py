@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cutwise.maths.compiled import compiled, inlined_stepping, stepping
-from cutwise.maths.profiles import CONE, DISC, Cutters, piece_height
+from cutwise.maths.profiles import CONE, DISC, TUBE, Cutters, piece_height
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -183,9 +183,27 @@ def touching(kind: float, inner: float, outer: float, shape: float, k: float, p:
 
 
 @inlined_stepping
+def _ball_height(row: FloatArray, radius: float, foot: float, q: float, p: float, way: float) -> float:
+    """Height that a whole ball leaves along a line: it touches within its reach, so that the ends of the line alone bound it."""
+    h2, k = radius * radius - p * p, row[8]
+    if h2 < 0.0:
+        return math.inf
+    s = q
+    if k != 0.0:
+        s = q - k * math.sqrt(h2 / (1.0 + k * k))
+    s = min(max(s, 0.0), way)
+    f2 = h2 - (q - s) * (q - s)
+    if f2 < 0.0:
+        return math.inf
+    return row[4] + k * s + foot + radius - math.sqrt(f2)
+
+
+@inlined_stepping
 def _line_height(row: FloatArray, piece: FloatArray, q: float, p: float, way: float) -> float:
     """Height that a piece leaves along a line as far as a way [m] along it; infinite where it does not reach."""
-    outer = piece[2]
+    kind, outer = piece[0], piece[2]
+    if kind == TUBE and piece[1] == 0.0 and outer == piece[4]:
+        return _ball_height(row, outer, piece[3], q, p, way)
     h2 = outer * outer - p * p
     if h2 < 0.0:
         return math.inf
@@ -193,13 +211,15 @@ def _line_height(row: FloatArray, piece: FloatArray, q: float, p: float, way: fl
     low, high = max(0.0, q - h), min(way, q + h)
     if low > high:
         return math.inf
+    if kind == DISC:
+        return row[4] + (k * low if k > 0.0 else k * high) + piece[3]
     s = q
     if k != 0.0:
-        r = touching(piece[0], piece[1], outer, piece[4], k, p)
+        r = touching(kind, piece[1], outer, piece[4], k, p)
         s = q - math.copysign(math.sqrt(max(r * r - p * p, 0.0)), k)
     s = min(max(s, low), high)
     d = math.sqrt((q - s) ** 2 + p * p)
-    return row[4] + k * s + piece_height(piece[0], piece[1], piece[3], piece[4], d)
+    return row[4] + k * s + piece_height(kind, piece[1], piece[3], piece[4], d)
 
 
 @inlined_stepping

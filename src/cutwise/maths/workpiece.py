@@ -12,7 +12,8 @@ import numpy.typing as npt
 
 from cutwise.maths.compiled import compiled, inlined_stepping, stepping
 from cutwise.maths.height_map import RINGS, SIDE, HeightMap, Held
-from cutwise.maths.map_surface import Solid, nearest, surface, surface_above
+from cutwise.maths.map_surface import surface, surface_above
+from cutwise.maths.solid import Solid, nearest
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -111,7 +112,7 @@ def in_frame(piece: Workpiece, j: int, x: float, y: float, z: float) -> tuple[fl
     --------
     >>> from cutwise.maths.envelopes import segments
     >>> from cutwise.maths.height_map import height_map, layout
-    >>> from cutwise.maths.map_surface import RECTANGLE, Outline
+    >>> from cutwise.maths.solid import Outline, RECTANGLE
     >>> from cutwise.maths.profiles import cutters, flat
     >>> stock = height_map(layout((0.0, 8e-3), (0.0, 4e-3), 1e-3), np.ones((4, 8)), -5e-3, 0.0)
     >>> block = alone(Solid(stock, Outline(RECTANGLE, 0.0, 0.0, 0.0), segments([], []), cutters([flat(1e-3)])))
@@ -160,7 +161,7 @@ def height_under(piece: Workpiece, done: int, x: float, y: float, level: float, 
     --------
     >>> from cutwise.maths.envelopes import segments
     >>> from cutwise.maths.height_map import height_map, layout
-    >>> from cutwise.maths.map_surface import RECTANGLE, Outline
+    >>> from cutwise.maths.solid import Outline, RECTANGLE
     >>> from cutwise.maths.profiles import cutters, flat
     >>> stock = height_map(layout((0.0, 8e-3), (0.0, 4e-3), 1e-3), np.ones((4, 8)), -5e-3, 0.0)
     >>> block = alone(Solid(stock, Outline(RECTANGLE, 0.0, 0.0, 0.0), segments([], []), cutters([flat(1e-3)])))
@@ -208,7 +209,7 @@ def depth_under(piece: Workpiece, x: float, y: float, z: float, found: IntArray)
 
     >>> from cutwise.maths.envelopes import segments
     >>> from cutwise.maths.height_map import height_map, layout
-    >>> from cutwise.maths.map_surface import RECTANGLE, Outline
+    >>> from cutwise.maths.solid import Outline, RECTANGLE
     >>> from cutwise.maths.profiles import cutters, flat
     >>> stock = height_map(layout((0.0, 8e-3), (0.0, 4e-3), 1e-3), np.ones((4, 8)), -5e-3, 0.0)
     >>> block = alone(Solid(stock, Outline(RECTANGLE, 0.0, 0.0, 0.0), segments([], []), cutters([flat(1e-3)])))

@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from cutwise.io.part_samples import Samples
 from cutwise.maths.curves import FloatArray
-from cutwise.maths.map_surface import CIRCLE
+from cutwise.maths.solid import CIRCLE
 from cutwise.maths.workpiece import Frame, under
 from cutwise.physics.surface.map_deviation import REACH, Fit, deviations, fitted, shaped_by
 from cutwise.process.nominal_part import nominal_samples, tolerance_of

@@ -8,9 +8,9 @@ import numpy.typing as npt
 
 from cutwise.later import later
 from cutwise.maths.envelopes import COLUMNS, Segments
-from cutwise.maths.height_map import swept_band
-from cutwise.maths.map_surface import Solid
+from cutwise.maths.map_sweep import swept_band
 from cutwise.maths.profiles import Cutters
+from cutwise.maths.solid import Solid
 from cutwise.maths.workpiece import Frame
 from cutwise.process.stock_material import Raw, material_of, raw_seen
 from cutwise.process.stock_milling import Earlier

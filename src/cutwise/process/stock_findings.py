@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from cutwise import units
-from cutwise.maths.map_surface import CELLS
+from cutwise.maths.solid import CELLS
 from cutwise.process.nominal_part import tolerance_of
 from cutwise.process.stock_deviation import Deviation, Judged, cut_off
 from cutwise.process.stock_material import room_for

@@ -9,15 +9,21 @@ import numpy.typing as npt
 
 from cutwise.maths.compiled import compiled, stepping
 from cutwise.maths.envelopes import LINE
-from cutwise.maths.height_map import HeightMap, Room, cut_by, overlap_by, room
-from cutwise.maths.map_surface import Solid, surface_within
+from cutwise.maths.height_map import HeightMap
+from cutwise.maths.map_levels import Room, room
+from cutwise.maths.map_surface import surface_within
+from cutwise.maths.map_sweep import cut_by, overlap_by
 from cutwise.maths.profiles import Cutters
+from cutwise.maths.solid import Solid
 from cutwise.maths.workpiece import Workpiece
 from cutwise.physics.cutting.flute import Mill
 from cutwise.physics.cutting.meridian import Chip, MeridianForce, meridian_force, peak_force, thickest_chip
 from cutwise.physics.cutting.meridian_uneven import thickest_uneven_chip, uneven_meridian_force, uneven_peak_force
 from cutwise.physics.cutting.uneven import Edges, even_and_linear
-from cutwise.physics.engagement.map_contact import Edge, Fan, Place, angle_of_contact, contact_rows, fan_room, removal
+from cutwise.physics.engagement.contact_sums import angle_of_contact, removal
+from cutwise.physics.engagement.map_contact import Edge, contact_rows
+from cutwise.physics.engagement.map_fan import Fan, fan_room
+from cutwise.physics.engagement.map_rim import Place
 from cutwise.process.loops_drives import STANDSTILL
 
 FloatArray = npt.NDArray[np.float64]
@@ -164,7 +170,7 @@ def _stations(piece: Workpiece, teeth: Teeth, run: Run, move: int, refine: bool,
         length += run.way[segment]
     segment, before = first, 0.0
     for n in range(begin, end):
-        at = length * (n - begin) / (end - begin - 1)
+        at = length * (n - begin) / max(end - begin - 1, 1)
         while segment < last - 1 and at > before + run.way[segment] * (1.0 + 1e-12):
             before += run.way[segment]
             segment += 1

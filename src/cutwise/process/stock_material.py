@@ -14,8 +14,8 @@ from cutwise.io.occ import CadFault
 from cutwise.io.solid_mesh import solid_triangles
 from cutwise.maths.curves import FloatArray
 from cutwise.maths.height_map import HeightMap, cell_middles, height_map, layout
-from cutwise.maths.map_surface import CELLS, CIRCLE, RECTANGLE, Outline
 from cutwise.maths.rays import columns
+from cutwise.maths.solid import CELLS, CIRCLE, RECTANGLE, Outline
 from cutwise.maths.workpiece import Frame
 from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.spec.program import StockBlock

@@ -8,9 +8,12 @@ import numpy.typing as npt
 
 from cutwise.maths.curves import FloatArray
 from cutwise.maths.envelopes import Segments, line_row, segments
-from cutwise.maths.height_map import material, overlap_by, room, volume_of
-from cutwise.maths.map_surface import Solid, SurfaceCheck, surface_check
+from cutwise.maths.height_map import material, volume_of
+from cutwise.maths.map_index import SurfaceCheck, surface_check
+from cutwise.maths.map_levels import room
+from cutwise.maths.map_sweep import overlap_by
 from cutwise.maths.profiles import Cutters
+from cutwise.maths.solid import Solid
 from cutwise.maths.workpiece import Frame, Workpiece, under, with_held
 from cutwise.physics.motion.lookahead import Plan
 from cutwise.process.edges import edges_alike

@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from cutwise import units
 from cutwise.maths.curves import FloatArray
-from cutwise.maths.map_surface import surface_check
+from cutwise.maths.map_index import surface_check
 from cutwise.maths.workpiece import Frame
 from cutwise.process.assemble_mill import feed_drives
 from cutwise.process.nominal_part import tolerance_of

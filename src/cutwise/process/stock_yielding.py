@@ -11,10 +11,12 @@ import numpy as np
 import numpy.typing as npt
 
 from cutwise.maths.compiled import compiled, stepping
-from cutwise.maths.height_map import cut_by, room
+from cutwise.maths.map_levels import room
+from cutwise.maths.map_sweep import cut_by
 from cutwise.maths.profiles import Cutters
 from cutwise.maths.workpiece import Workpiece
-from cutwise.physics.engagement.map_contact import Fan, Place, fan_room
+from cutwise.physics.engagement.map_fan import Fan, fan_room
+from cutwise.physics.engagement.map_rim import Place
 from cutwise.process.stock_loop import AHEAD, PIECES, STATION, Run, Teeth, overlap_along, station_at
 
 FloatArray = npt.NDArray[np.float64]

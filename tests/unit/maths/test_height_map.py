@@ -7,19 +7,9 @@ import pytest
 
 from cutwise.maths import profiles
 from cutwise.maths.envelopes import heights_left, segments
-from cutwise.maths.height_map import (
-    STOCK,
-    cell_middles,
-    cut_by,
-    height_map,
-    in_rows,
-    layout,
-    material,
-    overlap_by,
-    room,
-    swept_band,
-    volume_of,
-)
+from cutwise.maths.height_map import STOCK, cell_middles, height_map, in_rows, layout, material, volume_of
+from cutwise.maths.map_levels import room
+from cutwise.maths.map_sweep import cut_by, overlap_by, swept_band
 from peers.maps import MM, arc, block, lines, separate, swept, tool
 
 BALL_A = separate(((-40, -0.5, -1), (40, -0.5, -1)), ((40, 0.5, -1), (-40, 0.5, -1)), ((0, -40, -1), (0, 40, -1)))

@@ -4,16 +4,9 @@ import numpy as np
 import pytest
 
 from cutwise.maths import profiles
-from cutwise.maths.map_surface import (
-    CIRCLE,
-    Outline,
-    index_of,
-    least_height,
-    shaped,
-    shaping_index,
-    surface_check,
-    surfaces,
-)
+from cutwise.maths.map_index import index_of, least_height, shaped, shaping_index, surface_check
+from cutwise.maths.map_surface import surfaces
+from cutwise.maths.solid import CIRCLE, Outline
 from peers.maps import MM, block, heights, lines, separate, swept, tool
 
 BALL_A = separate(((-40, -0.5, -1), (40, -0.5, -1)), ((40, 0.5, -1), (-40, 0.5, -1)), ((0, -40, -1), (0, 40, -1)))

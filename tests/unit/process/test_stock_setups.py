@@ -9,7 +9,9 @@ import pytest
 from cutwise.io.scenario import parse
 from cutwise.maths import profiles
 from cutwise.maths.workpiece import Frame, frame_of, under
-from cutwise.physics.engagement.map_contact import Edge, Place, contact_rows, fan_room
+from cutwise.physics.engagement.map_contact import Edge, contact_rows
+from cutwise.physics.engagement.map_fan import fan_room
+from cutwise.physics.engagement.map_rim import Place
 from cutwise.physics.surface.map_deviation import deviations, shaped_by
 from cutwise.process import stock_deviation, stock_measures, stock_setups, stock_stages, stock_stations
 from cutwise.process.recipes import prepare, simulate

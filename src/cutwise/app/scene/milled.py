@@ -7,7 +7,9 @@ import numpy as np
 
 from cutwise.app.scene.scene import FloatArray, IntArray, Map
 from cutwise.maths.envelopes import line_row, segments
-from cutwise.maths.height_map import cut_by, height_map, in_rows, layout, room
+from cutwise.maths.height_map import height_map, in_rows, layout
+from cutwise.maths.map_levels import room
+from cutwise.maths.map_sweep import cut_by
 from cutwise.maths.profiles import cutters, flat
 
 if TYPE_CHECKING:

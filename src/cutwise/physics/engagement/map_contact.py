@@ -12,30 +12,22 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from cutwise.maths.compiled import compiled, inlined_stepping, stepping
-from cutwise.maths.envelopes import ARC, begun_height, segment_height
+from cutwise.maths.compiled import inlined_stepping, stepping
+from cutwise.maths.envelopes import ARC
 from cutwise.maths.height_map import RINGS, SIDE, HeightMap
-from cutwise.maths.map_surface import RECTANGLE, Solid, bottom_at, within
 from cutwise.maths.profiles import Meridian
-from cutwise.maths.workpiece import Workpiece, depth_under, height_under
+from cutwise.maths.workpiece import Workpiece
+from cutwise.physics.engagement.map_fan import BITS, FAN, SHAVE, Fan, arcs, by_cells, cell_of, settled, spread
+from cutwise.physics.engagement.map_rim import FAR, Place, over_rim, rise_at
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 
-FAN = 64  # directions along a rim
 CYLINDER = -1  # element of a row of contact on the cylinder
-_SHAVE = 1e-7  # [rad] off the ends of the cutting range, where the rim touches the tool's own flank
-_ANGLE = 1e-7  # [rad] to which ends of arcs are found
 _LAYERS = 24  # of the cylinder at one place
 _EVEN = 16  # layers where the material is hollow
-_BITS = 4  # of a cell in a block
 _ROUGH = 1e-7  # [m] of heights that are float32
 _MERGED = 0.01  # of the depth: heights that are one layer
-_STEPS = 60
-_FLAT = 1e-5  # of the larger height: the smaller one is no slope to go by
-_HALVINGS = 3  # of a bracket after a false position that came no closer
-_OWN = 1e-8  # [m] of a tool's own way, short of where it is
-_FAR = 1.0  # [m] that stands for an infinite height
 
 
 class Edge(NamedTuple):
@@ -47,166 +39,6 @@ class Edge(NamedTuple):
     end: float  # height at which its flutes end [m]
 
 
-class Place(NamedTuple):
-    """A tool on its way."""
-
-    x: float  # tip [m]
-    y: float
-    z: float
-    ux: float  # horizontal direction of the feed; program x where it goes straight up or down
-    uy: float
-    slope: float  # rise per horizontal length [-]; infinite straight up, minus infinity straight down
-    segment: int  # of the path, on which it is
-    first: int  # first segment of the same move
-    share: float  # of the segment that it has run
-    move: int  # that it is on
-
-
-class Fan(NamedTuple):
-    """Room to work in."""
-
-    angle: FloatArray  # [rad], shape (65,)
-    above: FloatArray  # height of the material over the rim [m], shape (65,)
-    exact: npt.NDArray[np.bool_]  # shape (65,)
-    layer: FloatArray  # shape (65,)
-    order: FloatArray  # shape (65,)
-    held: FloatArray  # shape (65,)
-    found: IntArray  # shape (16,)
-
-
-@compiled
-def fan_room() -> Fan:
-    """Room for one fan.
-
-    Returns
-    -------
-    Fan
-        Arrays to work in, their values not set: 65 directions, of which all round the last is the first again, and 16 ids.
-
-    Notes
-    -----
-    Valid for one place at a time.
-
-    Examples
-    --------
-    >>> fan = fan_room()
-    >>> fan.angle.size, fan.found.size
-    (65, 16)
-    """
-    return Fan(
-        np.empty(FAN + 1),
-        np.empty(FAN + 1),
-        np.empty(FAN + 1, np.bool_),
-        np.empty(FAN + 1),
-        np.empty(FAN + 1),
-        np.empty(FAN + 1),
-        np.empty(16, np.int64),
-    )
-
-
-@inlined_stepping
-def _stands(piece: Workpiece, place: Place, x: float, y: float, level: float, found: IntArray) -> float:
-    """Height of the material at a point before the move that is run, and cut by what of it has been run [m].
-
-    One that is not above the level may be told too high, but not above it.
-
-    On a line a tool's own sweep never comes where it cuts.
-    """
-    solid = piece.maps[0]
-    height = height_under(piece, place.move, x, y, level, found)
-    if height > level:
-        for segment in range(place.first, place.segment - 1):
-            height = min(height, segment_height(solid.path, solid.tools, segment, x, y))
-        if place.segment > place.first:
-            height = min(height, _behind(solid, place.segment - 1, 1.0, x, y))
-        if solid.path.row[place.segment, 0] == ARC and place.share > 0.0:
-            height = min(height, _behind(solid, place.segment, place.share, x, y))
-    return height
-
-
-@stepping
-def _behind(solid: Solid, segment: int, share: float, x: float, y: float) -> float:
-    """What has been run of a segment, but for the last of it: its end is the tool itself, whose rim is on its own border."""
-    row = solid.path.row[segment]
-    length = row[7] * abs(row[14]) if row[0] == ARC else row[7]
-    if length > 0.0:
-        share = max(share - _OWN / length, 0.0)
-    return begun_height(solid.path, solid.tools, segment, share, x, y)
-
-
-@inlined_stepping
-def _bounded(value: float) -> float:
-    return min(max(value, -_FAR), _FAR)
-
-
-@stepping
-def _over(piece: Workpiece, place: Place, radius: float, level: float, angle: float, found: IntArray) -> float:
-    """Height of the material over a level at a point of the rim [m]; where others cut across, no more than the depth there."""
-    c, s = math.cos(angle), math.sin(angle)
-    x = place.x + radius * (place.ux * c - place.uy * s)
-    y = place.y + radius * (place.uy * c + place.ux * s)
-    return _over_at(piece, place, x, y, level, found)
-
-
-@inlined_stepping
-def _over_at(piece: Workpiece, place: Place, x: float, y: float, level: float, found: IntArray) -> float:
-    """The same at a point in plan."""
-    over = _bounded(_stands(piece, place, x, y, level, found) - level)
-    if over > 0.0:
-        if piece.maps[0].map.bottom.size > 1:
-            over = min(over, _bounded(level - bottom_at(piece.maps[0], x, y)))
-        if piece.crossing:
-            over = min(over, depth_under(piece, x, y, level, found))
-    return over
-
-
-@stepping
-def _change(
-    piece: Workpiece,
-    place: Place,
-    radius: float,
-    level: float,
-    a: float,
-    b: float,
-    ga: float,
-    gb: float,
-    found: IntArray,
-) -> float:
-    """Angle between two at which contact begins or ends: false position, halvings where that does not come closer.
-
-    A rim that runs along what the tool itself has left stands hardly above it: there false position would creep.
-    """
-    wa, wb, side, halve = ga, gb, 0, 0  # heights, those of an end that stays halved (Illinois)
-    for _ in range(_STEPS):
-        if b - a <= _ANGLE:
-            break
-        middle = 0.5 * (a + b)
-        straight = halve == 0 and min(abs(ga), abs(gb)) > _FLAT * max(abs(ga), abs(gb))
-        if straight:
-            middle = min(max(a - wa * (b - a) / (wb - wa), a + 0.01 * (b - a)), b - 0.01 * (b - a))
-        g = _over(piece, place, radius, level, middle, found)
-        low = (g > 0.0) == (ga > 0.0)
-        halve = max(halve - 1, 0)
-        if straight and abs(g) > 0.5 * abs(ga if low else gb):
-            halve = _HALVINGS
-        slope = (gb - ga) / (b - a)
-        if low:
-            a, ga, wa, wb = middle, g, g, 0.5 * wb if side == 1 else gb
-            side = 1
-        else:
-            b, gb, wb, wa = middle, g, g, 0.5 * wa if side == -1 else ga
-            side = -1
-        if straight and abs(g) <= 0.5 * _ANGLE * abs(slope) and b - a > _ANGLE:  # likely there: look on its other side
-            beside = middle + _ANGLE if low else middle - _ANGLE
-            g = _over(piece, place, radius, level, beside, found)
-            if (g > 0.0) == (ga > 0.0):
-                a, ga, wa = beside, g, g
-            else:
-                b, gb, wb = beside, g, g
-            halve = _HALVINGS
-    return 0.5 * (a + b)
-
-
 @inlined_stepping
 def _range(slope: float, sine: float, cosine: float) -> float:
     """Half of the angles at which an element moves into what it looks at [rad]; pi: all round."""
@@ -216,35 +48,6 @@ def _range(slope: float, sine: float, cosine: float) -> float:
         return math.pi if slope < 0.0 else 0.0
     ratio = slope * cosine / sine
     return math.acos(min(max(ratio, -1.0), 1.0))
-
-
-@stepping
-def _spread(fan: Fan, half: float) -> int:
-    """Directions over the cutting range; how many. All round, the last is the first again."""
-    closed = half >= math.pi
-    width = 2.0 * (half if closed else half - _SHAVE)
-    for i in range(FAN + 1):
-        fan.angle[i] = -0.5 * width + width * i / FAN
-    return FAN + 1
-
-
-@inlined_stepping
-def _cell_of(i: int, j: int, columns: int) -> int:
-    """Number of a cell of the stock, as :func:`cutwise.maths.map_surface.cell`, by shifts."""
-    a, b = i + RINGS, j + RINGS
-    return ((((b >> _BITS) * columns + (a >> _BITS)) * SIDE + (b & (SIDE - 1))) << _BITS) + (a & (SIDE - 1))
-
-
-@inlined_stepping
-def _all_beside(stock: HeightMap, i: int, j: int, level: float, above: bool) -> bool:
-    """Whether the four cells beside one of the stock all stand above a level, or all not."""
-    columns = stock.layout.columns
-    return (
-        (stock.height[_cell_of(i - 1, j, columns)] > level) == above
-        and (stock.height[_cell_of(i + 1, j, columns)] > level) == above
-        and (stock.height[_cell_of(i, j - 1, columns)] > level) == above
-        and (stock.height[_cell_of(i, j + 1, columns)] > level) == above
-    )
 
 
 @stepping
@@ -263,97 +66,6 @@ def _highest_near(stock: HeightMap, x: float, y: float, radius: float) -> float:
 
 
 @stepping
-def _by_cells(piece: Workpiece, place: Place, radius: float, level: float, fan: Fan, refine: bool) -> None:
-    """The fan by the cells in which its points are; where one is near the level, exactly."""
-    solid = piece.maps[0]
-    grid = solid.map.layout
-    near = max(grid.dx, grid.dy)  # half of it, and where cells beside tell otherwise all, are asked for exactly
-    step = fan.angle[1] - fan.angle[0]  # points are turned on from one to the next: no sine for each
-    turn_c, turn_s = math.cos(step), math.sin(step)
-    c, s = math.cos(fan.angle[0]), math.sin(fan.angle[0])
-    out_x, out_y = radius * (place.ux * c - place.uy * s), radius * (place.uy * c + place.ux * s)
-    own = place.first < place.segment or piece.crossing or solid.map.bottom.size > 1
-    per_x, per_y, odd = 1.0 / grid.dx, 1.0 / grid.dy, solid.outline.kind != RECTANGLE
-    begin_u, begin_v = (place.x - grid.x) * per_x, (place.y - grid.y) * per_y
-    across, along = float(grid.across), float(grid.along)
-    for i in range(FAN + 1):
-        x, y = place.x + out_x, place.y + out_y
-        u, v = begin_u + out_x * per_x, begin_v + out_y * per_y
-        out_x, out_y = out_x * turn_c - out_y * turn_s, out_y * turn_c + out_x * turn_s
-        inside = 0.0 <= u <= across and 0.0 <= v <= along
-        if not inside or (odd and not within(solid, x, y)):  # the rings of cells round the stock are no material
-            fan.above[i], fan.exact[i] = -_FAR, True
-            continue
-        a, b = int(u), int(v)
-        over = _bounded(float(solid.map.height[_cell_of(a, b, grid.columns)]) - level)
-        fan.exact[i] = False
-        close = refine and abs(over) < near
-        if close and abs(over) > 0.5 * near:
-            close = not _all_beside(solid.map, a, b, level, over > 0.0)
-        if close or (over > 0.0 and own):
-            over = _over_at(piece, place, x, y, level, fan.found)
-            fan.exact[i] = True
-        fan.above[i] = over
-
-
-@stepping
-def _settled(piece: Workpiece, place: Place, radius: float, level: float, fan: Fan) -> None:
-    """Where the fan changes its sign, both sides are exact: what cells said wrongly moves the change on."""
-    changed = True
-    while changed:
-        changed = False
-        for i in range(FAN):
-            if (fan.above[i] > 0.0) != (fan.above[i + 1] > 0.0):
-                for k in range(i, i + 2):
-                    if not fan.exact[k]:
-                        fan.above[k] = _over(piece, place, radius, level, fan.angle[k], fan.found)
-                        fan.exact[k] = True
-                        changed = True
-
-
-@stepping
-def _arcs(
-    piece: Workpiece, place: Place, radius: float, level: float, half: float, fan: Fan, rows: FloatArray, count: int,
-    refine: bool,
-) -> int:  # fmt: skip
-    """Arcs of a settled fan into rows, columns 1 and 2; their number with those before."""
-    low, inside = 0.0, False
-    for i in range(FAN + 1):
-        now = fan.above[i] > 0.0
-        if now and not inside:
-            low = -half
-            if i > 0:
-                low = 0.5 * (fan.angle[i - 1] + fan.angle[i])
-                if refine:
-                    low = _change(
-                        piece, place, radius, level, fan.angle[i - 1], fan.angle[i], fan.above[i - 1], fan.above[i],
-                        fan.found,
-                    )  # fmt: skip
-        elif inside and not now:
-            high = 0.5 * (fan.angle[i - 1] + fan.angle[i])
-            if refine:
-                high = _change(
-                    piece,
-                    place,
-                    radius,
-                    level,
-                    fan.angle[i - 1],
-                    fan.angle[i],
-                    fan.above[i - 1],
-                    fan.above[i],
-                    fan.found,
-                )
-            if high > low and count < rows.shape[0]:
-                rows[count, 1], rows[count, 2] = low, high
-                count += 1
-        inside = now
-    if inside and count < rows.shape[0]:
-        rows[count, 1], rows[count, 2] = low, half
-        count += 1
-    return count
-
-
-@stepping
 def _element_rows(
     piece: Workpiece, place: Place, edge: Edge, element: int, fan: Fan, rows: FloatArray, count: int, refine: bool
 ) -> int:
@@ -361,23 +73,23 @@ def _element_rows(
     solid = piece.maps[0]
     mer = edge.meridian
     half = _range(place.slope, mer.sine[element], mer.cosine[element])
-    if half <= 2.0 * _SHAVE:
+    if half <= 2.0 * SHAVE:
         return count
     level, radius = place.z + mer.height[element], mer.radius[element]
     if solid.map.bottom.size == 1 and level <= solid.map.bottom[0]:
         return count
-    _spread(fan, half)
-    _by_cells(piece, place, radius, level, fan, refine)
+    spread(fan, half)
+    by_cells(piece, place, radius, level, fan, refine)
     curved = solid.path.row[place.segment, 0] == ARC
     if refine or curved:
         if curved and refine:
             for i in range(FAN + 1):  # cells do not know what of the arc has been run
                 if fan.above[i] > 0.0 and not fan.exact[i]:
-                    fan.above[i] = _over(piece, place, radius, level, fan.angle[i], fan.found)
+                    fan.above[i] = over_rim(piece, place, radius, level, fan.angle[i], fan.found)
                     fan.exact[i] = True
-        _settled(piece, place, radius, level, fan)
+        settled(piece, place, radius, level, fan)
     first = count
-    count = _arcs(piece, place, radius, level, half, fan, rows, count, refine)
+    count = arcs(piece, place, radius, level, half, fan, rows, count, refine)
     for n in range(first, count):
         rows[n, 0] = element
         rows[n, 3], rows[n, 4] = mer.height[element], mer.height[element]
@@ -434,7 +146,7 @@ def _any_above(stock: HeightMap, place: Place, radius: float, level: float, fan:
         out_x, out_y = out_x * turn_c - out_y * turn_s, out_y * turn_c + out_x * turn_s
         if i < 0 or j < 0 or i > across or j > along:
             continue
-        block = (j >> _BITS) * grid.columns + (i >> _BITS)
+        block = (j >> BITS) * grid.columns + (i >> BITS)
         inner = 0 < i & (SIDE - 1) < SIDE - 1 and 0 < j & (SIDE - 1) < SIDE - 1
         if inner and (block == last or not stock.highest[block] > level):
             last = block
@@ -444,7 +156,7 @@ def _any_above(stock: HeightMap, place: Place, radius: float, level: float, fan:
             if (
                 0 <= a <= across
                 and 0 <= b <= along
-                and stock.height[_cell_of(a - RINGS, b - RINGS, grid.columns)] > level
+                and stock.height[cell_of(a - RINGS, b - RINGS, grid.columns)] > level
             ):
                 return True
     return False
@@ -459,7 +171,7 @@ def _cylinder_rows(
     if math.isinf(place.slope) or edge.end <= edge.foot:
         return count
     foot = place.z + edge.foot
-    _spread(fan, 0.5 * math.pi)
+    spread(fan, 0.5 * math.pi)
     if not _any_above(solid.map, place, edge.radius, foot, fan):
         return count
     bottom, highest = solid.map.bottom, 0.0
@@ -467,13 +179,13 @@ def _cylinder_rows(
     hollow = piece.crossing or bottom.size > 1
     if hollow:
         for i in range(FAN + 1):
-            fan.above[i], fan.exact[i] = -_FAR, False
+            fan.above[i], fan.exact[i] = -FAR, False
     else:
-        _by_cells(piece, place, edge.radius, foot, fan, True)
+        by_cells(piece, place, edge.radius, foot, fan, True)
     for i in range(FAN + 1):  # exactly where it stands above the foot, and beside
         beside = fan.above[max(i - 1, 0)] > 0.0 or fan.above[i] > 0.0 or fan.above[min(i + 1, FAN)] > 0.0
         if hollow or (beside and not fan.exact[i]):
-            fan.above[i] = _rises(piece, place, edge.radius, foot, fan.angle[i], fan.found)
+            fan.above[i] = rise_at(piece, place, edge.radius, foot, fan.angle[i], fan.found)
         highest = max(highest, min(fan.above[i], edge.end - edge.foot))
     if highest <= under:
         return count
@@ -492,20 +204,11 @@ def _cylinder_rows(
         for i in range(FAN + 1):
             fan.above[i] = held[i] - level
         first = count
-        count = _arcs(piece, place, edge.radius, foot + level, 0.5 * math.pi, fan, rows, count, refine)
+        count = arcs(piece, place, edge.radius, foot + level, 0.5 * math.pi, fan, rows, count, refine)
         for k in range(first, count):
             rows[k, 0], rows[k, 3], rows[k, 4] = CYLINDER, edge.foot + low, edge.foot + high
         low = high
     return count
-
-
-@stepping
-def _rises(piece: Workpiece, place: Place, radius: float, level: float, angle: float, found: IntArray) -> float:
-    """Height of the upper side of the material over a level at a point of the rim [m], hollow below or not."""
-    c, s = math.cos(angle), math.sin(angle)
-    x = place.x + radius * (place.ux * c - place.uy * s)
-    y = place.y + radius * (place.uy * c + place.ux * s)
-    return _bounded(_stands(piece, place, x, y, level, found) - level)
 
 
 @stepping
@@ -525,9 +228,9 @@ def _cylinder_steps(
     for n in range(_EVEN):
         level = place.z + edge.foot + low + (n + 0.5) * width
         for i in range(FAN + 1):
-            fan.above[i] = _over(piece, place, edge.radius, level, fan.angle[i], fan.found)
+            fan.above[i] = over_rim(piece, place, edge.radius, level, fan.angle[i], fan.found)
         first = count
-        count = _arcs(piece, place, edge.radius, level, 0.5 * math.pi, fan, rows, count, refine)
+        count = arcs(piece, place, edge.radius, level, 0.5 * math.pi, fan, rows, count, refine)
         for k in range(first, count):
             rows[k, 0], rows[k, 3], rows[k, 4] = (
                 CYLINDER,
@@ -572,7 +275,8 @@ def contact_rows(piece: Workpiece, place: Place, edge: Edge, fan: Fan, rows: Flo
 
     >>> from cutwise.maths.envelopes import line_row, segments
     >>> from cutwise.maths.height_map import height_map, layout
-    >>> from cutwise.maths.map_surface import RECTANGLE, Outline
+    >>> from cutwise.maths.solid import RECTANGLE, Outline, Solid
+    >>> from cutwise.physics.engagement.map_fan import fan_room
     >>> from cutwise.maths.profiles import cutters, flat, meridian
     >>> from cutwise.maths.workpiece import alone
     >>> stock = height_map(layout((0.0, 40e-3), (0.0, 20e-3), 1e-3), np.ones((20, 40)), -9e-3, 0.0)
@@ -598,106 +302,3 @@ def contact_rows(piece: Workpiece, place: Place, edge: Edge, fan: Fan, rows: Flo
     if place.z + edge.foot >= top:
         return count
     return _cylinder_rows(piece, place, edge, fan, rows, count, refine)
-
-
-@stepping
-def removal(rows: FloatArray, count: int, edge: Edge, slope: float) -> float:
-    r"""Volume that rows of contact take per horizontal length, straight down per depth [m^2].
-
-    .. math:: \sum r\,ds \int (\sin\kappa \cos\psi - k \cos\kappa)\,d\psi
-
-    Parameters
-    ----------
-    rows, count : array (m, 5), int
-        Contact, from :func:`contact_rows`.
-    edge : Edge
-        Where the tool cuts.
-    slope : float
-        Rise per horizontal length :math:`k` [-]; infinite: straight down, where the term of :math:`\cos\kappa` alone counts.
-
-    Returns
-    -------
-    float
-        Area [m^2].
-
-    Notes
-    -----
-    Valid to the width of the elements: one that is partly in contact counts whole or not at all.
-
-    Examples
-    --------
-    The mill of :func:`contact_rows` takes 2 mm of the block 2 mm deep; straight down the whole of its bottom takes
-    :math:`\pi R^2`.
-
-    >>> from cutwise.maths.profiles import flat, meridian
-    >>> edge = Edge(meridian(flat(5e-3), 0.0, 1), 5e-3, 0.0, 10e-3)
-    >>> side = np.array([[CYLINDER, math.asin(0.6), 0.5 * math.pi, 0.0, 2e-3]])
-    >>> bottom = np.array([[0, -math.pi, math.pi, 0.0, 0.0]])
-    >>> round(1e6 * removal(side, 1, edge, 0.0), 6), round(1e6 * removal(bottom, 1, edge, -math.inf), 6)
-    (4.0, 78.539816)
-
-    References
-    ----------
-    Derived here: the flow of the feed through the surface in contact.
-    """
-    mer, area = edge.meridian, 0.0
-    for n in range(count):
-        element, low, high = int(rows[n, 0]), rows[n, 1], rows[n, 2]
-        turn = math.sin(high) - math.sin(low)
-        if element == CYLINDER:
-            area += edge.radius * (rows[n, 4] - rows[n, 3]) * turn
-        elif math.isinf(slope):
-            area += mer.radius[element] * mer.length[element] * mer.cosine[element] * (high - low)
-        else:
-            area += (
-                mer.radius[element] * mer.length[element]
-                * (mer.sine[element] * turn - slope * mer.cosine[element] * (high - low))
-            )  # fmt: skip
-    return area
-
-
-@stepping
-def angle_of_contact(rows: FloatArray, count: int, edge: Edge) -> float:
-    """Largest sum of arcs at one height, of flute elements with kappa of at least 45 degrees [rad].
-
-    Parameters
-    ----------
-    rows, count : array (m, 5), int
-        Contact, from :func:`contact_rows`: arcs at one height follow one another.
-    edge : Edge
-        Where the tool cuts.
-
-    Returns
-    -------
-    float
-        Angle [rad]; 0 without contact.
-
-    Notes
-    -----
-    Valid for any tool; of a flat one the cylinder alone counts, of a ball the upper part.
-
-    Examples
-    --------
-    Two arcs of 30 and of 40 degrees in one layer, and one of 60 in the layer above; the bottom does not count.
-
-    >>> from cutwise.maths.profiles import flat, meridian
-    >>> layers = [[CYLINDER, -90, -60, 0, 1e-3], [CYLINDER, 20, 60, 0, 1e-3], [CYLINDER, 0, 60, 1e-3, 2e-3]]
-    >>> rows = np.array([[0, -180, 180, 0, 0], *layers])
-    >>> rows[:, 1:3] = np.radians(rows[:, 1:3])
-    >>> round(math.degrees(angle_of_contact(rows, 4, Edge(meridian(flat(5e-3), 0.0, 1), 5e-3, 0.0, 10e-3))), 9)
-    70.0
-
-    References
-    ----------
-    Derived here.
-    """
-    largest = here = 0.0
-    for n in range(count):
-        element = int(rows[n, 0])
-        if element != CYLINDER and edge.meridian.sine[element] < math.sqrt(0.5) * (1.0 - 1e-9):
-            here = 0.0
-            continue
-        same = n > 0 and rows[n, 0] == rows[n - 1, 0] and rows[n, 3] == rows[n - 1, 3]
-        here = here + rows[n, 2] - rows[n, 1] if same else rows[n, 2] - rows[n, 1]
-        largest = max(largest, here)
-    return largest

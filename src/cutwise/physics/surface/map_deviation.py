@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from cutwise.maths.compiled import compiled, stepping
 from cutwise.maths.height_map import STOCK
-from cutwise.maths.map_surface import Index, shaped, shaping_index
+from cutwise.maths.map_index import Index, shaped, shaping_index
 from cutwise.maths.workpiece import Workpiece, in_frame
 
 FloatArray = npt.NDArray[np.float64]
@@ -184,8 +184,10 @@ def deviations(
     0.03 mm, and a wall that should stand at 2.98 mm is cut by 0.02 mm.
 
     >>> from cutwise.maths.envelopes import line_row, segments
-    >>> from cutwise.maths.height_map import cut_by, height_map, layout, room
-    >>> from cutwise.maths.map_surface import RECTANGLE, Outline, Solid
+    >>> from cutwise.maths.height_map import height_map, layout
+    >>> from cutwise.maths.map_levels import room
+    >>> from cutwise.maths.map_sweep import cut_by
+    >>> from cutwise.maths.solid import Outline, RECTANGLE, Solid
     >>> from cutwise.maths.profiles import cutters, flat
     >>> from cutwise.maths.workpiece import alone
     >>> grid, tools = layout((0.0, 8e-3), (0.0, 4e-3), 1e-3), cutters([flat(1e-3)])

@@ -8,15 +8,10 @@ import pytest
 from cutwise.maths import profiles
 from cutwise.maths.envelopes import segments
 from cutwise.maths.workpiece import alone
-from cutwise.physics.engagement.map_contact import (
-    CYLINDER,
-    Edge,
-    Place,
-    angle_of_contact,
-    contact_rows,
-    fan_room,
-    removal,
-)
+from cutwise.physics.engagement.contact_sums import angle_of_contact, removal
+from cutwise.physics.engagement.map_contact import CYLINDER, Edge, contact_rows
+from cutwise.physics.engagement.map_fan import fan_room
+from cutwise.physics.engagement.map_rim import Place
 from peers.maps import MM, arc, before, block, lines, separate, tool
 
 FLAT = profiles.flat(10 * MM)
