@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,7 +13,7 @@ from cutwise import units
 from cutwise.later import later
 from cutwise.maths.curves import FloatArray
 from cutwise.physics.structure.series_compliance import translation_at
-from cutwise.process.labels import labelled
+from cutwise.process.labels import Column, Group, Over, labelled
 from cutwise.spec.carrier import CarryingRobot
 
 if TYPE_CHECKING:
@@ -27,12 +28,18 @@ else:
 _STATION = "s_station"
 
 
-def deflections(moved: Mapping[str, FloatArray], read: str) -> dict[str, tuple[FloatArray, str, str]]:
-    """Columns of the displacement by each term, (n, 3) [m], where something (an edge, a wall) is read."""
-    return {
-        f"deflection_{name}": (value, "m", f"displacement by the term {name} where {read} is read")
+def deflections(moved: Mapping[str, FloatArray], read: str, along: str, over: Over) -> Group:
+    """The displacement by each term, (n, 3) [m], where something (an edge, a wall) is read; ``along`` a dimension."""
+    columns = {
+        f"deflection_{name}": Column(f"{along} axis", partial(_same, value), "m",
+                                     f"displacement by the term {name} where {read} is read")
         for name, value in moved.items()
-    }
+    }  # fmt: skip
+    return Group(columns, over)
+
+
+def _same(value: FloatArray, _: object) -> FloatArray:
+    return value
 
 
 def postures(robot: CarryingRobot, arms: Sequence[ArmAlong], where: str = "place along the path") -> xr.Dataset:

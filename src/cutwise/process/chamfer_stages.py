@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, TypeVar
+from collections.abc import Callable, Iterable, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from cutwise.paths import reach
 from cutwise.paths.chamfer.plan import EdgePath
 from cutwise.process import chamfer_carrier
 from cutwise.process.chamfer import ChamferRun
-from cutwise.process.labels import labelled
+from cutwise.process.labels import Column, Coordinate, Group, Groups, Over, Read, labelled
 from cutwise.spec.chamfer import ChamferScenario
 
 if TYPE_CHECKING:
@@ -22,141 +23,163 @@ if TYPE_CHECKING:
 else:
     xr = later("xarray")
 
-One = TypeVar("One")
+_POINTS = ["first face", "first border", "edge", "second border", "second face"]
 
 
-def stages(scenario: ChamferScenario, done: ChamferRun) -> xr.DataTree:
-    """Paths, contacts, forces and widths as labelled arrays."""
-    paths = done.paths
-    if not paths or done.program is None:
-        return xr.DataTree()
-    groups = {
-        "motion": _motion(paths), "engagement": _engagement(done), "surface": _surface(done),
+def stages(scenario: ChamferScenario, done: ChamferRun) -> Groups:
+    """Paths, contacts, forces and widths, the moves of the program, what carries the tool, and the part."""
+    if done.program is None:
+        return {}
+    groups: dict[str, Group | xr.Dataset] = {
+        **GROUPS,
+        "structure": _structure(scenario, done),
         "program": done.program.table,
-    }  # fmt: skip
-    at = _station(paths)
-    if done.forces:
-        groups["cutting"] = labelled(at, {
-            "force": (_joined(done.forces, lambda f: f.force), "N", "force on the tool, frame of the pass"),
-            "burr_force": (_joined(done.forces, lambda f: f.burr_force), "N", "that of the burr alone"),
-            "power": (_joined(done.forces, lambda f: f.power), "W", "cutting power"),
-        }, axis=["x", "y", "z"])  # fmt: skip
-    if done.deflected:
-        groups["structure"] = _structure(scenario, done)
+    }
     if done.carriers:
         groups["carrier"] = chamfer_carrier.stations(scenario, done.carriers)
     if done.outline is not None:
         groups["part"] = _part(scenario, done)
         if scenario.part.pipe is None:  # the faces of its mesh reach beyond it
-            groups["scene"] = _seen(paths[0])
-    return xr.DataTree.from_dict(groups)
+            groups["scene"] = _seen(done.paths[0])
+    return groups
 
 
-def _joined(members: Sequence[One], value: Callable[[One], FloatArray]) -> FloatArray:
-    return np.concatenate([value(one) for one in members])
+def _joined(members: Iterable[Any], value: Callable[[Any], Any]) -> FloatArray | None:
+    """Something of all paths, one after another; None without any, or where one has none."""
+    found = [value(one) for one in members]
+    return np.concatenate(found) if found and all(one is not None for one in found) else None
 
 
-def _station(paths: Sequence[EdgePath]) -> tuple[str, FloatArray, str, str]:
+def _paths(value: Callable[[EdgePath], Any]) -> Read:
+    """Something of the planned paths."""
+    return lambda done: _joined(done.paths, value)
+
+
+def _each(value: Callable[[EdgePath], float]) -> Read:
+    """A number of a path, at all of its points."""
+    return _paths(lambda path: np.full(len(path.path.centre), value(path)))
+
+
+def _of(members: str, value: Callable[[Any], Any]) -> Read:
+    """Something of other members of a run: of the paths as led, their forces, or their deflections."""
+    return lambda done: _joined(getattr(done, members), value)
+
+
+def _moves(value: Callable[[Any], Any]) -> Read:
+    return _of("deflected", lambda one: value(one.moves))
+
+
+def _numbers(done: ChamferRun, size: Callable[[EdgePath], int]) -> np.ndarray:
+    return np.concatenate([np.full(size(path), i) for i, path in enumerate(done.paths)])
+
+
+def _at_points(one: FloatArray, path: EdgePath) -> FloatArray:
+    return one if path.path.frames.closed else np.append(one, one[-1])
+
+
+def _steps(path: EdgePath) -> FloatArray:
+    """Arc lengths of the edge from point to point [m]."""
+    edge = path.path.frames
+    return arc_lengths(edge.point, edge.tangent, closed=edge.closed)
+
+
+def _lengths(path: EdgePath) -> FloatArray:
+    """Arc length of the edge at its points, and behind the last of a closed one [m]."""
+    return np.concatenate([[0.0], np.cumsum(_steps(path))])
+
+
+def _station(done: ChamferRun) -> FloatArray:
     """Arc length along the edges, one after another, at the path points."""
     found, before = [], 0.0
-    for path in paths:
-        edge = path.path.frames
-        step = arc_lengths(edge.point, edge.tangent, closed=edge.closed)
-        run_length = np.concatenate([[0.0], np.cumsum(step)])
-        found.append(before + run_length[: len(path.path.centre)])
-        before += float(step.sum())
-    return ("s", np.concatenate(found), "m", "position along the edges")
+    for path in done.paths:
+        found.append(before + _lengths(path)[: len(path.path.centre)])
+        before += float(_steps(path).sum())
+    return np.concatenate(found)
 
 
-def _motion(paths: Sequence[EdgePath]) -> xr.Dataset:
-    def at_points(one: FloatArray, path: EdgePath) -> FloatArray:
-        return one if path.path.frames.closed else np.append(one, one[-1])
-
-    def same(value: float, path: EdgePath) -> FloatArray:
-        return np.full(len(path.path.centre), value)
-
-    return labelled(_station(paths), {
-        "centre": (_joined(paths, lambda p: p.path.centre), "m", "ball centre"),
-        "tool_axis": (_joined(paths, lambda p: np.tile(p.axis, (len(p.path.centre), 1))), "1", "rod direction"),
-        "feed": (_joined(paths, lambda p: at_points(p.feeds.centre, p)), "m/s", "speed of the ball centre"),
-        "contact_feed": (_joined(paths, lambda p: at_points(p.feeds.contact, p)), "m/s", "contact speed"),
-        "path": (np.concatenate([same(i, p) for i, p in enumerate(paths)]), "1", "path number"),
-        "edge_number": (_joined(paths, lambda p: same(p.work.number, p)), "1", "number of the edge"),
-        "closed": (_joined(paths, lambda p: same(float(p.path.frames.closed), p)), "1",
-                   "1 where the path runs back to its start"),
-        "tilt": (_joined(paths, lambda p: same(p.tilt, p)), "rad", "tilt of the chamfer"),
-        "plunge": (_joined(paths, lambda p: p.local.plunge), "1", "edge tangent along the rod"),
-    }, axis=["x", "y", "z"])  # fmt: skip
-
-
-def _engagement(done: ChamferRun) -> xr.Dataset:
-    paths = done.paths
-    columns = {
-        "contact": (_joined(paths, lambda p: p.path.contact.mean(axis=1)), "m", "middle of the chamfer"),
-        "edge": (_joined(paths, lambda p: p.path.frames.point), "m", "edge"),
-        "tangent": (_joined(paths, lambda p: p.path.frames.tangent), "1", "edge tangent"),
-        "air": (_joined(paths, lambda p: p.path.air), "1", "chamfer normal, out of the material"),
-        "leg": (_joined(paths, lambda p: p.path.leg), "m", "leg on each face"),
-        "contact_angle": (_joined(paths, lambda p: reach.contact_angles(p.path, p.axis)), "rad", "border from the rod"),
-        "wedge_angle": (_joined(paths, lambda p: p.path.frames.wedge), "rad", "wedge angle of the material"),
-    }  # fmt: skip
-    if all(path.rod_each is not None for path in paths):
-        columns["rod_clearance"] = (_joined(paths, lambda p: p.rod_each), "m", "rod from the wall of its hole")
-    if done.forces:
-        columns["chip_area"] = (
-            _joined(done.forces, lambda f: f.chip_area),
-            "m**2",
-            "cross-section taken off, at right angles to the edge",
-        )
-    return labelled(_station(paths), columns, axis=["x", "y", "z"], side=["first", "second"])
-
-
-def _surface(done: ChamferRun) -> xr.Dataset:
-    paths = done.paths
-    at, before = [], 0.0
-    for path in paths:
-        edge = path.path.frames
-        run_length = np.concatenate([[0.0], np.cumsum(arc_lengths(edge.point, edge.tangent, closed=edge.closed))])
+def _measured(done: ChamferRun) -> FloatArray:
+    """The same where what is left is measured."""
+    found, before = [], 0.0
+    for path in done.paths:
+        edge, run_length = path.path.frames, _lengths(path)
         parameter = np.append(edge.parameter, edge.parameter[0] + edge.period) if edge.closed else edge.parameter
-        at.append(before + np.interp(path.at.parameter, parameter, run_length))
+        found.append(before + np.interp(path.at.parameter, parameter, run_length))
         before += float(run_length[-1])
+    return np.concatenate(found)
+
+
+_OVER: Over = {
+    "s": Coordinate(_station, "m", "position along the edges"),
+    "s_measured": Coordinate(_measured, "m", "position along the edges"),
+    "axis": "xyz", "axis2": "xy", "side": ["first", "second"],
+}  # fmt: skip
+GROUPS = {
+    "motion": Group({
+        "centre": Column("s axis", _paths(lambda p: p.path.centre), "m", "ball centre"),
+        "tool_axis": Column("s axis", _paths(lambda p: np.tile(p.axis, (len(p.path.centre), 1))), "1", "rod direction"),
+        "feed": Column("s", _paths(lambda p: _at_points(p.feeds.centre, p)), "m/s", "speed of the ball centre"),
+        "contact_feed": Column("s", _paths(lambda p: _at_points(p.feeds.contact, p)), "m/s", "contact speed"),
+        "path": Column("s", lambda done: _numbers(done, lambda p: len(p.path.centre)), "1", "path number"),
+        "edge_number": Column("s", _each(lambda p: p.work.number), "1", "number of the edge"),
+        "closed": Column("s", _each(lambda p: float(p.path.frames.closed)), "1", "1 where the path runs back to its start"),
+        "tilt": Column("s", _each(lambda p: p.tilt), "rad", "tilt of the chamfer"),
+        "plunge": Column("s", _paths(lambda p: p.local.plunge), "1", "edge tangent along the rod"),
+    }, _OVER),
+    "engagement": Group({
+        "contact": Column("s axis", _paths(lambda p: p.path.contact.mean(axis=1)), "m", "middle of the chamfer"),
+        "edge": Column("s axis", _paths(lambda p: p.path.frames.point), "m", "edge"),
+        "tangent": Column("s axis", _paths(lambda p: p.path.frames.tangent), "1", "edge tangent"),
+        "air": Column("s axis", _paths(lambda p: p.path.air), "1", "chamfer normal, out of the material"),
+        "leg": Column("s side", _paths(lambda p: p.path.leg), "m", "leg on each face"),
+        "contact_angle": Column("s side", _paths(lambda p: reach.contact_angles(p.path, p.axis)), "rad", "border from the rod"),
+        "wedge_angle": Column("s", _paths(lambda p: p.path.frames.wedge), "rad", "wedge angle of the material"),
+        "rod_clearance": Column("s", _paths(lambda p: p.rod_each), "m", "rod from the wall of its hole"),
+        "chip_area": Column("s", _of("forces", lambda f: f.chip_area), "m**2",
+                            "cross-section taken off, at right angles to the edge"),
+    }, _OVER),
+    "cutting": Group({
+        "force": Column("s axis", _of("forces", lambda f: f.force), "N", "force on the tool, frame of the pass"),
+        "burr_force": Column("s axis", _of("forces", lambda f: f.burr_force), "N", "that of the burr alone"),
+        "power": Column("s", _of("forces", lambda f: f.power), "W", "cutting power"),
+    }, _OVER),
+    "surface": Group({
+        "width": Column("s_measured", _of("led", lambda p: p.found.width), "m", "chamfer width left by the sweep"),
+        "swept_leg": Column("s_measured side", _of("led", lambda p: p.found.leg), "m", "legs left by the sweep"),
+        "beside": Column("s_measured", _of("led", lambda p: p.found.beyond), "m", "cut into both faces beside the chamfer"),
+        "setup_slope": Column("s_measured", _paths(lambda p: p.slope), "1", "width change per shift along the tool axis"),
+        "path_measured": Column("s_measured", lambda done: _numbers(done, lambda p: len(p.found.width)).astype(float), "1",
+                                "path number"),
+        "width_deflected": Column("s_measured", _of("deflected", lambda d: d.width), "m",
+                                  "chamfer width with the spindle deflected"),
+        "width_low": Column("s_measured", lambda done: done.band and done.band.low_along, "m", "5 % of set-ups below"),
+        "width_high": Column("s_measured", lambda done: done.band and done.band.high_along, "m", "5 % of set-ups above"),
+    }, _OVER),
+}  # fmt: skip
+"""All paths one after another."""
+
+
+def _structure(scenario: ChamferScenario, done: ChamferRun) -> Group:
+    """What spindle and carrier yield by."""
+    names = [name for name, _ in done.deflected[0].moves.terms] if done.deflected else []
     columns = {
-        "width": (_joined(done.led, lambda p: p.found.width), "m", "chamfer width left by the sweep"),
-        "swept_leg": (_joined(done.led, lambda p: p.found.leg), "m", "legs left by the sweep"),
-        "beside": (_joined(done.led, lambda p: p.found.beyond), "m", "cut into both faces beside the chamfer"),
-        "setup_slope": (_joined(paths, lambda p: p.slope), "1", "width change per shift along the tool axis"),
-        "path_measured": (
-            np.concatenate([np.full(len(p.found.width), float(i)) for i, p in enumerate(paths)]), "1", "path number",
-        ),
+        "tip_deflection": Column("s axis2", _moves(lambda m: m.tip), "m", "deflection of the tip, feed and off the work"),
+        "ball_offset": Column("s axis", _moves(lambda m: m.offset), "m", "ball centre from its nominal path"),
+        "deflected_force": Column("s axis", _moves(lambda m: m.force), "N", "force while yielding"),
+        "tilt": Column("s axis2", _moves(lambda m: m.tilt), "rad", "tilt of the motor across the rod, fixed directions"),
+        **{
+            f"deflection_{name}": Column("s axis", partial(_by_term, name), "m",
+                                         f"displacement of the ball by the term {name}, frame of the pass")
+            for name in names
+        },
     }  # fmt: skip
-    if done.deflected:
-        columns["width_deflected"] = (
-            _joined(done.deflected, lambda d: d.width), "m", "chamfer width with the spindle deflected"
-        )  # fmt: skip
-    if done.band is not None:
-        columns["width_low"] = (done.band.low_along, "m", "5 % of set-ups below")
-        columns["width_high"] = (done.band.high_along, "m", "5 % of set-ups above")
-    place = ("s_measured", np.concatenate(at), "m", "position along the edges")
-    return labelled(place, columns, side=["first", "second"])
+    if scenario.compliant is None:
+        del columns["tilt"]
+    return Group(columns, _OVER)
 
 
-def _structure(scenario: ChamferScenario, done: ChamferRun) -> xr.Dataset:
-    moved = [one.moves for one in done.deflected]
-    motor = {"tilt": (_joined(moved, lambda m: m.tilt), "rad", "tilt of the motor across the rod, fixed directions")}
-    each = {
-        f"deflection_{name}": (
-            np.concatenate([
-                chamfer_carrier.in_pass(path, one.terms[k][1]) for path, one in zip(done.paths, moved, strict=True)
-            ]), "m", f"displacement of the ball by the term {name}, frame of the pass",
-        )
-        for k, (name, _) in enumerate(moved[0].terms)
-    }  # fmt: skip
-    return labelled(_station(done.paths), {
-        "tip_deflection": (_joined(moved, lambda m: m.tip), "m", "deflection of the tip, feed and off the work"),
-        "ball_offset": (_joined(moved, lambda m: m.offset), "m", "ball centre from its nominal path"),
-        "deflected_force": (_joined(moved, lambda m: m.force), "N", "force while yielding"),
-        **(motor if scenario.compliant is not None else {}), **each,
-    }, axis=["x", "y", "z"], axis2=["x", "y"])  # fmt: skip
+def _by_term(name: str, done: ChamferRun) -> FloatArray:
+    pairs = zip(done.paths, done.deflected, strict=True)
+    return np.concatenate([chamfer_carrier.in_pass(path, dict(one.moves.terms)[name]) for path, one in pairs])
 
 
 def _part(scenario: ChamferScenario, done: ChamferRun) -> xr.Dataset:
@@ -220,8 +243,5 @@ def _section(path: EdgePath, at: int) -> xr.Dataset:
     edge, border = frames.point[at] - centre, path.path.contact[at] - centre
     far = edge + 1.6 * path.ball_radius * frames.into[at]
     points = seen(np.vstack([far[0], border[0], edge, border[1], far[1]]))
-    return xr.Dataset(
-        {"section": (("section_point", "section_axis"), points, {"units": "m", "long_name": "edge across its direction"})},
-        {"section_point": ["first face", "first border", "edge", "second border", "second face"],
-         "section_axis": ["aside", "up"]},
-    )  # fmt: skip
+    section = ("section_point", "section_axis"), points, {"units": "m", "long_name": "edge across its direction"}
+    return xr.Dataset({"section": section}, {"section_point": _POINTS, "section_axis": ["aside", "up"]})

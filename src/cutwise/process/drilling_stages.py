@@ -3,51 +3,54 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import NamedTuple
 
 import numpy as np
 
-from cutwise.later import later
 from cutwise.maths.frames import FloatArray
 from cutwise.physics.cutting.drill import lip_force, margin_torque
 from cutwise.physics.cutting.drill_elements import elements_force
 from cutwise.physics.engagement.lip import lip_contact
 from cutwise.physics.structure.joint_compliance import worst_skating
 from cutwise.process.drilling import DrillCell, DrilledHole, DrillRun, hole_measures
+from cutwise.process.labels import Column, Coordinate, Group, Over, Read
 from cutwise.process.loops_drilling import HISTORY
 from cutwise.process.posture_search import scan
-from cutwise.process.postures import posture_frames
+from cutwise.process.postures import Candidates, posture_frames
 from cutwise.results import judge_values
 from cutwise.spec.drilling import DrillingScenario
 
-if TYPE_CHECKING:
-    import xarray as xr
-else:
-    xr = later("xarray")
-
 _DEPTHS = 400
-_ANGLES = 181
+_AZIMUTHS = np.array([0.0, 0.5, 1.0, 1.5]) * math.pi
+_TURNS = np.linspace(-math.pi, math.pi, 181)  # redundancy angles [rad] of the map
+_TABLE = (
+    ("compliance_axial", "m/N"), ("skating_ratio", "1"), ("hole_position_error_entry", "m"),
+    ("hole_position_error_exit", "m"), ("perpendicularity_error", "rad"), ("circularity_estimate", "m"),
+    ("feed_per_rev_max", "m"), ("thrust_max", "N"),
+)  # fmt: skip
+"""Measures of every hole in the table of the holes."""
 
 
-def _variable(dims: tuple[str, ...] | str, values: Any, unit: str, text: str) -> tuple[Any, Any, dict[str, str]]:
-    return dims, values, {"units": unit, "long_name": text}
+class Told(NamedTuple):
+    """A run, and what several columns are read from."""
+
+    scenario: DrillingScenario
+    run: DrillRun
+    each: list[dict[str, float] | None]  # measures of every hole, None for one that was not drilled
+    drilled: list[DrilledHole]
+    history: FloatArray  # of the drilled holes, shape (hole, time, column)
+    nominal: FloatArray  # thrust and torque of the chisel edge over depth, shape (depth, 2)
+    found: Candidates | None  # all postures of the first hole over the redundancy angle
 
 
-def stages(scenario: DrillingScenario, run: DrillRun) -> xr.DataTree:
-    """All groups."""
+def told(scenario: DrillingScenario, run: DrillRun) -> Told:
+    """What the tables of a run are read from."""
+    each = [hole_measures(scenario, run.cell, hole) if hole.outcome else None for hole in run.holes]
     drilled = [hole for hole in run.holes if hole.outcome is not None]
-    groups = {"engagement": _engagement(scenario, run.cell), "cutting": _shares(scenario, run.cell)}
-    groups["holes"] = _holes(scenario, run)
-    if run.cell.arm is not None:
-        groups["map"] = _map(run)
-    if drilled:
-        history = _of_one_length([hole.history for hole in drilled])
-        index = [k + 1 for k, hole in enumerate(run.holes) if hole.outcome is not None]
-        groups["motion"] = _motion(run, drilled, history, index)
-        groups["cutting"] = groups["cutting"].merge(_forces(history, index))
-        groups["structure"] = _structure(drilled, history, index)
-        groups["surface"] = _surface(history, index)
-    return xr.DataTree.from_dict(groups)
+    history = _of_one_length([hole.history for hole in drilled]) if drilled else np.zeros((0, 0, len(HISTORY)))
+    arm = run.cell.arm
+    found = None if arm is None else scan(arm, run.holes[0].target, _TURNS)
+    return Told(scenario, run, each, drilled, history, _chisel(scenario, run.cell), found)
 
 
 def _of_one_length(histories: list[FloatArray]) -> FloatArray:
@@ -61,42 +64,24 @@ def _of_one_length(histories: list[FloatArray]) -> FloatArray:
     return np.stack(same)
 
 
-def _column(history: FloatArray, *names: str) -> FloatArray:
-    """Columns of the histories, shape (hole, time) or (hole, time, n)."""
-    places = [HISTORY.index(name) for name in names]
-    return history[:, :, places[0]] if len(places) == 1 else history[:, :, places]
+def _depth(told: Told, beyond: float) -> FloatArray:
+    """Depths of the tip [m], on to so many heights of the point behind the plate."""
+    return np.linspace(0.0, told.scenario.part.thickness + beyond * told.run.cell.cycle.cone, _DEPTHS)
 
 
-def _over_time(history: FloatArray, index: list[int]) -> dict[str, Any]:
-    return {
-        "hole": _variable("hole", index, "1", "number of the hole"),
-        "time": _variable("time", history[0, :, 0], "s", "time"),
-    }
-
-
-def _engagement(scenario: DrillingScenario, cell: DrillCell) -> xr.Dataset:
-    """Radii between which a lip cuts, at four azimuths, over the depth of the tip."""
-    depth = np.linspace(0.0, scenario.part.thickness + 1.5 * cell.cycle.cone, _DEPTHS)
-    azimuth = np.array([0.0, 0.5, 1.0, 1.5]) * math.pi
-    contact = np.array([
-        [lip_contact(h, scenario.part.thickness, cell.point.radius, cell.point.half_point_angle,
-                     scenario.part.inclination, a) for a in azimuth] for h in depth
+def _contact(told: Told) -> FloatArray:
+    """Radii between which a lip cuts, at four azimuths, over the depth of the tip; shape (depth, azimuth, 2)."""
+    part, point = told.scenario.part, told.run.cell.point
+    return np.array([
+        [lip_contact(h, part.thickness, point.radius, point.half_point_angle, part.inclination, a) for a in _AZIMUTHS]
+        for h in _depth(told, 1.5)
     ])  # fmt: skip
-    return xr.Dataset(
-        {
-            "inner_radius": _variable(("depth", "azimuth"), contact[..., 0], "m", "inner radius of contact"),
-            "outer_radius": _variable(("depth", "azimuth"), contact[..., 1], "m", "outer radius of contact"),
-        },
-        {"depth": _variable("depth", depth, "m", "depth of the tip"),
-         "azimuth": _variable("azimuth", azimuth, "rad", "azimuth of the lip")},
-    )  # fmt: skip
 
 
-def _shares(scenario: DrillingScenario, cell: DrillCell) -> xr.Dataset:
-    """Thrust and torque over depth at nominal feed, with the shares of chisel edge, lips and margins."""
+def _chisel(scenario: DrillingScenario, cell: DrillCell) -> FloatArray:
+    """Thrust and torque of the chisel edge at nominal feed over depth [N, N m], shape (depth, 2)."""
     depth = np.linspace(0.0, scenario.part.thickness + 1.2 * cell.cycle.cone, _DEPTHS)
-    profile, feed, thickness = cell.profile, scenario.operation.feed_per_rev, scenario.part.thickness
-    chisel_radius = cell.point.chisel_radius
+    feed, thickness, chisel_radius = scenario.operation.feed_per_rev, scenario.part.thickness, cell.point.chisel_radius
     azimuths = 2.0 * math.pi * (np.arange(24) + 0.5) / 24 if scenario.part.inclination else np.zeros(1)
     chisel = np.zeros((len(depth), 2))
     for k, h in enumerate(depth):
@@ -110,140 +95,134 @@ def _shares(scenario: DrillingScenario, cell: DrillCell) -> xr.Dataset:
             else:
                 force = lip_force(cell.point, cell.stress, feed, inner, outer)
             chisel[k] += 2.0 * np.array([force.thrust, force.torque]) / len(azimuths)
-    thrust, torque = (np.interp(depth, profile.depth, values) for values in (profile.thrust, profile.torque))
-    margin = np.array([margin_torque(cell.point, cell.law.margin_stress, h, thickness) for h in depth])
-    lateral = np.stack([np.interp(depth, profile.depth, profile.lateral[:, k]) for k in (0, 1)], axis=1)
-    return xr.Dataset(
-        {
-            "thrust_nominal": _variable("depth", thrust, "N", "thrust at nominal feed"),
-            "thrust_chisel": _variable("depth", chisel[:, 0], "N", "thrust of the chisel edge"),
-            "thrust_lips": _variable("depth", thrust - chisel[:, 0], "N", "thrust of the lips"),
-            "torque_nominal": _variable("depth", torque, "N*m", "torque at nominal feed"),
-            "torque_chisel": _variable("depth", chisel[:, 1], "N*m", "torque of the chisel edge"),
-            "torque_margin": _variable("depth", margin, "N*m", "torque of the margins"),
-            "torque_lips": _variable("depth", torque - chisel[:, 1] - margin, "N*m", "torque of the lips"),
-            "lateral_nominal": _variable(("depth", "across"), lateral, "N", "mean lateral force, axes of the slope"),
-        },
-        {"depth": _variable("depth", depth, "m", "depth of the tip"), "across": ["x", "y"]},
-    )
+    return chisel
 
 
-def _forces(history: FloatArray, index: list[int]) -> xr.Dataset:
-    return xr.Dataset(
-        {
-            "thrust": _variable(("hole", "time"), _column(history, "thrust"), "N", "thrust"),
-            "torque": _variable(("hole", "time"), _column(history, "torque"), "N*m", "drill torque"),
-        },
-        _over_time(history, index),
-    )
+def _nominal(told: Told, name: str) -> FloatArray:
+    """Thrust or torque over depth at nominal feed."""
+    profile = told.run.cell.profile
+    return np.interp(_depth(told, 1.2), profile.depth, getattr(profile, name))
 
 
-def _motion(run: DrillRun, drilled: list[DrilledHole], history: FloatArray, index: list[int]) -> xr.Dataset:
-    """Depth and feed over time; the arm in its posture."""
-    told = {
-        "depth": _variable(("hole", "time"), _column(history, "depth"), "m", "depth of the tip"),
-        "feed_per_rev": _variable(("hole", "time"), _column(history, "feed"), "m", "actual feed per revolution"),
-    }
-    arm = run.cell.arm
-    if arm is None:
-        return xr.Dataset(told, _over_time(history, index))
-    postures = np.stack([hole.posture.q for hole in drilled if hole.posture is not None])
-    at = posture_frames(arm, postures)
+def _margin(told: Told) -> FloatArray:
+    """Torque of the margins over depth [N m]."""
+    cell, thickness = told.run.cell, told.scenario.part.thickness
+    return np.array([margin_torque(cell.point, cell.law.margin_stress, h, thickness) for h in _depth(told, 1.2)])
+
+
+def _lateral(told: Told) -> FloatArray:
+    profile, depth = told.run.cell.profile, _depth(told, 1.2)
+    return np.stack([np.interp(depth, profile.depth, profile.lateral[:, k]) for k in (0, 1)], axis=1)
+
+
+def _of_history(*names: str) -> Read:
+    """Columns of the histories, shape (hole, time) or (hole, time, n)."""
+    places = [HISTORY.index(name) for name in names]
+    return lambda told: told.history[:, :, places[0] if len(places) == 1 else places]
+
+
+def _postures(told: Told) -> FloatArray:
+    return np.stack([hole.posture.q for hole in told.drilled if hole.posture is not None])
+
+
+def _points(told: Told) -> FloatArray:
+    """Joints and tip of the arm in its postures [m], shape (hole, point, 3)."""
+    arm = told.run.cell.arm
+    assert arm is not None
+    at = posture_frames(arm, _postures(told))
     tip = at.origins[:, -1] + np.einsum("kij,j->ki", at.rotations[:, -1], arm.tool_tip)
-    points = np.concatenate([at.origins, tip[:, None]], axis=1)
-    names = ["base", *(f"joint {k}" for k in range(1, len(arm.chain.kinds) + 1)), "drill tip"]
-    return xr.Dataset(
-        {
-            **told,
-            "joint_angle": _variable(("hole", "joint"), postures, "rad", "joint angles"),
-            "arm": _variable(("hole", "point", "axis"), points, "m", "joints and drill tip in the base frame"),
-        },
-        {**_over_time(history, index), "joint": np.arange(1, 7), "point": names, "axis": ["x", "y", "z"]},
-    )
+    return np.concatenate([at.origins, tip[:, None]], axis=1)
 
 
-def _structure(drilled: list[DrilledHole], history: FloatArray, index: list[int]) -> xr.Dataset:
-    compliance = np.stack([hole.posture.compliance for hole in drilled if hole.posture is not None])
-    frequencies = np.stack([hole.frequencies for hole in drilled])
-    twist = ["x", "y", "z", "rx", "ry", "rz"]
-    modes = {"mode": np.arange(1, frequencies.shape[1] + 1)}
-    return xr.Dataset(
-        {
-            "tip_deflection": _variable(
-                ("hole", "time", "axis"), _column(history, "x", "y", "z"), "m", "deflection of the tool tip, tool axes"
-            ),
-            "wall_force": _variable(
-                ("hole", "time", "across"), _column(history, "wall_x", "wall_y"), "N", "force of the hole on the drill"
-            ),
-            "compliance": _variable(
-                ("hole", "twist", "wrench"), compliance, "m/N", "compliance in tool axes (rotations 1/N, 1/(N m))"
-            ),
-            "natural_frequency": _variable(("hole", "mode"), frequencies, "Hz", "frequencies of the arm at the tool"),
-        },
-        {
-            **_over_time(history, index), "axis": ["x", "y", "z"], "across": ["x", "y"], "twist": twist,
-            "wrench": twist, **modes,
-        },
+def _skating(told: Told) -> FloatArray:
+    assert told.found is not None
+    slope = (told.run.cell.slope_direction - _TURNS)[:, None]
+    return worst_skating(told.found.holding, told.run.cell.side, slope)
+
+
+def _measured(name: str, unit: str) -> Column:
+    """A measure of every hole, NaN where it has none; its meaning is that of the measure."""
+    return Column(
+        "hole", lambda told: np.array([math.nan if one is None else one.get(name, math.nan) for one in told.each]), unit,
+        lambda told: type(told.scenario).measures[name].description,
     )  # fmt: skip
 
 
-def _surface(history: FloatArray, index: list[int]) -> xr.Dataset:
-    return xr.Dataset(
-        {
-            "hole_position": _variable(
-                ("hole", "time", "across"), _column(history, "hole_x", "hole_y"), "m",
-                "lateral position of the hole, tool axes",
-            ),
-        },
-        {**_over_time(history, index), "across": ["x", "y"]},
-    )  # fmt: skip
+def _of_arm(read: Read) -> Read:
+    return lambda told: None if told.run.cell.arm is None else read(told)
 
 
-def _map(run: DrillRun) -> xr.Dataset:
-    """Axial compliance and skating ratio of all branches over the redundancy angle, for the first hole."""
-    angles = np.linspace(-math.pi, math.pi, _ANGLES)
-    found = scan(run.cell.arm, run.holes[0].target, angles)
-    both = ("redundancy_angle", "branch")
-    skating = worst_skating(found.holding, run.cell.side, (run.cell.slope_direction - angles)[:, None])
-    return xr.Dataset(
-        {
-            "compliance_axial": _variable(both, found.compliance, "m/N", "compliance along the drill axis"),
-            "skating_ratio": _variable(both, skating, "1", "skating ratio"),
-            "wrist_sine": _variable(both, found.wrist_sine, "1", "|sin| of the wrist angle"),
-            "within_limits": _variable(both, found.within, "1", "within the joint limits"),
-        },
-        {
-            "redundancy_angle": _variable("redundancy_angle", angles, "rad", "redundancy angle"),
-            "branch": np.arange(found.q.shape[1]),
-        },
-    )
+def _any(told: Told) -> bool:
+    return bool(told.drilled)
 
 
-_TABLE = (
-    ("redundancy_angle", "rad"), ("compliance_axial", "m/N"), ("skating_ratio", "1"),
-    ("hole_position_error_entry", "m"), ("hole_position_error_exit", "m"), ("perpendicularity_error", "rad"),
-    ("circularity_estimate", "m"), ("feed_per_rev_max", "m"), ("thrust_max", "N"),
-)  # fmt: skip
-
-
-def _holes(scenario: DrillingScenario, run: DrillRun) -> xr.Dataset:
-    """The table of the holes: where, how good, pass or fail."""
-    each = [hole_measures(scenario, run.cell, hole) if hole.outcome else None for hole in run.holes]
-    columns = {
-        name: _variable("hole", np.array([math.nan if one is None else one.get(name, math.nan) for one in each]), unit,
-                        type(scenario).measures[name].description)
-        for name, unit in _TABLE
-        if run.cell.arm is not None or name != "redundancy_angle"
-    }  # fmt: skip
-    passed = [one is not None and judge_values(scenario, one) for one in each]
-    return xr.Dataset(
-        {
-            "position": _variable(
-                ("hole", "axis"), np.stack([h.target.position for h in run.holes]), "m", "entry point"
-            ),
-            "drilled": _variable("hole", np.array([one is not None for one in each]), "1", "can be drilled"),
-            "passed": _variable("hole", np.array(passed), "1", "meets every requirement"),
-            **columns,
-        },
-        {"hole": np.arange(1, len(run.holes) + 1), "axis": ["x", "y", "z"]},
-    )
+_TWIST = ["x", "y", "z", "rx", "ry", "rz"]
+_OVER: Over = {
+    "hole": Coordinate(lambda told: [k + 1 for k, hole in enumerate(told.run.holes) if hole.outcome is not None], "1",
+                       "number of the hole"),
+    "time": Coordinate(lambda told: told.history[0, :, 0], "s", "time"),
+    "axis": _TWIST[:3], "across": _TWIST[:2], "twist": _TWIST, "wrench": _TWIST,
+    "joint": np.arange(1, 7),
+    "point": lambda told: ["base", *(f"joint {k}" for k in range(1, len(told.run.cell.arm.chain.kinds) + 1)), "drill tip"],
+    "mode": lambda told: np.arange(1, len(told.drilled[0].frequencies) + 1),
+}  # fmt: skip
+_HOLES: Over = {"hole": lambda told: np.arange(1, len(told.run.holes) + 1), "axis": _TWIST[:3]}
+GROUPS = {
+    "engagement": Group({
+        "inner_radius": Column("depth azimuth", lambda told: _contact(told)[..., 0], "m", "inner radius of contact"),
+        "outer_radius": Column("depth azimuth", lambda told: _contact(told)[..., 1], "m", "outer radius of contact"),
+    }, {"depth": Coordinate(lambda told: _depth(told, 1.5), "m", "depth of the tip"),
+        "azimuth": Coordinate(lambda _: _AZIMUTHS, "rad", "azimuth of the lip")}),
+    "cutting": Group({
+        "thrust_nominal": Column("depth", lambda told: _nominal(told, "thrust"), "N", "thrust at nominal feed"),
+        "thrust_chisel": Column("depth", lambda told: told.nominal[:, 0], "N", "thrust of the chisel edge"),
+        "thrust_lips": Column("depth", lambda told: _nominal(told, "thrust") - told.nominal[:, 0], "N", "thrust of the lips"),
+        "torque_nominal": Column("depth", lambda told: _nominal(told, "torque"), "N*m", "torque at nominal feed"),
+        "torque_chisel": Column("depth", lambda told: told.nominal[:, 1], "N*m", "torque of the chisel edge"),
+        "torque_margin": Column("depth", _margin, "N*m", "torque of the margins"),
+        "torque_lips": Column("depth", lambda told: _nominal(told, "torque") - told.nominal[:, 1] - _margin(told), "N*m",
+                              "torque of the lips"),
+        "lateral_nominal": Column("depth across", _lateral, "N", "mean lateral force, axes of the slope"),
+        "thrust": Column("hole time", lambda told: _of_history("thrust")(told) if told.drilled else None, "N", "thrust"),
+        "torque": Column("hole time", lambda told: _of_history("torque")(told) if told.drilled else None, "N*m", "drill torque"),
+    }, {**_OVER, "depth": Coordinate(lambda told: _depth(told, 1.2), "m", "depth of the tip")}),
+    "holes": Group({
+        "position": Column("hole axis", lambda told: np.stack([h.target.position for h in told.run.holes]), "m", "entry point"),
+        "drilled": Column("hole", lambda told: np.array([one is not None for one in told.each]), "1", "can be drilled"),
+        "passed": Column("hole", lambda told: np.array([
+            one is not None and judge_values(told.scenario, one) for one in told.each
+        ]), "1", "meets every requirement"),
+        "redundancy_angle": _measured("redundancy_angle", "rad")._replace(
+            read=_of_arm(_measured("redundancy_angle", "rad").read)
+        ),
+        **{name: _measured(name, unit) for name, unit in _TABLE},
+    }, _HOLES),
+    "map": Group({
+        "compliance_axial": Column("redundancy_angle branch", lambda told: told.found.compliance, "m/N",
+                                   "compliance along the drill axis"),
+        "skating_ratio": Column("redundancy_angle branch", _skating, "1", "skating ratio"),
+        "wrist_sine": Column("redundancy_angle branch", lambda told: told.found.wrist_sine, "1", "|sin| of the wrist angle"),
+        "within_limits": Column("redundancy_angle branch", lambda told: told.found.within, "1", "within the joint limits"),
+    }, {"redundancy_angle": Coordinate(lambda _: _TURNS, "rad", "redundancy angle"),
+        "branch": lambda told: np.arange(told.found.q.shape[1])}, lambda told: told.found is not None),
+    "motion": Group({
+        "depth": Column("hole time", _of_history("depth"), "m", "depth of the tip"),
+        "feed_per_rev": Column("hole time", _of_history("feed"), "m", "actual feed per revolution"),
+        "joint_angle": Column("hole joint", _of_arm(_postures), "rad", "joint angles"),
+        "arm": Column("hole point axis", _of_arm(_points), "m", "joints and drill tip in the base frame"),
+    }, _OVER, _any),
+    "structure": Group({
+        "tip_deflection": Column("hole time axis", _of_history("x", "y", "z"), "m", "deflection of the tool tip, tool axes"),
+        "wall_force": Column("hole time across", _of_history("wall_x", "wall_y"), "N", "force of the hole on the drill"),
+        "compliance": Column("hole twist wrench", lambda told: np.stack([
+            hole.posture.compliance for hole in told.drilled if hole.posture is not None
+        ]), "m/N", "compliance in tool axes (rotations 1/N, 1/(N m))"),
+        "natural_frequency": Column("hole mode", lambda told: np.stack([hole.frequencies for hole in told.drilled]), "Hz",
+                                    "frequencies of the arm at the tool"),
+    }, _OVER, _any),
+    "surface": Group({
+        "hole_position": Column("hole time across", _of_history("hole_x", "hole_y"), "m",
+                                "lateral position of the hole, tool axes"),
+    }, _OVER, _any),
+}  # fmt: skip
+"""All groups; ``cutting`` holds thrust and torque over depth at nominal feed with the shares of chisel edge, lips and margins."""

@@ -2,27 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterator
+from typing import Any
 
 import numpy as np
 
 from cutwise import units
-from cutwise.later import later
+from cutwise.maths.frames import FloatArray
 from cutwise.physics.surface import budget
 from cutwise.process import stock_moves
 from cutwise.process.chain_compliance import off_part
-from cutwise.process.machine import MachinePass, VolumeMap
+from cutwise.process.labels import Column, Coordinate, Group, Over
+from cutwise.process.machine import MachineDone, MachinePass, VolumeMap
 from cutwise.process.machine_pass import MachineRun
 from cutwise.process.stock_moves import collisions
 from cutwise.programs.block_text import block_named, blocks_named
 from cutwise.results import Finding, Place, Remedy, Said, warned
 from cutwise.spec.machine_scenario import MachineScenario
-
-if TYPE_CHECKING:
-    import xarray as xr
-else:
-    xr = later("xarray")
 
 _AXES = ["x", "y", "z"]
 _COMPONENTS = ["x", "y", "z", "a", "b", "c"]
@@ -41,109 +37,105 @@ LIMITS = (
 )
 
 
-def _array(dims: tuple[str, ...], values: np.ndarray, unit: str, name: str) -> tuple[tuple[str, ...], np.ndarray, dict]:
-    return dims, np.asarray(values), {"units": unit, "long_name": name}
+_OVER: Over = {
+    "time": Coordinate(lambda done: done.one_pass.run.cell.way.time, "s", "time of feed"),
+    "body": lambda done: list(done.one_pass.run.cell.names),
+    "joint": lambda done: list(done.one_pass.run.cell.names[1:]),
+    "element": lambda done: list(done.one_pass.run.element_names),
+    "height": Coordinate(lambda done: done.one_pass.wall.height, "m", "height above the tool point"),
+    "axis": _AXES,
+    "component": _COMPONENTS,
+}
+_GRID: Over = {
+    **{
+        name: Coordinate(lambda done, k=k: done.volume.at[k], "m", f"command of axis {name}")
+        for k, name in enumerate("XYZ")
+    },
+    "axis": _AXES,
+    "diagonal": ["+++", "-++", "+-+", "--+"],
+}
 
 
-def stages(found: MachinePass | None, volume: VolumeMap | None) -> xr.DataTree:
-    """One group per stage; f1 ... f5 are the relations of Demeč and Madáč."""
-    groups: dict[str, xr.Dataset] = {}
-    if found is not None:
-        groups |= _pass_groups(found)
-    if volume is not None:
-        groups["volume"] = _volume_group(volume)
-    return xr.DataTree.from_dict(groups)
+def _has_pass(done: MachineDone) -> bool:
+    return done.one_pass is not None
 
 
-def _pass_groups(found: MachinePass) -> dict[str, xr.Dataset]:
-    run, cell, way = found.run, found.run.cell, found.run.cell.way
-    time = {"time": _array(("time",), way.time, "s", "time of feed")}
-    bodies = time | {"body": list(cell.names), "axis": _AXES}
-    vector, per_body = ("time", "axis"), ("time", "body", "axis")
-    groups = {
-        "motion": xr.Dataset({
-            "travel": _array(("time",), way.travel, "m", "way along the pass"),
-            "command": _array(("time", "joint"), way.commands, "m, rad", "command of each joint"),
-            "program_line": _array(("time",), way.line, "1", "line of the program, 0 for a path"),
-            "cuts": _array(("time",), way.cuts.astype(float), "1", "whether the tool cuts"),
-            "position": _array(vector, run.ideal, "m", "ideal tool point in the part, r_0"),
-            "tool_vector": _array(per_body, run.reach, "m", "tool point in each body's frame, r_i"),
-            "body_origin": _array(per_body, run.at.origins, "m", "origins of the bodies in the part"),
-            "geometric_error": _array(("time", "body", "component"), run.geometric, "m, rad", "geometric errors"),
-        }, bodies | {"component": _COMPONENTS, "joint": list(cell.names[1:])}),
-        "cutting": xr.Dataset({
-            "force": _array(vector, cell.cut.force, "N", "cutting force on the tool"),
-        }, time | {"axis": _AXES}),
-        "structure": xr.Dataset({
-            "twist": _array(("time", "body", "component"), run.twists, "m, rad", "error of each body in its frame"),
-            "f1": _array(per_body, run.local, "m", "error of the tool point by a body, in its frame"),
-            "f2": _array(per_body, run.body, "m", "error of the tool point by a body, in the part"),
-            "f3": _array(vector, run.body[:, 0], "m", "deformation of the part"),
-            "work_of_loads": _array(("time",), run.external, "J", "sum of loads times displacements"),
-            "work_of_elements": _array(("time",), run.internal, "J", "sum of W C W"),
-        }, bodies | {"component": _COMPONENTS}),
-        "surface": _surface_group(found),
-        "budget": _budget_group(found),
-    }  # fmt: skip
-    if cell.cut.immersion is not None:
-        groups["engagement"] = xr.Dataset({
-            "immersion": _array(("time",), cell.cut.immersion, "rad", "immersion angle"),
-        }, time)  # fmt: skip
-    if found.chances is not None:
-        groups["uncertainty"] = xr.Dataset({
-            "variance_share": _array(("body",), found.chances.shares, "1", "share of the body in the variance"),
-            "deviation": _array(("axis",), found.chances.deviation, "m", "standard deviation"),
-        }, {"body": list(cell.names), "axis": _AXES})  # fmt: skip
-    return groups
+def _run(read: Callable[[MachineRun], Any]) -> Callable[[MachineDone], Any]:
+    """What is read of the pass itself."""
+    return lambda done: read(done.one_pass.run)  # type: ignore[union-attr]
 
 
-def _surface_group(found: MachinePass) -> xr.Dataset:
-    run = found.run
-    coordinates = {"time": _array(("time",), run.cell.way.time, "s", "time of feed"), "axis": _AXES}
-    variables = {
-        "f4": _array(("time", "axis"), run.deviation, "m", "error of the tool point in the part"),
-        "f5": _array(("time", "axis"), run.ideal + run.deviation, "m", "tool point as machined"),
-        "exact": _array(("time", "axis"), run.exact, "m", "the same error by exact composition"),
-        "tilt": _array(("time", "axis"), run.rotation, "rad", "error of the tool's direction"),
-    }
-    if found.wall is not None:
-        coordinates["height"] = _array(("height",), found.wall.height, "m", "height above the tool point")
-        variables["wall_error"] = _array(("time", "height"), found.wall.error, "m", "error along the wall's normal")
+def _seen_along(done: MachineDone) -> FloatArray | None:
+    """What a path that bends is drawn with in plan."""
+    assert done.one_pass is not None
+    run, wall = done.one_pass.run, done.one_pass.wall
     way = run.cell.way
-    if np.ptp(way.direction[way.cuts], axis=0).max(initial=0.0) > _TURNED:
-        seen = run.size if found.wall is None else found.wall.error[:, 0]
-        variables["error_on_path"] = _array(
-            ("time",), np.where(way.cuts, seen, np.nan), "m", "length of the error" if found.wall is None
-            else "error of the wall at the tool point",
-        )  # fmt: skip
-    return xr.Dataset(variables, coordinates)
+    if np.ptp(way.direction[way.cuts], axis=0).max(initial=0.0) <= _TURNED:
+        return None
+    return np.where(way.cuts, run.size if wall is None else wall.error[:, 0], np.nan)
 
 
-def _budget_group(found: MachinePass) -> xr.Dataset:
-    run, worst = found.run, found.run.worst
-    shares = budget.signed_shares(run.contributions[worst], run.deviation[worst])
-    body = budget.signed_shares(run.body[worst], run.deviation[worst])
-    return xr.Dataset({
-        "contribution": _array(("element", "axis"), run.contributions[worst], "m", "error by an element, worst place"),
-        "share": _array(("element",), shares, "m", "signed share along the error, worst place"),
-        "stiffening_gain": _array(("element",), found.gain, "m", "change of the error with 10 % more stiffness"),
-        "body_contribution": _array(("body", "axis"), run.body[worst], "m", "error by a body, worst place"),
-        "body_share": _array(("body",), body, "m", "signed share of a body, worst place"),
-    }, {"element": list(run.element_names), "axis": _AXES, "body": list(run.cell.names)})  # fmt: skip
+def _shares(read: Callable[[MachineRun], FloatArray]) -> Callable[[MachineDone], Any]:
+    """Signed shares in the error at the worst place."""
+    return _run(lambda run: budget.signed_shares(read(run)[run.worst], run.deviation[run.worst]))
 
 
-def _volume_group(volume: VolumeMap) -> xr.Dataset:
-    grid = ("X", "Y", "Z")
-    return xr.Dataset({
-        "error": _array((*grid, "axis"), volume.error, "m", "geometric error of the tool point in the part"),
-        "position": _array((*grid, "axis"), volume.position, "m", "ideal tool point in the part"),
-        "diagonal_error": _array(("diagonal", "point"), volume.along, "m", "error along the body diagonal"),
-        "diagonal_distance": _array(("diagonal", "point"), volume.distance, "m", "distance along the body diagonal"),
-    }, {
-        **{name: _array((name,), at, "m", f"command of axis {name}") for name, at in zip(grid, volume.at, strict=True)},
-        "axis": _AXES,
-        "diagonal": ["+++", "-++", "+-+", "--+"],
-    })  # fmt: skip
+GROUPS = {
+    "motion": Group({
+        "travel": Column("time", _run(lambda run: run.cell.way.travel), "m", "way along the pass"),
+        "command": Column("time joint", _run(lambda run: run.cell.way.commands), "m, rad", "command of each joint"),
+        "program_line": Column("time", _run(lambda run: run.cell.way.line), "1", "line of the program, 0 for a path"),
+        "cuts": Column("time", _run(lambda run: run.cell.way.cuts.astype(float)), "1", "whether the tool cuts"),
+        "position": Column("time axis", _run(lambda run: run.ideal), "m", "ideal tool point in the part, r_0"),
+        "tool_vector": Column("time body axis", _run(lambda run: run.reach), "m", "tool point in each body's frame, r_i"),
+        "body_origin": Column("time body axis", _run(lambda run: run.at.origins), "m", "origins of the bodies in the part"),
+        "geometric_error": Column("time body component", _run(lambda run: run.geometric), "m, rad", "geometric errors"),
+    }, _OVER, _has_pass),
+    "cutting": Group({
+        "force": Column("time axis", _run(lambda run: run.cell.cut.force), "N", "cutting force on the tool"),
+    }, _OVER, _has_pass),
+    "structure": Group({
+        "twist": Column("time body component", _run(lambda run: run.twists), "m, rad", "error of each body in its frame"),
+        "f1": Column("time body axis", _run(lambda run: run.local), "m", "error of the tool point by a body, in its frame"),
+        "f2": Column("time body axis", _run(lambda run: run.body), "m", "error of the tool point by a body, in the part"),
+        "f3": Column("time axis", _run(lambda run: run.body[:, 0]), "m", "deformation of the part"),
+        "work_of_loads": Column("time", _run(lambda run: run.external), "J", "sum of loads times displacements"),
+        "work_of_elements": Column("time", _run(lambda run: run.internal), "J", "sum of W C W"),
+    }, _OVER, _has_pass),
+    "surface": Group({
+        "f4": Column("time axis", _run(lambda run: run.deviation), "m", "error of the tool point in the part"),
+        "f5": Column("time axis", _run(lambda run: run.ideal + run.deviation), "m", "tool point as machined"),
+        "exact": Column("time axis", _run(lambda run: run.exact), "m", "the same error by exact composition"),
+        "tilt": Column("time axis", _run(lambda run: run.rotation), "rad", "error of the tool's direction"),
+        "wall_error": Column("time height", lambda done: None if done.one_pass.wall is None else done.one_pass.wall.error,
+                             "m", "error along the wall's normal"),
+        "error_on_path": Column("time", _seen_along, "m", lambda done: (
+            "length of the error" if done.one_pass.wall is None else "error of the wall at the tool point"
+        )),
+    }, _OVER, _has_pass),
+    "budget": Group({
+        "contribution": Column("element axis", _run(lambda run: run.contributions[run.worst]), "m",
+                               "error by an element, worst place"),
+        "share": Column("element", _shares(lambda run: run.contributions), "m", "signed share along the error, worst place"),
+        "stiffening_gain": Column("element", lambda done: done.one_pass.gain, "m", "change of the error with 10 % more stiffness"),
+        "body_contribution": Column("body axis", _run(lambda run: run.body[run.worst]), "m", "error by a body, worst place"),
+        "body_share": Column("body", _shares(lambda run: run.body), "m", "signed share of a body, worst place"),
+    }, _OVER, _has_pass),
+    "engagement": Group({
+        "immersion": Column("time", _run(lambda run: run.cell.cut.immersion), "rad", "immersion angle"),
+    }, _OVER, _has_pass),
+    "uncertainty": Group({
+        "variance_share": Column("body", lambda done: done.one_pass.chances.shares, "1", "share of the body in the variance"),
+        "deviation": Column("axis", lambda done: done.one_pass.chances.deviation, "m", "standard deviation"),
+    }, _OVER, lambda done: _has_pass(done) and done.one_pass.chances is not None),
+    "volume": Group({
+        "error": Column("X Y Z axis", lambda done: done.volume.error, "m", "geometric error of the tool point in the part"),
+        "position": Column("X Y Z axis", lambda done: done.volume.position, "m", "ideal tool point in the part"),
+        "diagonal_error": Column("diagonal point", lambda done: done.volume.along, "m", "error along the body diagonal"),
+        "diagonal_distance": Column("diagonal point", lambda done: done.volume.distance, "m", "distance along the body diagonal"),
+    }, _GRID, lambda done: done.volume is not None),
+}  # fmt: skip
+"""One group per stage; f1 ... f5 are the relations of Demeč and Madáč."""
 
 
 def warnings(scenario: MachineScenario, found: MachinePass | None) -> tuple[Said, ...]:

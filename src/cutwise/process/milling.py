@@ -33,7 +33,7 @@ from cutwise.process.assemble_mill import (
     spindle_speed,
     tip_modes,
 )
-from cutwise.process.labels import labelled
+from cutwise.process.labels import Column, Coordinate, Group, Over
 from cutwise.process.loops_drives import Cut, DriveHistory, run_drives
 from cutwise.process.milling_contact import Contact, SteadyCuts, contact, steady_cuts
 from cutwise.process.milling_stability import TipStability, tip_stability
@@ -42,12 +42,9 @@ from cutwise.spec.faults import Fault, ScenarioFault, all_faults
 from cutwise.spec.milling import MillingScenario
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from cutwise.process import milling_wall
 else:
     milling_wall = later("cutwise.process.milling_wall")
-    xr = later("xarray")
 
 Progress = Callable[[float], None]
 
@@ -83,6 +80,8 @@ class MillRun(NamedTuple):
     tip_swings: bool  # whether the tool tip moves on modes in the loop
     stop_cost: StopCost
     wall: milling_wall.WallRun | None  # of a straight wall that is milled in the loop
+    chatter: TipStability | None = None  # whether the tip of a tool that yields chatters
+    helped: bool = True  # what would be stable is looked for and run
 
     @property
     def lost(self) -> float | None:
@@ -299,90 +298,104 @@ def wall_left(done: MillRun) -> FloatArray:
     return done.contour_error[:, None] + done.history.left
 
 
-def stages(done: MillRun, **more: xr.Dataset | None) -> xr.DataTree:
-    """The histories of all stages as labelled arrays, with units; ``more`` are further groups, those that there are."""
-    r, h = done.reference, done.history
-    time = ("time", r.time, "s", "time")
+def _axes(done: MillRun) -> list[str]:
+    """The axes that have a drive."""
+    return list("xyz"[: len(done.drives)])
+
+
+def _told(done: MillRun) -> FloatArray:
+    return np.ascontiguousarray(done.reference.point[:, : len(done.drives)])
+
+
+def _torque(done: MillRun) -> FloatArray:
     plants = [drive.plant for drive in done.drives]
-    axes = list("xyz"[: len(plants)])
-    torque = h.voltage * np.array([p.current_gain * p.torque_constant for p in plants])
-    travel = np.array([p.transmission for p in plants])
-    groups = {
-        "motion": labelled(time, {
-            "travelled": (r.travelled, "m", "way along the path"),
-            "commanded": (np.ascontiguousarray(r.point[:, : len(axes)]), "m", "commanded position of the tool centre"),
-            "actual": (h.position, "m", "actual position of the tool centre"),
-            "speed_planned": (r.speed, "m/s", "planned speed along the path"),
-            "speed_actual": (np.hypot(h.speed[:, 0], h.speed[:, 1]), "m/s", "actual speed"),
-            "tracking_error": (r.point[:, : len(axes)] - h.position, "m", "set point minus actual position"),
-            "voltage": (h.voltage, "V", "output of the controllers"),
-            "motor_torque": (torque, "N*m", "motor torque"),
-            "cutting_torque": (h.force[:, : len(axes)] * travel, "N*m", "mean torque of the cut on the motor in a sample"),
-            "saturated": (h.clipped.astype(float), "1", "controller at its limit"),
-        }, axis=axes).merge(_frequency_response(done)),
-        "engagement": _engagement(done, time),
-        "cutting": labelled(time, {
-            "force": (h.force, "N", "mean force on the tool over a sample"),
-            "force_peak": (h.force_peak[:, :3], "N", "largest force on the tool in a sample"),
-        }, axis=["x", "y", "z"]).merge(labelled(time, {
-            "force_xy_peak": (h.force_peak[:, 3], "N", "largest force in the xy plane in a sample"),
-        })),
-        "surface": labelled(time, {
-            "contour_error": (done.contour_error, "m", "distance from the path, positive to its right (into the wall)"),
-        }),
-    }  # fmt: skip
-    groups["scene"] = _seen(done, time)
-    if done.tip_swings:
-        wall = wall_left(done)
-        groups["structure"] = labelled(time, {
-            "tip": (h.tip[:, :2], "m", "mean displacement of the tool tip by its modes in a sample"),
-            "tip_peak": (h.tip[:, 2], "m", "largest displacement of the tip in a sample"),
-            "wall_error_min": (wall[:, 0], "m", "least error of the wall left in a sample, positive into the wall"),
-            "wall_error_max": (wall[:, 1], "m", "greatest error of the wall left in a sample, positive into the wall"),
-        }, axis=["x", "y"])  # fmt: skip
-    if done.wall is not None:
-        groups |= milling_wall.stages(done.wall, r)
-    groups |= {name: group for name, group in more.items() if group is not None}
-    return xr.DataTree.from_dict(groups)
+    return np.asarray(done.history.voltage * np.array([p.current_gain * p.torque_constant for p in plants]))
 
 
-def _seen(done: MillRun, time: tuple[str, FloatArray, str, str]) -> xr.Dataset:
-    """What a picture needs besides: the height of the tip, and which line of the program a sample belongs to."""
-    r, path = done.reference, done.path
-    return labelled(time, {
-        "height": (r.point[:, 2], "m", "height of the tip as programmed"),
-        "line": (path.source[r.block].astype(np.int32), "1", "line of the program, 0: none"),
-        "rapid": (np.isinf(path.feed[r.block]).astype(np.int8), "1", "whether it is a rapid move"),
-        "cuts": (path.cuts[r.block].astype(np.int8), "1", "whether the block cuts"),
-    })  # fmt: skip
+def _cut_torque(done: MillRun) -> FloatArray:
+    travel = np.array([drive.plant.transmission for drive in done.drives])
+    return np.asarray(done.history.force[:, : len(travel)] * travel)
 
 
-def _engagement(done: MillRun, time: tuple[str, FloatArray, str, str]) -> xr.Dataset:
-    variables = {
-        "immersion": (done.contact.immersion, "rad", "immersion angle"),
-        "block": (done.reference.block.astype(float), "1", "block of the path"),
-    }
-    if done.contact.removal is not None:
-        variables["removal"] = (done.contact.removal, "m**2", "cross-section taken per length of feed")
-    return labelled(time, variables)
+def _hertz(done: MillRun) -> FloatArray:
+    return np.geomspace(0.5, 0.98 * 0.5 / done.drives[0].law.sample_time, 300)
 
 
-def _frequency_response(done: MillRun) -> xr.Dataset:
-    """Open and closed loop of every axis, continuous and sampled."""
-    pairs = done.drives
-    nyquist = 0.5 / pairs[0].law.sample_time
-    hertz = np.geomspace(0.5, 0.98 * nyquist, 300)
-    w = 2.0 * math.pi * hertz
-    opened = np.column_stack([open_loop(w, *pair) for pair in pairs])
-    held = np.column_stack([sampled_response(w, *pair) for pair in pairs])
-    return labelled(("frequency", hertz, "Hz", "frequency"), {
-        "open_loop_gain": (np.abs(opened), "1", "magnitude of the continuous loop gain"),
-        "open_loop_phase": (_phase(opened), "rad", "phase of the continuous loop gain"),
-        "closed_loop_gain": (np.abs(opened / (1 + opened)), "1", "magnitude of the continuous closed loop"),
-        "sampled_closed_loop_gain": (np.abs(held / (1 + held)), "1", "magnitude of the sampled closed loop"),
-        "sampled_open_loop_gain": (np.abs(held), "1", "magnitude of the sampled loop gain"),
-        "sampled_open_loop_phase": (_phase(held), "rad", "phase of the sampled loop gain"),
-    }, axis=list("xyz"[: len(pairs)]))  # fmt: skip
+def _loop_gain(done: MillRun, *, held: bool) -> np.ndarray:
+    """Gain of the open position loop of each axis, continuous or sampled, shape (frequencies, axes)."""
+    w = 2.0 * math.pi * _hertz(done)
+    return np.column_stack([(sampled_response if held else open_loop)(w, *drive) for drive in done.drives])
+
+
+def _closed(gain: np.ndarray) -> FloatArray:
+    return np.asarray(np.abs(gain / (1 + gain)))
+
+
+_TIME = Coordinate(lambda done: done.reference.time, "s", "time")
+_OVER: Over = {"time": _TIME, "axis": _axes, "frequency": Coordinate(_hertz, "Hz", "frequency")}
+_IN_SPACE: Over = {"time": _TIME, "axis": "xyz"}
+_IN_PLANE: Over = {"time": _TIME, "axis": "xy"}
+GROUPS = {
+    "motion": Group({
+        "travelled": Column("time", lambda done: done.reference.travelled, "m", "way along the path"),
+        "commanded": Column("time axis", _told, "m", "commanded position of the tool centre"),
+        "actual": Column("time axis", lambda done: done.history.position, "m", "actual position of the tool centre"),
+        "speed_planned": Column("time", lambda done: done.reference.speed, "m/s", "planned speed along the path"),
+        "speed_actual": Column("time", lambda done: np.hypot(done.history.speed[:, 0], done.history.speed[:, 1]), "m/s",
+                               "actual speed"),
+        "tracking_error": Column("time axis", lambda done: _told(done) - done.history.position, "m",
+                                 "set point minus actual position"),
+        "voltage": Column("time axis", lambda done: done.history.voltage, "V", "output of the controllers"),
+        "motor_torque": Column("time axis", _torque, "N*m", "motor torque"),
+        "cutting_torque": Column("time axis", _cut_torque, "N*m", "mean torque of the cut on the motor in a sample"),
+        "saturated": Column("time axis", lambda done: done.history.clipped.astype(float), "1", "controller at its limit"),
+        "open_loop_gain": Column("frequency axis", lambda done: np.abs(_loop_gain(done, held=False)), "1",
+                                 "magnitude of the continuous loop gain"),
+        "open_loop_phase": Column("frequency axis", lambda done: _phase(_loop_gain(done, held=False)), "rad",
+                                  "phase of the continuous loop gain"),
+        "closed_loop_gain": Column("frequency axis", lambda done: _closed(_loop_gain(done, held=False)), "1",
+                                   "magnitude of the continuous closed loop"),
+        "sampled_closed_loop_gain": Column("frequency axis", lambda done: _closed(_loop_gain(done, held=True)), "1",
+                                           "magnitude of the sampled closed loop"),
+        "sampled_open_loop_gain": Column("frequency axis", lambda done: np.abs(_loop_gain(done, held=True)), "1",
+                                         "magnitude of the sampled loop gain"),
+        "sampled_open_loop_phase": Column("frequency axis", lambda done: _phase(_loop_gain(done, held=True)), "rad",
+                                          "phase of the sampled loop gain"),
+    }, _OVER),
+    "engagement": Group({
+        "immersion": Column("time", lambda done: done.contact.immersion, "rad", "immersion angle"),
+        "block": Column("time", lambda done: done.reference.block.astype(float), "1", "block of the path"),
+        "removal": Column("time", lambda done: done.contact.removal, "m**2", "cross-section taken per length of feed"),
+    }, _OVER),
+    "cutting": Group({
+        "force": Column("time axis", lambda done: done.history.force, "N", "mean force on the tool over a sample"),
+        "force_peak": Column("time axis", lambda done: done.history.force_peak[:, :3], "N",
+                             "largest force on the tool in a sample"),
+        "force_xy_peak": Column("time", lambda done: done.history.force_peak[:, 3], "N",
+                                "largest force in the xy plane in a sample"),
+    }, _IN_SPACE),
+    "surface": Group({
+        "contour_error": Column("time", lambda done: done.contour_error, "m",
+                                "distance from the path, positive to its right (into the wall)"),
+    }, _OVER),
+    "scene": Group({
+        "height": Column("time", lambda done: done.reference.point[:, 2], "m", "height of the tip as programmed"),
+        "line": Column("time", lambda done: done.path.source[done.reference.block].astype(np.int32), "1",
+                       "line of the program, 0: none"),
+        "rapid": Column("time", lambda done: np.isinf(done.path.feed[done.reference.block]).astype(np.int8), "1",
+                        "whether it is a rapid move"),
+        "cuts": Column("time", lambda done: done.path.cuts[done.reference.block].astype(np.int8), "1", "whether the block cuts"),
+    }, _OVER),
+    "structure": Group({
+        "tip": Column("time axis", lambda done: done.history.tip[:, :2], "m",
+                      "mean displacement of the tool tip by its modes in a sample"),
+        "tip_peak": Column("time", lambda done: done.history.tip[:, 2], "m", "largest displacement of the tip in a sample"),
+        "wall_error_min": Column("time", lambda done: wall_left(done)[:, 0], "m",
+                                 "least error of the wall left in a sample, positive into the wall"),
+        "wall_error_max": Column("time", lambda done: wall_left(done)[:, 1], "m",
+                                 "greatest error of the wall left in a sample, positive into the wall"),
+    }, _IN_PLANE, lambda done: done.tip_swings),
+}  # fmt: skip
 
 
 def _phase(response: np.ndarray) -> FloatArray:

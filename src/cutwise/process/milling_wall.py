@@ -21,7 +21,7 @@ from cutwise.process.carriage import Carriage, Terms, by_machine, off_surface
 from cutwise.process.carriage import in_series as series
 from cutwise.process.chain_compliance import BodiesAlong, off_part, tool_point_at_zero
 from cutwise.process.edges import edges
-from cutwise.process.labels import labelled
+from cutwise.process.labels import Column, Coordinate, Group, Over
 from cutwise.process.loops_drives import STANDSTILL, DriveHistory
 from cutwise.process.passes import on_path, stepped, structure_of, too_soft, unsolved
 from cutwise.results import Finding
@@ -51,6 +51,7 @@ class WallRun(NamedTuple):
     counted: npt.NDArray[np.bool_]  # where the tool is in the cut, shape (n,)
     slot: bool  # both sides are walls
     height: float  # over the tip, where the wall is read [m]
+    travelled: FloatArray  # [m] of the path at these instants, shape (n,)
 
     @property
     def bodies(self) -> BodiesAlong | None:
@@ -138,7 +139,18 @@ def wall_run(
     counted = (reference.travelled >= begins) & (reference.travelled < ends)
     drives = _deviation(reference, order, motion.log, motion.side)
     return motion.log, WallRun(
-        path, carriage, terms, table[:, 0], state, moved, drives, turned, counted, walls.is_slot(scenario), height
+        path,
+        carriage,
+        terms,
+        table[:, 0],
+        state,
+        moved,
+        drives,
+        turned,
+        counted,
+        walls.is_slot(scenario),
+        height,
+        reference.travelled,
     )
 
 
@@ -173,21 +185,23 @@ def measures(done: WallRun) -> dict[str, float]:
     return found
 
 
-def stages(done: WallRun, reference: Reference) -> dict[str, xr.Dataset]:
-    """Histories of the terms, and the bodies one by one along the path, with units."""
-    time = ("time", reference.time, "s", "time")
-    wall = np.where(done.counted, done.wall, np.nan)
-    floor = np.where(done.counted, -done.total[:, 2], np.nan)
-    groups = {
-        "structure": labelled(time, {
-            "deviation_drives": (done.drives, "m", "deviation by the drives: along the feed, off the work, up"),
-            **carriers.deflections(done.moved, "the wall"),
-            "wall_error": (wall, "m", "error of the wall, positive into the part"),
-            "floor_error": (floor, "m", "error of the floor, positive into the part"),
-        }, axis=list("xyz")),
-    }  # fmt: skip
+_OVER: Over = {"time": Coordinate(lambda run: run.reference.time, "s", "time"), "axis": "xyz"}
+COLUMNS = {
+    "deviation_drives": Column("time axis", lambda run: run.wall.drives, "m",
+                               "deviation by the drives: along the feed, off the work, up"),
+    "wall_error": Column("time", lambda run: np.where(run.wall.counted, run.wall.wall, np.nan), "m",
+                         "error of the wall, positive into the part"),
+    "floor_error": Column("time", lambda run: np.where(run.wall.counted, -run.wall.total[:, 2], np.nan), "m",
+                          "error of the floor, positive into the part"),
+}  # fmt: skip
+
+
+def stages(done: WallRun) -> dict[str, Group | xr.Dataset]:
+    """Histories of the terms, and the bodies one by one along the path."""
+    moved = carriers.deflections(done.moved, "the wall", "time", _OVER)
+    groups: dict[str, Group | xr.Dataset] = {"structure": moved._replace(columns={**COLUMNS, **moved.columns})}
     if done.bodies is not None:
-        rows = np.clip(np.searchsorted(reference.travelled, done.path.at), 0, len(reference.time) - 1)
+        rows = np.clip(np.searchsorted(done.travelled, done.path.at), 0, len(done.time) - 1)
         groups["carrier"] = carriers.bodies(done.carriage, done.height, done.moved["bodies"][rows])
     return groups
 

@@ -7,11 +7,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from cutwise.later import later
 from cutwise.loop import Cell
 from cutwise.maths.curves import FloatArray, no_cubic
 from cutwise.paths.carried import CarriedPath
@@ -47,17 +46,12 @@ from cutwise.process import (
 )
 from cutwise.process.convergence import divided
 from cutwise.process.edges import edges
-from cutwise.process.labels import labelled
+from cutwise.process.labels import Column, Coordinate, Group, Groups, Over
 from cutwise.process.passes import at_rest, on_path, stepped, structure_of, too_soft, unsolved
 from cutwise.results import Finding, Place, Said
 from cutwise.spec.carrier import Standing
 from cutwise.spec.milling import MillingScenario
 from cutwise.still import rest
-
-if TYPE_CHECKING:
-    import xarray as xr
-else:
-    xr = later("xarray")
 
 _SHALLOWER = "reduce operation.axial_depth"
 HIGHEST = 800.0  # [Hz] up to which the limit of chatter is looked for
@@ -345,31 +339,42 @@ def findings(scenario: MillingScenario, done: Milled) -> Iterator[Finding]:
         yield from milling_spindle.findings(scenario, done.time, done.state, off, done.counted)
 
 
-def stages(scenario: MillingScenario, done: Milled) -> xr.DataTree:
-    """Histories along the path, with units."""
-    at = ("s", done.at, "m", "place along the path")
+def _limits(done: Milled, name: str) -> FloatArray | None:
+    """Depth or frequency at the stations where chatter was looked for, if it is limited anywhere."""
+    if not any(math.isfinite(one.depth) for one in done.limits):
+        return None
+    return np.array([getattr(one, name) for one in done.limits])
+
+
+_OVER: Over = {
+    "s": Coordinate(lambda done: done.at, "m", "place along the path"),
+    "s_limit": Coordinate(lambda done: done.limit_at, "m", "place along the path"),
+    "axis": "xyz",
+}
+GROUPS = {
+    "engagement": Group({
+        "radial_depth": Column("s", lambda done: done.seen[:, 0], "m", "radial depth of cut, the tool displaced"),
+        "axial_depth": Column("s", lambda done: done.seen[:, 1], "m", "axial depth of cut, the tool displaced"),
+        "immersion": Column("s", lambda done: done.seen[:, 2], "rad", "immersion angle"),
+    }, _OVER),
+    "cutting": Group({"force": Column("s axis", lambda done: done.force, "N", "mean force on the tool")}, _OVER),
+    "stability": Group({
+        "stable_depth": Column("s_limit", lambda done: _limits(done, "depth"), "m", "depth at which it chatters"),
+        "frequency": Column("s_limit", lambda done: _limits(done, "frequency"), "Hz", "frequency of that vibration"),
+    }, _OVER),
+}  # fmt: skip
+
+
+def stages(scenario: MillingScenario, done: Milled) -> Groups:
+    """Histories along the path."""
     wall, floor = wall_and_floor(scenario, done)
-    groups = {
-        "engagement": labelled(at, {
-            "radial_depth": (done.seen[:, 0], "m", "radial depth of cut, the tool displaced"),
-            "axial_depth": (done.seen[:, 1], "m", "axial depth of cut, the tool displaced"),
-            "immersion": (done.seen[:, 2], "rad", "immersion angle"),
-        }),
-        "cutting": labelled(at, {"force": (done.force, "N", "mean force on the tool")}, axis=list("xyz")),
-        "structure": labelled(at, carriers.deflections(done.moved, "the wall"), axis=list("xyz")),
-        "surface": labelled(at, {
-            "wall_error": (wall, "m", "error of the wall, positive into the part"),
-            "floor_error": (floor, "m", "error of the floor, positive into the part"),
-        }),
-        **carriers.of_carrier(done.carriage, scenario.robot, done.height, done.at, done.moved),
-    }  # fmt: skip
-    if any(math.isfinite(one.depth) for one in done.limits):
-        limit = ("s_limit", done.limit_at, "m", "place along the path")
-        groups["stability"] = labelled(limit, {
-            "stable_depth": (np.array([one.depth for one in done.limits]), "m", "depth at which it chatters"),
-            "frequency": (np.array([one.frequency for one in done.limits]), "Hz", "frequency of that vibration"),
-        })  # fmt: skip
-    return xr.DataTree.from_dict(groups)
+    surface = {
+        "wall_error": Column("s", lambda _: wall, "m", "error of the wall, positive into the part"),
+        "floor_error": Column("s", lambda _: floor, "m", "error of the floor, positive into the part"),
+    }
+    moved = carriers.deflections(done.moved, "the wall", "s", _OVER)
+    carrier = carriers.of_carrier(done.carriage, scenario.robot, done.height, done.at, done.moved)
+    return {**GROUPS, "structure": moved, "surface": Group(surface, _OVER), **carrier}
 
 
 def warnings(scenario: MillingScenario, done: Milled) -> tuple[Said, ...]:

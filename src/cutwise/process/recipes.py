@@ -6,27 +6,31 @@ What a process does itself stands in its :class:`Method`, beside its recipe (:mo
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
 from cutwise.later import later
 from cutwise.process import convergence as converged
 from cutwise.process.convergence import change_on_halved_step
+from cutwise.process.labels import Groups, tree
 from cutwise.results import (
     Finding,
     Histories,
     Infeasible,
     Measure,
+    Place,
     Result,
     Said,
     SolverFailure,
     in_words,
     judge,
     unreached,
+    warned,
 )
+from cutwise.spec.faults import dotted
 from cutwise.spec.kinds import Registered
-from cutwise.spec.notices import notices
+from cutwise.spec.notices import noticed
 from cutwise.spec.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -86,7 +90,7 @@ class Method(Generic[Asked, Done]):
 
     run: Callable[[Asked, Wanted, Progress | None], Done]
     measures: Callable[[Asked, Done], Found]
-    stages: Callable[[Asked, Done, Found], xr.DataTree]
+    stages: Callable[[Asked, Done, Found], Groups | xr.DataTree]
     findings: Callable[[Asked, Done, Found], Iterable[Finding]]
     limits: Callable[[Asked, Done], tuple[str, ...]]
     references: Callable[[Asked, Done], tuple[str, ...]]
@@ -139,7 +143,7 @@ def simulate(scenario: Scenario, progress: Progress | None = None) -> Result:
     try:
         return _whole(RECIPES[scenario.process], scenario, progress)
     except Infeasible as why:
-        return collect(scenario, {}, stages=xr.DataTree(), warnings=notices(scenario), infeasible=(why.finding,))
+        return collect(scenario, {}, stages=xr.DataTree(), warnings=_of_scenario(scenario), infeasible=(why.finding,))
 
 
 def _whole(recipe: Recipe, scenario: Scenario, progress: Progress | None) -> Result:
@@ -153,7 +157,7 @@ def _whole(recipe: Recipe, scenario: Scenario, progress: Progress | None) -> Res
     return collect(
         scenario,
         found,
-        stages=how.stages(scenario, done, found),
+        stages=tree(done, how.stages(scenario, done, found)),
         findings=how.findings(scenario, done, found),
         bands=how.bands(scenario, done, found),
         warnings=_said(how, scenario, done, found),
@@ -166,9 +170,20 @@ def _whole(recipe: Recipe, scenario: Scenario, progress: Progress | None) -> Res
     )
 
 
-def _said(how: Method[Any, Any], scenario: Scenario, done: object, found: Found) -> Iterable[Said]:
-    """What is unusual about the scenario, then what the run warns of, each once."""
-    return dict.fromkeys((*notices(scenario), *how.warnings(scenario, done, found)))
+def _of_scenario(scenario: Scenario) -> Iterator[Finding]:
+    """What is unusual about the scenario, as records of a run."""
+    for one in noticed(scenario):
+        place = Place(dotted(one.path))
+        yield warned(one.code, one.words, one.value, one.limit, one.dimension, where=place)
+
+
+def _said(how: Method[Any, Any], scenario: Scenario, done: object, found: Found) -> Iterable[Finding]:
+    """What is unusual about the scenario, then what the run warns of, each once; a bare sentence (of a file) too."""
+    said: dict[str, Finding] = {}
+    for one in (*_of_scenario(scenario), *how.warnings(scenario, done, found)):
+        record = warned("noticed", one) if isinstance(one, str) else one
+        said.setdefault(record.words, record)
+    return said.values()
 
 
 def prepare(scenario: Scenario) -> None:

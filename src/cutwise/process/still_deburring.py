@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from cutwise import units
-from cutwise.later import later
 from cutwise.maths.curves import FloatArray
 from cutwise.paths.carried import stations
 from cutwise.process import carried, carriers, yielding
@@ -21,17 +20,12 @@ from cutwise.process.assemble import (
     turned_from_start,
 )
 from cutwise.process.deburring import carried_by, fractions
-from cutwise.process.labels import labelled
+from cutwise.process.labels import Column, Coordinate, Group, Groups, Over
 from cutwise.process.loops import EdgeCut, axis_over_edge, programmed_heights, still_edge
 from cutwise.process.passes import structure_of
 from cutwise.results import Finding, Said
 from cutwise.spec.deburring import DeburringScenario
 from cutwise.still import Rest
-
-if TYPE_CHECKING:
-    import xarray as xr
-else:
-    xr = later("xarray")
 
 LIMITS = (
     "Every place of the edge is at rest: the mean force of the teeth displaces carrier, tool and part; lead-in, ripple "
@@ -118,34 +112,42 @@ def measures(scenario: DeburringScenario, done: StillEdge) -> dict[str, float]:
     return {**found, **carried_by(scenario, done.cut.carriage), **yielding.normal_stiffness(terms)}
 
 
-def stages(scenario: DeburringScenario, done: StillEdge) -> xr.DataTree:
-    """Histories along the edge, with units."""
-    at = ("w", done.at, "m", "position along the edge")
-    cutter, seen = done.cut.cutter, done.rest.seen
-    whole = yielding.whole([term for _, term in done.cut.behind], done.at)
-    return xr.DataTree.from_dict({
-        "motion": labelled(at, {
-            "programmed_height": (done.programmed, "m", "lowest point of the undeflected mill above the edge"),
-        }),
-        "engagement": labelled(at, {
-            "burr_depth": (seen[:, 0], "m", "radial depth in the burr, the tool displaced"),
-            "work_depth": (seen[:, 1], "m", "radial depth in the work, the tool displaced"),
-        }),
-        "cutting": labelled(at, {
-            "burr_force": (done.rest.layer[:, 0], "N", "mean force of the burr on the tool"),
-            "work_force": (done.rest.layer[:, 1], "N", "mean force of the work on the tool"),
-            "power": (done.rest.total[:, 3] * cutter.mill.radius * cutter.spindle_speed, "W", "cutting power"),
-        }, axis=list("xyz")),
-        "structure": labelled(at, carriers.deflections(done.moved, "the edge"), axis=list("xyz")).assign(compliance=(
-            ("w", "twist", "wrench"), whole,
-            {"units": "m/N", "long_name": "compliance at the tip, process axes (rotations 1/N, 1/(N m))"},
-        )),
-        "surface": labelled(at, {
-            "error": (done.error, "m", "edge error"),
-            "burr_height": (done.burr, "m", "burr height before the pass"),
-        }),
-        **carriers.of_carrier(done.cut.carriage, scenario.robot, done.height, done.at, done.moved),
-    })  # fmt: skip
+def _power(done: StillEdge) -> FloatArray:
+    cutter = done.cut.cutter
+    return np.asarray(done.rest.total[:, 3] * cutter.mill.radius * cutter.spindle_speed)
+
+
+_OVER: Over = {"w": Coordinate(lambda done: done.at, "m", "position along the edge"), "axis": "xyz"}
+GROUPS = {
+    "motion": Group({
+        "programmed_height": Column("w", lambda done: done.programmed, "m", "lowest point of the undeflected mill above the edge"),
+    }, _OVER),
+    "engagement": Group({
+        "burr_depth": Column("w", lambda done: done.rest.seen[:, 0], "m", "radial depth in the burr, the tool displaced"),
+        "work_depth": Column("w", lambda done: done.rest.seen[:, 1], "m", "radial depth in the work, the tool displaced"),
+    }, _OVER),
+    "cutting": Group({
+        "burr_force": Column("w axis", lambda done: done.rest.layer[:, 0], "N", "mean force of the burr on the tool"),
+        "work_force": Column("w axis", lambda done: done.rest.layer[:, 1], "N", "mean force of the work on the tool"),
+        "power": Column("w", _power, "W", "cutting power"),
+    }, _OVER),
+    "surface": Group({
+        "error": Column("w", lambda done: done.error, "m", "edge error"),
+        "burr_height": Column("w", lambda done: done.burr, "m", "burr height before the pass"),
+    }, _OVER),
+}  # fmt: skip
+_COMPLIANCE = Column(
+    "w twist wrench", lambda done: yielding.whole([term for _, term in done.cut.behind], done.at), "m/N",
+    "compliance at the tip, process axes (rotations 1/N, 1/(N m))",
+)  # fmt: skip
+
+
+def stages(scenario: DeburringScenario, done: StillEdge) -> Groups:
+    """Histories along the edge."""
+    moved = carriers.deflections(done.moved, "the edge", "w", _OVER)
+    structure = moved._replace(columns={**moved.columns, "compliance": _COMPLIANCE})
+    carrier = carriers.of_carrier(done.cut.carriage, scenario.robot, done.height, done.at, done.moved)
+    return {**GROUPS, "structure": structure, **carrier}
 
 
 def findings(done: StillEdge) -> tuple[Finding, ...]:

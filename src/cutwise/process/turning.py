@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from itertools import pairwise
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from cutwise import units
-from cutwise.later import later
 from cutwise.loop import Cell
 from cutwise.maths.curves import FloatArray
 from cutwise.physics.cutting.insert import InsertEdge, chip_slopes
@@ -22,7 +21,7 @@ from cutwise.physics.structure.terms import Compliance, in_series
 from cutwise.process import yielding
 from cutwise.process.convergence import divided
 from cutwise.process.edges import edges_alike
-from cutwise.process.labels import labelled
+from cutwise.process.labels import Column, Coordinate, Group, Over
 from cutwise.process.passes import at_rest, too_soft
 from cutwise.process.recipes import Method, Recipe, halved
 from cutwise.process.still_deburring import wrenches
@@ -30,11 +29,6 @@ from cutwise.records import CONTACT
 from cutwise.results import Finding, Place, SolverFailure, warned
 from cutwise.spec.turning import TurningScenario
 from cutwise.still import Rest
-
-if TYPE_CHECKING:
-    import xarray as xr
-else:
-    xr = later("xarray")
 
 LIMITS = (
     "Every place is at rest under the mean force of the cut: run-in, ripple and built-up edge are left out.",
@@ -231,26 +225,46 @@ def measures(held: Setup, done: list[Turned]) -> dict[str, float]:
     return found
 
 
-def stages(held: Setup, done: list[Turned]) -> xr.DataTree:
-    """What the passes did, over the distance from the headstock end; zero where one turns nothing."""
-    columns = {
-        ("engagement", "depth"): (lambda one: one.rest.seen[:, 0], "m", "depth of cut, shaft and tool bent"),
-        ("engagement", "chip"): (lambda one: one.rest.seen[:, 1], "m", "mean chip thickness"),
-        ("cutting", "force_cutting"): (lambda one: one.rest.total[:, 2], "N", "force along the cutting speed"),
-        ("cutting", "force_passive"): (lambda one: one.rest.total[:, 1], "N", "force on the tool, off the shaft"),
-        ("cutting", "force_feed"): (lambda one: -one.rest.total[:, 0], "N", "force on the tool against the feed"),
-        **{("structure", f"deflection_{name}"): (lambda one, name=name: one.moved()[name][:, 1], "m", f"off the shaft: {name}")
-           for name in done[-1].parts},
-        ("surface", "diameter_error"): (lambda one: one.error, "m", "diameter error; positive: too thick"),
+def _of_passes(held: Setup, done: list[Turned], read: Callable[[Turned], FloatArray]) -> FloatArray:
+    """Something of every pass over the distance from the headstock end, zero where one turns nothing; shape (z, cut)."""
+    z = np.sort(held.z)
+    table = np.zeros((len(z), len(done)))
+    for k, one in enumerate(done):
+        table[np.searchsorted(z, one.z), k] = read(one)
+    return table
+
+
+def _each(read: Callable[[Turned], FloatArray]) -> Callable[[tuple[Setup, list[Turned]]], FloatArray]:
+    return lambda run: _of_passes(*run, read)
+
+
+_OVER: Over = {
+    "z": Coordinate(lambda run: np.sort(run[0].z), "m", "distance from the headstock end"),
+    "cut": lambda run: range(1, len(run[1]) + 1),
+}
+GROUPS = {
+    "engagement": Group({
+        "depth": Column("z cut", _each(lambda one: one.rest.seen[:, 0]), "m", "depth of cut, shaft and tool bent"),
+        "chip": Column("z cut", _each(lambda one: one.rest.seen[:, 1]), "m", "mean chip thickness"),
+    }, _OVER),
+    "cutting": Group({
+        "force_cutting": Column("z cut", _each(lambda one: one.rest.total[:, 2]), "N", "force along the cutting speed"),
+        "force_passive": Column("z cut", _each(lambda one: one.rest.total[:, 1]), "N", "force on the tool, off the shaft"),
+        "force_feed": Column("z cut", _each(lambda one: -one.rest.total[:, 0]), "N", "force on the tool against the feed"),
+    }, _OVER),
+    "surface": Group({
+        "diameter_error": Column("z cut", _each(lambda one: one.error), "m", "diameter error; positive: too thick"),
+    }, _OVER),
+}  # fmt: skip
+
+
+def stages(done: list[Turned]) -> Mapping[str, Group]:
+    """What the passes did, and the displacement by each thing that yields."""
+    moved = {
+        f"deflection_{name}": Column("z cut", _each(lambda one, name=name: one.moved()[name][:, 1]), "m", f"off the shaft: {name}")
+        for name in done[-1].parts
     }  # fmt: skip
-    z, groups = np.sort(held.z), {}
-    for (group, name), (read, unit, said) in columns.items():
-        table = np.zeros((len(z), len(done)))
-        for k, one in enumerate(done):
-            table[np.searchsorted(z, one.z), k] = read(one)
-        groups.setdefault(group, {})[name] = (table, unit, said)
-    at, cuts = ("z", z, "m", "distance from the headstock end"), range(1, len(done) + 1)
-    return xr.DataTree.from_dict({group: labelled(at, tables, cut=cuts) for group, tables in groups.items()})
+    return {**GROUPS, "structure": Group(moved, _OVER)}
 
 
 def findings(found: Mapping[str, float]) -> Iterator[Finding]:
@@ -283,15 +297,20 @@ def _finer(scenario: TurningScenario) -> dict[str, float]:
     return {name: value for name, value in measures(held, run(held)).items() if name[-2:] != "_x"}
 
 
-PASSES = Method(
-    run=lambda scenario, *_: run(setup(scenario)),
-    measures=lambda scenario, done: measures(setup(scenario), done),
-    stages=lambda scenario, done, _: stages(setup(scenario), done),
+def _whole(scenario: TurningScenario, *_: object) -> tuple[Setup, list[Turned]]:
+    held = setup(scenario)
+    return held, run(held)
+
+
+PASSES: Method[TurningScenario, tuple[Setup, list[Turned]]] = Method(
+    run=_whole,
+    measures=lambda _, done: measures(*done),
+    stages=lambda _, done, __: stages(done[1]),
     findings=lambda _, __, found: findings(found),
     limits=lambda *_: LIMITS,
     references=lambda *_: ("altintas2012",),
-    warnings=lambda scenario, done, _: warnings(scenario, done),
-    notes=lambda _, done, __: notes(done),
+    warnings=lambda scenario, done, _: warnings(scenario, done[1]),
+    notes=lambda _, done, __: notes(done[1]),
     change=halved(lambda scenario, *_: _finer(scenario), shares=False),
 )
 

@@ -1,7 +1,7 @@
 """Warnings about values that are possible but unusual, with what is usual."""
 
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, NamedTuple
 
 from pydantic.fields import FieldInfo
 
@@ -12,21 +12,47 @@ from cutwise.spec.faults import Path, dotted, split_dotted
 from cutwise.spec.scenario import Scenario
 
 
+class Noticed(NamedTuple):
+    """Something about a value of a scenario that an engineer should know."""
+
+    code: str  # unusual, not_used, beyond_data, or noticed: a sentence of the section
+    path: Path
+    message: str
+    value: float | None = None  # SI
+    limit: float | None = None  # the end of the usual range that is passed
+    dimension: str = "dimensionless"
+
+    @property
+    def words(self) -> str:
+        """One line: the key, and what there is to say."""
+        return f"{dotted(self.path)}: {self.message}"
+
+
+def noticed(scenario: Scenario) -> Iterator[Noticed]:
+    """What is unusual about a scenario, and keys that are not used, as records."""
+    yield from _unusual_values(scenario)
+    yield from (Noticed("noticed", *one) for one in _notices(scenario))
+    yield from (Noticed("not_used", *one) for one in _unused(scenario))
+    yield from _beyond(scenario)
+
+
 def notices(scenario: Scenario) -> tuple[str, ...]:
     """What is unusual about a scenario, one line each: the key, the value, what is usual; and keys that are not used."""
-    found = [*_unusual_values(scenario), *_notices(scenario), *_unused(scenario), *_beyond(scenario)]
-    return tuple(f"{dotted(path)}: {message}" for path, message in found)
+    return tuple(one.words for one in noticed(scenario))
 
 
-def _unusual_values(scenario: Scenario) -> Iterator[tuple[Path, str]]:
+def _unusual_values(scenario: Scenario) -> Iterator[Noticed]:
     for before, spec in fields.specs(scenario):
         for name, info in type(spec).model_fields.items():
             usual, dimension, value = fields.usual(info), fields.dimension(info), getattr(spec, name)
             if usual is None or not isinstance(value, int | float) or _from_library(scenario, (*before, name)):
                 continue
             low, high = (_bound(end, dimension) for end in (usual.low, usual.high))
-            if (low is not None and value < low * (1 - 1e-9)) or (high is not None and value > high * (1 + 1e-9)):
-                yield (*before, name), f"{_shown(value, info)} is unusual; usual is {range_text(usual)}"
+            under = low is not None and value < low * (1 - 1e-9)
+            if under or (high is not None and value > high * (1 + 1e-9)):
+                said = f"{_shown(value, info)} is unusual; usual is {range_text(usual)}"
+                limit = low if under else high
+                yield Noticed("unusual", (*before, name), said, float(value), limit, dimension or "dimensionless")
 
 
 def _from_library(scenario: Scenario, path: Path) -> bool:
@@ -62,7 +88,7 @@ def _notices(scenario: Scenario) -> Iterator[tuple[Path, str]]:
 _MEASURED_AT = {("spindle-seals", "pressure"): "pressure"}  # kind and column of a calibration: key of its section
 
 
-def _beyond(scenario: Scenario) -> Iterator[tuple[Path, str]]:
+def _beyond(scenario: Scenario) -> Iterator[Noticed]:
     """Values outside of the range in which those of their entry were measured."""
     for section, said in scenario.measured.items():
         for (kind, column), key in _MEASURED_AT.items():
@@ -76,11 +102,12 @@ def _beyond(scenario: Scenario) -> Iterator[tuple[Path, str]]:
             ends = said.ends(column, dimension)
             if ends is not None and not ends[0] * (1 - 1e-9) <= value <= ends[1] * (1 + 1e-9):
                 shown = [units.show(end, dimension) for end in (value, *ends)]
-                yield (
-                    (*split_dotted(section), key),
+                message = (
                     f"{shown[0]} is outside of what {said.library} was measured at, {shown[1]} to {shown[2]}: its values, and "
-                    "their band, are carried on beyond their data",
+                    "their band, are carried on beyond their data"
                 )
+                limit = ends[0] if value < ends[0] else ends[1]
+                yield Noticed("beyond_data", (*split_dotted(section), key), message, value, limit, dimension)
 
 
 def _unused(scenario: Scenario) -> Iterator[tuple[Path, str]]:

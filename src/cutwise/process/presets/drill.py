@@ -1,6 +1,7 @@
 """Robotic drilling: postures, thrust and torque over depth, and the coupled cycle of every hole."""
 
 from cutwise.process import drilling, drilling_findings, drilling_stages
+from cutwise.process.labels import tree
 from cutwise.process.recipes import Method, Recipe, halved
 
 _ELIMINATION = ("raghavan_roth1993", "manocha_canny1994")  # postures of arms without a spherical wrist
@@ -8,7 +9,7 @@ _ELIMINATION = ("raghavan_roth1993", "manocha_canny1994")  # postures of arms wi
 CYCLES = Method(
     run=lambda scenario, _, progress: drilling.run(scenario, progress),
     measures=drilling.measures,
-    stages=lambda scenario, run, _: drilling_stages.stages(scenario, run),
+    stages=lambda scenario, run, _: tree(drilling_stages.told(scenario, run), drilling_stages.GROUPS),
     findings=lambda scenario, run, _: drilling_findings.unsound(run, scenario.numerics.time_step),
     limits=lambda scenario, _: drilling_findings.limits(scenario),
     references=lambda _, run: (

@@ -22,7 +22,7 @@ def _run(scenario: MachineScenario, wanted: Wanted, progress: Progress | None) -
 BUDGET = Method(
     run=_run,
     measures=machine.measures,
-    stages=lambda _, done, __: machine_stages.stages(done.one_pass, done.volume),
+    stages=lambda *_: machine_stages.GROUPS,
     findings=lambda _, done, __: machine_stages.unsound(done.one_pass),
     limits=lambda *_: machine_stages.LIMITS,
     references=lambda *_: ("demec",),

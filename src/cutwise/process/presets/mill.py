@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from cutwise.later import later
+from cutwise.process.labels import Groups
 from cutwise.process.recipes import Method, Progress, Recipe, Wanted, halved
 
 if TYPE_CHECKING:
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
         milling_findings,
         milling_measures,
         milling_stability,
+        milling_wall,
         programmed_milling,
         spindle_load,
         stock_deviation,
@@ -24,7 +26,6 @@ if TYPE_CHECKING:
         stock_stages,
     )
     from cutwise.process.milling import MillRun
-    from cutwise.process.milling_stability import TipStability
     from cutwise.process.programmed_milling import Milled
     from cutwise.process.stock_deviation import Judged
     from cutwise.process.stock_setups import Done
@@ -36,6 +37,7 @@ else:  # a run imports its own kind of milling, not the others
     milling_findings = later("cutwise.process.milling_findings")
     milling_measures = later("cutwise.process.milling_measures")
     milling_stability = later("cutwise.process.milling_stability")
+    milling_wall = later("cutwise.process.milling_wall")
     programmed_milling = later("cutwise.process.programmed_milling")
     spindle_load = later("cutwise.process.spindle_load")
     stock_deviation = later("cutwise.process.stock_deviation")
@@ -45,14 +47,6 @@ else:  # a run imports its own kind of milling, not the others
     stock_stages = later("cutwise.process.stock_stages")
 
 
-class Driven(NamedTuple):
-    """A run with drives, and whether the tip of its tool chatters."""
-
-    run: MillRun
-    steady: TipStability | None
-    helped: bool  # what would be stable is looked for and run
-
-
 class InStock(NamedTuple):
     """A run in a stock in 3D, and how it is off the part."""
 
@@ -60,37 +54,39 @@ class InStock(NamedTuple):
     off: Judged | None
 
 
-def _driven(scenario: MillingScenario, wanted: Wanted, progress: Progress | None) -> Driven:
+def _driven(scenario: MillingScenario, wanted: Wanted, progress: Progress | None) -> MillRun:
     """The drives; whether the tool chatters always belongs to it."""
     run = milling.run(scenario, scenario.numerics.substeps, progress)
-    return Driven(run, milling.stability(scenario, run), wanted.whole)
+    return run._replace(chatter=milling.stability(scenario, run), helped=wanted.whole)
 
 
-def _of_driven(scenario: MillingScenario, done: Driven) -> dict[str, float]:
-    found = milling_measures.measures(scenario, done.run)
-    return found | (milling_stability.measures(done.steady) if done.steady is not None else {})
+def _of_driven(scenario: MillingScenario, run: MillRun) -> dict[str, float]:
+    found = milling_measures.measures(scenario, run)
+    return found | (milling_stability.measures(run.chatter) if run.chatter is not None else {})
 
 
-def _stages(scenario: MillingScenario, done: Driven, _: object) -> Any:
-    rows, steady = milling_compare.compare(scenario), done.steady
-    return milling.stages(
-        done.run,
-        comparison=milling_compare.comparison_table(rows, scenario.measures),
-        lobes=milling_stability.lobe_diagram(scenario, steady) if steady is not None else None,
-        vibration=milling_stability.vibration(steady) if steady is not None else None,
-    )
+def _stages(scenario: MillingScenario, run: MillRun, _: object) -> Groups:
+    told: dict[str, Any] = {**milling.GROUPS}
+    if run.wall is not None:
+        told |= milling_wall.stages(run.wall)
+    compared = milling_compare.comparison_table(milling_compare.compare(scenario), scenario.measures)
+    told |= {} if compared is None else {"comparison": compared}
+    if run.chatter is not None:
+        told["lobes"] = milling_stability.lobe_diagram(scenario, run.chatter)
+        told["vibration"] = milling_stability.vibration(run.chatter)
+    return told
 
 
-DRIVEN = Method(
+DRIVEN: Method[MillingScenario, MillRun] = Method(
     run=_driven,
     measures=_of_driven,
     stages=_stages,
-    findings=lambda scenario, done, _: milling_findings.unsound(scenario, done.run, done.steady, helped=done.helped),
-    limits=lambda _, done: milling_findings.limits(done.run),
+    findings=lambda scenario, run, _: milling_findings.unsound(scenario, run, run.chatter, helped=run.helped),
+    limits=lambda _, run: milling_findings.limits(run),
     references=lambda *_: ("ozcan2017", "altintas2012", "erkorkmaz2001"),
-    infeasible=lambda scenario, done, _: spindle_load.overloads(scenario, done.run),
-    warnings=lambda scenario, done, found: milling_findings.warnings(scenario, done.run, found),
-    notes=lambda scenario, done, _: milling_findings.notes(scenario, done.run),
+    infeasible=lambda scenario, run, _: spindle_load.overloads(scenario, run),
+    warnings=lambda scenario, run, found: milling_findings.warnings(scenario, run, found),
+    notes=lambda scenario, run, _: milling_findings.notes(scenario, run),
     change=halved(lambda scenario, _, progress: milling_measures.measures(
         scenario, milling.run(scenario, 2 * scenario.numerics.substeps, progress)
     ), shares=False),
