@@ -1,13 +1,11 @@
-"""A small made-up result, the reference run once, and the command line called in this process."""
+"""A small made-up result, the reference run once, and a small pocket."""
 
 from datetime import UTC, datetime
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import xarray as xr
 
-from cutwise.app import cli
 from cutwise.app.report import render
 from cutwise.io.scenario import load
 from cutwise.process.recipes import simulate
@@ -15,9 +13,9 @@ from cutwise.results import Measure, Result, judge
 
 
 @pytest.fixture(scope="session")
-def reference(examples):
+def reference(run_of):
     """The reference case, run."""
-    return simulate(load(examples / "deburr_compliant_spindle.yaml"))
+    return run_of("deburr_compliant_spindle")
 
 
 @pytest.fixture(scope="session")
@@ -81,17 +79,3 @@ def made_up(examples):
         return Result(scenario=given, stages=stages, measures=measures, checks=checks, **parts)
 
     return make
-
-
-@pytest.fixture
-def cutwise(capsys, tmp_path, monkeypatch):
-    """The command line: called with its arguments, gives back the exit code and what it wrote."""
-    monkeypatch.chdir(tmp_path)
-
-    def call(*arguments):
-        with pytest.raises(SystemExit) as left:
-            cli.main([str(argument) for argument in arguments])
-        captured = capsys.readouterr()
-        return SimpleNamespace(code=left.value.code, out=captured.out, err=captured.err)
-
-    return call

@@ -100,7 +100,7 @@ def test_a_selector_that_finds_nothing_says_what_there_is(run):
 
 
 def test_json_is_one_object_whatever_the_readers_print(run):
-    told = json.loads(run(BLOCK, "part.edges=edge:4", more=("--json", "--no-report")).out)
+    told = json.loads(run(BLOCK, "part.edges=edge:4", more=("--json", "--no-report", "--no-advice")).out)
     assert told["process"] == "chamfer"
     assert told["measures"]["edges_chamfered"]["value"] == 1.0
     assert told["measures"]["width_min"]["unit"] == "m"
@@ -120,7 +120,7 @@ def test_part_lists_holes_and_edges_and_draws_them(cutwise, tmp_path):
 
 def test_programs_are_written(run, tmp_path):
     found = run(
-        PIPE, "path.points=360", more=("--gcode", "a.nc", "--apt", "a.apt", "--poses", "a.csv", "--no-report"),
+        PIPE, "path.points=360", more=("--gcode", "a.nc", "--apt", "a.apt", "--poses", "a.csv", "--no-report", "--no-advice"),
     )  # fmt: skip
     assert found.code == 0
     assert (tmp_path / "a.nc").read_text(encoding="utf-8").count("G1") > 360
@@ -133,7 +133,7 @@ def test_programs_with_several_set_ups_have_no_fault(run, cutwise):
         BLOCK,
         "part.edges=outer",
         "operation.spindle_speed=12000 rpm",
-        more=("--gcode", "b.nc", "--apt", "b.apt", "--no-report"),
+        more=("--gcode", "b.nc", "--apt", "b.apt", "--no-report", "--no-advice"),
     )
     assert found.code == 0
     for name in ("b.nc", "b.apt"):

@@ -79,7 +79,7 @@ def test_check_warns_of_half_a_point_angle(command, examples):
 
 def test_a_new_scenario_runs(command):
     assert command("new", "drill")[0] == 0
-    code, out, _ = command("run", "drill.yaml", "--no-report", "-o", "out")
+    code, out, _ = command("run", "drill.yaml", "--no-report", "--no-advice", "-o", "out")
     assert code == 0
     assert "PASS" in out
 

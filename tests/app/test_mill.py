@@ -30,13 +30,14 @@ def test_the_corner_example_as_json(cutwise, corner, tmp_path):
         "fillet 5 mm",
     ):
         assert words in page
-    again = cutwise("run", tmp_path / "out" / "run.nc", "--json", "-o", tmp_path / "again")
+    again = cutwise("run", tmp_path / "out" / "run.nc", "--json", "--no-advice", "-o", tmp_path / "again")
     assert json.loads(again.out)["measures"] == said["measures"]
 
 
 def test_a_program_runs_again_from_its_run_file(cutwise, examples, tmp_path):
-    first = json.loads(cutwise("run", examples / "mill_pocket.yaml", "--json", "-o", tmp_path / "out").out)
-    again = json.loads(cutwise("run", tmp_path / "out" / "run.nc", "--json", "-o", tmp_path / "again").out)
+    bare = ("--json", "--no-advice", "--no-report")
+    first = json.loads(cutwise("run", examples / "mill_pocket.yaml", *bare, "-o", tmp_path / "out").out)
+    again = json.loads(cutwise("run", tmp_path / "out" / "run.nc", *bare, "-o", tmp_path / "again").out)
     assert again["measures"] == first["measures"]
 
 
@@ -60,5 +61,5 @@ def test_bad_input_is_named(cutwise, corner, change, words):
 
 def test_a_new_scenario_runs(cutwise):
     assert cutwise("new", "mill").code == 0
-    found = cutwise("run", "mill.yaml", "--json")
+    found = cutwise("run", "mill.yaml", "--json", "--no-advice")
     assert json.loads(found.out)["verdict"] == "pass"

@@ -16,7 +16,6 @@ from cutwise.app.plots import PLOTS
 from cutwise.app.plots.figures import COLOURS, decimate
 from cutwise.app.report import render
 from cutwise.io.scenario import load, parse, revised
-from cutwise.process.recipes import simulate
 
 EXAMPLES = sorted((Path(__file__).parent.parent.parent / "examples").glob("*.yaml"))
 VOID = {"meta", "link", "br", "hr", "img", "input", "col", "wbr", "area", "base", "embed", "source", "track"}
@@ -64,9 +63,9 @@ def test_nothing_is_loaded_from_outside(outline, html):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
-def test_report_of_every_example(example):
+def test_report_of_every_example(example, run_of):
     """Whatever the process draws: a page that is well formed, asks for nothing and holds its scenario."""
-    result = simulate(load(example))
+    result = run_of(example.stem)
     page = render(result)
     well_formed(Outline(page))
     asks_for_nothing(Outline(page), page)

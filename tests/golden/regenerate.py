@@ -1,19 +1,29 @@
 """Write golden files anew: python tests/golden/regenerate.py [EXAMPLE ...]. Read the diff before you commit it."""
 
+from __future__ import annotations
+
 import json
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from cutwise.results import Result
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parent.parent / "src"))
 
 
-def golden(scenario: Path) -> dict[str, object]:
-    """What a golden file holds: verdict, warnings and measures in SI to nine figures."""
+def run(scenario: Path) -> Result:
+    """The run of an example."""
     from cutwise.io.scenario import load
     from cutwise.process.recipes import simulate
 
-    result = simulate(load(scenario))
+    return simulate(load(scenario))
+
+
+def golden(result: Result) -> dict[str, object]:
+    """What a golden file holds: verdict, warnings and measures in SI to nine figures."""
     return {
         "verdict": result.verdict,
         "warnings": list(result.warnings),
@@ -50,7 +60,7 @@ def examples() -> list[Path]:
 if __name__ == "__main__":
     for path in (one for one in examples() if one.stem in sys.argv[1:] or not sys.argv[1:]):
         target = HERE / f"{path.stem}.json"
-        target.write_text(json.dumps(golden(path), indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+        target.write_text(json.dumps(golden(run(path)), indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
         print(target.name)
     for path in (one for one in studies() if one.stem in sys.argv[1:] or not sys.argv[1:]):
         target = HERE / f"study_{path.stem}.json"

@@ -14,9 +14,9 @@ TOLERANCE = 1e-5
 
 
 @pytest.mark.parametrize("scenario", MAKER["examples"](), ids=lambda path: path.stem)
-def test_example(scenario):
+def test_example(scenario, run_of):
     kept = json.loads((HERE / f"{scenario.stem}.json").read_text(encoding="utf-8"))
-    found = MAKER["golden"](scenario)
+    found = MAKER["golden"](run_of(scenario.stem))
     assert found["verdict"] == kept["verdict"]
     assert found["warnings"] == kept["warnings"]
     assert found["findings"] == kept["findings"]

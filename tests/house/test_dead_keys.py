@@ -42,7 +42,7 @@ CASES = {  # the examples, short and coarse
     "cell_robot_wall": (*_LINE, "numerics.station=8 mm"),
     "chamfer_compliant_spindle": ("path.points=24", "operation.contact_feed=150 mm/s", "part.pipe.hole_radius=2 mm"),
     "chamfer_on_robot": ("path.points=24",),
-    "chamfer_on_machine": ("path.points=24",),
+    "chamfer_on_machine": ("path.points=24", "operation.contact_feed=60 mm/s"),
     "chamfer_pipe_hole": ("path.points=48", "setup.samples=50"),
     "chamfer_step_part": (
         "part.block.holes=[{x: 20 mm, y: 20 mm, radius: 3 mm}]", "part.edges='hole:1'", "path.chord_tolerance=20 um",

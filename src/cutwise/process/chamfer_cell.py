@@ -209,7 +209,8 @@ def wedge_of(section: Section, path: ChamferPath, local: PassFrames, axis: Float
     faster = section.speed / np.maximum(_speed_across(path, local, run), 1e-12)
     return Wedge(
         Round(ball.ball_radius, ball.flutes, ball.spindle_speed), slices, path.centre @ axes, frame,
-        np.ascontiguousarray(section.wedge), np.ascontiguousarray(section.burr), faster, section.speed, section.rise,
+        np.ascontiguousarray(section.wedge), np.ascontiguousarray(section.burr), faster,
+        np.ascontiguousarray(section.speed), np.ascontiguousarray(section.rise),
         _slopes(path.centre @ axes, closed=path.frames.closed), path.frames.closed,
     )  # fmt: skip
 
