@@ -81,11 +81,17 @@ class Compared:
         known = [case for case in self.cases if self.value(case, measure) is not None]
         return min(known, key=lambda case: self.value(case, measure) or 0.0) if known else None
 
+    @property
+    def verdict(self) -> str:
+        """Fail where a case fails, pass where all that require something do, none where nothing is required."""
+        found = {case.result.verdict for case in self.cases}
+        return next((one for one in ("fail", "pass") if one in found), "none")
+
     def as_json(self) -> dict[str, Any]:
         """One object in SI."""
         return {
             "process": "compare",
-            "verdict": "fail" if any(case.result.verdict == "fail" for case in self.cases) else "pass",
+            "verdict": self.verdict,
             "unequal": list(self.unequal),
             "draws": self.draws,
             "cases": [self._case(case) for case in self.cases],
