@@ -1,7 +1,7 @@
 """Cases side by side: what each measures, what a part costs, and which differences the common draws tell."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -174,7 +174,12 @@ def compare(
     drawn = drawn_of(first, inputs, said.seed, count) if count else []
     found = []
     for k, (name, scenario) in enumerate(scenarios.items()):
-        result = simulate(scenario, None)
+        try:
+            result = simulate(scenario, None)
+        except ScenarioFault as why:
+            raise ScenarioFault([replace(fault, file=fault.file or f"case {name}") for fault in why.faults]) from None
+        except SolverFailure as why:
+            raise SolverFailure(f"case {name}: {why}") from why
         found.append(Case(name, scenario, result, _in_draws(scenario, result, drawn, simulated)))
         if progress is not None:
             progress((k + 1) / len(scenarios))

@@ -120,3 +120,21 @@ def test_faults_of_cases_are_told_together(slot):
     assert len(told.value.faults) == 2
     with pytest.raises(ScenarioFault, match="name cases"):
         cases_of(load(slot))
+
+
+def test_a_case_may_have_a_section_and_a_list_with_units_as_they_are_written(slot):
+    curve = {"columns": {"speed [rpm]": [1000, 9000], "power [kW]": [1, 2]}}
+    modes = [{"direction": "x", "frequency": "900 Hz", "damping": 0.03, "stiffness": "20 N/um"}]
+    cases = {
+        "plain": {},
+        "curve": {"machine.spindle_power": curve},
+        "swings": {"tool.modes": modes},
+        "rigid": {"tool.stiffness": None},
+    }
+    found = cases_of(load(slot, {"compare": {"cases": cases}}))
+    assert found["curve"].machine.spindle_power.points()[1] == (1000.0, 2000.0)
+    assert found["swings"].tool.modes[0].stiffness == pytest.approx(20e6)
+    assert found["rigid"].tool.stiffness is None
+    curve["columns"]["speed [rpm]"][1] = 3000
+    with pytest.raises(ScenarioFault, match=r"case curve: machine\.spindle_power: reaches from 1000 rpm to 3000 rpm"):
+        compare(cases_of(load(slot, {"compare": {"cases": {"curve": cases["curve"], "plain": {}}}})))
