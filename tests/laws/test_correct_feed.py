@@ -14,6 +14,7 @@ from cutwise.spec.correct import Correction
 from cutwise.study.correct.feed import prepared, proposed, speeds_of, static_before
 from cutwise.study.correct.loads import allowed, binding, values_at
 from cutwise.study.correct.schedule import planned_time
+from cutwise.study.correct.schedule import scheduled as schedule
 
 FORCE, WALL_NOW = 562.1743, -8.2248e-6
 SCENARIO = """process: mill
@@ -202,3 +203,34 @@ def test_a_peak_over_that_of_the_programmed_feed_is_the_overshoot_of_the_drives(
     assert done.reference.speed[row] == pytest.approx(10e-3)
     found = cutwise.correct(scenario.model_copy(update={"correct": Correction(split_gain="10 s")}))
     assert any("at line 5" in one and "the drives run" in one and "10 mm/s are told" in one for one in found.told)
+
+
+LOOP = ["G1 X70", "G3 X74 Y30 J4", "G3 X70 Y34 I-4", "G1 X30", "G3 X26 Y30 J-4", "G3 X30 Y26 I4", "G1 X50"]
+
+
+def trochoid(step):
+    """Circles of 4 mm along a slot of 28 mm from the first, a full slot, on."""
+    at = [min(30 + k * step, 70) for k in range(1, math.ceil(40 / step - 1e-9) + 1)]
+    return ["G3 X30 Y26 I0 J4", *(line for x in at for line in (f"G1 X{x}", f"G3 X{x} Y26 I0 J4"))]
+
+
+@pytest.mark.parametrize(
+    ("lines", "start", "depth", "force", "time"),
+    [
+        (LOOP, 50, 5, FORCE, 2.47), (trochoid(2), 30, 5, FORCE, 9.6), (trochoid(3), 30, 5, FORCE, 7.5),
+        (LOOP, 50, 15, 1000.0, 5.22), (trochoid(3), 30, 15, 1000.0, 11.8),
+    ],
+)  # fmt: skip
+def test_a_slot_by_contour_and_by_circles_takes_the_times_of_the_reference(tmp_path, lines, start, depth, force, time):
+    """Scheduled under the force, chips up to 0.15 mm, air as quick as arcs allow: the contour is quicker, also 15 deep in one."""
+    (tmp_path / "slot.nc").write_text("\n".join(["G21 G90 G61", "G1 F2400", *lines, "M2", ""]), encoding="utf-8")
+    said = SCENARIO.format(speed=8000).replace("pocket.nc, start: {x: 50 mm, y: 26 mm, z: -5 mm}", "slot.nc")
+    said = said.replace("{file: slot.nc}", f"{{file: slot.nc, start: {{x: {start} mm, y: 26 mm, z: -{depth} mm}}}}")
+    (tmp_path / "slot.yaml").write_text(said, encoding="utf-8")
+    scenario, given = load(tmp_path / "slot.yaml"), Correction()
+    ready = prepared(scenario, given)
+    limits = {"force_xy_peak": force, "chip_thickness_max": 1.5e-4}
+    room = allowed(scenario, ready.path, ready.cells, ready.cutting, limits)
+    done = schedule(ready.path, ready.cells, ready.bed, room.own, scenario.drives, given, False)
+    planned = planned_time(ready.path, ready.cells, ready.bed, done.feed, scenario.drives)
+    assert planned == pytest.approx(time, rel=0.01)

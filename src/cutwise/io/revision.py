@@ -5,6 +5,7 @@ the whole is checked again; anything else (a key that is new, a library entry, a
 ``--set``. Both ways give the same scenario.
 """
 
+import json
 import re
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -167,8 +168,9 @@ def _texts(scenario: Scenario, values: Mapping[str, Value], named: str) -> dict[
         path = split_dotted(key)
         info = fields.field_at(type(scenario), path)
         dimension = fields.dimension(info) if info is not None else None
-        if isinstance(value, bool) or (info is not None and dimension is None):
-            texts[key] = str(value).lower()
+        nested = value is None or isinstance(value, bool | Mapping | list)
+        if nested or (info is not None and dimension is None):
+            texts[key] = json.dumps(value, ensure_ascii=False)  # which is YAML, capitals in units and titles kept
         elif dimension is None:
             faults.append(Fault((), "unknown key, or no quantity of this scenario", file=named.format(key)))
         elif isinstance(value, tuple):

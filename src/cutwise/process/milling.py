@@ -30,6 +30,7 @@ from cutwise.process.assemble_mill import (
     motion_limits,
     program_path,
     read_program,
+    spindle_limits,
     spindle_speed,
     tip_modes,
 )
@@ -267,7 +268,7 @@ def prepare(scenario: MillingScenario) -> None:
     program = read_program(scenario)
     all_faults(
         lambda: _planned(scenario, program),
-        lambda: spindle_speed(scenario, program),
+        lambda: spindle_limits(scenario.drives, spindle_speed(scenario, program)),
         lambda: feed_drives(scenario.drives, scenario.drives_key),
         lambda: _wall(scenario),
     )

@@ -573,6 +573,7 @@ class MillingScenario(Scenario):
 
     def notices(self) -> Iterator[Notice]:
         """Feed per tooth, depth and sampling that are unusual; what does not count."""
+        yield from self._spindle_notices()
         if self.in_3d:
             yield from stock_notices(self)
             return
@@ -606,6 +607,22 @@ class MillingScenario(Scenario):
                 f"{_LONG_FLUTES:g} (tool.flute_length is not given)",
             )  # fmt: skip
         yield from self._chip_notices()
+
+    def _spindle_notices(self) -> Iterator[Notice]:
+        """Curves of the spindle where no torque is known, or none is held against them."""
+        machine = drives_of(self.machine)
+        given = [
+            key
+            for key in ("spindle_power", "spindle_torque")
+            if machine is not None and getattr(machine, key) is not None
+        ]
+        if given and self.in_3d:
+            why = "does not count in a stock in 3D: hold cutting_power_max and spindle_torque_max by requirements"
+        elif given and self.numerics.force == "none":
+            why = "does not count with numerics.force: none"
+        else:
+            return
+        yield from (Notice((*self.drives_key.split("."), key), why) for key in given)
 
     def _chip_notices(self) -> Iterator[Notice]:
         feed, speed = self.operation.feed, self.operation.spindle_speed

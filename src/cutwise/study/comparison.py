@@ -1,7 +1,7 @@
 """Cases side by side: what each measures, what a part costs, and which differences the common draws tell."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -81,11 +81,17 @@ class Compared:
         known = [case for case in self.cases if self.value(case, measure) is not None]
         return min(known, key=lambda case: self.value(case, measure) or 0.0) if known else None
 
+    @property
+    def verdict(self) -> str:
+        """Fail where a case fails, pass where all that require something do, none where nothing is required."""
+        found = {case.result.verdict for case in self.cases}
+        return next((one for one in ("fail", "pass") if one in found), "none")
+
     def as_json(self) -> dict[str, Any]:
         """One object in SI."""
         return {
             "process": "compare",
-            "verdict": "fail" if any(case.result.verdict == "fail" for case in self.cases) else "pass",
+            "verdict": self.verdict,
             "unequal": list(self.unequal),
             "draws": self.draws,
             "cases": [self._case(case) for case in self.cases],
@@ -168,7 +174,12 @@ def compare(
     drawn = drawn_of(first, inputs, said.seed, count) if count else []
     found = []
     for k, (name, scenario) in enumerate(scenarios.items()):
-        result = simulate(scenario, None)
+        try:
+            result = simulate(scenario, None)
+        except ScenarioFault as why:
+            raise ScenarioFault([replace(fault, file=fault.file or f"case {name}") for fault in why.faults]) from None
+        except SolverFailure as why:
+            raise SolverFailure(f"case {name}: {why}") from why
         found.append(Case(name, scenario, result, _in_draws(scenario, result, drawn, simulated)))
         if progress is not None:
             progress((k + 1) / len(scenarios))

@@ -9,6 +9,7 @@ import cutwise
 from cutwise.app.correcting import front_of
 from cutwise.io.scenario import load
 from cutwise.physics.cutting.feed_limits import POWER
+from cutwise.process.recipes import RECIPES
 from cutwise.results import Infeasible
 from cutwise.spec.correct import Correction
 from cutwise.spec.faults import ScenarioFault
@@ -175,3 +176,14 @@ def test_more_time_is_less_error(slot):
     assert [line[0] for line in lines] == ["2.8 s", "5 s"]
     assert rows[0]["contour_error_max"] > rows[1]["contour_error_max"]
     assert [row["cycle_time"] <= row["budget"] for row in rows] == [True, True]
+
+
+def test_a_check_finds_a_speed_beyond_the_curves_and_curves_that_do_not_count(slot, tmp_path):
+    (tmp_path / "torque.csv").write_text("speed [rpm], torque [N*m]\n1000, 2\n5000, 2\n", encoding="utf-8")
+    short = load(slot, {"machine.spindle_torque": {"table": str(tmp_path / "torque.csv")}})
+    with pytest.raises(ScenarioFault, match="reaches from 1000 rpm to 5000 rpm"):
+        RECIPES["mill"].prepare(short)
+    idle = load(slot, power(1, 2) | {"numerics.force": "none"})
+    assert [one.path for one in idle.notices() if "does not count with numerics" in one.message] == [
+        ("machine", "spindle_power")
+    ]

@@ -4,6 +4,7 @@ import pytest
 
 import cutwise
 from cutwise.io.scenario import load
+from cutwise.process.recipes import quick_outcome
 from cutwise.spec.faults import ScenarioFault
 
 TEXT = "G21 G90 G94 S8000 M3\nG0 X20 Y10 Z5\nG1 Z-5 F300\nG1 X40 F1800\nG0 Z5\nM2\n"
@@ -31,6 +32,16 @@ def test_the_force_is_that_of_the_specification(down, core, force):
     run = cutwise.simulate(load(down, {"tool.end_core": core}))
     assert run.measures["plunge_force_max"].value == pytest.approx(force, abs=0.005)
     assert not any("plunges straight into the stock" in text for text in run.warnings)
+
+
+@pytest.mark.parametrize(("core", "force"), [("0 mm", 861.30), ("2 mm", 689.04)])
+def test_a_stock_in_3d_comes_to_the_same_by_its_elements(down, core, force):
+    far = {"x": ["100 mm", "110 mm"], "y": ["100 mm", "110 mm"], "z": ["-20 mm", "-10 mm"]}
+    scenario = load(
+        down, {"tool.end_core": core, "fixtures": [far], "numerics.stock": {"grid": "0.5 mm"}, "correct": None}
+    )
+    assert scenario.in_3d
+    assert quick_outcome(scenario).measures["plunge_force_max"] == pytest.approx(force, abs=0.005)
 
 
 def test_without_a_bottom_there_is_none(down):

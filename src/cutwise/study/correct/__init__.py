@@ -7,5 +7,7 @@
   (:class:`~cutwise.study.correct.outcome.Corrected`).
 * ``entry.py``: :func:`cutwise.correct`: refuses what is not there, runs before, asks the functions one after the other in
   the order of the table, each with what the last has left, runs after, and judges.
+* ``objective.py``: what is made least (time, cost, error within a time); ``front.py``: programs of several budgets;
+  ``told.py``: what is said of a schedule, and what it misses.
 * ``limits.py``: what a run is held to, from ``correct.limits`` and the requirements.
 """
