@@ -89,8 +89,8 @@ def _language(form: str | None, scenario: "Scenario") -> str:
     process, program = scenario.process, getattr(scenario, "program", None)
     if form is None and program is not None and is_apt(program.text, program.file):
         form = "apt"
-    if form not in (None, "rs274", *FORMATS):
-        refuse(f"--format {form}: is not there; there are {', '.join(['rs274', *FORMATS])}")
+    if form not in (None, *FORMATS):
+        refuse(f"--format {form}: is not there; there are {', '.join(FORMATS)}")
     languages = WRITTEN.get(process, ("rs274",))
     if form is not None and form not in languages:
         refuse(f"--format {form}: does not go with process: {process}, of which there is {', '.join(languages)}")
@@ -130,20 +130,13 @@ def _front(text: str | None) -> "Iterator[str]":
 
 
 def written(found: "Corrected", form: str) -> str:
-    """The new program in a language; one that misses a limit says so in its first comment."""
+    """The new program in a language; one that misses a limit says so in a comment of that language."""
     from importlib import import_module
 
     from cutwise.study.correct.table import FORMATS
 
-    text = found.program
-    if form != "rs274":
-        module, _, name = FORMATS[form].partition(":")
-        text = getattr(import_module(module), name)(found)
-    if found.good:
-        return text
-    from cutwise.programs.rewrite import with_first_comment
-
-    return with_first_comment(text, f"cutwise: not good enough: {'; '.join(found.reasons)}")
+    module, _, name = FORMATS[form].partition(":")
+    return str(getattr(import_module(module), name)(found))
 
 
 def encoded(found: "Corrected", text: str) -> bytes:

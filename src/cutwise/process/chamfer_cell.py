@@ -182,7 +182,7 @@ class Pass(NamedTuple):
     centre_speed: (
         FloatArray  # [m/s] from each sample to the next, shape (n,) for a closed path, (n - 1,) for an open one
     )
-    approach: float  # [m] how much the ball is led into the work beyond the nominal path: preset and part error
+    approach: FloatArray  # [m] how much the ball is led into the work beyond the nominal path: preset and part error, shape (n,)
     time_step: float  # [s]
     sag: FloatArray  # [m] of the ball under weights, in process axes, shape (n, 3)
     feeding: Callable[[float, float], Feeding] | None = None  # feed drives, from duration and start of the motion [s]
@@ -249,9 +249,21 @@ def led_along(path: ChamferPath, local: PassFrames, axis: FloatArray, run: Pass,
     pull = off_work * np.clip(1.0 - np.arange(run_in + n) / max(1.0, _LEAD_IN * run_in), 0.0, 1.0)
     along = np.concatenate([[0.0], np.cumsum(step)])
     stretch = np.where(np.diff(order, append=order[-1]) == 0, 0.0, np.append(step, 0.0)[order])
-    lead = -run.approach * np.column_stack([off, np.zeros(n)]) + run.sag
-    velocity = _speed_across(path, local, run)[:, None] * feed - run.approach * turn
+    deep = run.approach[:, None]
+    lead = -deep * np.column_stack([off, np.zeros(n)]) + run.sag
+    velocity = (
+        _speed_across(path, local, run)[:, None] * feed - deep * turn - _deeper(run.approach, spans, closed) * off
+    )
     return Led(at, order, pull, along[order], stretch, place, off, lead, velocity, climb)
+
+
+def _deeper(approach: FloatArray, spans: FloatArray, closed: bool) -> FloatArray:
+    """How fast a path goes deeper at its samples [m/s], shape (n, 1); ``spans``: time from each to the next [s]."""
+    if closed:
+        rate = (np.roll(approach, -1) - np.roll(approach, 1)) / (np.roll(spans, 1) + spans)
+    else:
+        rate = np.gradient(approach, np.concatenate([[0.0], np.cumsum(spans[:-1])]))
+    return np.asarray(rate)[:, None]
 
 
 def cell_of(wedge: Wedge, led: Led, ball: BallEnd, structure: NamedTuple) -> Cell:
@@ -288,7 +300,7 @@ def yielding_pass(
     n = len(section.speed)
     run_in = int(_RUN_IN * n)
     wedge = wedge_of(section, path, local, axis, ball, run, slices)
-    led = led_along(path, local, axis, run, _clear(section, ball) + run.approach, run_in)
+    led = led_along(path, local, axis, run, _clear(section, ball) + float(run.approach[0]), run_in)
     cell, passed, step, fed = cell_of(wedge, led, ball, structure_of(terms)), led.at[run_in:], run.time_step, None
     if run.feeding is not None:
         feeding = run.feeding(float(led.at[-1]), 0.0 if path.frames.closed else float(led.at[run_in]))
@@ -339,7 +351,7 @@ def _moved(
             tilt = here[:, :2]
         at += width(term)
     each += off
-    offset = sum((one for _, one in each), np.zeros((n, 3))) - run.approach * local.off + run.sag @ axes.T
+    offset = sum((one for _, one in each), np.zeros((n, 3))) - run.approach[:, None] * local.off + run.sag @ axes.T
     seen = np.column_stack([np.einsum("ij,ij->i", tip, local.feed), np.einsum("ij,ij->i", tip, local.off)])
     return Yielding(seen, offset, tilt, force, unsolved, tuple(each))
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cutwise.maths.curves import FloatArray
-from cutwise.maths.edges import arc_lengths, lengths
+from cutwise.maths.edges import lengths
 from cutwise.maths.frames import rotation_from_rpy
 from cutwise.paths.chamfer import proof
 from cutwise.paths.chamfer.plan import EdgePath
@@ -31,6 +31,7 @@ from cutwise.process.chamfer_cell import (
     yielding_at_rest,
     yielding_pass,
 )
+from cutwise.process.chamfer_led import preset_along, way_along
 from cutwise.process.edges import edges_alike
 from cutwise.process.following import Feeding, ramped
 from cutwise.spec.carrier import Standing
@@ -120,16 +121,15 @@ def burr_along(scenario: ChamferScenario, path: EdgePath) -> EdgeBurr | None:
     burr = scenario.part.burr
     if burr is None:
         return None
-    frames = path.path.frames
-    steps = arc_lengths(frames.point, frames.tangent, closed=frames.closed)
-    way = np.concatenate([[0.0], np.cumsum(steps)])[: len(frames.point)]
+    way = way_along(path)
+    whole, way = float(way[-1]), way[: len(path.path.centre)]
     size = []
     for name in ("height", "width"):
         given = getattr(burr, name)
         if isinstance(given, Table) and given.points()[0][-1] < way[-1] * (1.0 - 1e-9):
             message = f"the table ends at {given.points()[0][-1] * 1e3:.4g} mm, the edge at {way[-1] * 1e3:.4g} mm"
             raise ScenarioFault([Fault(("part", "burr", name), f"{message}; nothing is extrapolated")])
-        profile = edge_profile(given, float(steps.sum()))
+        profile = edge_profile(given, whole)
         size.append(np.interp(way, profile.at, profile.value))
     return EdgeBurr(size[0], size[1], 1 if burr.on == "wall" else 0)
 
@@ -149,7 +149,7 @@ def deflected(
     the rod is not looked at then.
     """
     closed, centre = path.path.frames.closed, path.path.centre[::every]
-    approach = scenario.operation.preset + scenario.operation.part_error
+    approach = (preset_along(scenario, path) + scenario.operation.part_error)[::every]
     sag = np.zeros((len(centre), 3)) if carrier is None else carrier.sag[::every]
     terms = () if carrier is None else carrier.terms
     if scenario.compliant is not None:

@@ -2,15 +2,47 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
+from cutwise.maths.curves import FloatArray
+from cutwise.maths.edges import arc_lengths
 from cutwise.paths.chamfer import proof
 from cutwise.paths.chamfer.plan import EdgePath, swept
 from cutwise.process.chamfer_task import task_of
 from cutwise.spec.chamfer import ChamferScenario
+from cutwise.spec.faults import Fault, ScenarioFault
 
 
 def programmed(scenario: ChamferScenario, path: EdgePath) -> EdgePath:
     """The path that is written out: the planned one, led into the work by the preset across the tool axis."""
-    return _nearer(path, scenario.operation.preset)
+    return _nearer(path, preset_along(scenario, path))
+
+
+def way_along(path: EdgePath) -> FloatArray:
+    """Way along the edge from the first point of a path to each of its points, and to its end [m], shape (n + closed,)."""
+    frames = path.path.frames
+    return np.concatenate([[0.0], np.cumsum(arc_lengths(frames.point, frames.tangent, closed=frames.closed))])
+
+
+def preset_along(scenario: ChamferScenario, path: EdgePath) -> FloatArray:
+    """How much deeper than planned a path is led, at its points [m], shape (n,).
+
+    Raises
+    ------
+    ScenarioFault
+        A table ends before the edge does.
+    """
+    preset = np.full(len(path.path.centre), scenario.operation.preset)
+    profile = scenario.operation.preset_profile
+    if profile is None:
+        return preset
+    (at, value), way = profile.points(), way_along(path)
+    if at[0] > 1e-9 * way[-1] or at[-1] < way[-1] * (1.0 - 1e-9):
+        message = (
+            f"the table covers {at[0] * 1e3:.4g} to {at[-1] * 1e3:.4g} mm, the edge needs 0 to {way[-1] * 1e3:.4g} mm"
+        )
+        raise ScenarioFault([Fault(("operation", "preset_profile"), f"{message}; nothing is extrapolated")])
+    return preset + np.interp(way[: len(preset)], at, value)
 
 
 def as_run(scenario: ChamferScenario, path: EdgePath, members: Sequence[proof.EdgeZone]) -> EdgePath:
@@ -29,11 +61,11 @@ def as_run(scenario: ChamferScenario, path: EdgePath, members: Sequence[proof.Ed
     members : sequence of EdgeZone
         Where the tool is meant to cut.
     """
-    approach = scenario.operation.preset + scenario.operation.part_error
-    if approach == 0.0:
+    approach = preset_along(scenario, path) + scenario.operation.part_error
+    if not approach.any():
         return path
     moved = _nearer(path, approach)
-    left = swept(task_of(scenario), moved.path, path.at, further=abs(approach))
+    left = swept(task_of(scenario), moved.path, path.at, further=float(np.abs(approach).max()))
     if scenario.yields:
         return path._replace(found=left)
     moved = moved._replace(found=left)
@@ -44,8 +76,8 @@ def as_run(scenario: ChamferScenario, path: EdgePath, members: Sequence[proof.Ed
     return moved._replace(gouge=gouge, rod=path.rod_at(moved.path, proof.EXACT))
 
 
-def _nearer(path: EdgePath, approach: float) -> EdgePath:
-    """The path, moved into the work [m]."""
-    if approach == 0.0:
+def _nearer(path: EdgePath, approach: FloatArray) -> EdgePath:
+    """The path, moved into the work [m] at each of its points."""
+    if not approach.any():
         return path
-    return path._replace(path=path.path._replace(centre=path.path.centre - approach * path.local.off))
+    return path._replace(path=path.path._replace(centre=path.path.centre - approach[:, None] * path.local.off))

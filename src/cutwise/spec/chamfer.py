@@ -34,6 +34,7 @@ from cutwise.spec.needs import Needs
 from cutwise.spec.part import BurrHeight, BurrWidth
 from cutwise.spec.scenario import MeasureSpec, Scenario
 from cutwise.spec.spindle import CompliantSpindle
+from cutwise.spec.tables import Column, Table
 from cutwise.spec.tool import ToolMode, bends_twice
 
 _MOST_ON_CAD = 20_000
@@ -253,6 +254,18 @@ class BallEndCutter(LibrarySpec):
             yield Notice(("knife_limit_angle",), f"begins inside the rod: the rod hides the ball up to {shown}")
 
 
+class PresetProfile(Table):
+    """How much deeper the path is, over the way along the edge from where the path begins; straight lines between places."""
+
+    over: ClassVar[tuple[Column, ...]] = (Column("w", "length", 0.0),)
+    ordinate: ClassVar[Column] = Column("preset", "length")
+
+    columns: dict[str, tuple[float, ...]] = Field(
+        description="columns by their titles with units; a CSV file named by `table` is read into here",
+        examples=['{"w [mm]": [0, 30], "preset [mm]": [0.01, 0.02]}'],
+    )
+
+
 class ChamferOperation(Spec):
     """Feed and speed."""
 
@@ -281,6 +294,12 @@ class ChamferOperation(Spec):
         "then reaches breakaway; a rigid tool cuts that much deeper",
         examples=["0 mm"],
     )  # fmt: skip
+    preset_profile: PresetProfile | None = Field(
+        default=None,
+        description="what is added to the preset over the way along the edge, as columns or {table: file.csv}; cutwise correct "
+        "--change offset writes it",
+        examples=['{columns: {"w [mm]": [0, 30], "preset [mm]": [0.01, 0.02]}}'],
+    )
     part_error: Length = Field(
         default=0.0,
         description="how much farther than nominal the part stands towards the tool, across its axis; a rigid tool cuts "

@@ -288,7 +288,7 @@ def deflection(result: "Result") -> Figure:
         _each(result, top, "tip", at, tip[:, k], color=colour, label=text)
     operation = result.scenario.operation  # type: ignore[attr-defined]
     approach = size * (operation.preset + operation.part_error)
-    if approach:
+    if approach and operation.preset_profile is None:
         line_note(top, approach, f"led in by {approach:.3g} {unit}", SOFT)
     top.set(ylabel=f"tip deflection [{unit}]")
     legend_above(top, 2)

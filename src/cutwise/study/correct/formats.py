@@ -2,8 +2,11 @@
 
 from collections.abc import Sequence
 
+from cutwise.process.chamfer_program import program_of
 from cutwise.process.milling import read_program
-from cutwise.programs import robot_moves, written_moves
+from cutwise.programs import post, robot_moves, written_moves
+from cutwise.programs.rewrite import with_first_comment
+from cutwise.spec.chamfer import ChamferScenario
 from cutwise.spec.deburring import DeburringScenario
 from cutwise.spec.drilling import DrillingScenario
 from cutwise.spec.faults import Fault, ScenarioFault
@@ -11,6 +14,15 @@ from cutwise.spec.machine_scenario import MachineScenario
 from cutwise.spec.milling import MillingScenario
 from cutwise.study.correct import error_map, robot_program
 from cutwise.study.correct.outcome import Corrected
+
+_FINE = 6  # decimals of a corrected path: its shifts are less than a micrometre
+
+
+def rs274(found: Corrected) -> str:
+    """The new program in its own language; of a chamfer its G-code."""
+    chamfered = _chamfered(found, "gcode")
+    text = found.program if chamfered is None else chamfered
+    return text if found.good else with_first_comment(text, f"cutwise: not good enough: {'; '.join(found.reasons)}")
 
 
 def fanuc(found: Corrected) -> str:
@@ -21,6 +33,9 @@ def fanuc(found: Corrected) -> str:
 
 def apt(found: Corrected) -> str:
     """The new program as APT."""
+    chamfered = _chamfered(found, "apt")
+    if chamfered is not None:
+        return "\n".join([*(f"$$ {written_moves.plain(text)}" for text in _misses(found)), chamfered])
     scenario = _milled(found, "apt")
     diameter = None if scenario.tool is None else scenario.tool.diameter
     return _written(
@@ -41,7 +56,10 @@ def rapid(found: Corrected) -> str:
 
 
 def poses(found: Corrected) -> str:
-    """Corrected poses as CSV: place, angles A B C, angles of the motors, speed."""
+    """Corrected poses as CSV: place, angles A B C, angles of the motors, speed; of a chamfer its frames."""
+    chamfered = _chamfered(found, "poses_csv")
+    if chamfered is not None:
+        return "\n".join([*(f"# {text}" for text in _misses(found)), chamfered])
     return robot_program.poses(robot_program.drilling(_drilled(found, "poses"), _misses(found)))
 
 
@@ -60,6 +78,17 @@ def table(found: Corrected) -> str:
 def _misses(found: Corrected) -> tuple[str, ...]:
     """What the first comment says of a program that is not good enough."""
     return () if found.good else (f"cutwise: misses {'; '.join(found.reasons)}",)
+
+
+def _chamfered(found: Corrected, writer: str) -> str | None:
+    """The program of a chamfer as it was run again; None of another process."""
+    if not isinstance(found.scenario, ChamferScenario):
+        return None
+    try:
+        program = program_of(found.after)
+        return post.gcode(program, decimals=_FINE) if writer == "gcode" else str(getattr(post, writer)(program))
+    except post.SetupFault as why:
+        raise ScenarioFault([Fault((), str(why), file=f"--format {writer}")]) from None
 
 
 def _milled(found: Corrected, form: str) -> MillingScenario:

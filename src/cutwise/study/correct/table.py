@@ -18,6 +18,7 @@ CORRECTIONS: Mapping[tuple[str, str], str] = {
     ("deburr", "feed"): "cutwise.study.correct.deburr:corrected",
     ("drill", "offset"): "cutwise.study.correct.drill:corrected",
     ("machine", "offset"): "cutwise.study.correct.error_map:corrected",
+    ("chamfer", "offset"): "cutwise.study.correct.chamfer:corrected",
 }
 """(process, change): ``module:function``; what is asked for together is done in this order. A module may have a function
 ``refusals(scenario, said, unroll)`` that yields what it cannot be asked for: it is asked before anything is run."""
@@ -30,6 +31,7 @@ READ: Mapping[tuple[str, str], frozenset[str]] = {
     ("mill", "path"): _LEARNED | {"limits", "lead", "smoothing", "chord", "decimals"},
     ("deburr", "feed"): EDGE | {"objective", "change", "ranges", "station"},
     ("drill", "offset"): _LEARNED,
+    ("chamfer", "offset"): _LEARNED,
     ("machine", "offset"): _JUDGED,
 }
 """Keys of the section that a row reads, where they are not all of its change."""
@@ -41,9 +43,10 @@ OBJECTIVES: Mapping[tuple[str, str], frozenset[str]] = {
 """What a row can make least, where it is more than the usual: time of feeds, error of what is shifted (which ``time`` is too)."""
 
 FORMATS: Mapping[str, str] = {
-    form: f"cutwise.study.correct.formats:{form}" for form in ("fanuc", "apt", "krl", "rapid", "poses", "table")
+    form: f"cutwise.study.correct.formats:{form}"
+    for form in ("rs274", "fanuc", "apt", "krl", "rapid", "poses", "table")
 }
-"""Writers beside that of the program's own language (rs274): ``module:function`` from a Corrected to a text."""
+"""Writers: ``module:function`` from a Corrected to a text."""
 
 
 WRITTEN: Mapping[str, tuple[str, ...]] = {
@@ -51,6 +54,7 @@ WRITTEN: Mapping[str, tuple[str, ...]] = {
     "drill": ("poses", "krl", "rapid"),
     "deburr": ("table",),
     "machine": ("table",),
+    "chamfer": ("rs274", "apt", "poses"),
 }
 """Languages of each process; the first is the usual one."""
 
