@@ -3,6 +3,7 @@
 import errno
 import os
 import secrets
+import tempfile
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -53,6 +54,30 @@ def write_bytes(path: Path, content: bytes) -> Path:
             with _beside(path, content) as partial:
                 partial.replace(path.resolve())  # through a link, not in place of it
     return path
+
+
+@contextmanager
+def written_whole(path: Path) -> Iterator[Path]:
+    """A file to be written bit by bit, beside the path; it takes its place at the end, whole, or is removed.
+
+    Raises
+    ------
+    OSError
+        As :func:`write_text`.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with _errors_name(path):
+        if path.exists() and not path.is_file():
+            with tempfile.TemporaryDirectory() as elsewhere:
+                partial = Path(elsewhere, path.name + path.suffix)
+                yield partial
+                _write_onto(path, partial.read_bytes())
+            return
+        with _beside(path, b"") as partial:
+            yield partial
+            with partial.open("rb+") as file:
+                os.fsync(file.fileno())
+            partial.replace(path.resolve())
 
 
 def write_together(folder: Path, contents: Mapping[str, bytes], without: Collection[str] = ()) -> list[Path]:

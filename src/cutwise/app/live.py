@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from cutwise.study.many import folder as at
-from cutwise.study.many.answers import prefix, shares_of
 from cutwise.study.many.cases import FAILED
 from cutwise.study.many.definition import Study
+from cutwise.study.many.tally import Following
 
 _EVERY = 10.0  # [s] between two lines
 _told = logging.getLogger("cutwise.study")
@@ -21,7 +21,7 @@ class Live:
 
     def __init__(self, study: Study, folder: Path, show: Callable[[float], object]) -> None:
         self._study, self._folder, self._show = study, folder, show
-        self._states: list[np.ndarray] = []  # of the finished parts, each read once
+        self._tally: Following | None = None
         self._began: tuple[float, int] | None = None
         self._last = time.monotonic()
 
@@ -43,18 +43,18 @@ class Live:
         """Cases, estimate, failures, time."""
         parts = [f"{done:,} of {of:,}"]
         known = at.identity_in(self._folder)
-        there = prefix(self._study, self._folder, int(known["chunk"])) if known is not None else []
-        for one in there[len(self._states) :]:
-            self._states.append(at.read_part(at.part_file(self._folder, *one), "state")["state"])
-        if self._states:
-            state = np.concatenate(self._states)
-            shares = shares_of(self._study, {"state": state}, len(state)) if self._study.scenario.asked else []
+        if self._tally is None and known is not None:
+            self._tally = Following(self._study, self._folder, int(known["chunk"]))
+        if self._tally is not None:
+            self._tally.look()
+        if self._tally is not None and self._tally.done:
+            shares = self._tally.shares() if self._study.scenario.asked else []
             known_ones = [share for _, share in shares if np.isfinite(share.value)]
             if known_ones and self._study.random:
                 widest = max(known_ones, key=lambda share: share.half_width)
                 name = "P(good)" if len(shares) == 1 else "P(good), the least certain,"
                 parts.append(f"{name} {widest.value:.3f} ± {widest.half_width:.3f}")
-            parts.append(f"{int((state == FAILED).sum())} failed")
+            parts.append(f"{int(self._tally.states[FAILED])} failed")
         if self._began is not None and done > self._began[1]:
             each = (time.monotonic() - self._began[0]) / (done - self._began[1])
             parts.append(f"{_time((of - done) * each)} left")

@@ -1,12 +1,15 @@
 """What an optimisation says: in a few lines, as JSON, as a table of everything that was tried."""
 
 from collections.abc import Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cutwise import units
+from cutwise.disk import write_text
 from cutwise.study.many import aims as worth
 from cutwise.study.many.answers import dimension_of, rerun, shown
 from cutwise.study.many.best import FRESH
+from cutwise.study.many.tables import NoWriter
 
 if TYPE_CHECKING:
     from cutwise.study.many.best import Best, Setting
@@ -18,6 +21,8 @@ def said(found: "Best") -> Iterator[str]:
     """The answer, what it was held against, and the front."""
     study, best = found.study, found.optimum
     assert study.search is not None
+    if found.unfinished:
+        yield f"stopped after {found.done:,} settings: the best so far; --resume goes on"
     if not best.met:
         yield f"no setting of {found.done:,} that were tried meets the requirements{_as_often(best)}"
         yield f"nearest comes {settings(found, best)}: {_missed(found, best)}"
@@ -115,6 +120,7 @@ def as_object(found: "Best", files: dict[str, str]) -> dict[str, object]:
     return {
         "scenario": study.name, "process": "study", "verdict": "pass" if found.proven else "fail", "measures": told,
         "front": [_point(found, one) for one in found.front], "attempts": [_point(found, one) for one in found.optima],
+        "stopped": "--resume goes on" if found.unfinished else "",
         "requirements": [], "assumed": [], "warnings": [f"{count} failed: {text}" for text, count in found.failed.items()],
         "files": files,
     }  # fmt: skip
@@ -131,10 +137,18 @@ def _point(found: "Best", one: "Setting") -> dict[str, object]:
     }  # fmt: skip
 
 
-def as_table(found: "Best") -> str:
-    """Everything that was tried, one setting a line; SI with units in the titles."""
+def write_tried(found: "Best", target: Path) -> Path:
+    """Write everything that was tried, one setting a line; SI with units in the titles.
+
+    Raises
+    ------
+    NoWriter
+        The ending says another kind of file.
+    """
     import pandas as pd
 
+    if target.suffix.lower() != ".csv":
+        raise NoWriter("settings that were tried are a table: write .csv")
     study = found.study
     assert study.search is not None
     columns: dict[str, list[object]] = {}
@@ -146,4 +160,4 @@ def as_table(found: "Best") -> str:
         unit = worth.unit_of(aim, study.scenario)[1]
         columns[f"{aim.text} [{unit}]"] = [one.aims[k] for one in found.tried]
     columns["margin"] = [one.margin for one in found.tried]
-    return pd.DataFrame(columns).to_csv(index=False, lineterminator="\n")
+    return write_text(target, pd.DataFrame(columns).to_csv(index=False, lineterminator="\n"))

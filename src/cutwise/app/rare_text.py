@@ -8,6 +8,7 @@ import numpy as np
 from cutwise.app.plots import figures
 from cutwise.app.study_page import page_of
 from cutwise.study.many.answers import rerun
+from cutwise.study.many.rarely import size_of_level
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -21,7 +22,12 @@ _REASONS = 5
 def said(found: "Rarely") -> Iterator[str]:
     """The probability, how it was reached, the worst cases."""
     rare = found.found
-    if rare.probability == 0.0:
+    if found.unfinished:
+        yield (
+            f"stopped after {found.done:,} cases in {len(rare.levels)} levels that are whole: failures are rarer than "
+            f"{rare.probability:.3g}; --resume goes on"
+        )
+    elif rare.probability == 0.0:
         yield f"no failure in {found.done:,} cases of {len(rare.levels)} levels"
     else:
         yield (
@@ -56,6 +62,7 @@ def as_object(found: "Rarely", files: dict[str, str]) -> dict[str, object]:
         "verdict": "none" if asked is None else "pass" if asked else "fail",
         "measures": {name: {"value": float(value), "unit": ""} for name, value in found.measures.items()},
         "levels": [{"share": one.share, "accepted": one.accepted} for one in rare.levels],
+        "stopped": "--resume goes on" if found.unfinished else "",
         "requirements": [], "assumed": [], "warnings": [f"{n} failed: {text}" for text, n in found.failed.items()],
         "files": files,
     }  # fmt: skip
@@ -76,7 +83,7 @@ def _levels(found: "Rarely") -> "Figure":
     fig = figures.figure(3.2)
     ax = fig.subplots()
     rare = found.found
-    size = round(found.done / (1 + (len(rare.levels) - 1) * 0.9))
+    size = size_of_level(found.study.draws)
     margin, first, weight = found.table["margin"], 0, 1.0
     for k, level in enumerate(rare.levels):
         count = size if k == 0 else round(0.9 * size)

@@ -10,8 +10,8 @@ from cutwise import units
 from cutwise.app.pages import template
 from cutwise.app.plots import figures
 from cutwise.app.plots import study as pictures
-from cutwise.study.many.answers import command, dimension_of, missed, shown, worst
-from cutwise.study.many.cases import INFEASIBLE
+from cutwise.study.many.answers import command, dimension_of, shown, worst
+from cutwise.study.many.columns import row
 from cutwise.study.many.distributions import Truncated
 
 if TYPE_CHECKING:
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from cutwise.study.many.definition import Study
 
 _WORST = 10  # cases that are listed
+_REASONS = 50  # of failures
 Drawing = tuple[str, Callable[[Any], "Figure"], str]
 """Title, function that draws, name in the page."""
 Table = tuple[str, tuple[str, ...], Sequence[Sequence[str]]]
@@ -56,11 +57,16 @@ def page_of(
 
 
 def _tables(found: "Answers") -> Iterator[Table]:
-    study, table = found.study, found.table
+    study = found.study
     rows = [
-        (text, f"{int(mask.sum()):,}", f"{100 * mask.mean():.2f} %", _extreme(found, text, mask))
-        for text, mask in missed(study, table).items()
-        if mask.any()
+        (
+            text,
+            f"{count:,}",
+            f"{100 * count / found.done:.2f} %",
+            _measure(study, text.split(" ")[0], found.extremes[text]),
+        )
+        for text, count in found.wrong.items()
+        if count
     ]
     if rows:
         yield "What is wrong", ("requirement", "cases", "share", "worst"), rows
@@ -70,30 +76,22 @@ def _tables(found: "Answers") -> Iterator[Table]:
         yield "The worst cases", heads, [_row(found, case) for case in order]
     for reasons, title in ((found.failed, "Cases that came to no end"), (found.infeasible, "Infeasible cases")):
         if reasons:
-            first = [(text, f"{count:,}", _first(found, text)) for text, count in reasons.items()]
+            first = [
+                (text, f"{count:,}", command(found, found.first[text]))
+                for text, count in list(reasons.items())[:_REASONS]
+            ]
             yield title, ("reason", "cases", "the first of them"), first
 
 
 def _row(found: "Answers", case: int) -> list[str]:
-    study, table = found.study, found.table
-    levers = (shown(study, key, table[f"lever {key}"][case]) for key in study.keys)
-    measures = (_measure(study, name, table[f"measure {name}"][case]) for name in study.measures)
+    study, one = found.study, row(found.table, case)
+    levers = (shown(study, key, one[f"lever {key}"]) for key in study.keys)
+    measures = (_measure(study, name, one[f"measure {name}"]) for name in study.measures)
     return [str(case), *levers, *measures, command(found, case)]
 
 
 def _measure(study: "Study", name: str, value: float) -> str:
     return units.show(float(value), study.scenario.measures[name].dimension, 4) if np.isfinite(value) else "none"
-
-
-def _first(found: "Answers", text: str) -> str:
-    return command(found, int(np.argmax((found.table["said"] == text) & (found.table["state"] >= INFEASIBLE))))
-
-
-def _extreme(found: "Answers", text: str, mask: np.ndarray) -> str:
-    """The value farthest beyond a limit."""
-    name, side = text.split(" ")[:2]
-    values = found.table[f"measure {name}"][mask]
-    return _measure(found.study, name, float(values.max() if side == "above" else values.min()))
 
 
 def varies(study: "Study") -> Iterator[tuple[str, str, str]]:

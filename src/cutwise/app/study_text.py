@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from cutwise import units
 from cutwise.study.many.answers import command, demanded, good_bands, measures, shown, worst
-from cutwise.study.many.cases import GOOD
+from cutwise.study.many.columns import row
 from cutwise.study.many.statements import Indices
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ _REASONS = 5  # of failures
 def said(found: "Answers") -> Iterator[str]:
     """What a study says, in a few lines."""
     planned, failed = found.study, found.count_failed
-    state, finer = found.table["state"], int(found.table["finer"].sum())
+    good, finer = found.good, found.finer
     for values, share in found.shares:
         at = ", ".join(f"{key} {shown(planned, key, value)}" for key, value in values.items())
         ended = found.done - failed
@@ -31,9 +31,8 @@ def said(found: "Answers") -> Iterator[str]:
             f"{100 * (planned.stop.level if planned.stop else 0.95):g} %){of}"
         )
     if planned.scenario.requirements and not found.shares:  # nothing scatters: no share of anything
-        yield f"{int((state == GOOD).sum()):,} of {found.done:,} combinations meet the requirements, {failed or 'none'} failed"
+        yield f"{good:,} of {found.done:,} combinations meet the requirements, {failed or 'none'} failed"
     if found.shares:
-        good = int((state == GOOD).sum())
         again = f", {finer} borderline cases run finer" if finer else ""
         yield f"{good:,} of {found.done:,} cases are good, {failed or 'none'} failed{again}"
         if failed:
@@ -65,9 +64,8 @@ def said(found: "Answers") -> Iterator[str]:
         ]
         yield f"  it is reached with {band.key} from {ends[0]} to {ends[1]}, by the estimates, linear between settings"
     for case in worst(found, _SHOWN if planned.scenario.requirements else 1):
-        measures = ", ".join(
-            _measure(planned, name, found.table[f"measure {name}"][case]) for name in planned.measures[:3]
-        )
+        one = row(found.table, case)
+        measures = ", ".join(_measure(planned, name, one[f"measure {name}"]) for name in planned.measures[:3])
         yield f"  worst: case {case}, {measures}: {command(found, case)}"
     if found.shares:
         yield "A share is about the model and these distributions, not about what they leave out."

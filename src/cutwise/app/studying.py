@@ -2,9 +2,9 @@
 
 import json
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import typer
 
@@ -14,11 +14,13 @@ from cutwise.app.exits import OK, REQUIREMENT_FAILED, SOLVER_FAILED, refuse
 from cutwise.app.options import Overrides
 
 if TYPE_CHECKING:
-    import numpy as np
-
+    from cutwise.study.many.best import Best
+    from cutwise.study.many.columns import Columns
     from cutwise.study.many.definition import Study
+    from cutwise.study.many.rarely import Rarely
 
 
+Told = TypeVar("Told")
 StudyFile = Annotated[Path, typer.Argument(metavar="FILE", help="study (YAML): a scenario, and what varies in it")]
 
 
@@ -45,7 +47,7 @@ def study(
     from cutwise.app.console import Console
     from cutwise.app.live import Live
     from cutwise.study.many import engine
-    from cutwise.study.many.definition import OPTIMISE, RARE, SEARCHES
+    from cutwise.study.many.definition import OPTIMISE, RARE
     from cutwise.study.many.reading import read_study, told
 
     planned = read_study(file, overrides or (), cases=cases, seed=seed)
@@ -56,22 +58,14 @@ def study(
     console = Console()
     for line in told(planned):
         console.err.print(line, markup=False)
-    if planned.method in SEARCHES and (executor != engine.LOCAL or address is not None):
-        refuse(
-            f"--executor, --address: {planned.method} follows from its own cases and takes processes of this machine (--jobs)"
-        )
-    if planned.method == OPTIMISE:
-        _optimised(planned, folder, table, jobs=jobs, resume=resume, as_json=as_json)
-        return
-    if planned.method == RARE:
-        _rarely(planned, folder, table, jobs=jobs, resume=resume, as_json=as_json)
+    more = {"jobs": jobs, "resume": resume, "executor": executor, "address": address}
+    if planned.method in (OPTIMISE, RARE):
+        (_optimised if planned.method == OPTIMISE else _rarely)(planned, folder, table, more, as_json=as_json)
         return
     with console.progress(planned.name) as show:
         live = Live(planned, folder, show)
         try:
-            ran = engine.run_study(
-                planned, folder, jobs=jobs, resume=resume, executor=executor, address=address, progress=live
-            )
+            ran = engine.run_study(planned, folder, progress=live, **more)
         except KeyboardInterrupt:
             done = live.done()
             console.err.print(f"stopped at {done:,} of {planned.cases:,}; --resume goes on", markup=False)
@@ -101,42 +95,69 @@ def is_folder(path: Path) -> bool:
 
 def reported(folder: Path, target: Path | None) -> None:
     """Tell what is there of the study in a folder, and write its page."""
-    planned, _, done = _there(folder)
-    stopped = "" if done == planned.cases else "what is there now"
+    from cutwise.study.many.definition import OPTIMISE, RARE
+    from cutwise.study.many.engine import in_folder
+
+    planned, known = in_folder(folder)
     outputs.checked([target], [folder / "study.json"])
-    _tell(planned, folder, stopped, None, as_json=False, target=target)
+    page = target or folder / "report.html"
+    if planned.method == OPTIMISE:
+        from cutwise.study.many import best
+
+        _tell_best(_there(folder, best.told, planned, known), page, None, as_json=False)
+    elif planned.method == RARE:
+        from cutwise.study.many import rarely
+
+        _tell_rarely(_there(folder, rarely.told, planned, known), page, None, as_json=False)
+    else:
+        done = _there(folder, _columns, planned, known).count
+        stopped = "" if done == planned.cases else "what is there now"
+        _tell(planned, folder, stopped, None, as_json=False, target=target)
 
 
 def exported(folder: Path, target: Path | None) -> None:
-    """Write the cases of the study in a folder as one file."""
-    from cutwise.disk import write_bytes
-    from cutwise.study.many.tables import NoWriter, file_of
+    """Write the cases of the study in a folder as one file; of an optimisation the settings that were tried."""
+    from cutwise.study.many.definition import OPTIMISE, RARE
+    from cutwise.study.many.engine import in_folder
+    from cutwise.study.many.tables import NoWriter, write_table
 
-    planned, table, _ = _there(folder)
+    planned, known = in_folder(folder)
     file = target or folder / "cases.csv"
     outputs.checked([file], [folder / "study.json"])
     try:
-        print(write_bytes(file, file_of(planned, table, file.suffix.lower())))
+        if planned.method == OPTIMISE:
+            from cutwise.app.optimum_text import write_tried
+            from cutwise.study.many.best import so_far
+
+            print(write_tried(_there(folder, so_far, planned, known), file))
+        elif planned.method == RARE:
+            from cutwise.study.many.rarely import told
+
+            print(write_table(planned, _there(folder, told, planned, known).table, file))
+        else:
+            print(write_table(planned, _there(folder, _columns, planned, known), file))
     except NoWriter as why:
         refuse(f"{file}: {why}")
 
 
-def _there(folder: Path) -> "tuple[Study, Mapping[str, np.ndarray], int]":
-    """The study of a folder, columns of what is finished, and how many cases that is."""
-    from cutwise.study.many.answers import collected
-    from cutwise.study.many.definition import SEARCHES
-    from cutwise.study.many.engine import in_folder
+def _columns(planned: "Study", folder: Path, known: dict[str, Any]) -> "Columns":
+    """Columns of what is finished."""
+    from cutwise.study.many.columns import collected
 
-    planned, known = in_folder(folder)
-    if planned.method in SEARCHES:
-        refuse(
-            f"{folder}: holds a search ({planned.method}), whose answer follows from its trials: "
-            "cutwise study FILE -o DIR --resume tells it again, with --table as a table"
-        )
     table, done = collected(planned, folder, int(known["chunk"]))
     if not done:
-        refuse(f"{folder}: no case is finished yet")
-    return planned, table, done
+        raise ValueError("no case is finished yet")
+    return table
+
+
+def _there(
+    folder: Path, told: "Callable[[Study, Path, dict[str, Any]], Told]", planned: "Study", known: dict[str, Any]
+) -> Told:  # fmt: skip
+    """What a folder tells; refused where there is nothing yet."""
+    try:
+        return told(planned, folder, known)
+    except ValueError as why:
+        refuse(f"{folder}: {why}")
 
 
 def worker(
@@ -160,49 +181,58 @@ def worker(
     print(f"{done:,} cases done here")
 
 
-def _optimised(
-    planned: "Study", folder: Path, table: Path | None, *, jobs: int, resume: bool, as_json: bool
-) -> None:  # fmt: skip
+def _optimised(planned: "Study", folder: Path, table: Path | None, more: dict[str, Any], *, as_json: bool) -> None:
     """Look for the best setting, and tell it."""
-    from cutwise.app import optimum_text
     from cutwise.app.console import Console
-    from cutwise.app.optimum_page import page
-    from cutwise.disk import write_text
     from cutwise.study.many.best import optimised
 
     with Console().progress(planned.name) as show:
-        found = optimised(planned, folder, jobs=jobs, resume=resume, progress=lambda done, _: show(done / (done + 100)))
+        found = optimised(planned, folder, progress=lambda done, _: show(done / (done + 100)), **more)
+    _tell_best(found, folder / "report.html", table, as_json=as_json)
+
+
+def _tell_best(found: "Best", target: Path, table: Path | None, *, as_json: bool) -> None:
+    """An optimum in lines or as JSON, on a page, its settings as a table; leaves with the exit code."""
+    from cutwise.app import optimum_text
+    from cutwise.app.optimum_page import page
+    from cutwise.disk import write_text
+
     lines = list(optimum_text.said(found))
-    report = write_text(folder / "report.html", page(found, lines))
+    report = write_text(target, page(found, lines))
     if table is not None:
-        write_text(table, optimum_text.as_table(found))
+        optimum_text.write_tried(found, table)
     _print(lines, optimum_text.as_object(found, {"report": str(report)}), report, as_json=as_json)
     if not found.optimum.met and all(one.measures == {} for one in found.tried):
         raise typer.Exit(SOLVER_FAILED)
     raise typer.Exit(OK if found.proven else REQUIREMENT_FAILED)
 
 
-def _rarely(
-    planned: "Study", folder: Path, table: Path | None, *, jobs: int, resume: bool, as_json: bool
-) -> None:  # fmt: skip
+def _rarely(planned: "Study", folder: Path, table: Path | None, more: dict[str, Any], *, as_json: bool) -> None:
     """Find how rare failures are, and tell it."""
-    from cutwise.app import rare_text
     from cutwise.app.console import Console
-    from cutwise.disk import write_text
     from cutwise.study.many.rarely import rarely
-    from cutwise.study.many.tables import csv_of
 
     each = planned.draws
     with Console().progress(planned.name) as show:
-        found = rarely(planned, folder, jobs=jobs, resume=resume, progress=lambda done, _: show(done / (done + each)))
+        found = rarely(planned, folder, progress=lambda done, _: show(done / (done + each)), **more)
+    _tell_rarely(found, folder / "report.html", table, as_json=as_json)
+
+
+def _tell_rarely(found: "Rarely", target: Path, table: Path | None, *, as_json: bool) -> None:
+    """Rare failures in lines or as JSON, on a page, as a table; leaves with the exit code."""
+    from cutwise.app import rare_text
+    from cutwise.disk import write_text
+    from cutwise.study.many.tables import write_table
+
     lines = list(rare_text.said(found))
-    report = write_text(folder / "report.html", rare_text.page(found, lines))
+    report = write_text(target, rare_text.page(found, lines))
     if table is not None:
-        write_text(table, csv_of(planned, found.table))
+        write_table(found.study, found.table, table)
     _print(lines, rare_text.as_object(found, {"report": str(report)}), report, as_json=as_json)
     if sum(found.failed.values()) == found.done:
         raise typer.Exit(SOLVER_FAILED)
-    raise typer.Exit(OK if found.demanded in (None, True) else REQUIREMENT_FAILED)
+    missed = found.unfinished and found.study.demanded is not None
+    raise typer.Exit(OK if found.demanded in (None, True) and not missed else REQUIREMENT_FAILED)
 
 
 def _print(lines: Sequence[str], answer: dict[str, object], report: Path, *, as_json: bool) -> None:
@@ -228,7 +258,7 @@ def _tell(
     from cutwise.study.many import folder as at
     from cutwise.study.many.answers import answers, demanded
     from cutwise.study.many.held import against_full_runs
-    from cutwise.study.many.tables import csv_of
+    from cutwise.study.many.tables import write_table
 
     known = at.identity_in(folder)
     assert known is not None
@@ -241,7 +271,7 @@ def _tell(
     ]
     report = write_text(target or folder / "report.html", page(found, lines, known["study"][:16]))
     if table is not None:
-        write_text(table, csv_of(planned, found.table))
+        write_table(planned, found.table, table)
     _print(lines, as_object(found, against, stopped, {"report": str(report)}), report, as_json=as_json)
     asked = demanded(found)
     if found.count_failed == found.done:

@@ -67,7 +67,7 @@ class Flat(Exception):
 
 def subset_simulation(
     margins: Callable[[FloatArray], FloatArray], dimensions: int, *, count: int = 2000,
-    rng: Callable[[int], np.random.Generator],
+    rng: Callable[[int], np.random.Generator], levels: list[Level] | None = None,
 ) -> Rare:  # fmt: skip
     """Probability that a margin is above 0.
 
@@ -81,6 +81,8 @@ def subset_simulation(
         Cases n of a level, a multiple of ten.
     rng : callable
         Random numbers of a level.
+    levels : list, optional
+        Filled with the levels as they end, for a caller whose ``margins`` may stop.
 
     Raises
     ------
@@ -96,7 +98,7 @@ def subset_simulation(
     seeds = round(SHARE * count)
     z = rng(0).standard_normal((count, dimensions))
     g = margins(z)
-    levels: list[Level] = []
+    levels = [] if levels is None else levels
     probability, threshold, runs, accepted, spread = 1.0, -math.inf, count, 1.0, _SPREAD
     while len(levels) < _LEVELS:
         order = np.argsort(-g, kind="stable")

@@ -1,13 +1,17 @@
 """Pictures of a study: distributions with their limits, good and bad cases, what decides, shares over settings, fronts."""
 
+from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from cutwise.app.plots import figures
-from cutwise.study.many.answers import dimension_of, missed
+from cutwise.study.many.answers import dimension_of, values_of
 from cutwise.study.many.cases import FAILED, GOOD, INFEASIBLE
+from cutwise.study.many.columns import aligned, head, pieces
+from cutwise.study.many.order import finite, in_order
 from cutwise.study.many.statements import Indices
+from cutwise.study.many.tally import missed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -18,6 +22,7 @@ if TYPE_CHECKING:
 
 _BINS = 400  # of a distribution: as fine as is seen
 _POINTS = 3000  # of a scatter
+_LEADING = 65536  # first cases that tell which inputs lead
 _MOST = 6  # measures that are drawn
 _STEPS = 40  # of the running estimate
 
@@ -33,11 +38,8 @@ def cdf(found: Any) -> "Figure":
         ax.set_axis_off()
     for ax, name in zip(panels, names, strict=False):
         scale, unit = figures.scale(found.study.scenario.measures[name].dimension)
-        value = np.sort(found.table[f"measure {name}"])
-        value = value[np.isfinite(value)] * scale
-        share = (np.arange(value.size) + 0.5) / value.size
-        some = np.unique(np.linspace(0, value.size - 1, min(_BINS, value.size)).astype(int))
-        ax.plot(value[some], share[some], color=figures.SERIES[0])
+        value, count = in_order(values_of(found, name), _spread_over)
+        ax.plot(value * scale, (_spread_over(count) + 0.5) / count, color=figures.SERIES[0])
         limit = found.study.scenario.asked.get(name)
         for bound, words in ((limit.min, "at least"), (limit.max, "at most")) if limit is not None else ():
             if bound is not None:
@@ -45,6 +47,11 @@ def cdf(found: Any) -> "Figure":
                 figures.note(ax, words, (bound * scale, 0.02), (3, 0), color=figures.BAD)
         ax.set(xlabel=_with_unit(name, unit), ylabel="share of cases below", ylim=(0.0, 1.0))
     return fig
+
+
+def _spread_over(count: int) -> np.ndarray:
+    """Places of so many numbers, as many as are seen."""
+    return np.unique(np.linspace(0, count - 1, min(_BINS, count)).astype(int))
 
 
 def scatter(found: Any) -> "Figure":
@@ -56,11 +63,12 @@ def scatter(found: Any) -> "Figure":
     fig = figures.figure(3.8)
     ax = fig.subplots()
     (fx, label_x), (fy, label_y) = axis_of(found.study, first), axis_of(found.study, second)
-    some = slice(0, min(_POINTS, found.done))
-    x, y = (_numbers(found.table[f"lever {key}"][some], f) for key, f in ((first, fx), (second, fy)))
-    state = found.table["state"][some]
+    asked = (f"measure {name}" for name in found.study.scenario.asked)
+    some = head(found.table, _POINTS, "state", f"lever {first}", f"lever {second}", *asked)
+    x, y = (_numbers(some[f"lever {key}"], f) for key, f in ((first, fx), (second, fy)))
+    state = some["state"]
     groups = {"good": state == GOOD}
-    groups |= {text: mask[some] for text, mask in missed(found.study, found.table).items() if mask.any()}
+    groups |= {text: mask for text, mask in missed(found.study, some).items() if mask.any()}
     groups |= {"infeasible": state == INFEASIBLE, "failed": state == FAILED}
     rest = ~np.any(list(groups.values()), axis=0)
     groups["bad otherwise"] = rest
@@ -149,9 +157,14 @@ def running(found: Any) -> "Figure":
     fig = figures.figure(2.4)
     ax = fig.subplots()
     at = np.unique(np.linspace(max(1, rows // _STEPS), rows, min(rows, _STEPS)).astype(int))
-    good = found.table["state"][: rows * each].reshape(rows, each) == GOOD
-    ended = found.table["state"][: rows * each].reshape(rows, each) != FAILED
-    share = np.cumsum(good, axis=0)[at - 1] / np.maximum(1, np.cumsum(ended, axis=0)[at - 1])
+    share = np.empty((at.size, each))
+    good, ended, first = np.zeros(each), np.zeros(each), 0
+    for piece in aligned(pieces(found.table, "state"), each):
+        state = piece["state"].reshape(-1, each)
+        goods, ends = good + np.cumsum(state == GOOD, axis=0), ended + np.cumsum(state != FAILED, axis=0)
+        here = (at > first) & (at <= first + len(state))
+        share[here] = (goods / np.maximum(1, ends))[at[here] - first - 1]
+        good, ended, first = goods[-1], ends[-1], first + len(state)
     for k in range(min(each, len(figures.SERIES))):
         ax.plot(at, share[:, k], color=figures.SERIES[k])
     ax.set(xlabel="draws", ylabel="share of good cases")
@@ -188,7 +201,8 @@ def aim(ax: "Axes", found: Any, settings: Any, number: int, side: int) -> np.nda
 
 def drawn(found: "Answers") -> list[str]:
     """Measures that have numbers, those of the requirements first."""
-    return [name for name in found.study.measures if np.isfinite(found.table[f"measure {name}"]).any()][:_MOST]
+    there = (name for name in found.study.measures if any(finite(some).size for some in values_of(found, name)()))
+    return list(islice(there, _MOST))
 
 
 def leading(found: "Answers") -> tuple[str, str]:
@@ -202,8 +216,9 @@ def leading(found: "Answers") -> tuple[str, str]:
             [next(w for w, name in zip(of_factor, names, strict=True) if key in name.split("+")) for key in keys]
         )
     else:
-        good = (found.table["state"] == GOOD).astype(float)
-        weight = np.array([_apart(found.table[f"lever {key}"], good) for key in keys])
+        some = head(found.table, _LEADING, "state", *(f"lever {key}" for key in keys))
+        good = (some["state"] == GOOD).astype(float)
+        weight = np.array([_apart(some[f"lever {key}"], good) for key in keys])
     order = np.argsort(-np.nan_to_num(weight), kind="stable")
     return keys[int(order[0])], keys[int(order[1])]
 

@@ -3,91 +3,45 @@
 import math
 import shlex
 from collections.abc import Mapping
-from itertools import takewhile
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cutwise import units
 from cutwise.spec import fields
 from cutwise.spec.faults import split_dotted
-from cutwise.study.many import folder as at
-from cutwise.study.many.cases import BAD, FAILED, GOOD, INFEASIBLE
-from cutwise.study.many.definition import INDICES, MORRIS, SOBOL, Study, combinations, trajectories
-from cutwise.study.many.draws import MORRIS as MORRIS_DRAWS
-from cutwise.study.many.draws import NETS, generator
-from cutwise.study.many.statements import Effects, Indices, Share, elementary_effects, share_of, sobol_indices
+from cutwise.study.many.cases import GOOD
+from cutwise.study.many.columns import Table, collected, pieces, row
+from cutwise.study.many.decides import decides
+from cutwise.study.many.definition import Study
+from cutwise.study.many.order import Pieces, finite, percentiles
+from cutwise.study.many.statements import Effects, Indices, Share
+from cutwise.study.many.tally import counted, farthest
 
-FloatArray = NDArray[np.float64]
+_PERCENTS = (5, 50, 95)
 
 
 class Answers(NamedTuple):
     """Everything that is said of a study."""
 
     study: Study
-    table: Mapping[str, np.ndarray]  # columns of all finished cases of the prefix
+    table: Table  # columns of all finished cases of the prefix
     done: int
     shares: tuple[tuple[dict[str, Any], Share], ...]  # at each combination of design levers
+    good: int  # cases
+    finer: int  # run again with the step of the scenario
     failed: dict[str, int]  # reasons, with their numbers
     infeasible: dict[str, int]
     wrong: dict[str, int]  # requirement: cases that miss it
     indices: Mapping[str, Indices | Effects]  # by measure, and of "good"
+    first: Mapping[str, int]  # case of each reason
+    extremes: Mapping[str, float]  # value farthest beyond each requirement [SI]
 
     @property
     def count_failed(self) -> int:
         """Cases that came to no end."""
         return sum(self.failed.values())
-
-
-def collected(study: Study, folder: Path, size: int) -> tuple[dict[str, np.ndarray], int]:
-    """The columns of the finished prefix of all cases, and its length."""
-    there = prefix(study, folder, size)
-    done = sum(count for _, count in there)
-    found: dict[str, np.ndarray] = {}
-    for first, count in there:
-        for name, values in at.read_part(at.part_file(folder, first, count)).items():
-            if name not in found:  # once for all: joining parts would take the room twice
-                found[name] = np.empty(done, values.dtype)
-            found[name][first : first + count] = values
-    return found, done
-
-
-def prefix(study: Study, folder: Path, size: int) -> list[tuple[int, int]]:
-    """First case and number of cases of the finished parts, up to the first that is missing."""
-    return list(takewhile(lambda one: at.part_file(folder, *one).exists(), at.chunks(study, size)))
-
-
-def share_of_prefix(study: Study, folder: Path, size: int) -> Share | None:
-    """The widest interval over the design levers, as soon as there are enough cases for the stop rule."""
-    if study.stop is None:
-        return None
-    there = prefix(study, folder, size)
-    done = sum(count for _, count in there)
-    least = study.stop.at_least * study.combinations
-    if done < least or (study.method == SOBOL and (done // study.combinations) % NETS):
-        return None
-    state = np.concatenate([at.read_part(at.part_file(folder, *one), "state")["state"] for one in there])
-    return max((share for _, share in shares_of(study, {"state": state}, done)), key=lambda share: share.half_width)
-
-
-def shares_of(study: Study, table: Mapping[str, np.ndarray], done: int) -> list[tuple[dict[str, Any], Share]]:
-    """The share of good cases at each combination of design levers, of columns of the first ``done`` cases."""
-    if study.method == MORRIS:
-        return []  # its points are levels of a plan, no draws
-    level = study.stop.level if study.stop is not None else 0.95
-    found: list[tuple[dict[str, Any], Share]] = []
-    rows = done // study.combinations
-    usable = rows - rows % NETS if study.method == SOBOL else rows
-    for k, values in enumerate(combinations(study)):
-        state = table["state"][k : usable * study.combinations : study.combinations]
-        if study.method == INDICES:  # rows A and B are draws; those between them repeat their numbers
-            state = state[np.arange(len(state)) % (len(study.factors) + 2) < 2]
-        ended = state != FAILED
-        nets = study.method == SOBOL and bool(ended.all())
-        found.append((values, share_of(state[ended] == GOOD, nets=nets, level=level)))
-    return found
 
 
 def answers(study: Study, folder: Path, size: int) -> Answers:
@@ -101,76 +55,38 @@ def answers(study: Study, folder: Path, size: int) -> Answers:
     table, done = collected(study, folder, size)
     if not done:
         raise ValueError("no case is finished yet")
-    state, said = table["state"], table["said"]
+    return answers_of(study, table)
+
+
+def answers_of(study: Study, table: Table) -> Answers:
+    """All answers of a table of cases."""
+    found = counted(study, table)
+    done = found.tally.done
     return Answers(
-        study, table, done, tuple(shares_of(study, table, done)) if study.scenario.asked and study.random else (),
-        _counted(said[state == FAILED]), _counted(said[state == INFEASIBLE]),
-        {text: int(mask.sum()) for text, mask in missed(study, table).items()},
-        _decides(study, table, done),
+        study, table, done, tuple(found.tally.shares()) if study.scenario.asked and study.random else (),
+        int(found.tally.states[GOOD]), found.finer,
+        {text: one.count for text, one in found.failed.items()},
+        {text: one.count for text, one in found.infeasible.items()},
+        {text: one.count for text, one in found.wrong.items()}, decides(study, table, done),
+        {text: one.first for text, one in (found.infeasible | found.failed).items()},
+        {text: one.extreme for text, one in found.wrong.items()},
     )  # fmt: skip
-
-
-def _counted(said: np.ndarray) -> dict[str, int]:
-    return {str(text): int((said == text).sum()) for text in dict.fromkeys(said.tolist())}
-
-
-def missed(study: Study, table: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Which bad cases miss each requirement, by the words of its limit; a case may miss several."""
-    found = {}
-    bad = table["state"] == BAD
-    for name, limit in study.scenario.asked.items():
-        dimension = study.scenario.measures[name].dimension
-        value = table[f"measure {name}"]
-        for bound, misses, words in ((limit.max, np.greater, "above"), (limit.min, np.less, "below")):
-            if bound is not None:
-                found[f"{name} {words} {units.show(bound, dimension, 4)}"] = misses(value, bound) & bad
-    return found
-
-
-def _decides(study: Study, table: Mapping[str, np.ndarray], done: int) -> dict[str, Indices | Effects]:
-    inputs = len(study.factors)
-    if study.method not in (INDICES, MORRIS) or study.combinations != 1:
-        return {}
-    each = inputs + (2 if study.method == INDICES else 1)
-    rows = done // each
-    if rows < 2:
-        return {}
-    values = {name: table[f"measure {name}"][: rows * each] for name in study.measures}
-    if study.scenario.asked:
-        values["good"] = (table["state"][: rows * each] == GOOD).astype(float)
-    found: dict[str, Indices | Effects] = {}
-    for name, column in values.items():
-        some = column.reshape(rows, each)
-        if not np.isfinite(some).all():
-            continue  # a case has no such number: no index of it
-        if study.method == INDICES:
-            found[name] = sobol_indices(some, study.seed)
-            continue
-        _, order, moved = trajectories(inputs, study.draws, study.levels, generator(study.seed, MORRIS_DRAWS))
-        before, after, step = (np.empty((rows, inputs)) for _ in range(3))
-        for r in range(rows):
-            for k, i in enumerate(order[r]):
-                before[r, i], after[r, i], step[r, i] = some[r, k], some[r, k + 1], moved[r, k]
-        found[name] = elementary_effects(before, after, step)
-    return found
 
 
 def worst(found: Answers, count: int) -> list[int]:
     """Numbers of the cases that are farthest beyond a limit; without limits, with the largest value of the focus."""
-    study, table = found.study, found.table
-    if study.scenario.asked:
-        beyond = np.where(table["state"] == FAILED, -np.inf, table["margin"])  # the failed ones are listed by reason
-    elif study.measures:
-        beyond = np.abs(table[f"measure {study.measures[0]}"])
-    else:
-        beyond = np.full(found.done, -np.inf)
-    order = np.argsort(-np.where(np.isfinite(beyond), beyond, -np.inf), kind="stable")
-    return [int(i) for i in order[:count]]
+    return farthest(found.study, found.table, count)
+
+
+def values_of(found: Answers, name: str) -> Pieces:
+    """All values of a measure, piece by piece."""
+    return lambda: (piece[f"measure {name}"] for piece in pieces(found.table, f"measure {name}"))
 
 
 def command(found: Answers, case: int) -> str:
     """How a case is run again."""
-    return rerun(found.study, {key: found.table[f"lever {key}"][case] for key in found.study.keys})
+    one = row(found.table, case)
+    return rerun(found.study, {key: one[f"lever {key}"] for key in found.study.keys})
 
 
 def rerun(study: Study, levers: Mapping[str, Any], *, exact: bool = False) -> str:
@@ -218,17 +134,12 @@ def measures(found: Answers) -> dict[str, float]:
             "probability_good_high": share.high,
         }
     for name in found.study.measures:
-        values = found.table[f"measure {name}"]
-        values = values[np.isfinite(values)]
-        if values.size:
-            for percent in (5, 50, 95):
-                said[f"quantile_{percent:02d}_{name}"] = float(np.percentile(values, percent))
-        limit = found.study.scenario.asked.get(name)
-        if limit is not None and values.size:
-            if limit.max is not None:
-                said[f"probability_above_{name}"] = float((values > limit.max).mean())
-            if limit.min is not None:
-                said[f"probability_below_{name}"] = float((values < limit.min).mean())
+        values = percentiles(values_of(found, name), _PERCENTS)
+        if values is None:
+            continue
+        for percent, value in zip(_PERCENTS, values, strict=True):
+            said[f"quantile_{percent:02d}_{name}"] = float(value)
+        said |= _beyond(found, name)
     for name, one in found.indices.items():
         for i, key in enumerate(found.study.factor_names):
             if isinstance(one, Indices):
@@ -237,6 +148,21 @@ def measures(found: Answers) -> dict[str, float]:
             else:
                 said[f"effect_{name}_{key}"] = float(one.strength[i])
     return said
+
+
+def _beyond(found: Answers, name: str) -> dict[str, float]:
+    """Shares of the cases that have a measure and lie beyond its limits."""
+    limit = found.study.scenario.asked.get(name)
+    if limit is None:
+        return {}
+    count = above = below = 0
+    for piece in values_of(found, name)():
+        there = finite(piece)
+        count += there.size
+        above += int((there > limit.max).sum()) if limit.max is not None else 0
+        below += int((there < limit.min).sum()) if limit.min is not None else 0
+    said = {} if limit.max is None else {f"probability_above_{name}": above / count}
+    return said if limit.min is None else said | {f"probability_below_{name}": below / count}
 
 
 class GoodBand(NamedTuple):

@@ -1,6 +1,5 @@
 """The best setting of a study: every setting that is tried is kept, the best is run in full and held against fresh cases."""
 
-import json
 import math
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -8,57 +7,27 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cutwise.io.revision import Value
 from cutwise.results import Result, SolverFailure
 from cutwise.spec.faults import ScenarioFault
 from cutwise.study.band import simulate
-from cutwise.study.limits import BEYOND, bounds, margins, scaled
-from cutwise.study.many import aims as worth
-from cutwise.study.many import folder as at
-from cutwise.study.many.cases import (
-    FAILED,
-    GOOD,
-    Chunk,
-    evaluate,
-    scenario_of,
-    step_errors,
-    takes_coarse_step,
-)
+from cutwise.study.limits import bounds, scaled
+from cutwise.study.many.cases import scenario_of, takes_coarse_step
 from cutwise.study.many.definition import Study, at_setting
-from cutwise.study.many.draws import NETS, OPTIMISER, generator
-from cutwise.study.many.engine import begun
-from cutwise.study.many.pool import Pool, held, held_evaluators, pooled
-from cutwise.study.many.statements import Share, share_of
+from cutwise.study.many.draws import OPTIMISER, generator
+from cutwise.study.many.engine import LOCAL, begun, checked
+from cutwise.study.many.pool import Pool, Unfinished, pooled
+from cutwise.study.many.tried import Setting, Tried, quantile, reasons, share_of_cases
 from cutwise.study.optimum import Found, Point, Problem, Range, Seeker, Seen, front
 
 FRESH = 4096
 """Cases, none of which the search has seen, that a robust optimum is held against."""
 
-_PIECE = 256  # of them at a time
 _REPEATS = 3  # of a robust search whose result the fresh cases do not prove
 _ROOM = (
     2.2  # changes on a halved step that an optimum stays off its limits: a run counts twice that change as its error
 )
 _SLOW = ("deburr", "drill")  # whose runs are long for what their levers do: fewer starts
 Progress = Callable[[int, int], object]
-
-
-class Setting(NamedTuple):
-    """One setting of the levers, and what came of it."""
-
-    levers: Mapping[str, Value]  # SI, or words
-    aims: tuple[float, ...]  # SI, as they are told
-    margin: float  # farthest beyond a limit, or its quantile; 0 or below is met
-    measures: Mapping[str, float]  # of its run, or their means over all cases that ended
-    share: Share | None = None  # of good ones among its own cases
-    fresh: Share | None = None  # and among fresh ones
-    asked: float | None = None  # least share that its own cases were to have
-    verdict: str = ""  # of its run in full
-
-    @property
-    def met(self) -> bool:
-        """Whether all limits are kept, as often as was asked for."""
-        return self.margin <= 0.0
 
 
 class Best(NamedTuple):
@@ -71,6 +40,7 @@ class Best(NamedTuple):
     tried: tuple[Setting, ...]
     run: Result | None  # of the optimum, in full; of a robust one there is none: fresh cases tell
     failed: Mapping[str, int]  # reasons, with their numbers
+    unfinished: bool = False  # the best so far, of a search that was stopped
 
     @property
     def optimum(self) -> Setting:
@@ -95,7 +65,7 @@ class Best(NamedTuple):
     def proven(self) -> bool:
         """Whether the answer holds: in its own full run, or among fresh cases."""
         best = self.optimum
-        if not best.met:
+        if not best.met or self.unfinished:
             return False
         if best.asked is None:
             return self.run is not None and self.run.verdict != "fail"
@@ -103,97 +73,68 @@ class Best(NamedTuple):
 
 
 def optimised(
-    study: Study, folder: Path, *, jobs: int = 1, resume: bool = False, progress: Progress | None = None
-) -> Best:
+    study: Study, folder: Path, *, jobs: int = 1, resume: bool = False, progress: Progress | None = None,
+    executor: str = LOCAL, address: str | None = None,
+) -> Best:  # fmt: skip
     """Look for the best setting of a study; with ``resume`` what was tried before is not tried again.
+
+    Parameters
+    ----------
+    study, folder
+        The study, and where its trials are kept.
+    jobs, executor, address
+        As of :func:`cutwise.study.many.engine.run_study`.
+    resume : bool
+        Go on with the trials that are there.
+    progress : callable, optional
+        Told how many settings were tried.
 
     Raises
     ------
     ScenarioFault
         The folder holds another study, or trials of this one without ``resume``.
     """
+    checked(executor, address)
     known = begun(study, folder, resume=resume)
-    with pooled(study, jobs) as pool:
-        trials = _Trials(study, folder, known["scales"], pool, progress)
-        return _Searched(study, trials).best()
+    with pooled(study, jobs, executor, address) as pool:
+        return _Searched(study, Tried(study, folder, known["scales"], pool, progress)).best()
 
 
-class _Trials:
-    """Settings of a study, tried once each and kept in its folder."""
+def told(study: Study, folder: Path, known: Mapping[str, Any]) -> Best:
+    """What the trials in a folder say; nothing further is tried, and of a search that is not finished the best so far.
 
-    def __init__(
-        self, study: Study, folder: Path, scales: dict[str, float], pool: Pool, progress: Progress | None
-    ) -> None:  # fmt: skip
-        self.study, self.scales = study, scales
-        self._folder, self.pool, self._progress = folder, pool, progress
-        self._kept = {_key(one): one for one in at.trials(folder)}
-        self.made = 0
-        assert study.search is not None
-        self.between = study.search.between
-        self._worth = [worth.value_of(aim) for aim in study.search.aims]
+    Raises
+    ------
+    ValueError
+        There is no trial yet.
+    """
+    tried = Tried(study, folder, known["scales"], Pool.none(study), None)
+    try:
+        return _Searched(study, tried).best()
+    except Unfinished:
+        return so_far(study, folder, known)
 
-    def setting(self, x: Point) -> dict[str, Value]:
-        """The levers at a point."""
-        return {key: one.value(v) for (key, one), v in zip(self.between.items(), x, strict=True)}
 
-    def one_by_one(self, points: Sequence[Point], *, fine: bool) -> list[Seen]:
-        """Each setting as one run; ``fine``: with the step of the scenario."""
-        asked = [{"at": list(x), "fine": fine} for x in points]
-        found = self.known_or(asked, lambda some: self.pool.map(_run_one, [(one, self.scales) for one in some]))
-        return [self._seen(x, one, tuple(one["margins"])) for x, one in zip(points, found, strict=True)]
+def so_far(study: Study, folder: Path, known: Mapping[str, Any]) -> Best:
+    """All settings that were tried, and the best of them."""
+    found = Tried(study, folder, known["scales"], Pool.none(study), None)
+    some = found.so_far()
+    if not some:
+        raise ValueError("no setting was tried yet")
+    assert study.search is not None
+    sign = study.search.aims[0].sign
 
-    def over_cases(self, points: Sequence[Point], share: float) -> list[Seen]:
-        """Each setting over the fixed set of cases, judged by the worst but a share of them."""
-        asked = [{"at": list(x), "cases": self.study.draws, "seed": self.study.seed} for x in points]
-        found = self.known_or(asked, self._all_cases)
-        return [self._seen(x, one, (quantile(one["margins"], share),)) for x, one in zip(points, found, strict=True)]
+    def rank(one: Setting) -> tuple[float, float]:
+        value = sign * one.aims[0]
+        return (0.0, value) if one.met and math.isfinite(value) else (max(one.margin, 1e-300), 0.0)
 
-    def _all_cases(self, asked: list[dict[str, Any]]) -> list[dict[str, Any]]:
-        count = self.study.draws
-        each = -(-count // self.pool.jobs)
-        pieces = [
-            (one, self.scales, first, min(each, count - first)) for one in asked for first in range(0, count, each)
-        ]
-        done = iter(self.pool.map(_run_cases, pieces))
-        found = []
-        for one in asked:
-            parts = [next(done) for _ in range(0, count, each)]
-            far = sorted(m for part in parts for m in part["margins"])
-            means = {
-                name: math.fsum(v for part in parts for v in part["measures"][name]) / max(1, size)
-                for name in parts[0]["measures"]
-                if (size := sum(len(part["measures"][name]) for part in parts))
-            }
-            said = [text for part in parts for text in part["said"]]
-            good = [g for part in parts for g in part["good"]]
-            found.append({**one, "margins": far, "measures": means, "good": good, "said": said})
-        return found
-
-    def _seen(self, x: Point, one: Mapping[str, Any], far: tuple[float, ...]) -> Seen:
-        values = {**one["measures"], **{k: v for k, v in self.setting(x).items() if not isinstance(v, str)}}
-        assert self.study.search is not None
-        aims = zip(self.study.search.aims, self._worth, strict=True)
-        return Seen(tuple(aim.sign * value(values) for aim, value in aims), far, one)
-
-    def known_or(
-        self, asked: list[dict[str, Any]], make: Callable[[list[dict[str, Any]]], list[dict[str, Any]]]
-    ) -> list[dict[str, Any]]:
-        new = [one for one in asked if _key(one) not in self._kept]
-        step = 2 * self.pool.jobs if new and "cases" in new[0] else 16
-        for first in range(0, len(new), step):  # what was tried is kept as soon as a few are there
-            some = make(new[first : first + step])
-            at.write_trials(self._folder, some)
-            self._kept |= {_key(one): one for one in some}
-            self.made += len(some)
-            if self._progress is not None:
-                self._progress(self.made, 0)
-        return [self._kept[_key(one)] for one in asked]
+    return Best(study, len(some), (min(some, key=rank),), (), tuple(some), None, found.failed(), unfinished=True)
 
 
 class _Searched:
     """From trials to the answer."""
 
-    def __init__(self, study: Study, trials: _Trials) -> None:
+    def __init__(self, study: Study, trials: Tried) -> None:
         assert study.search is not None
         self.study, self.trials, self.search = study, trials, study.search
 
@@ -315,45 +256,29 @@ class _Searched:
         return self._told(seeker, [met[-1] if met else settings[0]], met)
 
     def _setting(self, found: Found, asked: float | None = None) -> Setting:
-        one = found.seen.more
-        aims = tuple(aim.sign * v for aim, v in zip(self.search.aims, found.seen.values, strict=True))
-        share = None if asked is None else _share(one["good"])
-        return Setting(self.trials.setting(found.at), aims, found.margin, one["measures"], share, None, asked)
+        return self.trials.as_setting(found, asked)
 
     def _proven(self, found: Found, asked: float) -> Setting:
         """The setting, with its share of good ones among fresh cases."""
         setting = self._setting(found, asked)
         fresh = at_setting(self.study, setting.levers)._replace(seed=self.study.seed + 1, draws=FRESH)
         said = {"at": list(found.at), "cases": FRESH, "seed": fresh.seed, "proof": True}
-        kept = self.trials.known_or([said], self._fresh)
-        return setting._replace(fresh=_share(kept[0]["good"]))
-
-    def _fresh(self, asked: list[dict[str, Any]]) -> list[dict[str, Any]]:
-        found = []
-        for one in asked:
-            setting = self.trials.setting(tuple(one["at"]))
-            fresh = at_setting(self.study, setting)._replace(seed=one["seed"], draws=one["cases"])
-            errors, count = step_errors(fresh), one["cases"]
-            pieces = [
-                (one, self.trials.scales, first, min(_PIECE, count - first), errors)
-                for first in range(0, count, _PIECE)
-            ]
-            parts = self.trials.pool.map(_run_cases, pieces)
-            found.append({
-                **one, "good": [g for part in parts for g in part["good"]],
-                "said": [text for part in parts for text in part["said"]], "measures": {}, "margins": [],
-            })  # fmt: skip
-        return found
+        kept = self.trials.fresh([said])
+        return setting._replace(fresh=share_of_cases(kept[0]["good"]))
 
     def _told(
         self, seeker: Seeker, attempts: list[Setting], along: list[Setting], run: Result | None = None
     ) -> Best:  # fmt: skip
         tried = [self._setting(seeker.judged(_AS_SEEN, x), None) for x in seeker.seen]
-        failed: dict[str, int] = {}
-        for x in seeker.seen:
-            for text in seeker.seen[x].more["said"]:
-                failed[text] = failed.get(text, 0) + 1
-        return Best(self.study, len(seeker.seen), tuple(attempts), tuple(along), tuple(tried), run, failed)
+        return Best(
+            self.study,
+            len(seeker.seen),
+            tuple(attempts),
+            tuple(along),
+            tuple(tried),
+            run,
+            reasons(one.more for one in seeker.seen.values()),
+        )
 
 
 _AS_SEEN = Problem(lambda seen: seen.values[0], lambda seen: seen.margins)
@@ -372,54 +297,3 @@ def _shifted(seen: Seen, room: Sequence[float]) -> Seen:
 def _good(seen: Seen) -> float:
     """The share of good cases at a setting; those that failed are none."""
     return sum(one == 1 for one in seen.more["good"]) / len(seen.more["good"])
-
-
-def quantile(sorted_margins: Sequence[float], share: float) -> float:
-    """The margin that a share of all cases does not exceed (``inverted_cdf``); 0 or below: at least that share is good.
-
-    >>> quantile([-0.3, -0.2, -0.1, 0.4], 0.75)
-    -0.1
-    """
-    return float(np.quantile(np.asarray(sorted_margins), share, method="inverted_cdf"))
-
-
-def _share(good: Sequence[int]) -> Share:
-    """Share of good ones among the cases that ended; one that failed is -1."""
-    state = np.array(good)
-    ended = state >= 0
-    return share_of(state[ended] == 1, nets=bool(ended.all()) and len(state) % NETS == 0)
-
-
-def _key(one: Mapping[str, Any]) -> str:
-    return json.dumps([one["at"], one.get("fine"), one.get("cases"), one.get("seed"), one.get("proof")])
-
-
-def _levers_of(study: Study, x: Sequence[float]) -> dict[str, Value]:
-    assert study.search is not None
-    return {key: one.value(v) for (key, one), v in zip(study.search.between.items(), x, strict=True)}
-
-
-def _run_one(one: dict[str, Any], scales: dict[str, float]) -> dict[str, Any]:
-    """One run at a setting: its measures, how far beyond each limit, and why it failed."""
-    study = held()
-    case = held_evaluators()[1 if one["fine"] else 0](_levers_of(study, one["at"]))
-    far, sound = margins(study.scenario, case.outcome, scales)
-    if case.failure is not None or not sound:
-        far = tuple(max(BEYOND, m) for m in far) or (BEYOND,)
-    why = str(case.failure).splitlines()[0] if case.failure else next(iter(case.outcome.infeasible), "")
-    finite = {name: float(v) for name, v in case.measures.items() if math.isfinite(v)}
-    return {**one, "margins": list(far), "measures": finite, "said": [why] if why else []}
-
-
-def _run_cases(
-    one: dict[str, Any], scales: dict[str, float], first: int, count: int, errors: Mapping[str, float] | None = None
-) -> dict[str, Any]:  # fmt: skip
-    """Some cases at a setting."""
-    study = held()
-    here = at_setting(study, _levers_of(study, one["at"]))._replace(seed=one["seed"], draws=one["cases"])
-    chunk: Chunk = evaluate(here, first, count, errors or {}, scales=scales)
-    ended = chunk.state != FAILED
-    state = np.where(ended, (chunk.state == GOOD).astype(int), -1)
-    measures = {name: values[ended & np.isfinite(values)].tolist() for name, values in chunk.measures.items()}
-    said = [text for text, fine in zip(chunk.said, ended, strict=True) if not fine]
-    return {"margins": chunk.margin.tolist(), "good": state.tolist(), "measures": measures, "said": said}

@@ -7,7 +7,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from scipy import special
-from scipy.stats import qmc
 
 from cutwise.io.revision import Value
 from cutwise.spec.scenario import Scenario
@@ -206,6 +205,8 @@ def _whole(method: str, inputs: int, count: int, levels: int, seed: int) -> Floa
     """All points of a plan that is made as a whole."""
     if method == MORRIS:
         return trajectories(inputs, count, levels, draws.generator(seed, draws.MORRIS))[0]
+    from scipy.stats import qmc
+
     return np.asarray(qmc.LatinHypercube(inputs, rng=draws.generator(seed, draws.HYPERCUBE)).random(count))
 
 

@@ -5,9 +5,10 @@ keeps what it knows in memory alone, so the folder is the truth: a worker or a s
 flight, and ``--resume`` does them with the next cluster.
 """
 
+import json
 import logging
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from functools import lru_cache
 from pathlib import Path
@@ -18,6 +19,8 @@ from cutwise.study.many import folder as at
 from cutwise.study.many.cases import evaluate
 from cutwise.study.many.definition import Study
 from cutwise.study.many.engine import Progress, Ran, Watch, in_folder
+from cutwise.study.many.packing import pack, unpack
+from cutwise.study.many.pool import Pool, hold
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -25,6 +28,7 @@ if TYPE_CHECKING:
 _RETRIES = 5  # of a part whose worker was lost
 _AHEAD = 4  # parts a worker that the scheduler knows of at a time
 _LOOKED = 0.2  # [s] between two looks
+_SOON = 0.01  # [s] between two looks for a piece that all others wait for
 _SEEN = 30.0  # [s] after which a part that was done must be seen here: network file systems take their time
 _CONNECTED = 20.0  # [s] for a scheduler to answer
 _LOST = "the scheduler is lost; what is in the folder stays, --resume goes on"
@@ -100,6 +104,56 @@ def _without_logs() -> Iterator[None]:
             one.setLevel(level)
 
 
+@contextmanager
+def pooled_on_dask(study: Study, jobs: int, address: str | None) -> Iterator[Pool]:
+    """Workers of dask that do pieces of a search; the folder is seen by this process alone.
+
+    Raises
+    ------
+    ScenarioFault
+        Nobody answers at the address, or the scheduler was lost.
+    """
+    text = json.dumps(pack(study))
+    with _client(jobs, address) as client:
+
+        def calls(function: Callable[..., Any], some: Sequence[tuple[Any, ...]]) -> Iterator[Any]:
+            flying = [client.submit(called, text, function, one, pure=False, retries=_RETRIES) for one in some]
+            return (_result(client, one) for one in flying)
+
+        try:
+            yield Pool(max(jobs, len(client.nthreads())), calls)
+        except OSError as why:  # of the connection; those of the folder name a file
+            if why.filename is not None:
+                raise
+            raise _lost(address) from None
+
+
+def _result(client: "Client", future: "Future") -> Any:
+    """What a piece came to, as soon as it is there."""
+    while future.status in ("pending", "lost"):
+        if client.status != "running":
+            raise _lost(None)
+        time.sleep(_SOON)
+    if future.status == "cancelled":
+        raise _lost(None)
+    return future.result()
+
+
+def _lost(address: str | None) -> ScenarioFault:
+    return ScenarioFault([Fault((), _LOST, file="--executor dask" if address is None else f"--address {address}")])
+
+
+def called(text: str, function: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
+    """One piece of a search, on a worker."""
+    hold(_unpacked(text))
+    return function(*arguments)
+
+
+@lru_cache(maxsize=2)
+def _unpacked(text: str) -> Study:
+    return unpack(json.loads(text))
+
+
 class _Handed:
     """Parts that are with the scheduler."""
 
@@ -117,8 +171,13 @@ class _Handed:
                 return stopped
             if self._client.status != "running" or any(one.cancelled() for one in self._flying.values()):
                 return _LOST
-            self._hand_out(missing)
-            self._look()
+            try:
+                self._hand_out(missing)
+                self._look()
+            except OSError as why:  # of the connection; those of the folder name a file
+                if why.filename is not None:
+                    raise
+                return _LOST
             time.sleep(_LOOKED)
             self._watch.tell()
         return ""

@@ -8,7 +8,6 @@ import warnings
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import qmc
 
 from cutwise.maths.fields import shares
 
@@ -45,6 +44,14 @@ def uniforms(seed: int, inputs: int, first: int, count: int) -> FloatArray:
     return found
 
 
+def shuffled(numbers: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Whole numbers as if drawn at random, the same for the same ones (the mixing of SplitMix64, Steele et al. 2014)."""
+    mixed = numbers.astype(np.uint64) * np.uint64(0x9E3779B97F4A7C15)
+    mixed = (mixed ^ (mixed >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    mixed = (mixed ^ (mixed >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    return ((mixed ^ (mixed >> np.uint64(31))) >> np.uint64(1)).astype(np.int64)
+
+
 def _shifts(seed: int, net: int, inputs: int) -> NDArray[np.int64]:
     groups = -(-inputs // 4)
     words = np.random.Philox(key=[seed, _NETS_FROM + net], counter=[0, 0, 0, 0]).random_raw(4 * groups)
@@ -57,6 +64,8 @@ def net_points(seed: int, inputs: int, net: int, first: int, count: int) -> Floa
     >>> net_points(1, 3, 0, 0, 2).round(15).tolist()[0]
     [0.197059839498252, 0.488053425680846, 0.991465739440173]
     """
+    from scipy.stats import qmc  # half of what a worker loads; independent draws do without
+
     plain = qmc.Sobol(inputs, scramble=False, bits=_BITS)
     with warnings.catch_warnings():  # that a part of a net is not balanced: the whole is
         warnings.simplefilter("ignore", UserWarning)

@@ -3,25 +3,26 @@
 import importlib.util
 import json
 import multiprocessing
+import signal
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
-
-import numpy as np
 
 from cutwise import __version__
 from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.study.many import folder as at
-from cutwise.study.many.answers import share_of_prefix
 from cutwise.study.many.cases import evaluate, limit_scales, step_errors
 from cutwise.study.many.definition import SEARCHES, Study, in_the_middle
 from cutwise.study.many.packing import pack, unpack
+from cutwise.study.many.tally import Following
 
 _LASTS = 10.0  # [s] that a part should take
 _SMALLEST, _LARGEST = 32, 4096
+_PARTS = 64  # that there should be, so that workers end together
 _LOOKED = 0.2  # [s] between two looks at what is finished
-_WAITED = 1.0  # [s] between two looks for a part that others have leased
+_WAITED = 0.2  # [s] between two looks for a part that others have leased
 _NARROW = "the interval is as narrow as the stop rule asks for"
 _SPENT = "the budget is spent; --resume goes on"
 
@@ -42,14 +43,14 @@ class Ran(NamedTuple):
 
 
 def chunk_size(study: Study) -> int:
-    """Cases of a part, so that it takes some seconds; found from a few of them."""
-    start, count = time.process_time(), min(4, study.cases)
+    """Cases of a part, so that it takes some seconds and there are some dozens of parts; found from a few cases."""
+    count = min(4, study.cases)
     evaluate(study, 0, count, {})  # compiles, too
     start = time.process_time()
     evaluate(study, 0, count, {})
     each = max(1e-4, (time.process_time() - start) / count)
     size = _SMALLEST
-    while size < _LARGEST and 2 * size * each < _LASTS:
+    while size < _LARGEST and 2 * size * each < _LASTS and 2 * size * _PARTS <= study.cases:
         size *= 2
     return size
 
@@ -84,25 +85,37 @@ def run_study(
     ScenarioFault
         The folder holds another study, or parts of this one without ``resume``; or there is no such executor.
     """
-    if executor not in EXECUTORS:
-        raise ScenarioFault([Fault((), f"is not one of {', '.join(EXECUTORS)}", file=f"--executor {executor}")])
-    if address is not None and executor != DASK:
-        raise ScenarioFault([Fault((), "goes with --executor dask", file="--address")])
+    checked(executor, address)
     if study.method in SEARCHES:
         raise ScenarioFault(
             [Fault(("method",), f"{study.method} looks for its cases: it is no list of parts", file=study.name)]
         )
-    if executor == DASK and importlib.util.find_spec("distributed") is None:
-        raise ScenarioFault([Fault((), DASK_MISSING, file="--executor dask")])  # before anything is run
-    known = begun(study, folder, resume=resume, chunk=chunk)
-    size = int(known["chunk"])
+    known = _known(study, folder, resume=resume)  # refused before anybody is started
     if executor == DASK:
         from cutwise.study.many.distributed import run_on_dask
 
+        size = int(_begun(study, folder, known, chunk)["chunk"])
         return run_on_dask(study, folder, size, jobs=jobs, address=address, progress=progress)
-    if jobs <= 1:
-        return _alone(study, folder, size, known, progress)
-    return _together(study, folder, size, jobs, progress)
+    with _helpers(folder, jobs - 1) as helpers:
+        known = _begun(study, folder, known, chunk)
+        helpers.start()
+        return _here(study, folder, known, helpers, progress)
+
+
+def checked(executor: str, address: str | None) -> None:
+    """Whether there is such an executor here, before anything is run.
+
+    Raises
+    ------
+    ScenarioFault
+        There is none.
+    """
+    if executor not in EXECUTORS:
+        raise ScenarioFault([Fault((), f"is not one of {', '.join(EXECUTORS)}", file=f"--executor {executor}")])
+    if address is not None and executor != DASK:
+        raise ScenarioFault([Fault((), "goes with --executor dask", file="--address")])
+    if executor == DASK and importlib.util.find_spec("distributed") is None:
+        raise ScenarioFault([Fault((), DASK_MISSING, file="--executor dask")])
 
 
 def begun(study: Study, folder: Path, *, resume: bool, chunk: int | None = None) -> dict[str, Any]:
@@ -113,15 +126,25 @@ def begun(study: Study, folder: Path, *, resume: bool, chunk: int | None = None)
     ScenarioFault
         The folder holds another study, or parts of this one without ``resume``.
     """
+    return _begun(study, folder, _known(study, folder, resume=resume), chunk)
+
+
+def _known(study: Study, folder: Path, *, resume: bool) -> dict[str, Any] | None:
+    """The identity of the study that is in its folder already; None if the folder is free."""
     known = at.identity_in(folder)
+    if known is not None:
+        _same(study, folder, known, resume=resume)
+    elif (folder / "parts").exists() and any((folder / "parts").iterdir()):
+        raise _refused(folder, "holds parts of a study without its identity; take another folder (-o)")
+    return known
+
+
+def _begun(study: Study, folder: Path, known: dict[str, Any] | None, chunk: int | None) -> dict[str, Any]:
+    """The identity, made where there is none, with all that a worker needs in the folder."""
     if known is None:
-        if (folder / "parts").exists() and any((folder / "parts").iterdir()):
-            raise _refused(folder, "holds parts of a study without its identity; take another folder (-o)")
         errors = step_errors(in_the_middle(study))
         size = chunk or (1 if study.method in SEARCHES else chunk_size(study))
         known = at.identity_of(study, __version__, size, errors, limit_scales(in_the_middle(study)))
-    else:
-        _same(study, folder, known, resume=resume)
     at.started(folder, json.dumps(pack(study)), known)
     return known
 
@@ -168,29 +191,50 @@ def work(folder: Path, *, until: float | None = None, progress: Progress | None 
     Raises
     ------
     ScenarioFault
-        There is no study in the folder.
+        There is no study in the folder, or a search, whose cases follow from one another.
     """
     study, known = in_folder(folder)
+    if study.method in SEARCHES:
+        raise _refused(
+            folder,
+            f"holds a search ({study.method}): its cases follow from one another; cutwise study has --jobs and --executor",
+        )
+
+    def ended() -> bool:
+        return (until is not None and time.monotonic() > until) or _orphaned()
+
+    def told(_: int) -> None:
+        if progress is not None:
+            progress(_done(study, folder, int(known["chunk"])), study.cases)
+
+    return _worked(study, folder, known, ended, told)
+
+
+def _worked(
+    study: Study, folder: Path, known: dict[str, Any], ended: Callable[[], bool], told: Callable[[int], object]
+) -> int:
+    """Do parts until none is missing or it ended; ``told`` the cases done of the part in work, after each of them."""
     size, done = int(known["chunk"]), 0
     while missing := at.missing(folder, study, size):
-        if (until is not None and time.monotonic() > until) or _orphaned():
+        if ended():
             break
         mine = next((one for one in missing if at.take_lease(folder, one[0])), None)
         if mine is None:
             time.sleep(_WAITED)
             continue
         lease = at.Lease(folder, mine[0])
+
+        def touched(count: int, lease: at.Lease = lease) -> None:
+            lease.touch()
+            told(count)
+
         try:
             if not at.part_file(folder, *mine).exists():
-                found = evaluate(
-                    study, *mine, known["step_errors"], lambda _, lease=lease: lease.touch(), known["scales"]
-                )
-                at.write_part(folder, found)
+                at.write_part(folder, evaluate(study, *mine, known["step_errors"], touched, known["scales"]))
                 done += mine[1]
         finally:
             lease.give_back()
-        if progress is not None:
-            progress(_done(study, folder, size), study.cases)
+        told(0)
     return done
 
 
@@ -232,40 +276,74 @@ class _Allowance:
         )
 
 
-def _alone(study: Study, folder: Path, size: int, known: dict[str, Any], progress: Progress | None) -> Ran:
-    done, allowance = 0, _Allowance(study, _done(study, folder, size))
-    for first, count in at.chunks(study, size):
-        if allowance.ended(done) and not at.part_file(folder, first, count).exists():
-            return Ran(folder, done, _SPENT)
-        if not at.part_file(folder, first, count).exists():
-            told = None if progress is None else (lambda i, done=done: progress(done + i, study.cases))
-            at.write_part(folder, evaluate(study, first, count, known["step_errors"], told, known["scales"]))
-        done += count
-        if progress is not None:
-            progress(done, study.cases)
-        if _enough(study, folder, size):
-            return Ran(folder, done, _NARROW)
-    return Ran(folder, done, "")
+def _here(
+    study: Study, folder: Path, known: dict[str, Any], helpers: "_Helpers", progress: Progress | None
+) -> Ran:  # fmt: skip
+    """Do parts in this process, beside helpers of its own and workers of others; it tells what is done."""
+    watch = Watch(study, folder, int(known["chunk"]), progress)
+    stopped, last = "", 0.0
 
+    def ended() -> bool:
+        nonlocal stopped
+        helpers.look()
+        stopped = watch.stopped()
+        return bool(stopped)
 
-def _together(study: Study, folder: Path, size: int, jobs: int, progress: Progress | None) -> Ran:
-    """Workers of their own on the folder; this process looks on."""
-    context = multiprocessing.get_context("spawn")  # a fork after compiled threads would hang
-    workers = [context.Process(target=work, args=(folder,), daemon=True) for _ in range(jobs)]
-    for worker in workers:
-        worker.start()
-    stopped, watch = "", Watch(study, folder, size, progress)
-    try:
-        while any(worker.is_alive() for worker in workers) and not stopped:
-            time.sleep(_LOOKED)
-            watch.tell()
-            stopped = watch.stopped()
-    finally:
-        for worker in workers:
-            worker.terminate()
-            worker.join()
-            at.give_back_of(folder, worker.pid)  # it had no time to do so itself
+    def told(count: int) -> None:
+        nonlocal last
+        if not count or time.monotonic() - last > _LOOKED:
+            watch.tell(count)
+            last = time.monotonic()
+
+    _worked(study, folder, known, ended, told)
     return watch.ended(stopped)
+
+
+class _Helpers:
+    """Processes that work on the folder of a study as this one does; they load what they need while it is begun."""
+
+    def __init__(self, folder: Path, count: int) -> None:
+        context = multiprocessing.get_context("spawn")  # a fork after compiled threads would hang
+        self._folder, self._begun = folder, context.Event()
+        self._all = [
+            context.Process(target=_help, args=(folder, self._begun), daemon=True) for _ in range(max(0, count))
+        ]
+        for one in self._all:
+            one.start()
+
+    def start(self) -> None:
+        """The study is in its folder now."""
+        self._begun.set()
+
+    def look(self) -> None:
+        """Give back what one that was killed had leased."""
+        for one in self._all:
+            if not one.is_alive():
+                at.give_back_of(self._folder, one.pid)
+
+    def end(self) -> None:
+        """End all of them; they had no time to give back what they leased."""
+        for one in self._all:
+            one.terminate()
+            one.join()
+            at.give_back_of(self._folder, one.pid)
+
+
+@contextmanager
+def _helpers(folder: Path, count: int) -> Iterator[_Helpers]:
+    found = _Helpers(folder, count)
+    try:
+        yield found
+    finally:
+        found.end()
+
+
+def _help(folder: Path, begun: Any) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C ends the process that started this one, and that ends this
+    while not begun.wait(_WAITED):
+        if _orphaned():
+            return
+    work(folder)
 
 
 class Watch:
@@ -274,6 +352,7 @@ class Watch:
     def __init__(self, study: Study, folder: Path, size: int, progress: Progress | None) -> None:
         self._study, self._folder, self._size, self._progress = study, folder, size, progress
         self._allowance = _Allowance(study, self.done)
+        self._prefix = Following(study, folder, size)
 
     @property
     def done(self) -> int:
@@ -284,14 +363,14 @@ class Watch:
         """First case and number of cases of the parts that are not there."""
         return at.missing(self._folder, self._study, self._size)
 
-    def tell(self) -> None:
-        """Tell what is done."""
+    def tell(self, more: int = 0) -> None:
+        """Tell what is done, and so many cases of a part in work."""
         if self._progress is not None:
-            self._progress(self.done, self._study.cases)
+            self._progress(min(self.done + more, self._study.cases), self._study.cases)
 
     def stopped(self) -> str:
         """Why it is to stop before all is done; nothing if it is not."""
-        if _enough(self._study, self._folder, self._size):
+        if self._prefix.enough() and self.done < self._study.cases:
             return _NARROW
         return _SPENT if self._allowance.ended(self.done) else ""
 
@@ -301,11 +380,3 @@ class Watch:
         if done < self._study.cases and not stopped:
             stopped = "a worker ended before its time; --resume goes on"
         return Ran(self._folder, done, stopped if done < self._study.cases else "")
-
-
-def _enough(study: Study, folder: Path, size: int) -> bool:
-    """Whether the finished prefix satisfies the stop rule."""
-    if study.stop is None:
-        return False
-    share = share_of_prefix(study, folder, size)
-    return share is not None and bool(np.isfinite(share.half_width)) and share.half_width <= study.stop.half_width

@@ -6,8 +6,6 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import numpy as np
-
 from cutwise.above import above
 from cutwise.io.tree import from_data
 from cutwise.results import Result
@@ -18,7 +16,7 @@ from cutwise.study.many import engine, tables
 from cutwise.study.many import folder as at
 from cutwise.study.many.answers import Answers, answers, measures, worst
 from cutwise.study.many.cases import case_of
-from cutwise.study.many.definition import OPTIMISE, RARE, SEARCHES, Study
+from cutwise.study.many.definition import OPTIMISE, RARE, Study
 from cutwise.study.many.reading import read_study, study_of
 from cutwise.study.many.statements import Share
 
@@ -28,6 +26,9 @@ if TYPE_CHECKING:
 
     from cutwise.study.many.best import Best
     from cutwise.study.many.rarely import Rarely
+
+
+_IN_MEMORY = 100_000  # cases of a study without a folder
 
 
 class StudyResult(NamedTuple):
@@ -118,19 +119,22 @@ def run_study(
         Everything that is wrong with the study.
     """
     study = _read(source, vary, method, cases, seed)
+    if folder is None and study.cases > _IN_MEMORY:
+        words = f"{study.cases:,} cases want a folder, from which they are read part by part; up to {_IN_MEMORY:,} do without"
+        raise ScenarioFault([Fault((), words, file="folder")])
     with _kept(folder) as place:
-        if study.method in SEARCHES and (executor != engine.LOCAL or address is not None):
-            raise ScenarioFault([Fault((), f"{study.method} takes processes of this machine", file="executor")])
+        more: dict[str, Any] = {"jobs": jobs, "resume": resume, "executor": executor, "address": address}
         if study.method == OPTIMISE:
             from cutwise.study.many.best import optimised
 
-            return optimised(study, place, jobs=jobs, resume=resume)
+            return optimised(study, place, **more)
         if study.method == RARE:
             from cutwise.study.many.rarely import rarely
 
-            return rarely(study, place, jobs=jobs, resume=resume)
-        engine.run_study(study, place, jobs=jobs, resume=resume, executor=executor, address=address)
-        return StudyResult(_answers(study, place), None if folder is None else place)
+            found = rarely(study, place, **more)
+            return found if folder is not None else found._replace(table=dict(found.table))
+        engine.run_study(study, place, **more)
+        return StudyResult(_answers(study, place, kept=folder is not None), None if folder is None else place)
 
 
 def _read(
@@ -176,8 +180,9 @@ def uniform(low: str, high: str) -> dict[str, Any]:
     return {"uniform": [low, high]}
 
 
-def _answers(study: Study, folder: Path) -> Answers:
+def _answers(study: Study, folder: Path, *, kept: bool) -> Answers:
+    """The answers of a folder; their columns are read when they are asked for, or are in memory if it goes away."""
     known = at.identity_in(folder)
     assert known is not None
     found = answers(study, folder, int(known["chunk"]))
-    return found._replace(table={name: np.array(values) for name, values in found.table.items()})
+    return found if kept else found._replace(table=dict(found.table))

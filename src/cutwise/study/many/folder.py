@@ -11,7 +11,7 @@ import json
 import os
 import platform
 import time
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -107,29 +107,35 @@ def write_part(folder: Path, chunk: Chunk) -> Path:
     return write_bytes(part_file(folder, chunk.first, chunk.count), stream.getvalue())
 
 
-def read_part(file: Path, only: str | None = None) -> dict[str, np.ndarray]:
-    """The columns of a part, or one of them."""
+def read_part(file: Path, only: Collection[str] | None = None) -> dict[str, np.ndarray]:
+    """The columns of a part, or some of them."""
     with h5py.File(file, "r") as opened:
-        return {
-            name: values.asstr()[:] if h5py.check_string_dtype(values.dtype) else values[:]
-            for name, values in opened.items()
-            if only is None or name == only
-        }
+        found = {}
+        for name in opened if only is None else only:
+            values = opened[name]
+            found[name] = values.asstr()[:] if h5py.check_string_dtype(values.dtype) else values[:]
+        return found
+
+
+def columns_of(file: Path) -> list[str]:
+    """Names of the columns of a part."""
+    with h5py.File(file, "r") as opened:
+        return list(opened)
 
 
 def finished(folder: Path, study: Study, size: int) -> list[tuple[int, int]]:
     """The parts that are there."""
-    there = _names(folder)
+    there = names(folder)
     return [one for one in chunks(study, size) if part_file(folder, *one).name in there]
 
 
 def missing(folder: Path, study: Study, size: int) -> list[tuple[int, int]]:
     """The parts that are not there."""
-    there = _names(folder)
+    there = names(folder)
     return [one for one in chunks(study, size) if part_file(folder, *one).name not in there]
 
 
-def _names(folder: Path) -> set[str]:
+def names(folder: Path) -> set[str]:
     """All files of parts: one look at the folder, however many there are."""
     return set(os.listdir(folder / "parts")) if (folder / "parts").is_dir() else set()
 
@@ -173,7 +179,7 @@ def take_lease(folder: Path, first: int) -> bool:
         mine.touch()  # by the clock of the file system, which every worker sees
         age = mine.stat().st_mtime - lease.stat().st_mtime
         mine.unlink(missing_ok=True)
-        if age < _STALE:
+        if age < _STALE and not _gone(lease.read_text(encoding="utf-8")):
             return False
         lease.write_text(_holder(os.getpid()), encoding="utf-8")
         return True
@@ -185,9 +191,23 @@ def _holder(process: int) -> str:
     return f"{platform.node()} {process}"
 
 
+def _gone(holder: str) -> bool:
+    """Whether the holder of a lease was a process of this machine that has ended."""
+    node, _, process = holder.rpartition(" ")
+    if os.name == "nt" or node != platform.node() or not process.isdigit():
+        return False
+    try:
+        os.kill(int(process), 0)  # asks, and does nothing
+    except ProcessLookupError:
+        return True
+    except OSError:
+        return False
+    return False
+
+
 def give_back_of(folder: Path, process: int | None) -> None:
     """Give back what a process of this machine had leased when it was ended."""
-    for lease in (folder / "lease").iterdir():
+    for lease in (folder / "lease").glob("*"):
         with suppress(FileNotFoundError):
             if process is not None and lease.read_text(encoding="utf-8") == _holder(process):
                 lease.unlink()

@@ -7,8 +7,10 @@ import numpy as np
 from cutwise.results import SolverFailure
 from cutwise.spec.faults import ScenarioFault
 from cutwise.study.band import simulate
-from cutwise.study.many.answers import Answers, worst
+from cutwise.study.many.answers import Answers, values_of, worst
 from cutwise.study.many.cases import FAILED, case_of
+from cutwise.study.many.columns import row
+from cutwise.study.many.order import in_order
 
 WORST = 3
 TOO_COARSE = 0.1
@@ -31,23 +33,24 @@ class Against(NamedTuple):
 
 def against_full_runs(found: Answers) -> Against:
     """Run the median case and the worst three in full, and hold the numbers of the study against them."""
-    study, table = found.study, found.table
+    study = found.study
     names = tuple(study.scenario.asked) or study.measures
-    chosen = [
-        case for case in dict.fromkeys((*_median(found, names), *worst(found, WORST))) if table["state"][case] != FAILED
-    ]
     changes: dict[str, float] = {}
-    lost = []
-    for case in chosen:
+    lost, chosen = [], []
+    for case in dict.fromkeys((*_median(found, names), *worst(found, WORST))):
+        told = row(found.table, case)
+        if told["state"] == FAILED:
+            continue
+        chosen.append(case)
         try:
             run = simulate(case_of(study, case))
         except (ScenarioFault, SolverFailure) as why:
             lost.append(f"case {case}: {str(why).splitlines()[0]}")
             continue
         for name in names:
-            value = table[f"measure {name}"][case]
+            value = float(told[f"measure {name}"])
             if name in run.measures and np.isfinite(value):
-                changes[name] = max(changes.get(name, 0.0), abs(run.measures[name].value - float(value)))
+                changes[name] = max(changes.get(name, 0.0), abs(run.measures[name].value - value))
     share = max(
         (change / tolerance(found, name) for name, change in changes.items() if name in study.scenario.asked),
         default=0.0,
@@ -67,6 +70,11 @@ def _median(found: Answers, names: tuple[str, ...]) -> list[int]:
     """The case in the middle of the first measure."""
     if not names:
         return []
-    values = found.table[f"measure {names[0]}"]
-    there = np.flatnonzero(np.isfinite(values))
-    return [int(there[np.argsort(values[there], kind="stable")[there.size // 2]])] if there.size else []
+    middle, count = in_order(values_of(found, names[0]), lambda n: [n // 2])
+    first = 0
+    for values in values_of(found, names[0])() if count else ():
+        at = np.flatnonzero(values == middle[0])
+        if at.size:
+            return [first + int(at[0])]
+        first += len(values)
+    return []

@@ -2,53 +2,121 @@
 
 import json
 import multiprocessing
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from typing import Any
 
+from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.study.many.cases import Evaluator, evaluators
 from cutwise.study.many.definition import Study
 from cutwise.study.many.packing import pack, unpack
 
 _held: dict[str, Any] = {}  # the study of this process
+_RETRIES = 5  # with new processes, where one was lost
+
+Calls = Callable[[Callable[..., Any], Sequence[tuple[Any, ...]]], Iterable[Any]]
+"""Results of calls of a function with some arguments each, in order."""
+
+
+class Unfinished(Exception):
+    """Something would have to be run, and nothing may be."""
 
 
 class Pool:
-    """Calls of functions with the study at hand, here or in several processes."""
+    """Calls of functions with the study at hand, wherever that is."""
 
-    def __init__(self, study: Study, jobs: int, executor: ProcessPoolExecutor | None) -> None:
-        self.jobs, self._study, self._executor = jobs, study, executor
+    def __init__(self, jobs: int, calls: Calls) -> None:
+        self.jobs, self._calls = jobs, calls
+
+    @classmethod
+    def here(cls, study: Study) -> "Pool":
+        """In this process."""
+
+        def calls(function: Callable[..., Any], some: Sequence[tuple[Any, ...]]) -> Iterator[Any]:
+            hold(study)
+            return (function(*one) for one in some)
+
+        return cls(1, calls)
+
+    @classmethod
+    def none(cls, study: Study) -> "Pool":
+        """Nowhere: what would have to be run is :class:`Unfinished`."""
+        hold(study)
+
+        def calls(_function: Callable[..., Any], _some: Sequence[tuple[Any, ...]]) -> Iterator[Any]:
+            raise Unfinished
+
+        return cls(1, calls)
 
     def map(
         self, function: Callable[..., Any], some: Sequence[tuple[Any, ...]], told: Callable[[int], object] | None = None
     ) -> list[Any]:
         """The results of calls with some arguments each, in order; ``told`` how many there are."""
         found: list[Any] = []
-        for one in self._each(function, some):
+        for one in self._calls(function, some):
             found.append(one)
             if told is not None:
                 told(len(found))
         return found
 
-    def _each(self, function: Callable[..., Any], some: Sequence[tuple[Any, ...]]) -> Iterator[Any]:
-        if self._executor is None:
-            _hold(self._study)
-            return (function(*one) for one in some)
-        return self._executor.map(function, *zip(*some, strict=True))
+
+class _Processes:
+    """Processes of this machine; where one is lost, others do what is not done yet."""
+
+    def __init__(self, study: Study, jobs: int) -> None:
+        self._text, self._jobs = json.dumps(pack(study)), jobs
+        self._executor = self._made()
+
+    def _made(self) -> ProcessPoolExecutor:
+        context = multiprocessing.get_context("spawn")  # a fork after compiled threads would hang
+        return ProcessPoolExecutor(self._jobs, mp_context=context, initializer=hold_packed, initargs=(self._text,))
+
+    def calls(self, function: Callable[..., Any], some: Sequence[tuple[Any, ...]]) -> Iterator[Any]:
+        """Results in order."""
+        done = 0
+        for _ in range(1 + _RETRIES):
+            try:
+                for one in self._executor.map(function, *zip(*some[done:], strict=True)):
+                    done += 1
+                    yield one
+                return
+            except BrokenProcessPool:
+                self._executor.shutdown(wait=False, cancel_futures=True)
+                self._executor = self._made()
+        raise ScenarioFault(
+            [
+                Fault(
+                    (),
+                    "workers end before their time, again and again; what was tried is kept, --resume goes on",
+                    file="--jobs",
+                )
+            ]
+        )
+
+    def end(self) -> None:
+        """End them."""
+        self._executor.shutdown(wait=True, cancel_futures=True)
 
 
 @contextmanager
-def pooled(study: Study, jobs: int) -> Iterator[Pool]:
-    """A pool of so many processes, this one alone if it is one."""
-    if jobs <= 1:
-        yield Pool(study, 1, None)
+def pooled(study: Study, jobs: int, executor: str = "local", address: str | None = None) -> Iterator[Pool]:
+    """A pool of so many processes, this one alone if it is one; of workers of dask, if that is to start them."""
+    if executor != "local":
+        from cutwise.study.many.distributed import pooled_on_dask
+
+        with pooled_on_dask(study, jobs, address) as found:
+            yield found
         return
-    context = multiprocessing.get_context("spawn")  # a fork after compiled threads would hang
-    with ProcessPoolExecutor(
-        jobs, mp_context=context, initializer=_hold_packed, initargs=(json.dumps(pack(study)),)
-    ) as executor:
-        yield Pool(study, jobs, executor)
+    if jobs <= 1:
+        yield Pool.here(study)
+        return
+    processes = _Processes(study, jobs)
+    try:
+        yield Pool(jobs, processes.calls)
+    finally:
+        processes.end()
 
 
 def held() -> Study:
@@ -65,11 +133,13 @@ def held_evaluators() -> tuple[Evaluator, Evaluator]:
     return found
 
 
-def _hold(study: Study) -> None:
+def hold(study: Study) -> None:
+    """Take a study as that of this process."""
     if _held.get("study") is not study:
         _held.clear()
         _held["study"] = study
 
 
-def _hold_packed(text: str) -> None:
-    _hold(unpack(json.loads(text)))
+def hold_packed(text: str) -> None:
+    """The same of a study as one document."""
+    hold(unpack(json.loads(text)))

@@ -11,18 +11,21 @@ from cutwise.io.revision import Value
 from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.study.many import folder as at
 from cutwise.study.many.cases import FAILED, Chunk, evaluate_levers
+from cutwise.study.many.columns import Columns, Table, row
 from cutwise.study.many.definition import Study, correlated
 from cutwise.study.many.draws import LEVELS_FROM, generator
-from cutwise.study.many.engine import begun
-from cutwise.study.many.pool import Pool, held, pooled
+from cutwise.study.many.engine import LOCAL, begun, checked
+from cutwise.study.many.pool import Pool, Unfinished, held, pooled
 from cutwise.study.many.statements import Share
-from cutwise.study.rare import SHARE, Flat, Rare, subset_simulation
+from cutwise.study.many.tally import counted, farthest
+from cutwise.study.rare import SHARE, Flat, Level, Rare, subset_simulation
 
 FloatArray = np.ndarray
 Progress = Callable[[int, int], object]
 
 _LEAST = 2.0**-53
 _PIECE = 100  # cases of one call in a process
+_REPEATED = 2  # times that a case may be there
 
 
 class Rarely(NamedTuple):
@@ -31,8 +34,9 @@ class Rarely(NamedTuple):
     study: Study
     done: int  # cases
     found: Rare
-    table: Mapping[str, np.ndarray]  # of all cases, in their order
+    table: Table  # of all cases, in their order
     failed: Mapping[str, int]  # reasons, with their numbers
+    unfinished: bool = False  # the levels so far, of a search that was stopped: failures are rarer than its probability
 
     @property
     def good(self) -> Share:
@@ -42,12 +46,14 @@ class Rarely(NamedTuple):
     @property
     def demanded(self) -> bool | None:
         """Whether the demanded share of good cases is reached; None without a demand."""
-        return None if self.study.demanded is None else self.good.low >= self.study.demanded
+        return None if self.study.demanded is None or self.unfinished else self.good.low >= self.study.demanded
 
     @property
     def measures(self) -> dict[str, float]:
         """The numbers of the study by name."""
         rare = self.found
+        if self.unfinished:
+            return {"cases_done": float(self.done), "cases_failed": float(sum(self.failed.values()))}
         return {
             "failure_probability": rare.probability, "failure_probability_low": rare.low,
             "failure_probability_high": rare.high, "failure_cov": rare.cov if np.isfinite(rare.cov) else 0.0,
@@ -56,15 +62,13 @@ class Rarely(NamedTuple):
 
     def worst(self, count: int) -> list[dict[str, Any]]:
         """Levers of the cases that are farthest beyond a limit, each once, those that failed left out."""
-        margin = np.where(self.table["state"] == FAILED, -np.inf, self.table["margin"])
         found: list[dict[str, Any]] = []
-        for i in np.argsort(-margin, kind="stable"):
-            one = {key: self.table[f"lever {key}"][i] for key in self.study.keys}
-            if one not in found:
+        for case in farthest(self.study, self.table, _REPEATED * count):  # chains stay where they are: cases recur
+            told = row(self.table, case)
+            one = {key: told[f"lever {key}"] for key in self.study.keys}
+            if one not in found and told["state"] != FAILED:
                 found.append(one)
-            if len(found) == count:
-                break
-        return found
+        return found[:count]
 
 
 def size_of_level(cases: int) -> int:
@@ -74,9 +78,21 @@ def size_of_level(cases: int) -> int:
 
 
 def rarely(
-    study: Study, folder: Path, *, jobs: int = 1, resume: bool = False, progress: Progress | None = None
-) -> Rarely:
+    study: Study, folder: Path, *, jobs: int = 1, resume: bool = False, progress: Progress | None = None,
+    executor: str = LOCAL, address: str | None = None,
+) -> Rarely:  # fmt: skip
     """The probability that a study's requirements are missed, however small.
+
+    Parameters
+    ----------
+    study, folder
+        The study, and where its cases are kept.
+    jobs, executor, address
+        As of :func:`cutwise.study.many.engine.run_study`.
+    resume : bool
+        Go on with the cases that are there.
+    progress : callable, optional
+        Told how many cases are done.
 
     Raises
     ------
@@ -84,24 +100,45 @@ def rarely(
         The folder holds another study, or cases of this one without ``resume``; or the margin does not rise from level
         to level.
     """
+    checked(executor, address)
     known = begun(study, folder, resume=resume)
-    with pooled(study, jobs) as pool:
-        cases = _Cases(study, folder, known, pool, progress)
-        try:
-            found = subset_simulation(
-                cases.margins, len(study.random), count=size_of_level(study.draws),
-                rng=lambda level: generator(study.seed, LEVELS_FROM + level),
-            )  # fmt: skip
-        except Flat:
-            raise ScenarioFault([Fault(
-                (), "rare: the worst cases of all levels are equally far from the limits; what scatters does not lead to "
-                "them, so nothing is said of how rare a failure is", file=study.name,
-            )]) from None  # fmt: skip
+    with pooled(study, jobs, executor, address) as pool:
+        return _found(study, _Cases(study, folder, known, pool, progress))
+
+
+def told(study: Study, folder: Path, known: dict[str, Any]) -> Rarely:
+    """What the cases in a folder say; nothing further is run.
+
+    Raises
+    ------
+    ValueError
+        There is no case yet.
+    """
+    found = _found(study, _Cases(study, folder, known, Pool.none(study), None))
+    if not found.done:
+        raise ValueError("no case is finished yet")
+    return found
+
+
+def _found(study: Study, cases: "_Cases") -> Rarely:
+    levels: list[Level] = []
+    unfinished = False
+    try:
+        found = subset_simulation(
+            cases.margins, len(study.random), count=size_of_level(study.draws),
+            rng=lambda level: generator(study.seed, LEVELS_FROM + level), levels=levels,
+        )  # fmt: skip
+    except Unfinished:
+        share = float(np.prod([level.share for level in levels]))
+        found, unfinished = Rare(share, np.inf, tuple(levels), cases.done, np.empty((0, 0)), np.empty(0)), True
+    except Flat:
+        raise ScenarioFault([Fault(
+            (), "rare: the worst cases of all levels are equally far from the limits; what scatters does not lead to "
+            "them, so nothing is said of how rare a failure is", file=study.name,
+        )]) from None  # fmt: skip
     table = cases.table()
-    failed = {
-        str(text): int((table["said"] == text).sum()) for text in dict.fromkeys(table["said"][table["state"] == FAILED])
-    }
-    return Rarely(study, cases.done, found, table, failed)
+    failed = counted(study, table).failed if cases.done else {}
+    return Rarely(study, cases.done, found, table, {text: one.count for text, one in failed.items()}, unfinished)
 
 
 class _Cases:
@@ -112,7 +149,7 @@ class _Cases:
     ) -> None:  # fmt: skip
         self._study, self._folder, self._known, self._pool, self._progress = study, folder, known, pool, progress
         self.done = 0
-        self._parts: list[Path] = []
+        self._parts: list[tuple[int, int]] = []
 
     def margins(self, z: FloatArray) -> FloatArray:
         """How far each case is beyond its limits."""
@@ -128,16 +165,15 @@ class _Cases:
                 for first in range(0, len(z), _PIECE)
             ]
             at.write_part(self._folder, _joined(self._pool.map(_run, pieces)))
-        self._parts.append(file)
+        self._parts.append((self.done, len(z)))
         self.done += len(z)
         if self._progress is not None:
             self._progress(self.done, 0)
-        return np.asarray(at.read_part(file)["margin"])
+        return np.asarray(at.read_part(file, ("margin",))["margin"])
 
-    def table(self) -> dict[str, np.ndarray]:
+    def table(self) -> Columns:
         """Columns of all cases."""
-        parts = [at.read_part(file) for file in self._parts]
-        return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+        return Columns(self._folder, self._parts)
 
 
 def levers_at(study: Study, z: FloatArray) -> dict[str, list[Value]]:

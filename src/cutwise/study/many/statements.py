@@ -9,14 +9,17 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import special, stats
+from scipy import special
 
-from cutwise.study.many.draws import BOOTSTRAP, NETS, generator
+from cutwise.study.many.draws import BOOTSTRAP, NETS, generator, shuffled
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
 _FEW = 10  # good or bad cases below which no interval but the exact one holds
 _BOOTSTRAPS = 1000
+_GROUPS = 4096  # of rows that are summed; a power of two
+_NOTHING = 1e-14  # share of the mean square that is rounding
 
 
 class Share(NamedTuple):
@@ -60,15 +63,22 @@ def clopper_pearson(good: int, count: int, level: float = 0.95) -> Share:
 
 def share_of(good: NDArray[np.bool_], *, nets: bool, level: float = 0.95) -> Share:
     """Share of good cases: from the scatter of the eight nets, or as independent cases; exact where there are few."""
-    count, hits = good.size, int(good.sum())
+    whole = nets and good.size > 0 and good.size % NETS == 0
+    each = good.reshape(-1, NETS) if whole else good[:, None]
+    return share_of_counts(each.sum(axis=0), np.full(each.shape[1], len(each)), nets=whole, level=level)
+
+
+def share_of_counts(good: IntArray, ended: IntArray, *, nets: bool, level: float = 0.95) -> Share:
+    """The same of the good cases and of all that ended in each net; shapes (nets,)."""
+    count, hits = int(ended.sum()), int(good.sum())
     if count == 0:
         return Share(math.nan, 0.0, 1.0)
     if min(hits, count - hits) < _FEW:
         return clopper_pearson(hits, count, level)
-    if not nets or count % NETS:
+    if not nets or len(good) != NETS:
         return wilson(hits, count, level)
-    each = good.reshape(-1, NETS).mean(axis=0)
-    room = float(stats.t.ppf(0.5 + 0.5 * level, NETS - 1) * each.std(ddof=1) / math.sqrt(NETS))
+    each = good / ended
+    room = float(special.stdtrit(NETS - 1, 0.5 + 0.5 * level) * each.std(ddof=1) / math.sqrt(NETS))
     value = float(each.mean())
     return Share(value, max(0.0, value - room), min(1.0, value + room))
 
@@ -82,24 +92,76 @@ class Indices(NamedTuple):
     total_width: FloatArray
 
 
-def sobol_indices(rows: FloatArray, seed: int) -> Indices:
-    r"""Indices from n rows of f at A, B and A with column i of B; shape (n, d + 2).
+class RowSums:
+    r"""Sums over rows of f at A, B and A with column i of B, from which the indices and their scatter follow.
 
     .. math:: S_i = \overline{f_B (f_{A_i} - f_A)} / V, \qquad T_i = \overline{(f_A - f_{A_i})^2} / 2V
+
+    Up to 4,096 rows each has sums of its own, so that drawing rows again (bootstrap) is drawing sums again; of more rows,
+    each goes to one of as many groups, drawn at random: the sums of groups scatter as those of rows do.
+
+    Parameters
+    ----------
+    rows : int
+        All rows that will come.
+    inputs : int
+        Number d of inputs.
+    mean : float
+        Of f at A and B, taken off before anything is multiplied.
     """
-    rows = rows - rows[:, :2].mean()
 
-    def both(some: FloatArray) -> FloatArray:
-        a, b, mixed = some[:, :1], some[:, 1:2], some[:, 2:]
-        variance = some[:, :2].var()
-        if variance == 0.0:
-            return np.zeros((2, mixed.shape[1]))
-        return np.array([(b * (mixed - a)).mean(axis=0), 0.5 * ((a - mixed) ** 2).mean(axis=0)]) / variance
+    def __init__(self, rows: int, inputs: int, mean: float) -> None:
+        self._all, self._d, self._mean, self._came = rows, inputs, mean, 0
+        self._sums = np.zeros((min(rows, _GROUPS), 3 + 2 * inputs))  # rows, f, f^2 (A and B), first, total
+        self._ends = math.inf, -math.inf
 
-    rng = generator(seed, BOOTSTRAP)
-    again = np.array([both(rows[rng.integers(0, len(rows), len(rows))]) for _ in range(_BOOTSTRAPS)])
-    (first, total), (first_width, total_width) = both(rows), 1.96 * again.std(axis=0, ddof=1)
-    return Indices(first, total, first_width, total_width)
+    def add(self, rows: FloatArray) -> None:
+        """Add the next rows of f; shape (m, d + 2)."""
+        few, d = rows - self._mean, self._d
+        a, b, mixed = few[:, :1], few[:, 1:2], few[:, 2:]
+        both = few[:, :2]
+        low, high = self._ends
+        self._ends = min(low, float(both.min())), max(high, float(both.max()))
+        each = np.concatenate(
+            [
+                np.ones_like(a),
+                both.sum(axis=1)[:, None],
+                (both**2).sum(axis=1)[:, None],
+                b * (mixed - a),
+                (a - mixed) ** 2,
+            ],
+            axis=1,
+        )
+        group = np.arange(self._came, self._came + len(few))
+        if self._all > len(self._sums):
+            group = shuffled(group) % len(self._sums)
+        for j in range(3 + 2 * d):
+            self._sums[:, j] += np.bincount(group, each[:, j], len(self._sums))
+        self._came += len(few)
+
+    def indices(self, seed: int) -> Indices:
+        """Indices with the scatter of 1,000 draws of rows."""
+        rng, groups = generator(seed, BOOTSTRAP), len(self._sums)
+        first, total = self._of(self._sums.sum(axis=0))
+        weights = (np.bincount(rng.integers(0, groups, groups), minlength=groups) for _ in range(_BOOTSTRAPS))
+        again = np.array([self._of(weight @ self._sums) for weight in weights])
+        first_width, total_width = 1.96 * again.std(axis=0, ddof=1)
+        return Indices(first, total, first_width, total_width)
+
+    def _of(self, sums: FloatArray) -> FloatArray:
+        count, mean, square = sums[0], sums[1] / (2.0 * sums[0]), sums[2] / (2.0 * sums[0])
+        variance = square - mean * mean
+        if self._ends[0] == self._ends[1] or variance <= _NOTHING * square:  # all alike
+            return np.zeros((2, self._d))
+        parts = sums[3:].reshape(2, self._d) / count
+        return np.asarray(parts * np.array([[1.0], [0.5]]) / variance)
+
+
+def sobol_indices(rows: FloatArray, seed: int) -> Indices:
+    """Indices from n rows of f at A, B and A with column i of B; shape (n, d + 2). See :class:`RowSums`."""
+    sums = RowSums(len(rows), rows.shape[1] - 2, float(rows[:, :2].mean()))
+    sums.add(rows)
+    return sums.indices(seed)
 
 
 class Effects(NamedTuple):

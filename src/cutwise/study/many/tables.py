@@ -1,14 +1,19 @@
 """Cases of a study as tables: a row a case (pandas), arrays over settings and draws (xarray), files of both."""
 
-import io
+import importlib.util
+import json
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import h5py
 import numpy as np
 
 from cutwise import units
+from cutwise.disk import written_whole
 from cutwise.io.cells import harmless
 from cutwise.study.many.answers import dimension_of
+from cutwise.study.many.columns import Table, aligned, pieces
 from cutwise.study.many.definition import Study
 from cutwise.study.many.statements import Share
 
@@ -115,34 +120,94 @@ def dataset_in(found: "xr.Dataset", wanted: Mapping[str, str], study: Study) -> 
     return found
 
 
-def csv_of(study: Study, table: Mapping[str, np.ndarray]) -> str:
-    """One case a line; SI with units in the titles."""
-    found = frame(study, table)
-    found["said"] = [harmless(str(text)) for text in found["said"]]
-    si = units_of(study)
-    heads = {name: f"{name} [{si[name]}]" for name in found.columns if name in si}
-    return found.rename(columns=heads).reset_index().to_csv(index=False, lineterminator="\n")
-
-
-def file_of(study: Study, table: Mapping[str, np.ndarray], ending: str) -> bytes:
-    """The cases as the bytes of a file.
+def write_table(study: Study, table: Table, target: Path) -> Path:
+    """Write the cases as a file of the kind that its ending says, part by part.
 
     Raises
     ------
     NoWriter
         An ending that says no kind, or one whose package is not installed.
+    OSError
+        It cannot be written.
     """
-    if ending == ".csv":
-        return csv_of(study, table).encode()
-    stream = io.BytesIO()
-    if ending == ".nc":
-        dataset(study, table).to_netcdf(stream, engine="h5netcdf")
-        return stream.getvalue()
-    if ending != ".parquet":
+    ending = target.suffix.lower()
+    if ending not in ENDINGS:
         raise NoWriter(f"its ending says no format; write {', '.join(ENDINGS)}")
+    write = {".csv": _csv, ".nc": _netcdf, ".parquet": _parquet}[ending]
+    if ending == ".parquet" and importlib.util.find_spec("pyarrow") is None:
+        raise NoWriter("Parquet needs pyarrow, which is not installed: pip install 'cutwise[tables]'")
+    with written_whole(target) as partial:
+        write(study, table, partial)
+    return target
+
+
+def _csv(study: Study, table: Table, file: Path) -> None:
+    """One case a line; SI with units in the titles."""
+    si = units_of(study)
+    with file.open("w", encoding="utf-8", newline="") as stream:
+        for k, piece in enumerate(pieces(table)):
+            found = frame(study, piece)
+            found["said"] = [harmless(str(text)) for text in found["said"]]
+            heads = {name: f"{name} [{si[name]}]" for name in found.columns if name in si}
+            found = found.rename(columns=heads).reset_index()
+            found.to_csv(stream, index=False, header=k == 0, lineterminator="\n")
+
+
+def _parquet(study: Study, table: Table, file: Path) -> None:
+    """A group of rows a part."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    writer = None
     try:
-        import pyarrow  # noqa: F401
-    except ImportError:
-        raise NoWriter("Parquet needs pyarrow, which is not installed: pip install 'cutwise[tables]'") from None
-    frame(study, table).reset_index().to_parquet(stream, engine="pyarrow", index=False)
-    return stream.getvalue()
+        for piece in pieces(table):
+            found = frame(study, piece).reset_index()
+            found.attrs = {}
+            rows = pa.Table.from_pandas(found, schema=None if writer is None else writer.schema, preserve_index=False)
+            if writer is None:
+                about = {**(rows.schema.metadata or {}), b"units": json.dumps(units_of(study)).encode()}
+                writer = pq.ParquetWriter(file, rows.schema.with_metadata(about))
+            writer.write_table(rows.cast(writer.schema))
+    finally:
+        if writer is not None:
+            writer.close()
+
+
+def _netcdf(study: Study, table: Table, file: Path) -> None:
+    """Arrays over draws and the settings of design levers; whole draws only."""
+    import h5netcdf
+
+    done = 0
+    with h5netcdf.File(file, "w") as opened:
+        for piece in aligned(pieces(table), study.combinations):
+            part = dataset(study, piece)
+            rows = part.sizes["draw"]
+            if not done:
+                opened.dimensions = {
+                    str(name): size if name in study.design else None for name, size in part.sizes.items()
+                }
+                opened.attrs.update(part.attrs)
+                for name, values in part.variables.items():
+                    _variable(opened, str(name), values)
+            opened.resize_dimension("draw", done + rows)
+            for name, values in part.variables.items():
+                if "draw" in values.dims:
+                    there = np.arange(done, done + rows) if name == "draw" else _plain(values.values)
+                    opened.variables[str(name)][done : done + rows] = there
+            done += rows
+
+
+def _variable(opened: Any, name: str, values: Any) -> None:
+    """A variable of a file, with what is said of it; those over settings alone are written at once."""
+    plain = _plain(values.values)
+    over_draws = "draw" in values.dims
+    words = plain.dtype.kind == "O"
+    made = opened.create_variable(
+        name, values.dims, h5py.string_dtype() if words else plain.dtype, None if over_draws else plain
+    )
+    made.attrs.update(values.attrs)
+
+
+def _plain(values: np.ndarray) -> np.ndarray:
+    """Words as Python has them."""
+    return values.astype(object) if values.dtype.kind in "OU" else values

@@ -14,7 +14,7 @@ import numpy as np
 
 from cutwise.study.many import engine
 from cutwise.study.many import folder as at
-from cutwise.study.many.answers import collected
+from cutwise.study.many.columns import collected
 from cutwise.study.many.reading import read_study
 
 EXAMPLE = Path(__file__).parents[4] / "examples/studies/burrs.yaml"

@@ -1,8 +1,14 @@
 """Optimisation of a study: against bisection on runs, the same after a restart and with several processes."""
 
 import json
+import shutil
+import subprocess
+import sys
+import time
+from concurrent.futures.process import BrokenProcessPool
 
 import numpy as np
+import pandas as pd
 import pytest
 from scipy import optimize
 
@@ -11,9 +17,10 @@ from cutwise.app.cli import main
 from cutwise.io.scenario import load
 from cutwise.process.recipes import quick_outcome
 from cutwise.spec.faults import ScenarioFault
-from cutwise.study.many import best
+from cutwise.study.many import best, pool
 from cutwise.study.many import folder as at
 from cutwise.study.many.aims import Cost
+from cutwise.study.many.cases import evaluate
 from cutwise.study.many.definition import at_setting
 from cutwise.study.many.reading import read_study
 
@@ -48,8 +55,17 @@ def study(examples, tmp_path):
     return make
 
 
-def test_the_fastest_feed_is_where_bisection_on_runs_has_it(study, examples, tmp_path):
-    found = best.optimised(study(), tmp_path / "s")
+@pytest.fixture(scope="module")
+def searched(examples, tmp_path_factory):
+    """A search that came to its end: study, folder, answer."""
+    place = tmp_path_factory.mktemp("searched")
+    (place / "study.yaml").write_text(TEXT.format(examples=examples), encoding="utf-8")
+    planned = read_study(place / "study.yaml")
+    return planned, place / "s", best.optimised(planned, place / "s")
+
+
+def test_the_fastest_feed_is_where_bisection_on_runs_has_it(searched, examples):
+    _, _, found = searched
     assert found.proven
     assert found.run.verdict == "pass"
 
@@ -64,17 +80,44 @@ def test_the_fastest_feed_is_where_bisection_on_runs_has_it(study, examples, tmp
     assert found.optimum.levers["operation.feed"] <= feed * (1 + 1e-9)
 
 
-def test_a_search_goes_on_where_it_was_cut_off(study, tmp_path):
-    planned = study()
-    whole = best.optimised(planned, tmp_path / "s")
-    file = tmp_path / "s" / "trials.jsonl"
-    text = file.read_text()
-    file.write_text(text[: len(text) // 2])  # in the middle of a line
+def _call(capsys, *words):
+    with pytest.raises(SystemExit) as end:
+        main(list(map(str, words)))
+    return end.value.code, capsys.readouterr()
+
+
+def test_a_search_goes_on_where_it_was_cut_off(searched, tmp_path, capsys):
+    """Cut off in the middle of a line: what is there is told and exported, and going on comes to the same answer."""
+    planned, folder, whole = searched
+    cut = tmp_path / "s"
+    shutil.copytree(folder, cut)
+    text = (folder / "trials.jsonl").read_text()
+    (cut / "trials.jsonl").write_text(text[: len(text) // 2])
+    code, told = _call(capsys, "report", cut)
+    assert (code, "the best so far; --resume goes on" in told.out) == (1, True)
+    assert _call(capsys, "export", cut, "-o", tmp_path / "t.csv")[0] == 0
+    assert len(pd.read_csv(tmp_path / "t.csv")) == text[: len(text) // 2].count("\n")
     with pytest.raises(ScenarioFault, match="trials are there: add --resume"):
-        best.optimised(planned, tmp_path / "s")
-    again = best.optimised(planned, tmp_path / "s", resume=True)
+        best.optimised(planned, cut)
+    again = best.optimised(planned, cut, resume=True)
     assert again.optima == whole.optima
     assert again.tried == whole.tried
+
+
+def test_a_finished_search_is_told_again_by_its_folder(searched, tmp_path, capsys):
+    _, folder, whole = searched
+    code, told = _call(capsys, "report", folder, "-o", tmp_path / "page.html")
+    assert code == 0
+    assert told.out.splitlines()[:-1] == list(optimum_text.said(whole))
+    assert "What was tried" in (tmp_path / "page.html").read_text()
+    assert _call(capsys, "export", folder, "-o", tmp_path / "t.csv")[0] == 0
+    frame = pd.read_csv(tmp_path / "t.csv")
+    assert frame["operation.feed [m/s]"].max() >= whole.optimum.levers["operation.feed"]
+    assert len(frame) >= whole.done  # those of the coarse step, too
+    code, told = _call(capsys, "export", folder, "-o", tmp_path / "t.nc")
+    assert (code, "write .csv" in told.err) == (2, True)
+    code, told = _call(capsys, "worker", folder)
+    assert (code, "its cases follow from one another" in told.err) == (2, True)
 
 
 def test_a_robust_optimum_is_good_as_often_as_it_has_to_be(study, tmp_path, monkeypatch):
@@ -85,7 +128,7 @@ def test_a_robust_optimum_is_good_as_often_as_it_has_to_be(study, tmp_path, monk
     assert first.met
     assert first.share.value >= 0.75
     faster = at_setting(planned, {"operation.feed": first.levers["operation.feed"] * 1.01})
-    assert (best.evaluate(faster, 0, planned.draws, {}).margin <= 0.0).mean() < 0.75
+    assert (evaluate(faster, 0, planned.draws, {}).margin <= 0.0).mean() < 0.75
     assert len(found.optima) <= 4
     if not found.proven:
         assert found.optimum.fresh.low < 0.75
@@ -115,6 +158,61 @@ def test_several_processes_find_the_same(study, tmp_path, monkeypatch):
     two = best.optimised(study(ROBUST), tmp_path / "two", jobs=2)
     assert one.optima == two.optima
     assert one.tried == two.tried
+
+
+class _Breaks:
+    """Processes the second of which is lost."""
+
+    def __init__(self, left):
+        self.left = left
+
+    def map(self, function, *each):
+        for number, one in enumerate(zip(*each, strict=True)):
+            if self.left and number == 2:
+                raise BrokenProcessPool
+            yield function(*one)
+
+    def shutdown(self, **_):
+        self.left -= 1
+
+
+def test_what_a_lost_process_had_to_do_is_done_by_another(study, monkeypatch):
+    for losses, come in ((2, [0, 1, 8, 27, 64, 125, 216]), (9, None)):
+        broken = _Breaks(losses)
+        monkeypatch.setattr(pool._Processes, "_made", lambda _, one=broken: one)
+        with pool.pooled(study(), 2) as workers:
+            if come is not None:
+                assert workers.map(pow, [(k, 3) for k in range(7)]) == come
+                continue
+            with pytest.raises(ScenarioFault, match="again and again"):
+                workers.map(pow, [(k, 3) for k in range(40)])
+
+
+@pytest.mark.slow
+def test_searches_on_dask_and_after_kills_are_those_of_one_process(study, tmp_path):
+    """Killed (-9) amid its trials, with two processes; then dask goes on: the answer of one undisturbed process."""
+    pytest.importorskip("distributed")
+    planned = study(ROBUST + "budget: {{cases: 320}}\n")
+    script = tmp_path / "s.py"
+    script.write_text(
+        "import sys\nfrom pathlib import Path\nfrom cutwise.study.many import best, reading\n"
+        "if __name__ == '__main__':\n"
+        "    best.FRESH = 64\n"
+        "    best.optimised(reading.read_study(Path(sys.argv[1])), Path(sys.argv[2]), jobs=2, resume=True)\n"
+    )
+    kept = tmp_path / "killed" / "trials.jsonl"
+    process = subprocess.Popen([sys.executable, str(script), str(tmp_path / "study.yaml"), str(kept.parent)])
+    until = time.monotonic() + 120.0
+    while (not kept.exists() or kept.read_text().count("\n") < 4) and time.monotonic() < until:
+        time.sleep(0.02)
+    process.kill()
+    process.wait()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(best, "FRESH", 64)
+        again = best.optimised(planned, kept.parent, resume=True, executor="dask")
+        whole = best.optimised(planned, tmp_path / "whole")
+    assert again.optima == whole.optima
+    assert again.tried == whole.tried
 
 
 def test_a_front_over_shares_falls_as_more_is_asked_for(study, tmp_path):

@@ -16,7 +16,8 @@ import cutwise
 from cutwise.app.cli import main
 from cutwise.spec.faults import ScenarioFault
 from cutwise.study.many import distributed, engine
-from cutwise.study.many.answers import answers, collected
+from cutwise.study.many.answers import answers
+from cutwise.study.many.columns import collected
 from cutwise.study.many.held import against_full_runs
 from cutwise.study.many.reading import read_study
 

@@ -12,6 +12,7 @@ from cutwise.io.scenario import load
 from cutwise.process.recipes import quick_outcome
 from cutwise.spec.faults import ScenarioFault
 from cutwise.study.many import engine, rarely
+from cutwise.study.many import folder as at
 from cutwise.study.many.answers import answers, command
 from cutwise.study.many.cases import rows, scenario_of
 from cutwise.study.many.definition import columns, points
@@ -172,7 +173,13 @@ RARE = TEXT.replace("monte_carlo", "rare").replace("4000", "100").replace(
 )  # fmt: skip
 
 
-def test_rare_failures_of_a_study_are_the_same_after_a_restart(study, tmp_path):
+def call(capsys, *words):
+    with pytest.raises(SystemExit) as end:
+        main(list(map(str, words)))
+    return end.value.code, capsys.readouterr()
+
+
+def test_rare_failures_of_a_study_are_the_same_after_a_restart(study, tmp_path, capsys):
     planned = study(RARE, rho=0.3)
     found = rarely.rarely(planned, tmp_path / "s")
     assert 0.0 < found.found.low < found.found.probability < found.found.high < 0.2
@@ -181,9 +188,18 @@ def test_rare_failures_of_a_study_are_the_same_after_a_restart(study, tmp_path):
         file.unlink()
     with pytest.raises(ScenarioFault, match="trials are there: add --resume"):
         rarely.rarely(planned, tmp_path / "s")
+    assert call(capsys, "report", tmp_path / "s")[0] == 0
+    assert "failures are rarer than" in (tmp_path / "s" / "report.html").read_text()
+    so_far = rarely.told(planned, tmp_path / "s", at.identity_in(tmp_path / "s"))
+    assert so_far.unfinished
+    assert "failure_probability" not in so_far.measures
     again = rarely.rarely(planned, tmp_path / "s", resume=True)
     assert again.found.probability == found.found.probability
     assert np.array_equal(again.table["margin"], found.table["margin"])
+    code, told = call(capsys, "report", tmp_path / "s", "-o", tmp_path / "page.html")
+    assert (code, f"P(fails) = {found.found.probability:.3g}" in told.out) == (0, True)
+    assert call(capsys, "export", tmp_path / "s", "-o", tmp_path / "all.csv")[0] == 0
+    assert (tmp_path / "all.csv").read_text().count("\n") == found.done + 1
 
 
 def test_rare_failures_agree_with_many_plain_cases(study, tmp_path):
