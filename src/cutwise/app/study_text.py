@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from cutwise.study.many.held import Against
 
 _SHOWN = 3  # worst cases
+_QUANTILE = len("quantile_05_")
 _REASONS = 5  # of failures
 
 
@@ -31,19 +32,24 @@ def said(found: "Answers") -> Iterator[str]:
             f"{100 * (planned.stop.level if planned.stop else 0.95):g} %){of}"
         )
     if planned.scenario.requirements and not found.shares:  # nothing scatters: no share of anything
-        yield f"{good:,} of {found.done:,} combinations meet the requirements, {failed or 'none'} failed"
+        what = "runs" if planned.random else "combinations"
+        yield f"{good:,} of {found.done:,} {what} meet the requirements, {failed or 'none'} failed"
     if found.shares:
         again = f", {finer} borderline cases run finer" if finer else ""
         yield f"{good:,} of {found.done:,} cases are good, {failed or 'none'} failed{again}"
-        if failed:
-            low, high = good / found.done, (good + failed) / found.done
-            yield f"P(good) is {low:.3f} if all that failed are bad, {high:.3f} if all are good"
+        for (values, _), (bad, best) in zip(found.shares, found.if_failed, strict=bool(found.if_failed)):
+            at = ", ".join(f"{key} {shown(planned, key, value)}" for key, value in values.items())
+            yield (
+                f"{f'{at}: ' if at else ''}P(good) is {bad.value:.3f} if all that failed are bad, {best.value:.3f} if all are "
+                "good"
+            )
     wrong = [f"{100 * count / found.done:.1f} % {text}" for text, count in found.wrong.items() if count]
     if wrong:
         yield f"  {', '.join(wrong)}"
-    for reasons, word in ((found.failed, "failed"), (found.infeasible, "infeasible")):
+    for reasons, word in ((found.failed, "failed"), (found.infeasible, "infeasible"), (found.unsound, "unsound")):
         for text, count in list(reasons.items())[:_REASONS]:
-            yield f"  {count:,} {word}: {text}"
+            where = f"; case {found.first[text]}: {command(found, found.first[text])}" if text in found.first else ""
+            yield f"  {count:,} {word}: {text}{where}"
     for name, one in found.indices.items():
         each = zip(
             planned.factor_names,
@@ -54,6 +60,12 @@ def said(found: "Answers") -> Iterator[str]:
         yield f"  what decides {name}: " + "; ".join(
             f"{key} {words.format(a, b)}" for key, a, b in sorted(each, key=lambda x: -abs(x[1]))
         )
+    if found.indices:
+        if failed:
+            yield "  of what decides good, cases that failed count as bad"
+        for name in planned.measures:
+            if name not in found.indices:
+                yield f"  what decides {name} is not told: there are cases that have no such number"
     asked = demanded(found)
     if asked is not None:
         yield asked[1]
@@ -101,9 +113,7 @@ def as_object(found: "Answers", against: "Against", stopped: str, files: dict[st
     for name, value in measures(found).items():
         if not math.isfinite(value):  # of no case at all
             continue
-        base = next(
-            (known for known in planned.scenario.measures if name.endswith(known) and name.startswith("quantile")), None
-        )
+        base = name[_QUANTILE:] if name.startswith("quantile_") else None
         dimension = planned.scenario.measures[base].dimension if base is not None else "dimensionless"
         told[name] = {"value": value, "unit": units.DIMENSIONS[dimension].si}
     over = [

@@ -11,6 +11,9 @@ from cutwise.spec.base import Spec, Usual
 from cutwise.spec.faults import Path, dotted, split_dotted
 from cutwise.spec.scenario import Scenario
 
+NOT_USED = "is not used: "
+"""How what is said of a key that changes nothing begins."""
+
 
 class Noticed(NamedTuple):
     """Something about a value of a scenario that an engineer should know."""
@@ -115,7 +118,7 @@ def _unused(scenario: Scenario) -> Iterator[tuple[Path, str]]:
     for before, spec in fields.specs(scenario):
         for path, reason in spec.unused():
             if _written(scenario, spec, before, path):
-                yield (*before, *path), f"is not used: {reason}"
+                yield (*before, *path), f"{NOT_USED}{reason}"
 
 
 def _written(scenario: Scenario, spec: Spec, before: Path, path: Path) -> bool:

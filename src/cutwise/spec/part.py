@@ -26,6 +26,9 @@ class BurrWidthTable(Table):
     ordinate: ClassVar[Column] = Column("width", "length", 0.0)
 
 
+_SHORTEST = 10e-6  # [m]; an eighth of it is the grid of a curve
+
+
 class RandomField(Spec):
     """A random, normally distributed size along the edge; below zero there is no burr. Same seed, same burr."""
 
@@ -49,7 +52,9 @@ class RandomField(Spec):
         return None if self.lever is None or self.case is None else (self.lever, self.case)
 
     def contradictions(self) -> Iterator[Notice]:
-        """A curve of a study that is half said."""
+        """A curve of a study that is half said, or one of more points than an edge has."""
+        if self.correlation_length < _SHORTEST:
+            yield Notice(("correlation_length",), f"is below {_SHORTEST * 1e6:g} um, shorter than any burr changes")
         for key, other in (("lever", "case"), ("case", "lever")):
             if getattr(self, key) is None and getattr(self, other) is not None:
                 yield Notice((key,), f"missing; {other} belongs to it")

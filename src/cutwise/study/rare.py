@@ -24,6 +24,7 @@ SHARE = 0.1
 _SPREAD = 0.6  # of proposals at first, in deviations of the seeds
 _ACCEPTED = 0.44  # share of proposals that the spread is led to
 _Z = 1.96
+_FEWEST = 10  # chains of a level
 _LEVELS = 40  # beyond which 1e-40 is not worth the name of a probability
 
 
@@ -95,17 +96,16 @@ def subset_simulation(
     independent). A second region of failures that few cases of the first levels lie near may be missed: more cases of a
     level find it.
     """
-    seeds = round(SHARE * count)
+    seeds = begun = round(SHARE * count)
     z = rng(0).standard_normal((count, dimensions))
     g = margins(z)
     levels = [] if levels is None else levels
     probability, threshold, runs, accepted, spread = 1.0, -math.inf, count, 1.0, _SPREAD
     while len(levels) < _LEVELS:
-        order = np.argsort(-g, kind="stable")
-        following = 0.5 * (g[order[seeds - 1]] + g[order[seeds]])
+        following = _following(g, seeds)
         last = following >= 0.0 or bool((g > 0.0).sum() >= seeds)
         ends = 0.0 if last else float(following)
-        chains = None if not levels else seeds
+        chains = None if not levels else begun
         share = float((g > ends).mean())
         levels.append(Level(threshold, share, _cov(g > ends, chains), accepted))
         probability *= share
@@ -113,11 +113,30 @@ def subset_simulation(
             return Rare(probability, math.sqrt(sum(one.cov**2 for one in levels)), tuple(levels), runs, z, g)
         if share == 0.0 or not ends > threshold:
             break
-        threshold = ends
-        z, g, accepted, spread = _conditional(margins, z[order[:seeds]], g[order[:seeds]], threshold, count,
-                                              rng(len(levels)), spread)  # fmt: skip
-        runs += count - seeds
+        threshold, more = ends, rng(len(levels))
+        first = np.argsort(-g, kind="stable")[: (g > threshold).sum()]
+        begun = next(size for size in range(min(seeds, first.size), 0, -1) if count % size == 0)
+        if begun < _FEWEST:
+            break
+        if begun < first.size:  # more than begin a chain: any of them, else the level would begin at the worst
+            first = more.choice(first, begun, replace=False)
+        z, g, accepted, spread = _conditional(margins, z[first], g[first], threshold, count, more, spread)
+        runs += count - begun
     raise Flat
+
+
+def _following(g: FloatArray, seeds: int) -> float:
+    """The margin that about so many cases exceed: between two that differ, for a case on a threshold is not beyond it.
+
+    Chains that stay where they are repeat their margins, and some margins are the same for many cases; then a few more
+    exceed it, or fewer where that would be most of all.
+    """
+    falling = np.sort(g)[::-1]
+    tie = falling[seeds]
+    if falling[seeds - 1] > tie:
+        return float(0.5 * (falling[seeds - 1] + tie))
+    lower = falling[falling < tie]
+    return float(0.5 * (tie + lower[0]) if 2 * lower.size > g.size else tie)
 
 
 def _conditional(

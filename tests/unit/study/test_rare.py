@@ -56,6 +56,20 @@ def test_four_branches(k, truth):
     mean_is(over_seeds(margins, 2), 1 - inside, 0.17)
 
 
+@pytest.mark.parametrize(
+    "margins",
+    [
+        lambda z: np.floor(4.0 * z[:, 0]) / 4.0 - 2.9,  # a measure that is counted, or read in steps
+        lambda z: np.maximum(z[:, 0] - 3.0, -2.0),  # the same for most cases, as a burr that is gone
+    ],
+)
+def test_margins_that_many_cases_share(margins):
+    """A case on a threshold is not beyond it, and begins no chain: P = Phi(-3) (0.57 of it before)."""
+    found = over_seeds(margins, 1, seeds=30, count=1000)
+    mean_is(found, special.ndtr(-3.0), 0.26)
+    assert np.mean([one.low <= special.ndtr(-3.0) <= one.high for one in found]) >= 0.8
+
+
 def test_a_frequent_failure_needs_one_level():
     found = over_seeds(lambda z: z[:, 0] - 0.5, 1, seeds=1)[0]
     assert len(found.levels) == 1

@@ -4,6 +4,7 @@ import math
 import shlex
 from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -37,6 +38,10 @@ class Answers(NamedTuple):
     indices: Mapping[str, Indices | Effects]  # by measure, and of "good"
     first: Mapping[str, int]  # case of each reason
     extremes: Mapping[str, float]  # value farthest beyond each requirement [SI]
+    if_failed: tuple[tuple[Share, Share], ...] = ()  # shares if all that failed were bad, and if all were good
+    unsound: Mapping[str, int] = MappingProxyType(
+        {}
+    )  # bad cases of which a run would warn: reasons, with their numbers
 
     @property
     def count_failed(self) -> int:
@@ -68,8 +73,9 @@ def answers_of(study: Study, table: Table) -> Answers:
         {text: one.count for text, one in found.failed.items()},
         {text: one.count for text, one in found.infeasible.items()},
         {text: one.count for text, one in found.wrong.items()}, decides(study, table, done),
-        {text: one.first for text, one in (found.infeasible | found.failed).items()},
+        {text: one.first for text, one in (found.infeasible | found.failed | found.unsound).items()},
         {text: one.extreme for text, one in found.wrong.items()},
+        tuple(found.tally.if_failed()), {text: one.count for text, one in found.unsound.items()},
     )  # fmt: skip
 
 
@@ -204,11 +210,20 @@ def demanded(found: Answers) -> tuple[bool, str] | None:
     least = found.study.demanded
     if least is None or not found.shares:
         return None
-    share = min((one for _, one in found.shares), key=lambda one: one.low)
-    if share.low >= least:
+    shares = [one for _, one in found.shares]
+    worst_of, best_of = (
+        (list(some) for some in zip(*found.if_failed, strict=True)) if found.if_failed else (shares, shares)
+    )
+    if min(one.low for one in worst_of) >= least:
         return True, f"P(good) of at least {least:g} is met"
-    if share.high < least:
+    if min(one.high for one in best_of) < least:
         return False, f"P(good) of at least {least:g} is not met"
+    share = min(shares, key=lambda one: one.low)
+    if found.if_failed and share.low >= least:
+        return (
+            False,
+            f"whether P(good) reaches {least:g} cannot be told: {found.count_failed:,} cases failed, which may be bad",
+        )
     gap = abs(share.value - least)
     needed = math.ceil(found.done * (share.half_width / gap) ** 2) if gap > 0.0 else None
     more = f"about {needed:,} would be needed" if needed is not None else "the estimate lies on it"

@@ -1,10 +1,12 @@
 """Whether the parts of a study file fit each other: its method, what varies, and the keys that then count for nothing."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from cutwise.io.tree import Node
-from cutwise.spec.faults import Fault
+from cutwise.spec.faults import Fault, ScenarioFault
+from cutwise.spec.notices import NOT_USED, notices
 from cutwise.spec.scenario import Scenario
+from cutwise.study.many.cases import case_of
 from cutwise.study.many.definition import (
     GRID,
     HYPERCUBE,
@@ -123,3 +125,15 @@ def moved_once(tree: Node, overrides: Sequence[str], levers: Levers, faults: Fau
         faults.at(given.value[key], ("set", key), words, at_key=True)  # type: ignore[union-attr]
     for key in varied & {text.partition("=")[0].strip() for text in overrides}:
         faults.found.append(Fault((), words, file=f"--set {key}"))
+
+
+def idle(study: Study) -> Iterator[str]:
+    """Levers that change nothing, as the first case has them: a run says so of a key that it does not use."""
+    try:
+        first = case_of(study, 0)
+    except ScenarioFault:  # that case fails, and says so among the others
+        return
+    for said in notices(first):
+        key, _, why = said.partition(": ")
+        if key in study.keys and why.startswith(NOT_USED):
+            yield f"{key} varies, and {why}"

@@ -15,7 +15,7 @@ from cutwise.io.tree import Node, compose
 from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.spec.scenario import Scenario
 from cutwise.study.many.aims import measures_of, search_of
-from cutwise.study.many.consistency import goes_together, moved_once, too_many
+from cutwise.study.many.consistency import goes_together, idle, moved_once, too_many
 from cutwise.study.many.definition import (
     GRID,
     INDICES,
@@ -409,6 +409,7 @@ def told(study: Study) -> Iterator[str]:
         yield f"{study.cases:,} cases: {study.rows:,} draws{seed}" + (
             f" at each of {study.combinations} combinations" if study.design else ""
         )
+    yield from idle(in_the_middle(study))
     yield from cut_off(study.scenario, study.random)
     few = few_degrees(study.scenario, study.correlated)
     if few:

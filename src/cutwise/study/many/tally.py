@@ -36,6 +36,7 @@ class Tally:
         self._good = np.zeros((self._nets, study.combinations), dtype=np.int64)
         self._ended = np.zeros_like(self._good)
         self._rows = 0
+        self._drawn = 0  # of the rows, those that are draws
 
     @property
     def done(self) -> int:
@@ -54,6 +55,7 @@ class Tally:
         if self.study.method == INDICES:  # rows A and B are draws; those between them repeat their numbers
             mine = rows % (len(self.study.factors) + 2) < 2
             draws, rows = draws[mine], rows[mine]
+        self._drawn += len(draws)
         for net in range(self._nets):
             some = draws[rows % self._nets == net]
             self._good[net] += (some == GOOD).sum(axis=0)
@@ -70,6 +72,22 @@ class Tally:
             nets = self.study.method == SOBOL and bool((self._ended[:, k] == each).all())
             found.append((values, share_of_counts(self._good[:, k], self._ended[:, k], nets=nets, level=level)))
         return found
+
+    def if_failed(self) -> list[tuple[Share, Share]]:
+        """The shares if every case that failed were bad, and if every one were good; none where no case failed."""
+        level = self.study.stop.level if self.study.stop is not None else 0.95
+        count = np.array([self._drawn // self._nets] * self._nets)
+        nets = self.study.method == SOBOL
+        if self.study.method == MORRIS or (self._ended == count[:, None]).all():
+            return []
+        lost = count[:, None] - self._ended
+        return [
+            (
+                share_of_counts(self._good[:, k], count, nets=nets, level=level),
+                share_of_counts(self._good[:, k] + lost[:, k], count, nets=nets, level=level),
+            )
+            for k in range(self.study.combinations)
+        ]
 
 
 class Following(Tally):
@@ -147,6 +165,7 @@ class Counted(NamedTuple):
     finer: int
     failed: dict[str, Reason]
     infeasible: dict[str, Reason]
+    unsound: dict[str, Reason]
     wrong: dict[str, Missed]
 
 
@@ -155,21 +174,22 @@ def counted(study: Study, table: Table) -> Counted:
     tally, finer, first = Tally(study), 0, 0
     failed: dict[str, Reason] = {}
     infeasible: dict[str, Reason] = {}
+    unsound: dict[str, Reason] = {}
     wrong: dict[str, Missed] = {}
     names = [f"measure {name}" for name in study.scenario.asked]
     for piece in pieces(table, "state", "finer", "said", *names):
         state = piece["state"]
         tally.add(state)
         finer += int(piece["finer"].sum())
-        for kind, reasons in ((FAILED, failed), (INFEASIBLE, infeasible)):
-            for i in np.flatnonzero(state == kind):
+        for kind, reasons in ((FAILED, failed), (INFEASIBLE, infeasible), (BAD, unsound)):
+            for i in np.flatnonzero((state == kind) & (piece["said"] != "")):
                 _count(reasons, str(piece["said"][i]), first + int(i))
         for text, (mask, value, beyond) in _missed(study, piece).items():
             known = wrong.get(text, Missed(0, np.nan))
             extreme = beyond([known.extreme, *value[mask]]) if mask.any() else known.extreme
             wrong[text] = Missed(known.count + int(mask.sum()), float(extreme))
         first += len(state)
-    return Counted(tally, finer, failed, infeasible, wrong)
+    return Counted(tally, finer, failed, infeasible, unsound, wrong)
 
 
 def _count(reasons: dict[str, Reason], text: str, case: int) -> None:

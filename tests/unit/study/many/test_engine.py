@@ -19,7 +19,7 @@ from cutwise.study.many.answers import answers, command, measures
 from cutwise.study.many.cases import GOOD, evaluate, scenario_of
 from cutwise.study.many.face import run_study
 from cutwise.study.many.packing import pack, unpack
-from cutwise.study.many.reading import read_study
+from cutwise.study.many.reading import read_study, told
 
 TEXT = """
 name: burrs
@@ -269,7 +269,14 @@ def test_a_killed_worker_loses_nothing(study, tmp_path):
         ),
         (("name: burrs", "name: ../../burrs"), "expected a name without slashes"),
         (("name: burrs", "name: [burrs]"), "expected a name without slashes"),
-        # what would end in a traceback
+        # what would end in a traceback, or in no room
+        (
+            (
+                "lognormal: {{median: 1 mm, log_deviation: 0.15}}",
+                "field: {{mean: 1 mm, deviation: 0.1 mm, correlation_length: 1 nm}}",
+            ),
+            "shorter than any burr changes",
+        ),
         (("{{mean: 0.8 mm, deviation: 0.1 mm}}", "[0.8 mm, true]"), "true is no quantity"),
         (("within: [0 mm, null]", "within: [true, null]"), "true is no quantity"),
         (("[cutting_power_mean]", "{{a: b}}"), "unknown measure"),
@@ -301,6 +308,14 @@ def test_faults_are_told_in_words(study, change, words):
     with pytest.raises(ScenarioFault) as found:
         study(text)
     assert words in str(found.value)
+
+
+def test_a_lever_that_turns_nothing_is_told(study):
+    text = TEXT.replace("spindle.pressure: {{uniform: [4.8 bar, 5.2 bar]}}", "numerics.substeps: [2, 4]")
+    assert any(
+        "numerics.substeps varies, and is not used: there are no feed drives" in line for line in told(study(text))
+    )
+    assert not any("not used" in line for line in told(study()))
 
 
 def test_what_decides_is_asked_at_one_setting(study):
