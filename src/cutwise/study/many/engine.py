@@ -166,8 +166,8 @@ def work(folder: Path, *, until: float | None = None, progress: Progress | None 
     def ended() -> bool:
         return (until is not None and time.monotonic() > until) or orphaned()
 
-    def told(_: int) -> None:
-        if progress is not None:
+    def told(count: int) -> None:
+        if progress is not None and not count:  # a look at the folder after each part, not after each case
             progress(done(study, folder, int(there["chunk"])), study.cases)
 
     here = _worked(study, folder, there, ended, told)

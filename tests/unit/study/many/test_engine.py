@@ -2,6 +2,7 @@
 
 import json
 import os
+import platform
 import subprocess
 import sys
 import time
@@ -284,6 +285,13 @@ def test_leases_of_a_process_that_was_ended_are_given_back(tmp_path):
     old = time.time() - 3600.0
     os.utime(tmp_path / "lease" / "0", (old, old))
     assert at.take_lease(tmp_path, 0)
+    ended = subprocess.Popen([sys.executable, "-c", ""])
+    ended.wait()
+    lease = tmp_path / "lease" / "0"
+    lease.write_text(f"{platform.node()} {ended.pid}")  # killed a moment ago: nobody has to wait for a minute
+    assert at.take_lease(tmp_path, 0)
+    lease.write_text(f"elsewhere {ended.pid}")
+    assert not at.take_lease(tmp_path, 0)
 
 
 def test_all_faults_at_once(study):
