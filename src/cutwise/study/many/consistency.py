@@ -18,6 +18,7 @@ from cutwise.study.many.definition import (
     SEARCHES,
     SOBOL,
     Study,
+    of_indices,
 )
 from cutwise.study.many.levers import Faults, Levers
 
@@ -108,6 +109,11 @@ def too_many(study: Study, tree: Node, faults: Faults) -> None:
         faults.at(
             tree.value.get("cases", tree), ("cases",),
             f"{study.cases:,} cases are too many: {study.method} takes {most:,} at most in one study",
+        )  # fmt: skip
+    if study.indices and of_indices(study).cases > _MOST_CASES:
+        faults.at(
+            tree.value["want"], ("want", "indices"),
+            f"{of_indices(study).cases:,} runs are too many: a study takes {_MOST_CASES:,} at most",
         )  # fmt: skip
 
 
