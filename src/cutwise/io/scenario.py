@@ -46,6 +46,7 @@ Read = TypeVar("Read", bound=Spec)
 _OVERRIDE = 2  # layer of values that are given beside the file; null takes away what the others say
 _UNNAMED = ("name", "process", "covariances", "measured")  # not values with an origin
 
+_DEEPEST = 50  # steps of a dotted key; scenarios have up to 8
 OVERRIDES = 'overrides["{}"]'
 """How a message names an override in Python; the command line says ``--set``."""
 
@@ -209,6 +210,8 @@ def _pairs(overrides: Overrides, faults: list[Fault], named: str) -> Iterator[tu
         path = split_dotted(key)
         if "=" not in text or not path or dotted(path) != key:
             faults.append(Fault((), "is not of the form dotted.key=value", file=named.format(text)))
+        elif len(path) > _DEEPEST:
+            faults.append(Fault((), "nested too deeply to be a key of a scenario", file=named.format(f"{key[:40]}…")))
         else:
             yield key, value
 
