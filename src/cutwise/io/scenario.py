@@ -1,6 +1,7 @@
 """From a scenario file to a checked, frozen scenario that knows where each of its values came from."""
 
 import json
+import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
@@ -73,11 +74,21 @@ def load(
     ------
     ScenarioFault
         With everything that is wrong, each fault with its place.
+    TypeError
+        The source is nothing of the kind.
     """
+    if not isinstance(source, str | os.PathLike | Mapping):
+        raise TypeError(f"a scenario is a path, a mapping, or what load gave; this is {_short(source)}")
     given = () if overrides is None else overrides
     if isinstance(source, Mapping):
         return read_document(said(source, "scenario"), "scenario", given, named=named)
     return loaded(read_bytes(Path(source), str(source)), Path(source), given, named=named)
+
+
+def _short(given: object) -> str:
+    """A value as it is told: what it is, where its text is long."""
+    text = repr(given)
+    return text if len(text) <= 60 and "\n" not in text else f"a {type(given).__name__}"
 
 
 def loaded(content: bytes, path: Path, overrides: Overrides = (), *, named: str = OVERRIDES) -> Scenario:
