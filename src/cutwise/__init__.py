@@ -72,7 +72,12 @@ def __getattr__(name: str) -> Any:
     elif name in _HOMES:
         value = getattr(importlib.import_module(_HOMES[name]), name)
     else:
-        raise AttributeError(f"module 'cutwise' has no attribute {name!r}")
+        from difflib import get_close_matches  # only for who is told
+
+        near = get_close_matches(name, __all__, n=1)
+        raise AttributeError(
+            f"module 'cutwise' has no attribute {name!r}{f'; did you mean {near[0]}?' if near else ''}"
+        )
     globals()[name] = value
     return value
 

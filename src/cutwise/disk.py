@@ -118,7 +118,12 @@ def write_together(folder: Path, contents: Mapping[str, bytes], without: Collect
 
 
 def create_text(path: Path, text: str) -> Path:
-    """Write a text file that is not there yet, whole or not at all.
+    """Write a text file that is not there yet, whole or not at all; raises as :func:`create_bytes` does."""
+    return create_bytes(path, text.encode("utf-8", errors="replace"))
+
+
+def create_bytes(path: Path, content: bytes) -> Path:
+    """Write a file that is not there yet, whole or not at all; one that appears in the meantime is not written over.
 
     Raises
     ------
@@ -130,17 +135,17 @@ def create_text(path: Path, text: str) -> Path:
     path.parent.mkdir(parents=True, exist_ok=True)
     with _errors_name(path):
         if path.exists() and not path.is_file() and not path.is_dir():
-            _write_onto(path, text.encode("utf-8", errors="replace"))
+            _write_onto(path, content)
             return path
         if os.path.lexists(path):
             raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(path))
-        with _beside(path, text.encode("utf-8", errors="replace")) as partial:
+        with _beside(path, content) as partial:
             try:
                 os.link(partial, path)  # fails where a replace would win over a file made in the meantime
             except FileExistsError:
                 raise
             except OSError:  # a file system without links
-                partial.replace(path)
+                _write_new(path, content)
     return path
 
 
@@ -182,6 +187,17 @@ def _written_beside(path: Path, content: bytes) -> Path:
         partial.unlink(missing_ok=True)
         raise
     return partial
+
+
+def _write_new(path: Path, content: bytes) -> None:
+    """Write to a name that must be nobody's, in place; nothing is left of what cannot be written."""
+    handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0), 0o666)
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(content)
+    except BaseException:
+        path.unlink(missing_ok=True)
+        raise
 
 
 def _write_onto(path: Path, content: bytes) -> None:

@@ -160,7 +160,7 @@ class Measures(dict[str, "Measure"]):
     """The measures of a run by name; a name that is not there is answered with the nearest one."""
 
     def __missing__(self, name: str) -> Measure:
-        found = of_band(self, name)
+        found = of_band(self, name) if isinstance(name, str) else None
         if found is not None:
             return found
         raise NoSuchName("measure", name, self, "result.measures")

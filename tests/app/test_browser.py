@@ -1,12 +1,14 @@
 """The viewer in a real browser: Debian's chromium through playwright; skipped without, unless CUTWISE_BROWSER=required."""
 
+import dataclasses
 import difflib
 import json
 import os
 import re
 import subprocess
 import sys
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +17,9 @@ import pytest
 from app.view_file import read
 from app.viewed import viewing
 from cutwise.app.report import render
+from cutwise.app.scene import rows, view
+from cutwise.app.scene.in_force import in_force
+from cutwise.app.scene.packed import as_text
 from cutwise.app.scene.view import view_file
 
 CHROMIUM = Path("/usr/bin/chromium")
@@ -342,17 +347,98 @@ def test_main_thread_is_not_held_up(browser, reports):
     session = opened_.new_cdp_session(page)
     session.send("Performance.enable", {"timeDomain": "threadTicks"})
 
-    def spent():
-        told = {one["name"]: one["value"] for one in session.send("Performance.getMetrics")["metrics"]}
-        return told["TaskDuration"]
-
     page.goto(reports["pocket"].as_uri())
     page.wait_for_selector(READY, state="attached", timeout=LOADED)
-    assert spent() < 2.0
-    before = spent()
+    assert spent(session) < 2.0
+    before = spent(session)
     page.evaluate("(() => { for (let i = 0; i < 12; i++) { cutwise.app.goto(60 * i); cutwise.app.render(); } })()")
-    assert (spent() - before) / 12 < 0.016
+    assert (spent(session) - before) / 12 < 0.016
     opened_.close()
+
+
+def memory(process):
+    """Resident memory of the page and of what draws it [MB], among the children of a process."""
+    found, waiting = 0.0, [process]
+    while waiting:
+        number = waiting.pop()
+        with suppress(OSError):
+            kids = Path(f"/proc/{number}/task/{number}/children").read_text().split()
+            waiting += [int(one) for one in kids]
+            said = Path(f"/proc/{number}/cmdline").read_text()
+            if "--type=gpu-process" in said or ("--type=renderer" in said and "--extension" not in said):
+                lines = Path(f"/proc/{number}/smaps_rollup").read_text().splitlines()
+                found += sum(int(line.split()[1]) for line in lines if line.startswith("Rss:")) / 1024
+    return found
+
+
+def million(result):
+    """The view file of a run with each sample told 330 times or more, so that there are 10^6, and 67,426 lines."""
+    scene = rows.of(result)
+    count, lines = 1_000_000, 67_426
+    at = np.linspace(0.0, scene.clock.size - 1.0, count)
+    near = np.rint(at).astype(int)
+
+    def between(values):
+        return np.stack([np.interp(at, np.arange(len(values)), column) for column in values.T], axis=1)
+
+    noise = 1.0 + 1e-3 * np.random.default_rng(1).standard_normal(count)
+    histories = {name: one._replace(values=one.values[near] * noise) for name, one in list(scene.histories.items())[:4]}
+    owner = np.where(scene.map.owner >= 0, np.searchsorted(near, np.maximum(scene.map.owner, 0)), -1)
+    long = dataclasses.replace(
+        scene, clock=1e-3 * np.arange(count), place=between(scene.place), trace=None, kind=scene.kind[near], deflection=None,
+        line=np.arange(count) * lines // count + 1, histories=histories, map=scene.map._replace(owner=owner),
+    )  # fmt: skip
+    text = "\n".join(f"N{k} G1 X{k % 97}.5 Y{k % 89}.25" for k in range(1, lines + 1))
+    program = in_force(result, scene)._replace(text=text, of_line=np.zeros(lines + 1, int))
+    return as_text(view._packed(result, long, program))
+
+
+@pytest.mark.slow
+def test_a_million_samples(playwright, small_pocket, tmp_path):
+    """Ready within 2 CPU s of the main thread, a step within 16 ms, what is pointed at within 16 ms, 300 MB above an empty page."""
+    head = '<!doctype html><meta charset="utf-8"><link rel="icon" href="data:,">'
+    bundle = (files("cutwise.app.page") / "static" / "view.js").read_text(encoding="utf-8")
+    data = f'<script type="text/plain" id="cutwise-data">{million(small_pocket)}</script>'
+    (tmp_path / "long.html").write_text(
+        f'{head}<main id="cutwise-view"></main>{data}<script>{bundle}</script>', encoding="utf-8"
+    )
+    empty = "document.querySelector('canvas').getContext('webgl2').clear(16384); document.documentElement.dataset.ready = '1'"
+    (tmp_path / "empty.html").write_text(
+        f'{head}<canvas width="700"></canvas><script>{empty}</script>', encoding="utf-8"
+    )
+    held = {}
+    for name in ("empty", "long"):
+        led = playwright.chromium.launch(executable_path=str(CHROMIUM), headless=True, args=SETTINGS)
+        page = led.new_page(viewport={"width": 1000, "height": 700})
+        session = page.context.new_cdp_session(page)
+        session.send("Performance.enable", {"timeDomain": "threadTicks"})
+        page.goto((tmp_path / f"{name}.html").as_uri())
+        page.wait_for_selector(READY, state="attached", timeout=LOADED)
+        if name == "long":
+            costs = [spent(session)]
+            page.evaluate(
+                "(() => { for (let i = 0; i < 10; i++) { cutwise.app.goto(1e5 * i); cutwise.app.render(); } })()"
+            )
+            costs.append(spent(session))
+            found = page.evaluate(
+                "[...Array(10).keys()].map(k => 5e4 + 9e4 * k).map(i => { "
+                "const p = cutwise.app.project(i), at = cutwise.app.place(i);"
+                " return cutwise.app.pick({clientX: p.x, clientY: p.y}).place.map((v, c) => v - at[c]); })"
+            )
+            costs.append(spent(session))
+            off = np.linalg.norm(found, axis=1)
+        held[name] = memory(os.getpid())
+        led.close()
+    assert costs[0] < 2.0
+    assert (costs[1] - costs[0]) / 10 < 0.016
+    assert (costs[2] - costs[1]) / 10 < 0.016
+    assert np.median(off) < 0.2  # mm; a place behind another one is met there
+    assert held["long"] - held["empty"] < 300.0
+
+
+def spent(session):
+    """CPU seconds of the main thread so far."""
+    return {one["name"]: one["value"] for one in session.send("Performance.getMetrics")["metrics"]}["TaskDuration"]
 
 
 @pytest.fixture(scope="module")

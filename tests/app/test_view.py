@@ -1,5 +1,6 @@
 """The server of the page under attack: every request that is not the page's own is refused, and nothing leaves the folder."""
 
+import asyncio
 import contextlib
 import os
 import shutil
@@ -8,12 +9,14 @@ import socket
 import sys
 import time
 from pathlib import Path
+from urllib.parse import quote
 
 import pytest
+import uvicorn
 
 from app.viewed import received, viewing
 from cutwise import app
-from cutwise.app.page import peers
+from cutwise.app.page import guard, peers
 from cutwise.app.page.desk import Desk, Refused, target
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals and sockets of POSIX")
@@ -402,3 +405,95 @@ def test_every_page_names_its_icon():
     assert not [
         page.name for page in pages if '<link rel="icon" href="data:,">' not in page.read_text(encoding="utf-8")
     ]
+
+
+def test_strange_edits_are_faults_not_failures(page):
+    """Seen to fail: a key of 3,000 steps was an error of cutwise's own, 5,000 keys kept everybody waiting for minutes."""
+    strange = {
+        "a." * 200 + "b": "1", "__proto__.x": "1", "spindle.pressure": "4\0 bar", "name": "!!python/object/apply:os.system ['id']",
+        "...": "1", "spindle.pistons": "1000000000", "tool.diameter": "9" * 400 + " mm", "numerics": "[" * 400,
+    }  # fmt: skip
+    told = page.ask("POST", "/api/check", {"edits": strange})
+    assert told.status == 200
+    assert len(told.json["faults"]) >= len(strange) - 1
+    assert any("nested too deeply to be a key" in one["text"] for one in told.json["faults"])
+    for edits in ({f"k{i}": "1" for i in range(301)}, {"k" * 501: "1"}):
+        refused = page.ask("POST", "/api/check", {"edits": edits})
+        assert (refused.status, refused.body[:26]) == (400, b"at most 300 values are cha")
+
+
+@pytest.mark.parametrize("name", ["con.yaml", " a.yaml", "NUL.yaml", "..yaml", " .yaml", "lpt1.x.yaml"])
+def test_names_that_some_disk_cannot_hold_are_refused(page, name):
+    assert page.ask("POST", "/api/save", {"edits": {}, "as": name}).status == 400
+    assert page.ask("POST", f"/api/files?name={quote(name)}", b"x").status == 400
+
+
+def test_a_full_disk_is_told(page, desk, tmp_path):
+    """The private folder gone and a file in its place: every write there fails, and words come back."""
+    (private,) = desk.glob("cutwise-view-*")
+    away = private.rename(tmp_path / "away")
+    private.write_text("a file")
+    try:
+        told = page.ask("POST", "/api/files?name=a.nc", b"M30")
+        assert told.status == 507
+        assert b"Traceback" not in told.body
+    finally:
+        private.unlink()
+        away.rename(private)
+
+
+def test_who_connects_and_says_nothing_is_not_kept(monkeypatch):
+    """Seen to fail: 200 connections that never asked for anything shut everybody else out for good."""
+    monkeypatch.setattr(guard, "PATIENCE", 0.2)
+
+    async def served(scope, receive, send):  # noqa: ARG001
+        await send({"type": "http.response.start", "status": 200, "headers": []})
+        await send({"type": "http.response.body", "body": b"here"})
+
+    async def tried():
+        config = uvicorn.Config(served, http=guard.Protocol, ws="none", lifespan="off", log_config=None)
+        config.load()
+        state = uvicorn.server.ServerState()
+        loop = asyncio.get_running_loop()
+        server = await loop.create_server(
+            lambda: guard.Protocol(config=config, server_state=state, app_state={}), "127.0.0.1", 0
+        )
+        port = server.sockets[0].getsockname()[1]
+        for begun in (b"", b"GET / HT"):
+            reader, writer = await asyncio.open_connection("127.0.0.1", port)
+            writer.write(begun)
+            assert await asyncio.wait_for(reader.read(), 5) == b""
+            writer.close()
+        reader, writer = await asyncio.open_connection("127.0.0.1", port)
+        writer.write(b"GET / HTTP/1.1\r\nhost: x\r\n\r\n")
+        assert b"here" in await asyncio.wait_for(reader.read(4096), 5)
+        writer.close()
+        server.close()
+
+    asyncio.run(tried())
+
+
+def test_a_file_made_in_the_meantime_is_not_written_over(examples, tmp_path, monkeypatch):
+    """Seen to fail: brought files were written after a look whether one is there, over one made between the two."""
+    for name in ("mill_pocket_stock.yaml", "mill_pocket.nc"):
+        shutil.copy(examples / name, tmp_path / name)
+    private = tmp_path / "private"
+    private.mkdir()
+    opened = Desk(target(tmp_path / "mill_pocket_stock.yaml"), (), private)
+    place = opened.upload_place("new.nc")
+    place.write_bytes((tmp_path / "mill_pocket.nc").read_bytes())
+    word = opened.uploaded(place, "new.nc")
+    for links in (True, False):  # with hard links, and on a file system without
+
+        def link(one, other, links=links):  # noqa: ARG001
+            Path(other).write_text("somebody else's")
+            if links:
+                raise FileExistsError(17, "File exists", str(other))
+            raise PermissionError(1, "no links", str(other))
+
+        monkeypatch.setattr("os.link", link)
+        with pytest.raises(Refused, match=r"new\.nc is there already"):
+            opened.save({"program.file": word}, "made.yaml")
+        assert (tmp_path / "new.nc").read_text() == "somebody else's"
+        assert not (tmp_path / "made.yaml").exists()
+        (tmp_path / "new.nc").unlink()

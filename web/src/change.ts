@@ -251,7 +251,10 @@ export class Change {
       if (told.state === "done" && told.files) this.told.textContent = `kept: ${Object.values(told.files).join(", ")}`;
       if (told.state === "failed") this.faults(told.faults ?? []);
       if (told.state === "failed" || told.state === "killed") this.told.textContent = told.text ?? told.state;
-      if (told.state === "done" && told.run !== undefined) void this.open(told.run);
+      if (told.state === "done" && told.run !== undefined) {
+        this.told.textContent = `${told.text ?? ""} – Keep run also halves the step and looks for advice.`;
+        void this.open(told.run);
+      }
     });
     events.addEventListener("error", () => {
       events.close();

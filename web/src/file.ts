@@ -93,7 +93,10 @@ export interface Header {
 
 export type Numbers = Uint8Array | Uint16Array | Uint32Array | Float32Array | Float64Array;
 
+export type Values = Float32Array | Float64Array;
+
 const MAGIC = "CWVIEW1\n";
+const WIDE = 0.01; // range over size: 65,534 steps of it are 1.5e-7 of the size, a number of four bytes is off by 6e-8 at most
 
 export class ViewFile {
   readonly header: Header;
@@ -128,12 +131,14 @@ export class ViewFile {
     return new kind(this.buffer, at, entry.bytes / kind.BYTES_PER_ELEMENT);
   }
 
-  /** Values; missing ones are NaN. */
-  values(name: string): Float64Array {
+  /** Values; missing ones are NaN. In four bytes each, where their range is wide enough that 16 bits of it show no difference. */
+  values(name: string): Values {
     const raw = this.raw(name);
     const { zero, scale, coding } = this.entry(name);
     if (coding === "plain") return Float64Array.from(raw);
-    const out = new Float64Array(raw.length);
+    const range = 65534 * scale;
+    const wide = range > WIDE * Math.max(Math.abs(zero), Math.abs(zero + range));
+    const out = wide ? new Float32Array(raw.length) : new Float64Array(raw.length);
     for (let i = 0; i < out.length; i++) out[i] = raw[i] === 65535 ? NaN : zero + scale * raw[i];
     return out;
   }

@@ -30,9 +30,9 @@ export class Plots {
     const { choice } = history;
     const title = `${choice.title}${choice.unit ? ` [${choice.unit}]` : ""}`;
     const body = el("div", {});
-    const known = history.values.filter((v) => !Number.isNaN(v));
-    if (this.run.count < 2 || known.length === 0 || known.every((v) => v === known[0])) {
-      const said = known.length ? `stays at ${short(known[0] * choice.factor)} ${choice.unit}` : "has no value in this run";
+    const first = history.values.find((v) => !Number.isNaN(v));
+    if (this.run.count < 2 || first === undefined || history.values.every((v) => v === first || Number.isNaN(v))) {
+      const said = first !== undefined ? `stays at ${short(first * choice.factor)} ${choice.unit}` : "has no value in this run";
       this.element.append(el("figure", { class: "cw-plot cw-flat" }, el("figcaption", {}, `${choice.title} ${said}`)));
       return;
     }

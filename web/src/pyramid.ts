@@ -1,17 +1,20 @@
 // Least and greatest of 4, 16, 64 ... samples, so that any window of a long history is drawn by few numbers.
 
+import { Values } from "./file";
+
 const MOST = 1200;
 
 export class Pyramid {
-  private readonly levels: { low: Float64Array; high: Float64Array }[] = [];
+  private readonly levels: { low: Values; high: Values }[] = [];
 
-  constructor(private readonly values: Float64Array) {
+  constructor(private readonly values: Values) {
+    const made = (n: number): Values => (values instanceof Float32Array ? new Float32Array(n) : new Float64Array(n)).fill(NaN);
     let low = values;
     let high = values;
     while (low.length > MOST) {
       const n = Math.ceil(low.length / 4);
-      const nextLow = new Float64Array(n).fill(NaN);
-      const nextHigh = new Float64Array(n).fill(NaN);
+      const nextLow = made(n);
+      const nextHigh = made(n);
       for (let i = 0; i < low.length; i++) {
         const k = i >> 2;
         if (!(nextLow[k] <= low[i]) && !Number.isNaN(low[i])) nextLow[k] = low[i];

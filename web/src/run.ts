@@ -1,9 +1,9 @@
 // A run as the page knows it: clock, places, histories, lines; no unit and no physics is made here.
-import { Choice, Header, ViewFile } from "./file";
+import { Choice, Header, Values, ViewFile } from "./file";
 
 export interface History {
   name: string;
-  values: Float64Array; // SI
+  values: Values; // SI
   choice: Choice;
 }
 
@@ -11,12 +11,12 @@ export class Run {
   readonly header: Header;
   readonly count: number;
   readonly clock: Float64Array;
-  readonly place: Float64Array; // mm: all x, all y, all z
-  readonly trace: Float64Array; // where the ribbon is drawn; the places of the tool, where nothing else is said
-  readonly axis: Float64Array;
+  readonly place: Values; // mm: all x, all y, all z
+  readonly trace: Values; // where the ribbon is drawn; the places of the tool, where nothing else is said
+  readonly axis: Values;
   readonly line: Uint32Array | null;
   readonly kind: Uint8Array | null;
-  readonly deflection: Float64Array | null;
+  readonly deflection: Values | null;
   readonly tool: Uint8Array | null;
   readonly histories: Map<string, History>;
   readonly lines: string[];
@@ -29,7 +29,7 @@ export class Run {
     const header = file.header;
     this.header = header;
     this.count = header.clock.n;
-    this.clock = file.has("time") ? file.values("time") : even(header.clock.t0 ?? 0, header.clock.dt ?? 0, this.count);
+    this.clock = file.has("time") ? Float64Array.from(file.values("time")) : even(header.clock.t0 ?? 0, header.clock.dt ?? 0, this.count);
     this.place = file.values("place");
     this.trace = file.has("trace") ? file.values("trace") : this.place;
     this.axis = file.values("axis");
@@ -153,7 +153,9 @@ export function short(value: number): string {
 }
 
 function even(t0: number, dt: number, n: number): Float64Array {
-  return Float64Array.from({ length: n }, (_, i) => t0 + dt * i);
+  const out = new Float64Array(n);
+  for (let i = 0; i < n; i++) out[i] = t0 + dt * i;
+  return out;
 }
 
 function unhex(text: string): Uint8Array {

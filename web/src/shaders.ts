@@ -184,10 +184,11 @@ export function ribbonMaterial(): THREE.ShaderMaterial {
     glslVersion: THREE.GLSL3,
     uniforms: { clip: shared.clip, now: shared.now, viewport: shared.viewport, width: { value: 2.5 }, casing: { value: 1.0 } },
     vertexShader: `
-      in vec3 from; in vec3 to; in vec3 colour; in float stamp; in float kind;
+      in vec3 from; in vec3 to; in vec4 colour; in float kind;
       uniform vec2 viewport; uniform float width; uniform float casing;
       out vec3 shown; out float across; out float dashed; out float along; out float number; out vec3 place;
       void main() {
+        if (kind > 2.5) { gl_Position = vec4(2.0, 2.0, 2.0, 1.0); return; }
         vec4 a = projectionMatrix * viewMatrix * vec4(from, 1.0);
         vec4 b = projectionMatrix * viewMatrix * vec4(to, 1.0);
         float near = 1e-4;
@@ -200,14 +201,14 @@ export function ribbonMaterial(): THREE.ShaderMaterial {
         vec2 u = len > 1e-6 ? d / len : vec2(1.0, 0.0);
         vec2 v = vec2(-u.y, u.x);
         bool rapid = kind < 0.5;
-        bool thin = rapid || colour.r < 0.0;
+        bool thin = rapid || colour.a < 0.5;
         float half_ = 0.5 * (thin ? max(1.0, 0.5 * width) : width + 2.0 * casing);
         vec4 p = position.x < 0.5 ? a : b;
         vec2 off = position.y * half_ * v + (position.x < 0.5 ? -1.0 : 1.0) * min(half_, 0.5) * u;
         across = position.y * half_;
         along = position.x * len;
         dashed = rapid ? 1.0 : 0.0;
-        shown = colour; number = stamp; place = position.x < 0.5 ? from : to;
+        shown = colour.a < 0.5 ? vec3(-1.0) : colour.rgb; number = float(gl_InstanceID); place = position.x < 0.5 ? from : to;
         p.xy += off / (viewport * 0.5) * p.w;
         p.z -= 3e-5 * p.w;
         gl_Position = p;

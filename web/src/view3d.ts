@@ -2,6 +2,7 @@
 import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { HeightMap } from "./heightmap";
+import { Nearest } from "./nearest";
 import { Ribbon } from "./ribbon";
 import { Run } from "./run";
 import { bodyMaterial, shared, tableTexture } from "./shaders";
@@ -44,6 +45,7 @@ export class View3D {
   private readonly marker: THREE.Mesh;
   private readonly sphere = new THREE.Sphere();
   private readonly box = new THREE.Box3();
+  private near: Nearest | null = null; // made when something is first pointed at
   private queued = false;
   private disposed = false;
   private sample = 0;
@@ -354,7 +356,7 @@ export class View3D {
       return { sample: cut.sample, place: cut.point.toArray(), name: "stock" };
     }
     if (!body) return null;
-    return { sample: this.nearestTo(body.point), place: body.point.toArray(), name: this.nameOf(body) };
+    return { sample: this.nearest.inSpace(body.point), place: body.point.toArray(), name: this.nameOf(body) };
   }
 
   private nameOf(hit: THREE.Intersection): string {
@@ -369,38 +371,12 @@ export class View3D {
     this.camera.updateMatrixWorld();
     const box = this.canvas.getBoundingClientRect();
     const m = new THREE.Matrix4().multiplyMatrices(this.camera.projectionMatrix, this.camera.matrixWorldInverse).elements;
-    const { count, trace: place } = this.run;
-    let best: number | null = null;
-    let least = NEAR_PIXELS * NEAR_PIXELS;
-    for (let i = 0; i < count; i++) {
-      const x = place[i];
-      const y = place[count + i];
-      const z = place[2 * count + i];
-      const w = m[3] * x + m[7] * y + m[11] * z + m[15];
-      if (w <= 0) continue;
-      const px = box.left + (((m[0] * x + m[4] * y + m[8] * z + m[12]) / w + 1) / 2) * box.width - point.clientX;
-      const py = box.top + ((1 - (m[1] * x + m[5] * y + m[9] * z + m[13]) / w) / 2) * box.height - point.clientY;
-      const d = px * px + py * py;
-      if (d < least) {
-        least = d;
-        best = i;
-      }
-    }
-    return best;
+    const half = { x: box.width / 2, y: box.height / 2 };
+    return this.nearest.onScreen(m, point.clientX - box.left - half.x, half.y + box.top - point.clientY, half, NEAR_PIXELS);
   }
 
-  private nearestTo(p: THREE.Vector3): number | null {
-    let best: number | null = null;
-    let least = Infinity;
-    for (let i = 0; i < this.run.count; i++) {
-      const [x, y, z] = this.run.at(i);
-      const d = (x - p.x) ** 2 + (y - p.y) ** 2 + (z - p.z) ** 2;
-      if (d < least) {
-        least = d;
-        best = i;
-      }
-    }
-    return best;
+  private get nearest(): Nearest {
+    return (this.near ??= new Nearest(this.run));
   }
 
   /** The picture as it stands, row by row from below. */

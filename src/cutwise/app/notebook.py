@@ -91,7 +91,7 @@ def view(result: "Result", height: int = 600) -> View:
     ValueError
         The run has nothing to be seen in 3D, or the height is none.
     """
-    if not _LOWEST <= height <= _HIGHEST:
+    if not isinstance(height, int | float) or not _LOWEST <= height <= _HIGHEST:
         raise ValueError(f"height is {height}; expected {_LOWEST} to {_HIGHEST} pixels")
     viewer = embedded(result)
     if not viewer.script:

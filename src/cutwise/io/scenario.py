@@ -1,6 +1,7 @@
 """From a scenario file to a checked, frozen scenario that knows where each of its values came from."""
 
 import json
+import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
@@ -46,6 +47,7 @@ Read = TypeVar("Read", bound=Spec)
 _OVERRIDE = 2  # layer of values that are given beside the file; null takes away what the others say
 _UNNAMED = ("name", "process", "covariances", "measured")  # not values with an origin
 
+_DEEPEST = 50  # steps of a dotted key; scenarios have up to 8
 OVERRIDES = 'overrides["{}"]'
 """How a message names an override in Python; the command line says ``--set``."""
 
@@ -72,11 +74,21 @@ def load(
     ------
     ScenarioFault
         With everything that is wrong, each fault with its place.
+    TypeError
+        The source is nothing of the kind.
     """
+    if not isinstance(source, str | os.PathLike | Mapping):
+        raise TypeError(f"a scenario is a path, a mapping, or what load gave; this is {_short(source)}")
     given = () if overrides is None else overrides
     if isinstance(source, Mapping):
         return read_document(said(source, "scenario"), "scenario", given, named=named)
     return loaded(read_bytes(Path(source), str(source)), Path(source), given, named=named)
+
+
+def _short(given: object) -> str:
+    """A value as it is told: what it is, where its text is long."""
+    text = repr(given)
+    return text if len(text) <= 60 and "\n" not in text else f"a {type(given).__name__}"
 
 
 def loaded(content: bytes, path: Path, overrides: Overrides = (), *, named: str = OVERRIDES) -> Scenario:
@@ -209,6 +221,8 @@ def _pairs(overrides: Overrides, faults: list[Fault], named: str) -> Iterator[tu
         path = split_dotted(key)
         if "=" not in text or not path or dotted(path) != key:
             faults.append(Fault((), "is not of the form dotted.key=value", file=named.format(text)))
+        elif len(path) > _DEEPEST:
+            faults.append(Fault((), "nested too deeply to be a key of a scenario", file=named.format(f"{key[:40]}…")))
         else:
             yield key, value
 

@@ -318,6 +318,18 @@ class Scenario(Spec):
         """
         return above("with_values")(self, values)  # type: ignore[no-any-return]
 
+    def __contains__(self, key: object) -> bool:
+        """Whether there is a value at a dotted key: ``"spindle.pressure" in scenario``."""
+        try:
+            self[key]  # type: ignore[index]
+        except NoSuchName:
+            return False
+        return True
+
+    def __setitem__(self, key: str, value: object) -> None:
+        """A scenario does not change."""
+        raise TypeError(f'a scenario does not change; scenario.with_({{"{key}": ...}}) gives a new one')
+
     def __getitem__(self, key: str) -> Any:
         """The value of a dotted key in SI: ``scenario["spindle.pressure"]``; None where a key is left open.
 

@@ -2,7 +2,7 @@
 
 import io
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
@@ -73,12 +73,21 @@ def sweep(
 
     Raises
     ------
+    TypeError
+        Values that are no mapping.
     ScenarioFault
         Values that the scenario refuses, or measures that it does not have: all of them, before anything is run; or no
         combination can be run.
     SolverFailure
         No combination comes to an end.
     """
+    if not isinstance(values, Mapping):
+        raise TypeError('values are lists by their keys, {"spindle.pressure": ["4 bar", "5 bar"]}; this is a '
+                        f"{type(values).__name__}")  # fmt: skip
+    single = [key for key, some in values.items() if isinstance(some, str) or not isinstance(some, Iterable)]
+    if single:  # a text would be swept letter by letter
+        raise ScenarioFault([Fault((), "expected a list of values, for example [\"4 bar\", \"5 bar\"]", file=named.format(key))
+                             for key in single])  # fmt: skip
     keys = list(values)
     grid = Study(
         scenario.name, scenario, None, {key: Design(tuple(values[key])) for key in keys}, {}, GRID, 1, 0, tuple(wanted), None, None

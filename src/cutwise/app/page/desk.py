@@ -6,13 +6,14 @@ import secrets
 import threading
 import zlib
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from cutwise.app.inputs import as_yaml
 from cutwise.app.page import keys
 from cutwise.app.writing import RUN
-from cutwise.disk import create_text, file_name, write_bytes
+from cutwise.disk import create_bytes, create_text, file_name, write_bytes
 from cutwise.io.edits import edited, with_edits
 from cutwise.io.files import as_text, read_bytes
 from cutwise.io.scenario import load, loaded, parse
@@ -32,7 +33,15 @@ else:  # scenes of all processes
 RUNS = Path("cutwise-runs")
 _MOST_RUNS = 12  # that were made in the page and are not kept
 _NAME = re.compile(r"[^./\\\x00-\x1f\x7f<>:\"|?*][^/\\\x00-\x1f\x7f<>:\"|?*]{0,199}\.yaml")
+_DEVICE = re.compile(r"con|prn|aux|nul|(com|lpt)[0-9]", re.IGNORECASE)
+_PLACED = 40  # edits whose faults are looked for in the changed text; with more they are told by their keys
 _BOM = b"\xef\xbb\xbf"
+
+
+def _for_any_disk(name: str) -> bool:
+    """Whether a name is one on every system: without blanks at its ends, and none that Windows has for devices."""
+    stem = name.partition(".")[0]
+    return name.strip() == name and stem.strip() != "" and not _DEVICE.fullmatch(stem)
 
 
 class Refused(Exception):
@@ -170,7 +179,8 @@ class Desk:
                 packed = packer.compress(view.view_file(result)) + packer.flush()
             except rows.NothingToSee as missing:
                 raise Refused(404, f"there is nothing to be seen in 3D of this run: {missing}") from None
-            write_bytes(kept, packed)
+            with suppress(OSError):  # a full disk: it is made again when it is asked for again
+                write_bytes(kept, packed)
             return packed
 
     # --- the scenario -----------------------------------------------------------------------------------------------------
@@ -224,6 +234,8 @@ class Desk:
 
     def _in_the_text(self, edits: Mapping[str, str]) -> tuple[Fault, ...]:
         """The faults as they would stand in the changed file, with line and column; none where it cannot be changed so."""
+        if len(edits) > _PLACED:
+            return ()
         try:
             tree_model = type(self.scenario({}))
             text = edited(self.text, edits, tree_model, is_json=self.name.lower().endswith(".json"))
@@ -236,7 +248,7 @@ class Desk:
     def save(self, edits: Mapping[str, str], name: str | None) -> str:
         """Write the changed text: to the opened file, or to a new one in its folder; the name of the file."""
         with self.lock:
-            if name is not None and not (_NAME.fullmatch(name) and len(name.encode()) <= 240):
+            if name is not None and not (_NAME.fullmatch(name) and len(name.encode()) <= 240 and _for_any_disk(name)):
                 raise Refused(
                     400, "a name of its own is needed, ending in .yaml, without folders and without a dot before it"
                 )
@@ -250,25 +262,38 @@ class Desk:
                 )
             if name is not None and (self.path.parent / name).exists():
                 raise Refused(409, f"{name} is there already; name another file")
+            made: list[Path] = []
             try:
                 for place, content in brought.items():
-                    write_bytes(place, content)
+                    if self._laid(place, content):
+                        made.append(place)
                 return self._written(self._changed(named), name)
             except BaseException:  # nothing is left of what was not saved
-                for place in brought:
+                for place in made:
                     place.unlink(missing_ok=True)
                 raise
 
+    @staticmethod
+    def _laid(place: Path, content: bytes) -> bool:
+        """Write a brought file where none is; False where the same stands there already."""
+        try:
+            create_bytes(place, content)
+        except FileExistsError:  # there before, or made by somebody else a moment ago
+            if place.is_file() and place.read_bytes() == content:
+                return False
+            raise Refused(
+                409, f"{place.name} is there already beside the scenario; rename the file and bring it again"
+            ) from None
+        return True
+
     def _brought(self, edits: Mapping[str, str]) -> dict[Path, bytes]:
-        """Uploaded files that are to stand beside the scenario, where they do not stand there already."""
+        """Uploaded files that are to stand beside the scenario."""
         found: dict[Path, bytes] = {}
         for file, bare in {self.uploads[value] for value in edits.values() if value in self.uploads}:
             place, content = self.path.parent / bare, file.read_bytes()
             if found.setdefault(place, content) != content:
                 raise Refused(409, f"two files named {bare} are used; rename one of them and bring it again")
-            if (place.exists() or place.is_symlink()) and not (place.is_file() and place.read_bytes() == content):
-                raise Refused(409, f"{bare} is there already beside the scenario; rename the file and bring it again")
-        return {place: content for place, content in found.items() if not place.exists()}
+        return found
 
     def _on_disk(self) -> bytes:
         try:
@@ -299,9 +324,10 @@ class Desk:
     def upload_place(self, name: str) -> Path:
         """Where an uploaded file is written to: a name of chance in the private folder."""
         suffix = Path(name).suffix.lower()
-        bare = name == Path(name).name and "\\" not in name and not name.startswith(".")
+        bare = name == Path(name).name and "\\" not in name and not name.startswith(".") and _for_any_disk(name)
         if not bare or suffix not in keys.UPLOADS or len(name) > 200 or visible(name, lines=False) != name:
             raise Refused(400, f"a bare file name is needed, one of {', '.join(keys.UPLOADS)}")
+        self.folder.mkdir(mode=0o700, exist_ok=True)  # somebody may have tidied up
         return self.folder / f"{secrets.token_hex(16)}{suffix}"
 
     def uploaded(self, file: Path, name: str) -> str:

@@ -1,5 +1,6 @@
 """What every request has to bring before anything else looks at it: the right host, origin, user and token."""
 
+import asyncio
 import hmac
 import re
 import secrets
@@ -14,6 +15,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 MOST_HEADERS = 16 * 1024  # bytes
+PATIENCE = 20.0  # [s] for the head of a request, from when its connection or its first byte is there
 _ONCE = ("host", "origin", "cookie", "content-length", "sec-fetch-site", "x-cutwise")
 _READING = ("GET", "HEAD")
 _POLICY = (
@@ -165,6 +167,26 @@ class Protocol(H11Protocol):
     def __init__(self, *given: Any, **more: Any) -> None:
         super().__init__(*given, **more)
         self._head = b""
+        self._waiting: asyncio.TimerHandle | None = None
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        """Who connects has to ask for something: places are counted, and may not be kept by silence."""
+        super().connection_made(transport)
+        self._waiting = self.loop.call_later(PATIENCE, self._silent)
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Nobody is waited for any more."""
+        self._heard()
+        super().connection_lost(exc)
+
+    def _heard(self) -> None:
+        if self._waiting is not None:
+            self._waiting.cancel()
+            self._waiting = None
+
+    def _silent(self) -> None:
+        if self.transport is not None and not self.transport.is_closing():
+            self.transport.close()
 
     def data_received(self, data: bytes) -> None:
         """Refuse a length that is said twice, which the parser takes for one; then go on as usual."""
@@ -177,6 +199,10 @@ class Protocol(H11Protocol):
             if end or len(self._head) > 4 * MOST_HEADERS:
                 self._head = b""
         super().data_received(data)
+        if self.conn.their_state.__name__ != "IDLE":
+            self._heard()
+        elif self._waiting is None and self._head:
+            self._waiting = self.loop.call_later(PATIENCE, self._silent)
 
     def send_400_response(self, msg: str) -> None:
         """Headers that go on without end are too large, not invalid."""

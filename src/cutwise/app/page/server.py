@@ -23,11 +23,13 @@ from cutwise.app.page import peers
 from cutwise.app.page.desk import RUNS, Desk, Refused, Target
 from cutwise.app.page.guard import Guard, Protocol, Tokens
 from cutwise.app.page.runner import Busy, Runner
+from cutwise.disk import in_words
 
 if TYPE_CHECKING:
     from cutwise.app.page.studied import Studied
 
 _MOST_BODY = 1_000_000  # bytes of a request that is no file
+_MOST_EDITS, _LONGEST_KEY = 300, 500  # a check of thousands would keep everybody else waiting
 MOST_FILE, MOST_FILES = 50_000_000, 500_000_000
 _KINDS = {
     ".js": "text/javascript",
@@ -241,6 +243,8 @@ def _edits(asked: Mapping[str, Any]) -> dict[str, str]:
     edits = asked.get("edits", {})
     if not isinstance(edits, dict) or not all(isinstance(value, str) for value in edits.values()):
         raise Refused(400, "edits are dotted keys with their values as texts")
+    if len(edits) > _MOST_EDITS or any(len(key) > _LONGEST_KEY for key in edits):
+        raise Refused(400, f"at most {_MOST_EDITS} values are changed at a time, by keys of {_LONGEST_KEY} characters")
     return edits
 
 
@@ -248,6 +252,16 @@ async def _refused(request: Request, why: Exception) -> Response:  # noqa: ARG00
     assert isinstance(why, Refused)
     headers = {"connection": "close"} if why.status == 413 else None  # what is still coming is not read
     return PlainTextResponse(why.why, why.status, headers=headers)
+
+
+async def _no_room(request: Request, why: Exception) -> Response:  # noqa: ARG001
+    """A file that cannot be read or written: what a person can do about it."""
+    assert isinstance(why, OSError)
+    return PlainTextResponse(f"{Path(str(why.filename or '')).name}: {in_words(why)}".removeprefix(": "), 507)
+
+
+async def _failed(request: Request, why: Exception) -> Response:  # noqa: ARG001
+    return PlainTextResponse(f"cutwise stopped on an error of its own, {type(why).__name__}: {why}", 500)
 
 
 class _Server(uvicorn.Server):
@@ -284,7 +298,7 @@ async def _serve(
 ) -> None:
     runner, tokens = Runner(), Tokens()
     page = Page(desk, study, runner)
-    app = Starlette(routes=page.routes(), exception_handlers={Refused: _refused})
+    app = Starlette(routes=page.routes(), exception_handlers={Refused: _refused, OSError: _no_room, Exception: _failed})
     app.router.redirect_slashes = False
     guarded = Guard(
         app, port=listener.getsockname()[1], tokens=tokens, same_user=peers.same_user if peers.known() else None

@@ -60,11 +60,15 @@ def history(
         No stage or column of that name.
     cutwise.units.UnitFault
         The unit is not one of this quantity.
+    TypeError
+        ``ax`` is nothing to draw into.
     ValueError
         Another width, no value at all, or more dimensions than a drawing has.
     """
     if width not in _WIDTHS:
         raise ValueError(f"width is {width:g} mm; a figure is 85 mm (one column) or 170 mm (two columns) wide")
+    if ax is not None and not isinstance(ax, Axes):
+        raise TypeError(f"ax is a {type(ax).__name__}; expected axes of matplotlib, as Figure().subplots() gives them")
     stage, column = _named(result, name)
     array = _drawable(result[stage].to_dataset()[column])
     scale, shown = _unit(array, unit)
@@ -118,7 +122,7 @@ def default(result: "Result") -> str | None:
 
 def _named(result: "Result", name: str | None) -> tuple[str, str]:
     """Stage and column that a name means."""
-    given = default(result) if name is None else name
+    given = default(result) if name is None else str(name)
     if given is None:
         raise NoSuchName("history", "", (), "result.stages")
     stage, slash, column = given.partition("/")
@@ -126,7 +130,8 @@ def _named(result: "Result", name: str | None) -> tuple[str, str]:
         stages = [str(s) for s, node in result.stages.children.items() if given in node.dataset.data_vars]
         if len(stages) != 1:
             known = [f"{s}/{c}" for s, node in result.stages.children.items() for c in node.dataset.data_vars]
-            near = [one for one in known if one.endswith(f"/{given}")] or known
+            near = [one for one in known if one.endswith(f"/{given}")]
+            near = near or [one for one in known if given and given.lower() in one.lower()] or known
             raise NoSuchName("single column", given, near, "result.stages")
         return stages[0], given
     if column not in result[stage].to_dataset().data_vars:
