@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 import math
 from collections.abc import Iterable, Iterator, Mapping
@@ -15,7 +14,7 @@ from cutwise.above import above
 from cutwise.bands import BandNote, Spread, note_from_json, number, numbers, spread_from_json, texts
 from cutwise.disk import write_bytes
 from cutwise.later import later
-from cutwise.run_file import DamagedRun, sealed, tree_of
+from cutwise.run_file import DamagedRun, sealed, tree_of, written
 from cutwise.spec.faults import NoSuchName
 from cutwise.spec.scenario import PROBABILITY_ALL, Scenario
 from cutwise.spec.uncertain import stem
@@ -422,9 +421,7 @@ class Result:
             "references": json.dumps(list(self.references)),
             "notes": json.dumps(dict(self.notes)),
         }
-        stream = io.BytesIO()
-        tree.to_netcdf(stream, engine="h5netcdf")
-        return sealed(stream.getvalue())
+        return sealed(written(tree))
 
     def save(self, path: str | Path) -> Path:
         """Write one netCDF-4 file with the whole result and the scenario, whole or not at all."""

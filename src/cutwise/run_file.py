@@ -20,6 +20,7 @@ _LENGTH = len(_SEAL) + 64 + 1
 _PATIENCE = 15  # CPU seconds of a trial
 _ROOM = 4 * 2**30  # [bytes] address space of a trial
 _MUCH, _SWOLLEN = 2e8, 50  # arrays beyond this size, and so many times the file, are not what a run wrote
+_LONG = 4096  # numbers of an array that is worth packing
 _sound: set[bytes] = set()  # digests of what was tried and found readable
 
 
@@ -35,6 +36,32 @@ def is_netcdf(content: bytes) -> bool:
 def sealed(content: bytes) -> bytes:
     """The content of a netCDF file with its seal."""
     return content + _SEAL + hashlib.sha256(content).hexdigest().encode() + b"\n"
+
+
+def written(tree: "xr.DataTree") -> bytes:
+    """A tree as a netCDF-4 file; long arrays are packed, as long as the file still opens (:func:`_opened`)."""
+    packed = {
+        node.path: {
+            name: {"zlib": True, "complevel": 1, "shuffle": True}
+            for name, array in node.dataset.variables.items()
+            if array.size >= _LONG and array.dtype.kind in "fiub"
+        }
+        for node in tree.subtree
+    }
+    content = _written(tree, {path: found for path, found in packed.items() if found})
+    return _written(tree, {}) if _swollen(tree, len(content)) else content
+
+
+def _written(tree: "xr.DataTree", encoding: dict[str, Any]) -> bytes:
+    stream = io.BytesIO()
+    tree.to_netcdf(stream, engine="h5netcdf", encoding=encoding)
+    return stream.getvalue()
+
+
+def _swollen(tree: "xr.DataTree", length: int) -> bool:
+    """Whether arrays are larger than a file of a length [bytes] may unpack to."""
+    size = sum(array.nbytes for node in tree.subtree for array in node.dataset.variables.values())
+    return size > max(_MUCH, _SWOLLEN * length)
 
 
 def has_seal(content: bytes) -> bool:
@@ -127,8 +154,8 @@ def _opened(content: bytes) -> "xr.DataTree":
     import xarray as xr
 
     with xr.open_datatree(io.BytesIO(content), engine="h5netcdf") as tree:
-        size = sum(array.nbytes for node in tree.subtree for array in node.dataset.variables.values())
-        if size > max(_MUCH, _SWOLLEN * len(content)):
+        if _swollen(tree, len(content)):
+            size = sum(array.nbytes for node in tree.subtree for array in node.dataset.variables.values())
             raise DamagedRun(f"its arrays would take {size / 1e9:.3g} GB")
         return tree.load()
 

@@ -264,10 +264,10 @@ class SurfaceCheck(NamedTuple):
     y: float
 
 
-def surface_check(solid: Solid, points: int, seed: int = 0) -> SurfaceCheck:
-    """The looked-up surface against the least of all moves, at random points that were cut."""
+def surface_check(solid: Solid, points: int, seed: int = 0, index: Index | None = None) -> SurfaceCheck:
+    """The looked-up surface against the least of all moves, at random points that were cut; ``index``: of all segments."""
     grid = solid.map.layout
-    index = index_of(solid)
+    index = index_of(solid) if index is None else index
     draw = np.random.default_rng(seed)
     x = grid.x + grid.across * grid.dx * draw.random(points)
     y = grid.y + grid.along * grid.dy * draw.random(points)

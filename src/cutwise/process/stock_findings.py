@@ -12,7 +12,7 @@ from cutwise.maths.solid import CELLS
 from cutwise.process.nominal_part import tolerance_of
 from cutwise.process.stock_deviation import Deviation, Judged, cut_off
 from cutwise.process.stock_material import room_for
-from cutwise.process.stock_measures import aside
+from cutwise.process.stock_measures import aside, checked
 from cutwise.process.stock_milling import StockRunDone
 from cutwise.process.stock_real import YIELDING, Cut, Real
 from cutwise.process.stock_setups import Done
@@ -276,9 +276,7 @@ def _setup_notes(scenario: MillingScenario, cut: Cut) -> dict[str, str]:
     if done.planned.raw.kind == CELLS:
         half = _mm(0.5 * max(grid.dx, grid.dy))
         said["outline"] = f"the outline of the stock, from a file, holds to half a cell ({half})"
-    if done.check is not None:
-        most = units.show(done.check.largest, "small_length", 3) + " above all moves together"
-        said["surface check"] = f"at {done.check.points} points of the cut surface the map is at most {most}"
+    said |= checked(done)
     if done.planned.said:
         said["taken for granted"] = "; ".join(done.planned.said)
     if done.planned.program.notices:

@@ -4,17 +4,19 @@ import math
 
 import numpy as np
 
+from cutwise import units
 from cutwise.maths.curves import FloatArray
 from cutwise.physics.motion.lookahead import time_without_limits
 from cutwise.process.stock_deviation import Deviation, Judged
 from cutwise.process.stock_milling import StockRunDone
 from cutwise.process.stock_real import Cut, Real
 from cutwise.process.stock_setups import Done
-from cutwise.process.stock_stations import events, station_headings, station_moves, station_times
+from cutwise.process.stock_stations import events, station_along, station_headings, station_moves, station_times
 from cutwise.spec.milling import MillingScenario
 
 _SUMMED = (
-    "cycle_time", "cycle_time_ideal", "path_length", "stops", "removed_volume", "air_cut_time", "rapids_in_stock", "collisions",
+    "cycle_time", "cycle_time_ideal", "path_length", "stops", "removed_volume", "removed_volume_error", "air_cut_time",
+    "rapids_in_stock", "collisions",
 )  # fmt: skip
 
 
@@ -43,6 +45,8 @@ def _of_setup(scenario: MillingScenario, cut: Cut) -> dict[str, float]:
     found = _motion(done)
     volume = done.volume
     found["removed_volume"] = float(volume.sum())
+    if done.error is not None:
+        found["removed_volume_error"] = done.error.of_all
     if scenario.numerics.stock.engagement != "none":
         found |= _cutting(scenario, done)
     happened = events(done)
@@ -59,6 +63,22 @@ def _of_setup(scenario: MillingScenario, cut: Cut) -> dict[str, float]:
     return found
 
 
+def checked(done: StockRunDone) -> dict[str, str]:
+    """What the checks of a map found, in words."""
+    said = {}
+    if done.check is not None:
+        most = units.show(done.check.largest, "small_length", 3) + " above all moves together"
+        said["surface check"] = f"at {done.check.points} points of the cut surface the map is at most {most}"
+    if done.error is not None:
+        volume, (shift, spread) = float(done.volume.sum()), done.error.whole
+        said["volumes"] = (
+            f"{units.show(volume, 'volume', 6)} by the cells, {units.show(done.error.of_all, 'volume', 2)} off at the most (three "
+            f"standard deviations, {done.error.points} points); by these points {units.show(volume + shift, 'volume', 6)} and "
+            f"{units.show(3.0 * spread, 'volume', 2)}"
+        )
+    return said
+
+
 def _aside(real: Real) -> dict[str, float]:
     """How far the tool stands beside its path while it cuts [m]."""
     where = aside(real)
@@ -69,7 +89,10 @@ def _aside(real: Real) -> dict[str, float]:
 
 
 def aside(real: Real) -> FloatArray:
-    """Distance of the tool from its path, what it lags along level moves left out, at stations in contact [m]."""
+    """Distance of the tool from its path at stations in contact, what its drives lag along it left out [m].
+
+    A lag shifts the tool to where it is a moment later and changes nothing of the surface; what the tool bends along its feed does.
+    """
     contact = real.done.stations("contact") > 0.0
     segment = real.done.run.segment[contact]
     off = real.off[segment, 0]
@@ -77,7 +100,10 @@ def aside(real: Real) -> FloatArray:
     row = real.done.moves.path.row[segment]
     level = np.where(row[:, 7] > 1e-12, 1.0 / np.sqrt(1.0 + row[:, 8] ** 2), 0.0)
     ahead = np.column_stack([along * level[:, None], np.where(row[:, 7] > 1e-12, row[:, 8] * level, 1.0)])
-    return np.asarray(np.linalg.norm(off - (off * ahead).sum(axis=1)[:, None] * ahead, axis=1))
+    if real.driven is None:
+        return np.asarray(np.linalg.norm(off, axis=1))
+    lag = (real.driven.known.at(station_along(real.done)[contact]) * ahead).sum(axis=1)
+    return np.asarray(np.linalg.norm(off - lag[:, None] * ahead, axis=1))
 
 
 def _motion(done: StockRunDone) -> dict[str, float]:

@@ -9,9 +9,10 @@ import numpy.typing as npt
 from cutwise.maths.curves import FloatArray
 from cutwise.maths.envelopes import Segments, line_row, segments
 from cutwise.maths.height_map import material, volume_of
-from cutwise.maths.map_index import SurfaceCheck, surface_check
+from cutwise.maths.map_index import SurfaceCheck, index_of, surface_check
 from cutwise.maths.map_levels import room
 from cutwise.maths.map_sweep import overlap_by
+from cutwise.maths.map_volume import VolumeError, volume_error
 from cutwise.maths.profiles import Cutters
 from cutwise.maths.solid import Solid
 from cutwise.maths.workpiece import Frame, Workpiece, under, with_held
@@ -46,6 +47,7 @@ class StockRunDone(NamedTuple):
     fixed: FloatArray  # of each move: what it overlaps with fixtures, columns as ``Run.hit``
     start: FloatArray  # the same of the tool where the program begins, shape (5,)
     check: SurfaceCheck | None
+    error: VolumeError | None  # of the volumes of moves
     grids: tuple[float, ...]  # that were tried [m]
 
     @property
@@ -156,9 +158,12 @@ def _cut(
             progress(0.9 * last / moves.count)
     all_contact(run_)
     fixed = fixtures_hit(scenario, solid, ready.tools, moves, grid)
-    check = surface_check(solid, numerics.check) if numerics.check else None
+    check = error = None
+    if numerics.check:
+        index = index_of(solid)
+        check, error = surface_check(solid, numerics.check, index=index), volume_error(piece, index)
     return StockRunDone(
-        ready, moves, solid, run_, grid, coarse, before, left.filled, fixed, start, check, (grid,)
+        ready, moves, solid, run_, grid, coarse, before, left.filled, fixed, start, check, error, (grid,)
     )  # fmt: skip
 
 

@@ -120,6 +120,8 @@ def _lines(all_: Done, number: int, off: Judged | None) -> xr.Dataset:
         "feed": (np.where(moves.rapid, np.nan, moves.feed), "m/s", "feed"),
         "removed_volume": (done.volume, "m**3", "volume taken"),
     }
+    if done.error is not None:
+        found["removed_volume_error"] = (done.error.of_moves, "m**3", "error of it, three standard deviations")
     turning = np.repeat(moves.spindle, np.diff(station))
     for name, values, unit, text in (
         ("immersion_max", done.stations("angle"), "rad", "largest contact angle"),

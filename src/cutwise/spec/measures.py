@@ -111,7 +111,7 @@ STOCK: Mapping[str, MeasureSpec] = {
     "deviation_rms_ideal": MeasureSpec("small_length", "root mean square of that deviation over the judged area"),
     "tool_offset_max": MeasureSpec(
         "small_length",
-        "how far drives, bending, machine or robot move the tool beside its path in contact, lag along it left out",
+        "how far drives, bending, machine or robot move the tool off its path in contact, what drives lag along it left out",
     ),
     "tool_offset_change": MeasureSpec(
         "small_length", "largest change of the offset of the tool when the pieces of its path are halved: a check"
@@ -162,6 +162,10 @@ MILLING: Mapping[str, MeasureSpec] = {
         "volume",
         "volume taken of the stock; by exact arcs that of the flutes sideways, without what the end of the mill "
         "takes in plunges and ramps, in 3D all of it",
+    ),
+    "removed_volume_error": MeasureSpec(
+        "volume",
+        "error of the volume taken, by what random points within the cells of a map lose: three standard deviations",
     ),
     "removal_rate_max": MeasureSpec("removal_rate", "largest volume taken per time, at the planned speed"),
     "drive_torque_max_x": MeasureSpec("moment", "largest motor torque of the x axis"),

@@ -73,7 +73,14 @@ MILLING: Needs = {
         ("stock", "program or setups", "material"),
     ),
     **dict.fromkeys(
-        ("air_cut_time", "rapids_in_stock", "collisions", "collision_depth_max", "surface_check_max"),
+        (
+            "air_cut_time",
+            "rapids_in_stock",
+            "collisions",
+            "collision_depth_max",
+            "surface_check_max",
+            "removed_volume_error",
+        ),
         ("stock", "program or setups"),
     ),
     **dict.fromkeys(

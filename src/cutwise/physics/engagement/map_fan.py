@@ -212,7 +212,7 @@ def by_cells(piece: Workpiece, place: Place, radius: float, level: float, fan: F
     >>> fan = fan_room()
     >>> spread(fan, 0.5 * math.pi)
     >>> by_cells(block, place, 5e-3, -2e-3, fan, True)
-    >>> int(np.argmax(fan.above > 0.0)), fan.above[64]
+    >>> int(np.argmax(fan.above > 0.0)), float(fan.above[64])
     (46, 0.002)
     """
     solid = piece.maps[0]
