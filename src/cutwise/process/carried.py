@@ -18,10 +18,19 @@ from cutwise.physics.structure.series_compliance import carried_to, in_axes, tra
 from cutwise.physics.structure.terms import Compliance, Linked, Swinging, linked, swinging
 from cutwise.process import arm_geometry
 from cutwise.process.arm_geometry import Misplaced, misplaced
-from cutwise.process.postures import Arm, candidates, posture_frames, posture_jacobian, spring_twists, tool_axes
+from cutwise.process.postures import (
+    Arm,
+    Candidates,
+    candidates,
+    posture_frames,
+    posture_jacobian,
+    spring_twists,
+    tool_axes,
+)
 from cutwise.process.robot_arms import base_element, robot_arm
 from cutwise.process.yielding import stiffness_of
 from cutwise.results import NOWHERE, Finding, Infeasible, Place, warned
+from cutwise.spec.base import known
 from cutwise.spec.carrier import CarriedPath as PathSpec
 from cutwise.spec.carrier import CarryingRobot, Standing
 from cutwise.spec.faults import Fault, ScenarioFault
@@ -63,7 +72,8 @@ def path_in_base(spec: PathSpec, standing: Standing, pitch: float, *, work_on_le
             work_on_left=work_on_left, follow=spec.orientation != "fixed",
         )  # fmt: skip
     else:
-        nominal = line(np.array(spec.line.start), np.array(spec.line.end), axis, pitch, work_on_left=work_on_left)
+        ends = known(spec.line)
+        nominal = line(np.array(ends.start), np.array(ends.end), axis, pitch, work_on_left=work_on_left)
     return placed(nominal, rotation_from_rpy(*standing.rotation), np.array(standing.origin))
 
 
@@ -265,7 +275,7 @@ def _zeros(path: CarriedPath) -> list[FloatArray | None]:
     return [axes[:, 0] if path.followed else None for axes in path.axes]
 
 
-def candidates_of(arm: Arm, path: CarriedPath, angles: FloatArray):  # type: ignore[no-untyped-def]
+def candidates_of(arm: Arm, path: CarriedPath, angles: FloatArray) -> Candidates:
     """All solutions of the stations, with one angle of the tool for each."""
     each = zip(path.tool_axis, angles, _zeros(path), strict=True)
     poses = np.array([tool_axes(axis, angle, zero) for axis, angle, zero in each])
@@ -309,7 +319,10 @@ def _chosen(
     return Postures(followed(found.q, allowed, first), turning), value, turned
 
 
-def _stiffest_branch(arm, path, q, allowed, wrench, height, fallback):  # type: ignore[no-untyped-def]
+def _stiffest_branch(
+    arm: Arm, path: CarriedPath, q: FloatArray, allowed: np.ndarray, wrench: FloatArray, height: float,
+    fallback: FloatArray,
+) -> FloatArray:  # fmt: skip
     """Of the branches that lead all along, the one that yields least."""
     best, least = fallback, math.inf
     for branch in range(q.shape[1]):
@@ -329,7 +342,9 @@ def _yielding(arm: Arm, path: CarriedPath, q: FloatArray, wrench: FloatArray, he
     return twist[:, 1] - twist[:, 3] * height
 
 
-def _all(robot, arm, path, angles, wrench, height):  # type: ignore[no-untyped-def]
+def _all(
+    robot: CarryingRobot, arm: Arm, path: CarriedPath, angles: FloatArray, wrench: FloatArray, height: float
+) -> tuple[FloatArray, FloatArray]:
     """Motor angles (n, a, b, 6) and cost (n, a, b) of every station, angle and branch."""
     count, turns = len(path.at), len(angles)
     each = zip(path.tool_axis, _zeros(path), strict=True)

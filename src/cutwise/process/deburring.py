@@ -164,7 +164,7 @@ def carried_measures(scenario: DeburringScenario, run: EdgeRun) -> dict[str, flo
     tilt = np.column_stack([arm * history.response.tilt, np.zeros(len(history.motion.time))])
     terms = behind if run.cell.ring is None else {"pistons": tilt, **behind}
     terms = {name: seen_from_edge(run, of_term) for name, of_term in terms.items()}
-    total = sum(of_term[:, 1] for of_term in terms.values())
+    total = sum((of_term[:, 1] for of_term in terms.values()), np.zeros(len(tilt)))
     worst = first + int(np.argmax(np.abs(total[first:last] - run.cell.path.preset)))
     each = [term for _, term in run.cell.behind]
     found = yielding.term_measures(terms, slice(first, last), worst) | yielding.lowest_frequency(each)

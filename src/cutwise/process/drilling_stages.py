@@ -162,7 +162,7 @@ _OVER: Over = {
                        "number of the hole"),
     "time": Coordinate(lambda told: told.history[0, :, 0], "s", "time"),
     "axis": _TWIST[:3], "across": _TWIST[:2], "twist": _TWIST, "wrench": _TWIST,
-    "joint": np.arange(1, 7),
+    "joint": range(1, 7),
     "point": lambda told: ["base", *(f"joint {k}" for k in range(1, len(told.run.cell.arm.chain.kinds) + 1)), "drill tip"],
     "mode": lambda told: np.arange(1, len(told.drilled[0].frequencies) + 1),
 }  # fmt: skip

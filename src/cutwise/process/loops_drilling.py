@@ -295,7 +295,8 @@ def drill_hole(
     history = np.zeros((-(-most // every) if every else 0, len(HISTORY)))
     turn = (math.cos(slope_angle), math.sin(slope_angle))
     marks, reached, numbers = _run(cycle, arm, profile, turn, step, steps, last, every, history)
-    outcome = HoleOutcome(*marks, bool(reached[0]), bool(reached[2]), *numbers.tolist())
+    entry, tip, corner = marks
+    outcome = HoleOutcome(entry, tip, corner, bool(reached[0]), bool(reached[2]), *map(float, numbers))
     return outcome, history[: -(-round(outcome.time / step) // every) if every else 0]
 
 
@@ -358,7 +359,9 @@ def quasi_static_hole(
     turned = arm.soft.turn.copy()
     if math.isfinite(arm.mass):
         turned += np.linalg.solve(arm.stiffness, arm.torque_push)
-    marks = _run_quasi_static(cycle, profile, compliance, np.linalg.solve(compliance, turned), turn, advance)
+    marks = _run_quasi_static(
+        cycle, profile, compliance, np.asarray(np.linalg.solve(compliance, turned), dtype=float), turn, advance
+    )
     return marks[0], marks[1]
 
 

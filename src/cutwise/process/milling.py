@@ -23,7 +23,6 @@ from cutwise.physics.motion.nearest import nearest_along
 from cutwise.physics.motion.reference import Reference, central_difference, sampled
 from cutwise.physics.structure.modes import Modes
 from cutwise.process.assemble_mill import (
-    ProgramPath,
     cut,
     feed_drives,
     loops,
@@ -37,6 +36,7 @@ from cutwise.process.labels import Column, Coordinate, Group, Over
 from cutwise.process.loops_drives import Cut, DriveHistory, run_drives
 from cutwise.process.milling_contact import Contact, SteadyCuts, contact, steady_cuts
 from cutwise.process.milling_stability import TipStability, tip_stability
+from cutwise.process.program_path import ProgramPath
 from cutwise.programs.interpreter import Interpreted, interpret
 from cutwise.spec.faults import Fault, ScenarioFault, all_faults
 from cutwise.spec.milling import MillingScenario

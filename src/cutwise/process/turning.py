@@ -27,6 +27,7 @@ from cutwise.process.recipes import Method, Recipe, halved
 from cutwise.process.still_deburring import wrenches
 from cutwise.records import CONTACT
 from cutwise.results import Finding, Place, SolverFailure, warned
+from cutwise.spec.base import known
 from cutwise.spec.turning import TurningScenario
 from cutwise.still import Rest
 
@@ -58,7 +59,8 @@ class Setup(NamedTuple):
     def speed(self, radius: FloatArray) -> FloatArray:
         """Spindle speed at some radii [rad/s]."""
         operation = self.scenario.operation
-        return np.broadcast_to(operation.spindle_speed or operation.cutting_speed / radius, np.shape(radius))
+        speed = operation.spindle_speed or known(operation.cutting_speed) / radius
+        return np.broadcast_to(speed, np.shape(radius))
 
 
 class Pass(NamedTuple):
@@ -178,7 +180,7 @@ def chatter(held: Setup, done: Turned) -> tuple[float, float]:
 
     def receptance(at: FloatArray) -> np.ndarray:
         total = yielding.mode_receptance(tool.modes, at)
-        each = 1.0 / (omega**2 - at[:, None] ** 2 + 2j * part.damping * omega * at[:, None])
+        each = 1.0 / (omega**2 - at[:, None] ** 2 + 2j * known(part.damping) * omega * at[:, None])
         total[:, :2, :2] += np.einsum("wm,mi,mj->wij", each, shape, shape)
         total[:, 2, 2] += each @ shape[:, 1] ** 2
         return total
@@ -194,7 +196,8 @@ def measures(held: Setup, done: list[Turned]) -> dict[str, float]:
     """Measures in SI: form and shares after the last pass, forces and time of all."""
     last, part, tool = done[-1], held.scenario.part, held.scenario.tool
     along = np.argsort(last.z)
-    near, middle, far = np.interp(np.linspace(*last.z[along[[0, -1]]], 3), last.z[along], last.error[along])
+    start, end = last.z[along[[0, -1]]].tolist()
+    near, middle, far = np.interp(np.linspace(start, end, 3), last.z[along], last.error[along]).tolist()
     force = np.concatenate([one.rest.total[:, :3] for one in done])
     speed = np.concatenate([one.goal * held.speed(one.goal) for one in done])
     lengths, plans = np.diff([0.0, *held.ends]), [one.plan for one in done]
@@ -258,10 +261,14 @@ GROUPS = {
 }  # fmt: skip
 
 
+def _off_shaft(name: str, one: Turned) -> FloatArray:
+    return one.moved()[name][:, 1]
+
+
 def stages(done: list[Turned]) -> Mapping[str, Group]:
     """What the passes did, and the displacement by each thing that yields."""
     moved = {
-        f"deflection_{name}": Column("z cut", _each(lambda one, name=name: one.moved()[name][:, 1]), "m", f"off the shaft: {name}")
+        f"deflection_{name}": Column("z cut", _each(partial(_off_shaft, name)), "m", f"off the shaft: {name}")
         for name in done[-1].parts
     }  # fmt: skip
     return {**GROUPS, "structure": Group(moved, _OVER)}
