@@ -14,6 +14,7 @@ from cutwise.maths.curves import Cubic, FloatArray, Polyline, constant, cubic_va
 from cutwise.maths.fields import random_field, sum_of_sines
 from cutwise.paths.carried import CarriedPath
 from cutwise.physics.cutting.flute import Mill
+from cutwise.physics.cutting.wall import AVERAGED
 from cutwise.physics.motion.edge import EdgePass
 from cutwise.physics.motion.paced import Paced
 from cutwise.physics.structure.pistons import (
@@ -30,7 +31,6 @@ from cutwise.physics.structure.terms import Compliance, Rigid
 from cutwise.process import carriage
 from cutwise.process.edges import edges
 from cutwise.process.loops import (
-    AVERAGED,
     TOOTH_RESOLVED,
     Arc,
     Cutter,

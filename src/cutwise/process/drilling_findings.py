@@ -21,12 +21,12 @@ from cutwise.process.drilling import (
     DrillRun,
     dynamics,
     hole_ends,
-    nominal_shares,
     skating_of,
     slope_angle,
 )
+from cutwise.process.drilling_measures import nominal_shares
 from cutwise.process.loops_drilling import HoleOutcome, quasi_static_hole, step_limit
-from cutwise.process.postures import Arm, Posture, arm_compliance, posture_frames, posture_jacobian
+from cutwise.process.postures import Arm, Posture, arm_compliance, joint_room, posture_frames, posture_jacobian
 from cutwise.results import Finding, Place, Remedy, Said, warned
 from cutwise.spec.drilling import DrillingScenario
 from cutwise.spec.robot import Robot
@@ -221,7 +221,7 @@ def _posture(scenario: DrillingScenario, run: DrillRun, posture: Posture) -> Ite
 
 def _stance(robot: Robot, arm: Arm, posture: Posture) -> Iterator[Finding]:
     """Room of the joints, and under the foot."""
-    room = np.minimum(posture.q - arm.limits[:, 0], arm.limits[:, 1] - posture.q)
+    room = joint_room(arm, posture.q)
     if room.min() < _NEAR_LIMIT:
         joint = f"joint {robot.motors[int(room.argmin())] + 1}"
         words = (
@@ -366,8 +366,8 @@ def _line(cell: DrillCell, index: int, hole: DrilledHole) -> str:
     stands = "" if math.isnan(hole.posture.wrist_sine) else f"{units.show(hole.posture.angle, 'angle', 4)}, "
     if not hole.outcome.through:
         return f"{index}: {stands}never through"
-    entry, leaving = hole_ends(cell, hole)
-    return f"{index}: {stands}entry {_um(entry)}, exit {_um(leaving)}"
+    at_entry, at_exit = hole_ends(cell, hole)
+    return f"{index}: {stands}entry {_um(at_entry)}, exit {_um(at_exit)}"
 
 
 def _um(position: FloatArray) -> str:

@@ -12,7 +12,8 @@ from cutwise.physics.cutting.drill import lip_force, margin_torque
 from cutwise.physics.cutting.drill_elements import elements_force
 from cutwise.physics.engagement.lip import lip_contact
 from cutwise.physics.structure.joint_compliance import worst_skating
-from cutwise.process.drilling import DrillCell, DrilledHole, DrillRun, hole_measures
+from cutwise.process.drilling import DrillCell, DrilledHole, DrillRun
+from cutwise.process.drilling_measures import hole_measures
 from cutwise.process.labels import Column, Coordinate, Group, Over, Read
 from cutwise.process.loops_drilling import HISTORY
 from cutwise.process.posture_search import scan

@@ -14,6 +14,7 @@ from cutwise.maths.curves import FloatArray
 from cutwise.physics.cutting.flute import Mill
 from cutwise.physics.cutting.flutes import ChipFlutes, MeanFlutes, ToothFlutes
 from cutwise.physics.cutting.uneven import Edges
+from cutwise.physics.cutting.wall import AVERAGED, FLUTES
 from cutwise.physics.engagement.burred_arc import BurredArc
 from cutwise.physics.engagement.burred_edge import PIECES, SEEN, BurredEdge, Layers, Round, Strips
 from cutwise.physics.engagement.swept import ColumnEdge, most_columns, stand
@@ -37,8 +38,8 @@ else:
 
 __all__ = ["Layers", "Strips"]
 
-AVERAGED = 0
-TOOTH_RESOLVED = 1
+TOOTH_RESOLVED = FLUTES
+"""Tooth by tooth; else AVERAGED, both as milling with drives names them."""
 
 _COLUMN = 10e-6  # [m] pitch of the columns
 

@@ -7,9 +7,10 @@ import numpy as np
 
 from cutwise.later import later
 from cutwise.maths.curves import FloatArray, Polyline, constant, no_cubic
+from cutwise.physics.cutting.wall import AVERAGED
 from cutwise.physics.structure.pistons import PistonRing
 from cutwise.physics.structure.statics import Borders, borders, gauge, mean_support
-from cutwise.process.loops import AVERAGED, EdgeCell, cell_of, loads_at
+from cutwise.process.loops import EdgeCell, cell_of, loads_at
 
 if TYPE_CHECKING:
     from scipy import optimize

@@ -477,6 +477,11 @@ def posture_at(arm: Arm, angle: float, q: FloatArray) -> Posture:
     return Posture(float(angle), np.asarray(q), compliance, holding_ratio(compliance), bent)
 
 
+def joint_room(arm: Arm, q: FloatArray) -> FloatArray:
+    """How far the motors are from the nearer of their limits [rad], at angles (..., 6) of them, same shape."""
+    return np.minimum(q - arm.limits[:, 0], arm.limits[:, 1] - q)
+
+
 def turned_towards(arm: Arm, q: FloatArray, near: FloatArray) -> FloatArray:
     """The same posture with every motor on the turn next to a given angle, as far as the limits allow."""
     turns = np.round((near - q) / (2.0 * math.pi))

@@ -6,7 +6,7 @@ At rest, place by place, or stepped under the mean force; and the depth at which
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -39,6 +39,7 @@ from cutwise.process import (
     carried,
     carriers,
     chain_compliance,
+    chatter,
     milling_spindle,
     milling_wall,
     walls,
@@ -48,7 +49,7 @@ from cutwise.process.convergence import divided
 from cutwise.process.edges import edges
 from cutwise.process.labels import Column, Coordinate, Group, Groups, Over
 from cutwise.process.passes import at_rest, on_path, stepped, structure_of, too_soft, unsolved
-from cutwise.results import Finding, Place, Said
+from cutwise.results import Finding, Said
 from cutwise.spec.base import known
 from cutwise.spec.carrier import Standing
 from cutwise.spec.milling import MillingScenario
@@ -171,8 +172,8 @@ def run(
     if not limits:
         return done
     rows = np.unique(np.linspace(0, len(path.at) - 1, min(9, len(path.at))).round().astype(int))
-    chatter = tuple(_limit(scenario, carrying, int(k), done.height) for k in rows)
-    return done._replace(limits=chatter, limit_at=path.at[rows])
+    each = tuple(_limit(scenario, carrying, int(k), done.height) for k in rows)
+    return done._replace(limits=each, limit_at=path.at[rows])
 
 
 def feeds_of(scenario: MillingScenario, carrying: carriage.Carriage, at: FloatArray) -> FloatArray:
@@ -256,15 +257,8 @@ def _receptance(scenario: MillingScenario, carrying: carriage.Carriage, k: int, 
         else:
             station = (swing.spring[k], swing.damper[k], swing.gain[k], swing.jacobian[k])
             of_arm = linked_receptance(*station, height, carrying.arm.base[k])
-    modes, turn = scenario.tool.modes, np.eye(3) if carrying.path is None else carrying.path.axes[k]
-    if of_arm is None and not modes:
-        return None
-
-    def receptance(omega: FloatArray) -> np.ndarray:
-        total = yielding.mode_receptance(modes, omega, turn)
-        return np.asarray(total if of_arm is None else total + of_arm(omega))
-
-    return receptance
+    turn = np.eye(3) if carrying.path is None else carrying.path.axes[k]
+    return chatter.together(scenario.tool.modes, of_arm, turn)
 
 
 def outermost(scenario: MillingScenario) -> float:
@@ -316,9 +310,7 @@ def measures(scenario: MillingScenario, done: Milled) -> dict[str, float]:
         found["energy_balance"] = yielding.energy_balance(each, done.at, wrench, twist)
     if done.limits:
         least = min(limit.depth for limit in done.limits)
-        if math.isfinite(least):
-            found["stable_depth_min"] = least
-            found["depth_margin"] = 1.0 - of.axial_depth / least
+        found |= chatter.measures(of.axial_depth, least) if math.isfinite(least) else {}
     found |= milling_spindle.measures(scenario, done.state)
     arm, robot = done.carriage.arm, scenario.robot
     if arm is None or robot is None:
@@ -399,9 +391,3 @@ def notes(scenario: MillingScenario, done: Milled) -> dict[str, str]:
         "wall": walls.note(done.at[worst], wall[worst], done.moved, worst),
         **carriers.notes(done.carriage, done.height, float(done.at[worst]), done.moved, worst),
     }
-
-
-def unsound(found: Mapping[str, float]) -> Iterator[Finding]:
-    """A depth at which it chatters; the value is the depth over its limit."""
-    if found.get("depth_margin", 1.0) <= 0.0:
-        yield Finding("unstable", Place("arm"), 1.0 - found["depth_margin"], 1.0, measure="depth_margin")

@@ -18,7 +18,7 @@ from cutwise.physics.cutting.regeneration import depth_limit
 from cutwise.physics.engagement.insert import ELEMENTS, SEEN, Bar, Insert, edge_rows, ridge
 from cutwise.physics.structure.shaft import Shaft, Support, modes, shaft, yields
 from cutwise.physics.structure.terms import Compliance, in_series
-from cutwise.process import yielding
+from cutwise.process import chatter, yielding
 from cutwise.process.convergence import divided
 from cutwise.process.edges import edges_alike
 from cutwise.process.labels import Column, Coordinate, Group, Over
@@ -171,15 +171,15 @@ def _too_soft(z: FloatArray, k: int) -> SolverFailure:
     return too_soft(where, "reduce operation.feed, or support it (lathe.steady_position)", "the shaft")
 
 
-def chatter(held: Setup, done: Turned) -> tuple[float, float]:
+def limit_of(held: Setup, done: Turned) -> tuple[float, float]:
     """Depth of cut of a pass where most yields, and the one at which that cut chatters there [m]."""
     part, tool = held.scenario.part, held.scenario.tool
     k = int(np.argmax(sum(c[:, 1, 1] for c in done.parts.values()) * (done.rest.seen[:, 0] > 0.0)))
     mesh = np.append(held.marks, held.z[:: math.ceil(len(held.z) / _MESH)])
     omega, shape = modes(*half_turned(held, done.plan, done.z[k], done.goal[k], mesh), _MODES)
 
-    def receptance(at: FloatArray) -> np.ndarray:
-        total = yielding.mode_receptance(tool.modes, at)
+    def of_shaft(at: FloatArray) -> np.ndarray:
+        total = np.zeros((len(at), 3, 3), dtype=complex)
         each = 1.0 / (omega**2 - at[:, None] ** 2 + 2j * known(part.damping) * omega * at[:, None])
         total[:, :2, :2] += np.einsum("wm,mi,mj->wij", each, shape, shape)
         total[:, 2, 2] += each @ shape[:, 1] ** 2
@@ -189,6 +189,7 @@ def chatter(held: Setup, done: Turned) -> tuple[float, float]:
     edge_rows(rows, Insert(tool.nose_radius, tool.lead_angle, done.feed), done.feed[k], depth)
     slopes = chip_slopes(rows, edges_alike(held.scenario.material)) / depth
     highest = _HIGHEST * max([omega[0] / (2.0 * math.pi), *(mode.frequency for mode in tool.modes)])
+    receptance = known(chatter.together(tool.modes, of_shaft))
     return depth, depth_limit(receptance, slopes, 2.0 * math.pi / float(held.speed(done.goal[k])), highest).depth
 
 
@@ -221,10 +222,9 @@ def measures(held: Setup, done: list[Turned]) -> dict[str, float]:
         high, low = (run(held, 0.5 * side * part.runout, done)[-1].error for side in (1.0, -1.0))
         found["roundness_error_max"] = 0.5 * float(np.abs(high - low).max())
     if part.damping is not None:
-        pairs = [chatter(held, one) for one in done[: held.scenario.operation.passes] if one.rest.seen[:, 0].any()]
+        pairs = [limit_of(held, one) for one in done[: held.scenario.operation.passes] if one.rest.seen[:, 0].any()]
         for depth, limit in sorted(pairs, key=lambda pair: pair[0] / pair[1])[-1:]:
-            found["depth_margin"] = 1.0 - depth / limit
-            found |= {"stable_depth_min": limit} if math.isfinite(limit) else {}
+            found |= chatter.measures(depth, limit)
     return found
 
 
@@ -274,13 +274,6 @@ def stages(done: list[Turned]) -> Mapping[str, Group]:
     return {**GROUPS, "structure": Group(moved, _OVER)}
 
 
-def findings(found: Mapping[str, float]) -> Iterator[Finding]:
-    """A depth of cut at which shaft or tool chatters; the value is that depth over its limit."""
-    over = 1.0 - found.get("depth_margin", 1.0)
-    if over >= 1.0:
-        yield Finding("unstable", Place("shaft"), over, 1.0, measure="depth_margin")
-
-
 def warnings(scenario: TurningScenario, done: list[Turned]) -> Iterator[Finding]:
     """Chips for which the coefficients do not hold."""
     chips = (one.rest.seen[one.rest.seen[:, 0] > 0.0, 1].min(initial=math.inf) for one in done)
@@ -313,7 +306,7 @@ PASSES: Method[TurningScenario, tuple[Setup, list[Turned]]] = Method(
     run=_whole,
     measures=lambda _, done: measures(*done),
     stages=lambda _, done, __: stages(done[1]),
-    findings=lambda _, __, found: findings(found),
+    findings=lambda _, __, found: chatter.findings(found, "shaft"),
     limits=lambda *_: LIMITS,
     references=lambda *_: ("altintas2012",),
     warnings=lambda scenario, done, _: warnings(scenario, done[1]),
