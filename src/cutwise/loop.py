@@ -5,7 +5,7 @@ A loop is compiled once for each combination of record classes; the laws of the 
 
 import math
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,13 +29,13 @@ ROWS = 40_000  # longest history
 
 
 class Cell(NamedTuple):
-    """What takes part in a run: a record in each slot, and what stands in the way of the tool."""
+    """What takes part in a run: a record in each slot, or nothing, and what stands in the way of the tool."""
 
-    motion: NamedTuple
+    motion: Any
     engagement: NamedTuple
-    stock: NamedTuple
+    stock: Any
     cutting: NamedTuple
-    structure: NamedTuple
+    structure: Any
 
 
 @inlined_stepping
@@ -109,7 +109,7 @@ def advance(cell, flexed, contact, load, guess, table, starts, row, first, steps
 
 
 def march(
-    cell: Cell, flexed: NamedTuple, *, duration: float, time_step: float, seen: int, state: int, layers: int,
+    cell: Cell, flexed: Any, *, duration: float, time_step: float, seen: int, state: int, layers: int,
     contacts: int, stride: int = 0, starts: IntArray | None = None, progress: Callable[[float], None] | None = None,
 ) -> History:  # fmt: skip
     """A whole run, in portions between which progress is told and Ctrl-C is heard.

@@ -299,7 +299,7 @@ class Result:
     def __post_init__(self) -> None:
         object.__setattr__(self, "measures", Measures(self.measures))
 
-    def __getitem__(self, stage: str) -> xr.DataTree:
+    def __getitem__(self, stage: str) -> tabular.Stage:
         """A stage, or an array of one: ``result["cutting"]``, ``result["cutting/force"]``."""
         name, _, column = str(stage).partition("/")
         if name not in self.stages.children:

@@ -21,6 +21,7 @@ from cutwise.process import (
     programmed_milling,
 )
 from cutwise.process import deburring as edge
+from cutwise.process.arm_masses import mass_matrices
 from cutwise.process.chain_compliance import parts_along
 from cutwise.process.loops import run_compliant_edge
 from cutwise.process.recipes import quick_outcome
@@ -165,7 +166,7 @@ def test_energy_of_an_arm_without_damping_stays(loaded):
     scenario = loaded("mill_on_robot", *LINKS, FREE)
     _, carrying = programmed_milling.prepare(scenario)
     arm = carrying.arm
-    mass = carried.mass_matrices(scenario.robot, arm.arm, arm.postures.q[[30]])[0]
+    mass = mass_matrices(scenario.robot, arm.arm, arm.postures.q[[30]])[0]
     assert mass == pytest.approx(mass.T)
     assert np.linalg.eigvalsh(mass).min() > 0.0
     turn = np.linalg.solve(mass, np.diag(arm.arm.stiffness))

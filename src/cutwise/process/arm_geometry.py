@@ -44,8 +44,8 @@ def misplaced(robot: Robot, arm: Arm, q: FloatArray) -> Misplaced:
         turned[:, 2, 1] - turned[:, 1, 2], turned[:, 0, 2] - turned[:, 2, 0], turned[:, 1, 0] - turned[:, 0, 1]
     ], axis=1)  # fmt: skip
     twist = np.concatenate([real.place - led.place, spin], axis=1)
-    known = ~outside.any(axis=1) | given.of_gravity
-    left = known & (not given.compensated)
+    known = np.asarray(~outside.any(axis=1) | given.of_gravity)
+    left = np.asarray(known & (not given.compensated))
     return Misplaced(np.where(left[:, None], twist, 0.0), outside, angles)
 
 

@@ -14,6 +14,7 @@ from cutwise.maths.curves import Cubic, FloatArray, Polyline, constant, cubic_va
 from cutwise.maths.fields import random_field, sum_of_sines
 from cutwise.paths.carried import CarriedPath
 from cutwise.physics.cutting.flute import Mill
+from cutwise.physics.cutting.wall import AVERAGED
 from cutwise.physics.motion.edge import EdgePass
 from cutwise.physics.motion.paced import Paced
 from cutwise.physics.structure.pistons import (
@@ -30,7 +31,6 @@ from cutwise.physics.structure.terms import Compliance, Rigid
 from cutwise.process import carriage
 from cutwise.process.edges import edges
 from cutwise.process.loops import (
-    AVERAGED,
     TOOTH_RESOLVED,
     Arc,
     Cutter,
@@ -41,6 +41,7 @@ from cutwise.process.loops import (
     still_edge,
 )
 from cutwise.results import Finding
+from cutwise.spec.base import known
 from cutwise.spec.carrier import CarryingRobot, Standing
 from cutwise.spec.deburring import DeburringScenario
 from cutwise.spec.milling_machine import bodies_of, drives_key, drives_of
@@ -240,8 +241,8 @@ def edge_profile(size: float | Table | RandomField, length: float) -> Polyline:
         at, value = size.points()
         return Polyline(np.array(at), np.array(value))
     if isinstance(size, RandomField):
-        at, value = random_field(length, size.mean, size.deviation, size.correlation_length, size.seed, size.curve)
-        return Polyline(at, np.maximum(0.0, value))
+        place, drawn = random_field(length, size.mean, size.deviation, size.correlation_length, size.seed, size.curve)
+        return Polyline(place, np.maximum(0.0, drawn))
     return constant(size)
 
 
@@ -267,7 +268,7 @@ def path_error_curve(operation: DeburringOperation) -> Cubic:
     error = operation.path_error
     if isinstance(error, PathErrorSpectrum):
         lines = [
-            (part.amplitude, part.wavelength if part.wavelength else operation.feed / part.frequency)
+            (part.amplitude, part.wavelength if part.wavelength else operation.feed / known(part.frequency))
             for part in error.spectrum
         ]
         return sum_of_sines(operation.run_length, lines, error.seed)

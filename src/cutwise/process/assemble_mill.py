@@ -22,10 +22,11 @@ from cutwise.process.edges import edges
 from cutwise.process.loops_drives import NO_FORCE, Cut
 from cutwise.process.program_path import Pace, ProgramPath, blocks_path, moves_path, program_speed
 from cutwise.programs.interpreter import Interpreted, interpret
+from cutwise.spec.base import known
 from cutwise.spec.drives import CncMachine, FeedDrive
 from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.spec.milling import CornerPath, MillingScenario
-from cutwise.spec.program import top_of
+from cutwise.spec.program import StockBlock, top_of
 
 _DISCS = 20  # where the scenario names no number
 
@@ -36,13 +37,14 @@ def program_path(scenario: MillingScenario, program: Interpreted | None) -> Prog
     if program is not None:
         mode = scenario.path_mode if "path_mode" in scenario.model_fields_set else None
         assert scenario.program is not None
+        stock = scenario.stock if isinstance(scenario.stock, StockBlock) else None
         return moves_path(
             program, feed=operation.feed, turning=operation.spindle_speed is not None, mode=mode,
-            top=top_of(scenario.program, scenario.stock), pace=pace_of(scenario.drives),
+            top=top_of(scenario.program, stock), pace=pace_of(scenario.drives),
         )  # fmt: skip
     assert operation.feed is not None
     if scenario.line is not None:
-        ends = scenario.line.line
+        ends = known(scenario.line.line)
         return blocks_path(
             join([line(ends.start, ends.end)]), np.full(1, operation.feed), np.ones(1, bool), "exact_path"
         )

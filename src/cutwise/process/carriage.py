@@ -1,5 +1,6 @@
 """What carries a tool along a path, a robot or the bodies of a machine, and everything that yields with it in series."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
@@ -26,8 +27,13 @@ Terms = tuple[tuple[str, NamedTuple], ...]
 class Bending(Protocol):
     """A tool that may bend: by one stiffness across its axis [N/m], or by modes that count at rest."""
 
-    stiffness: float | None
-    modes: tuple[Mode, ...]
+    @property
+    def stiffness(self) -> float | None:
+        """[N/m]"""
+
+    @property
+    def modes(self) -> Sequence[Mode]:
+        """Of the tip."""
 
 
 class Carriage(NamedTuple):
@@ -57,7 +63,7 @@ def by_machine(
 
 def in_series(tool: Bending | None, carriage: Carriage, part: Compliance | None = None) -> Terms:
     """All terms without memory from the tool to the part."""
-    tip = ()
+    tip: Terms = ()
     if tool is not None and tool.stiffness is not None:
         tip = (("tip", spring({0: tool.stiffness, 1: tool.stiffness})),)
     elif tool is not None and tool.modes:

@@ -9,7 +9,6 @@ import numpy as np
 
 from cutwise import units
 from cutwise.later import later
-from cutwise.maths.constants import GRAVITY
 from cutwise.maths.frames import FloatArray, rotation_from_rpy
 from cutwise.paths.carried import CarriedPath, arc, line, placed
 from cutwise.physics.motion.along import Blocked, Postures, cheapest_way, followed, joint_rates
@@ -18,10 +17,21 @@ from cutwise.physics.structure.series_compliance import carried_to, in_axes, tra
 from cutwise.physics.structure.terms import Compliance, Linked, Swinging, linked, swinging
 from cutwise.process import arm_geometry
 from cutwise.process.arm_geometry import Misplaced, misplaced
-from cutwise.process.postures import Arm, candidates, posture_frames, posture_jacobian, spring_twists, tool_axes
+from cutwise.process.arm_masses import mass_matrices, masses, sag_along
+from cutwise.process.postures import (
+    Arm,
+    Candidates,
+    candidates,
+    joint_room,
+    posture_frames,
+    posture_jacobian,
+    spring_twists,
+    tool_axes,
+)
 from cutwise.process.robot_arms import base_element, robot_arm
 from cutwise.process.yielding import stiffness_of
 from cutwise.results import NOWHERE, Finding, Infeasible, Place, warned
+from cutwise.spec.base import known
 from cutwise.spec.carrier import CarriedPath as PathSpec
 from cutwise.spec.carrier import CarryingRobot, Standing
 from cutwise.spec.faults import Fault, ScenarioFault
@@ -63,7 +73,8 @@ def path_in_base(spec: PathSpec, standing: Standing, pitch: float, *, work_on_le
             work_on_left=work_on_left, follow=spec.orientation != "fixed",
         )  # fmt: skip
     else:
-        nominal = line(np.array(spec.line.start), np.array(spec.line.end), axis, pitch, work_on_left=work_on_left)
+        ends = known(spec.line)
+        nominal = line(np.array(ends.start), np.array(ends.end), axis, pitch, work_on_left=work_on_left)
     return placed(nominal, rotation_from_rpy(*standing.rotation), np.array(standing.origin))
 
 
@@ -110,7 +121,7 @@ def arm_along(
         [int(np.nanargmin(np.abs(rows - own).max(axis=1))) for rows, own in zip(q, postures.q, strict=True)]
     )
     wrong = misplaced(robot, arm, postures.q)
-    sag = _sag(robot, arm, path, postures.q, jacobians, wrong.twist)
+    sag = sag_along(robot, arm, path, postures.q, jacobians, wrong.twist)
     wrist = sine[np.arange(len(sine)), branch]
     return ArmAlong(path, arm, postures, joints, base, sag, wrist, constant, turned, wrong)
 
@@ -150,111 +161,6 @@ def swings_of(robot: CarryingRobot, along: ArmAlong, height: float) -> Swinging 
     )  # fmt: skip
 
 
-def mass_matrices(robot: CarryingRobot, arm: Arm, q: FloatArray) -> FloatArray:
-    r"""Inertia of links and tool seen by everything that yields, :math:`M = \sum m J_v^T J_v + J_\omega^T I J_\omega`.
-
-    Parameters
-    ----------
-    q : array (n, 6)
-        Postures.
-
-    Returns
-    -------
-    array (n, k, k)
-        [kg m^2]
-    """
-    at = posture_frames(arm, q)
-    axis = np.einsum("mkij,kj->mki", at.rotations[:, 1:], arm.chain.axes)
-    total = np.zeros((len(q), axis.shape[1], axis.shape[1]))
-    for body in masses(robot):
-        turn = at.rotations[:, body.joint + 1]
-        point = at.origins[:, body.joint + 1] + turn @ body.centre
-        moves = np.arange(axis.shape[1]) <= body.joint
-        speed = np.cross(axis, point[:, None] - at.origins[:, 1:]) * moves[:, None]
-        spin = axis * moves[:, None]
-        inertia = turn @ body.inertia @ np.swapaxes(turn, -1, -2)
-        total += body.mass * np.einsum("mki,mli->mkl", speed, speed) + np.einsum(
-            "mki,mij,mlj->mkl", spin, inertia, spin
-        )
-    return np.asarray(arm.drives.elastic.T @ total @ arm.drives.elastic)
-
-
-def _sag(
-    robot: CarryingRobot, arm: Arm, path: CarriedPath, q: FloatArray, jacobians: FloatArray, wrong: FloatArray
-) -> FloatArray:
-    r"""Twist of the tip without cut: under the weights of links and tool, and by geometric errors; process axes, (n, 6).
-
-    .. math:: u_g = J K_\theta^{-1} \tau_g, \qquad \tau_g = \sum_m J_m^T m g
-
-    Unless it is ``absolute``, that of the first station, at which the path was taught, is taken off.
-
-    Parameters
-    ----------
-    wrong : array (n, 6)
-        Twist by the geometric errors of the arm, base axes [m, rad].
-    """
-    torque = np.zeros((len(q), len(arm.chain.kinds)))
-    pushed = np.zeros((len(q), len(arm.springs.frame)))  # what the weights do to the springs of bodies
-    at, down = posture_frames(arm, q), np.array(robot.down)
-    for first, body in _hanging(robot):
-        joint = body.joint
-        axis = np.einsum("mkij,kj->mki", at.rotations[:, 1:], arm.chain.axes)
-        point = at.origins[:, joint + 1] + at.rotations[:, joint + 1] @ body.centre
-        lowered = np.cross(axis, point[:, None] - at.origins[:, 1:])[:, : joint + 1] @ down
-        torque[:, : joint + 1] += GRAVITY * body.mass * lowered
-        sunk = np.einsum("mjk,j->mk", spring_twists(arm.springs, at.rotations, at.origins, point)[:, :3], down)
-        pushed += GRAVITY * body.mass * np.where(arm.springs.carries <= first, sunk, 0.0)
-    loads = np.concatenate([torque @ arm.drives.elastic, pushed], axis=1)
-    twist = np.einsum("nij,nj->ni", jacobians, loads / arm.stiffness)
-    twist = wrong if robot.sag == "ignored" else twist + wrong
-    if robot.sag != "absolute":  # before it is turned: the path was taught in the axes of the base
-        twist = twist - twist[0]
-    side = np.linalg.det(path.axes)[:, None]
-    return np.concatenate([
-        np.einsum("nji,nj->ni", path.axes, twist[:, :3]), side * np.einsum("nji,nj->ni", path.axes, twist[:, 3:])
-    ], axis=1)  # fmt: skip
-
-
-class Massive(NamedTuple):
-    """Something with mass that an arm carries."""
-
-    joint: int  # number of the joint behind which it moves
-    mass: float  # [kg]
-    centre: FloatArray  # [m] in the frame of that joint, shape (3,)
-    inertia: FloatArray  # about the centre, axes of that frame [kg m^2], shape (3, 3)
-
-
-def masses(robot: CarryingRobot) -> list[Massive]:
-    """Links and tool, as far as they are given."""
-    found = [
-        Massive(k, link.mass, np.array(link.centre), _tensor(link.inertia))
-        for k, link in enumerate(robot.links or ())
-    ]  # fmt: skip
-    if robot.tool_mass is not None:
-        flange = rotation_from_rpy(*robot.flange_rotation)
-        centre = np.array(robot.flange_origin) + flange @ np.array(robot.tool_centre)
-        found.append(Massive(len(robot.joints) - 1, robot.tool_mass, centre, np.zeros((3, 3))))
-    return found
-
-
-def _hanging(robot: CarryingRobot) -> list[tuple[int, Massive]]:
-    """What weighs on the springs, each with the number of its link; the tool has one more than the last link.
-
-    Not the links where what the joints yield by under them is a geometric error that was measured.
-    """
-    found = [(body.joint, body) for body in masses(robot)]
-    if robot.tool_mass is not None:
-        found[-1] = (len(robot.joints), found[-1][1])
-    of_links = robot.errors is None or not robot.errors.of_gravity
-    return found if of_links else [one for one in found if one[0] == len(robot.joints)]
-
-
-def _tensor(given: tuple[float, ...] | None) -> FloatArray:
-    """Inertia tensor from xx, yy, zz, and xy, xz, yz where they are written."""
-    xx, yy, zz, xy, xz, yz = (*(given or (0.0, 0.0, 0.0)), 0.0, 0.0, 0.0)[:6]
-    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-
-
 def base_compliance(robot: CarryingRobot, point: FloatArray) -> FloatArray:
     """Compliance of the base at the tool points, in base axes, shape (n, 6, 6)."""
     return carried_to(base_element(robot), point)
@@ -265,7 +171,7 @@ def _zeros(path: CarriedPath) -> list[FloatArray | None]:
     return [axes[:, 0] if path.followed else None for axes in path.axes]
 
 
-def candidates_of(arm: Arm, path: CarriedPath, angles: FloatArray):  # type: ignore[no-untyped-def]
+def candidates_of(arm: Arm, path: CarriedPath, angles: FloatArray) -> Candidates:
     """All solutions of the stations, with one angle of the tool for each."""
     each = zip(path.tool_axis, angles, _zeros(path), strict=True)
     poses = np.array([tool_axes(axis, angle, zero) for axis, angle, zero in each])
@@ -309,7 +215,10 @@ def _chosen(
     return Postures(followed(found.q, allowed, first), turning), value, turned
 
 
-def _stiffest_branch(arm, path, q, allowed, wrench, height, fallback):  # type: ignore[no-untyped-def]
+def _stiffest_branch(
+    arm: Arm, path: CarriedPath, q: FloatArray, allowed: np.ndarray, wrench: FloatArray, height: float,
+    fallback: FloatArray,
+) -> FloatArray:  # fmt: skip
     """Of the branches that lead all along, the one that yields least."""
     best, least = fallback, math.inf
     for branch in range(q.shape[1]):
@@ -329,7 +238,9 @@ def _yielding(arm: Arm, path: CarriedPath, q: FloatArray, wrench: FloatArray, he
     return twist[:, 1] - twist[:, 3] * height
 
 
-def _all(robot, arm, path, angles, wrench, height):  # type: ignore[no-untyped-def]
+def _all(
+    robot: CarryingRobot, arm: Arm, path: CarriedPath, angles: FloatArray, wrench: FloatArray, height: float
+) -> tuple[FloatArray, FloatArray]:
     """Motor angles (n, a, b, 6) and cost (n, a, b) of every station, angle and branch."""
     count, turns = len(path.at), len(angles)
     each = zip(path.tool_axis, _zeros(path), strict=True)
@@ -436,7 +347,7 @@ def measures(along: ArmAlong, robot: CarryingRobot, feed: float, *, limited: boo
     """
     each = np.abs(joint_rates(along.postures.q, along.path.at))
     rates = each.max(axis=0)
-    room = np.minimum(along.postures.q - along.arm.limits[:, 0], along.arm.limits[:, 1] - along.postures.q)
+    room = joint_room(along.arm, along.postures.q)
     normal = (along.joints + along.base)[:, 1, 1]
     found = {
         "joint_limit_margin": float(room.min()),

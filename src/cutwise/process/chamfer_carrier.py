@@ -19,6 +19,7 @@ from cutwise.process.chain_compliance import BodiesAlong
 from cutwise.process.chamfer_cell import PassForces, Yielding, process_axes
 from cutwise.process.labels import labelled
 from cutwise.results import Finding
+from cutwise.spec.base import known
 from cutwise.spec.carrier import Standing
 from cutwise.spec.chamfer import ChamferScenario
 from cutwise.spec.milling_machine import bodies_of
@@ -66,12 +67,10 @@ def carrier_on(scenario: ChamferScenario, path: EdgePath, forces: PassForces) ->
     if scenario.robot is not None:
         bare = _by_robot(scenario, path, forces, found, bare)
         carrying = Carriage(bare.terms)
-    elif bodies_of(scenario.machine) is not None:
+    elif (machine := bodies_of(scenario.machine)) is not None:
         turned = rotation_from_rpy(*(scenario.placement or Standing()).rotation) @ process_axes(path.axis)
         led = found.path._replace(axes=np.tile(turned, (m, 1, 1)))
-        carrying = carriage.by_machine(
-            bodies_of(scenario.machine), None, led, ("placement", "origin"), ("tool", "axis")
-        )
+        carrying = carriage.by_machine(machine, None, led, ("placement", "origin"), ("tool", "axis"))
         bare = bare._replace(bodies=carrying.bodies)
     part = carriage.off_surface(scenario.part.stiffness, found.path.at, normal)
     return bare._replace(terms=carriage.in_series(tool, carrying, part))
@@ -154,7 +153,7 @@ def _carried(scenario: ChamferScenario, carrier: Carrier) -> dict[str, float]:
         assert scenario.robot is not None
         evenly = carrier.arm._replace(path=carrier.arm.path._replace(at=carrier.time * feed))
         found = carried.measures(evenly, scenario.robot, feed)
-        whole = carrier.whole
+        whole = known(carrier.whole)
     at_ball = translation_at(whole, height)
     normal = np.einsum("ni,nij,nj->n", carrier.air, at_ball, carrier.air)
     return found | yielding.stiffness_of(normal) | yielding.lowest_frequency(term for _, term in carrier.terms)

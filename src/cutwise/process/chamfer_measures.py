@@ -159,10 +159,11 @@ def convergence(scenario: ChamferScenario, done: ChamferRun) -> dict[str, float]
 
 def _finer_path(scenario: ChamferScenario, done: ChamferRun) -> dict[str, float]:
     """Change of the widths with twice the points; the samples of a CAD edge are what they are."""
-    if len(done.paths) != 1 or done.paths[0].work.frames_at is None:
+    frames_at = done.paths[0].work.frames_at if len(done.paths) == 1 else None
+    if frames_at is None:
         return {}
     one, task = done.paths[0], task_of(scenario)
-    twice = one.work.frames_at(one_turn(2 * len(one.path.centre)))
+    twice = frames_at(one_turn(2 * len(one.path.centre)))
     try:
         path = chamfer_path(twice, task.cut._replace(tilt=one.tilt), one.ball_radius, nodes=one.work.nodes)
     except NoPathError:
@@ -263,7 +264,7 @@ def notes(done: ChamferRun) -> Mapping[str, str]:
     said = {}
     if done.remedies:
         said["remedies"] = "\n".join(f"{i}. {text}" for i, text in enumerate(done.remedies, start=1))
-    nearest = {}
+    nearest: dict[str, tuple[reach.Margin, str]] = {}
     for path in done.paths:
         for margin in path.margins:
             if margin.code not in nearest or margin.value < nearest[margin.code][0].value:

@@ -56,7 +56,9 @@ def moves(task: ChamferTask, paths: Sequence[EdgePath], joined: Sequence[Link], 
         found.append(_lead(task, first, tour[0], 0, members, unproven, inward=True))
         for number in tour:
             path, cut = paths[number], paths[number].feeds.centre
-            found.append(_Moves(path.path.centre, np.append(cut[0], cut), np.arange(len(path.path.centre)), number))
+            found.append(
+                _Moves(path.path.centre, np.append(cut[0], cut), np.arange(float(len(path.path.centre))), number)
+            )
             link = onward.get(number)
             if link is not None:
                 last = np.full(len(link.centre), len(path.path.centre) - 1)
@@ -162,8 +164,11 @@ def program_of(result: Result) -> Program:
     if "program" not in result.stages.children:
         raise ValueError("this run holds no tool path, so there is no program to write")
     found = result["program"].dataset
+    position, axis, feed, travel, press = (
+        found[name].values for name in ("position", "tool_axis", "feed", "travel", "press")
+    )
     return Program(
         result.scenario.name, result.scenario.tool.ball_radius,  # type: ignore[attr-defined]
-        *(found[name].values for name in ("position", "tool_axis", "feed", "travel", "press")),
-        found["path"].values.astype(np.int64), result.scenario.operation.spindle_speed,  # type: ignore[attr-defined]
+        position, axis, feed, travel, press, found["path"].values.astype(np.int64),
+        result.scenario.operation.spindle_speed,  # type: ignore[attr-defined]
     )  # fmt: skip

@@ -210,9 +210,9 @@ def _seen(path: EdgePath) -> xr.Dataset:
 def _worst(scenario: ChamferScenario, paths: Sequence[EdgePath]) -> tuple[EdgePath, int, str]:
     """Path and point where the tool is nearest to trouble, and why it is there."""
     rod_why = "where the rod is nearest to the part"
-    walls = [p for p in paths if p.rod_each is not None]
-    if walls:
-        return walls[0], int(np.argmin(walls[0].rod_each)), rod_why
+    for path in paths:
+        if path.rod_each is not None:
+            return path, int(np.argmin(path.rod_each)), rod_why
     with_rod = [p for p in paths if p.rod is not None and np.isfinite(p.rod.place).all()]
     if with_rod:
         nearest = min(with_rod, key=lambda p: p.rod.value if p.rod is not None else np.inf)

@@ -16,16 +16,14 @@ from cutwise.physics.motion.edge import path_memory_index
 from cutwise.physics.structure.statics import Characteristic, characteristic
 from cutwise.physics.structure.terms import Compliance
 from cutwise.physics.surface.edge import machined_profile
-from cutwise.process import carriers, yielding
+from cutwise.process import yielding
 from cutwise.process.assemble import deburring_cell, surface_height, turned_by, turned_from_start
 from cutwise.process.carriage import Carriage
-from cutwise.process.labels import Column, Coordinate, Group, Groups, Over, labelled
 from cutwise.process.loops import (
     TOOTH_RESOLVED,
     EdgeCell,
     axis_over_edge,
     columns_carry,
-    programmed_heights,
     programmed_time,
     run_compliant_edge,
     run_swept_edge,
@@ -47,8 +45,6 @@ else:
 _SETTLED = 5e-6  # [m] band of the settling time
 _TOOTH_SAMPLES = 32
 _TOOTH_PLACES = 1000
-_TOOTH_CURVE = 64  # samples of a tooth period in the curve
-_TOOTH_PERIODS = 4
 _AXES = ("x", "y", "z")
 PLATEAUS = ("surface_error_loaded", "surface_error_unloaded", "surface_error_frictionless")
 """Measures of the band within which friction holds the edge."""
@@ -164,7 +160,7 @@ def carried_measures(scenario: DeburringScenario, run: EdgeRun) -> dict[str, flo
     tilt = np.column_stack([arm * history.response.tilt, np.zeros(len(history.motion.time))])
     terms = behind if run.cell.ring is None else {"pistons": tilt, **behind}
     terms = {name: seen_from_edge(run, of_term) for name, of_term in terms.items()}
-    total = sum(of_term[:, 1] for of_term in terms.values())
+    total = sum((of_term[:, 1] for of_term in terms.values()), np.zeros(len(tilt)))
     worst = first + int(np.argmax(np.abs(total[first:last] - run.cell.path.preset)))
     each = [term for _, term in run.cell.behind]
     found = yielding.term_measures(terms, slice(first, last), worst) | yielding.lowest_frequency(each)
@@ -329,113 +325,8 @@ def tooth_history(run: EdgeRun, rows: FloatArray, samples: int, periods: int) ->
     return run.history.motion.time[rows][:, None] + offset, forces.reshape(*time.shape, 6)
 
 
-def _last_rows(run: EdgeRun) -> int:
-    """A row of the steady part after which some tooth periods still fit in."""
-    cutter, time = run.cell.cutter, run.history.motion.time
-    room = _TOOTH_PERIODS * 2.0 * math.pi / (cutter.mill.flutes * cutter.spindle_speed)
-    return max(0, int(np.searchsorted(time, time[run.steady.stop - 1] - room)) - 1)
-
-
 def _tooth_peaks(run: EdgeRun) -> list[float]:
     """Largest burr force tooth by tooth over the whole pass, from one tooth period at each of many places [N]."""
     rows = np.unique(np.linspace(0, run.history.motion.time.size - 1, _TOOTH_PLACES).astype(int))
     peaks = np.abs(tooth_history(run, rows, _TOOTH_SAMPLES, 1)[1][..., :3]).max(axis=(0, 1))
     return [float(peak) for peak in peaks]
-
-
-_OVER: Over = {
-    "time": Coordinate(lambda run: run.history.motion.time, "s", "time"),
-    "w": Coordinate(lambda run: run.surface.position, "m", "position along the edge"),
-    "displacement": Coordinate(lambda run: np.array([0.0, 0.0, run.statics.stop]), "m", "displacement of the tip"),
-    "axis": _AXES,
-    "axis2": _AXES[:2],
-    "piston": lambda run: list(range(run.history.response.travel.shape[1])),
-}
-
-
-def _power(run: EdgeRun) -> FloatArray:
-    cutter = run.cell.cutter
-    return np.asarray(run.history.tangential * cutter.mill.radius * cutter.spindle_speed)
-
-
-def _branch(force: float) -> FloatArray:
-    """Static tip force over tip displacement: flat from breakaway to the stop."""
-    return np.array([0.0, force, force])
-
-
-GROUPS = {
-    "motion": Group({
-        "feed_position": Column("time", lambda run: run.history.motion.position, "m", "programmed position along the edge"),
-        "programmed_height": Column("time", lambda run: programmed_heights(run.cell, run.pace), "m",
-                                    "lowest point of the undeflected mill above the edge"),
-    }, _OVER),
-    "engagement": Group({
-        "burr_depth": Column("time", lambda run: run.history.engagement.burr_depth, "m", "radial depth in the burr"),
-        "work_depth": Column("time", lambda run: run.history.engagement.work_depth, "m", "radial depth in the work"),
-        "feed_angle": Column("time", lambda run: run.history.engagement.feed_direction, "rad",
-                             "feed direction, positive when plunging"),
-        "chip_load": Column("time", lambda run: run.history.engagement.chip, "m", "feed per tooth"),
-        "immersion_entry": Column("time", lambda run: run.history.engagement.entry, "rad", "entry angle"),
-        "immersion_exit": Column("time", lambda run: run.history.engagement.exit, "rad", "exit angle"),
-    }, _OVER),
-    "cutting": Group({
-        "burr_force": Column("time axis", lambda run: run.history.burr_force.mean, "N", "burr force on the tool"),
-        "work_force": Column("time axis", lambda run: run.history.work_force.mean, "N", "work force on the tool"),
-        "power": Column("time", _power, "W", "cutting power"),
-    }, _OVER),
-    "surface": Group({
-        "error": Column("w", lambda run: run.surface.error, "m", "edge error"),
-        "burr_height": Column("w", lambda run: run.surface.burr_height, "m", "burr height before the pass"),
-        "error_at_tool": Column("time", lambda run: run.error_at_tool, "m", "edge error at point C"),
-    }, _OVER),
-}  # fmt: skip
-"""What every pass along an edge tells over time, and along the edge."""
-
-SPINDLE = Group({
-    "tilt": Column("time axis2", lambda run: run.history.response.tilt, "rad", "tilt of the motor"),
-    "tip_deflection": Column("time axis2", lambda run: run.history.response.tilt * run.cell.reach, "m",
-                             "deflection of the tool tip"),
-    "piston_travel": Column("time piston", lambda run: run.history.response.travel, "m", "piston travel"),
-    "solver_sweeps": Column("time", lambda run: run.history.response.sweeps, "1", "Gauss-Seidel sweeps"),
-    "characteristic_loading": Column("displacement", lambda run: _branch(run.statics.loading.plateau), "N", "tip force, loading"),
-    "characteristic_unloading": Column("displacement", lambda run: _branch(run.statics.unloading.plateau), "N",
-                                       "tip force, unloading"),
-    "characteristic_frictionless": Column("displacement", lambda run: _branch(run.statics.frictionless), "N",
-                                          "tip force without friction"),
-}, _OVER, attrs=lambda run: _static_forces(run))  # fmt: skip
-"""What a compliant spindle does."""
-
-
-def stages(scenario: DeburringScenario, run: EdgeRun) -> Groups:
-    """The histories of all stages; without a spindle that yields, the displacement by each term."""
-    if run.cell.ring is None:
-        moved = {name: seen_from_edge(run, value) for name, value in displacements(run.cell, run.history).items()}
-        structure = carriers.deflections(moved, "the edge", "time", _OVER)
-    else:
-        structure = SPINDLE
-    carried_by_it = carriers.of_carrier(run.cell.carriage, scenario.robot, *on_path(run))
-    return {**GROUPS, "structure": structure, **carried_by_it, **_teeth(run)}
-
-
-def _teeth(run: EdgeRun) -> dict[str, xr.Dataset]:
-    """Forces tooth by tooth at the end of the steady part."""
-    if run.cell.ring is None:
-        return {}
-    time, force = tooth_history(run, np.array([_last_rows(run)]), _TOOTH_CURVE, _TOOTH_PERIODS)
-    return {"tooth": labelled(("tooth_time", time[0], "s", "time"), {
-        "burr_force": (force[0, :, :3], "N", "burr force on the tool, tooth by tooth"),
-        "work_force": (force[0, :, 3:], "N", "work force on the tool, tooth by tooth"),
-    }, axis=list(_AXES))}  # fmt: skip
-
-
-def _static_forces(run: EdgeRun) -> dict[str, float]:
-    s = run.statics
-    assert s is not None
-    return {
-        "breakaway_force": s.loading.breakaway,
-        "loading_force": s.loading.plateau,
-        "frictionless_force": s.frictionless,
-        "unloading_force": s.unloading.plateau,
-        "return_force": s.unloading.breakaway,
-        "stop": s.stop,
-    }

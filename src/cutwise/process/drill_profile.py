@@ -36,7 +36,7 @@ class DepthProfile(NamedTuple):
     @property
     def depth(self) -> FloatArray:
         """Tip depths [m], shape (n,)."""
-        return self.spacing * np.arange(len(self.thrust))
+        return np.asarray(self.spacing * np.arange(len(self.thrust)), dtype=float)
 
 
 @compiled
@@ -98,7 +98,7 @@ def turn_mean(
     mean_x, mean_y, ripple = np.mean(x), np.mean(y), 0.0
     for k in range(count):
         ripple = max(ripple, math.hypot(x[k] - mean_x, y[k] - mean_y))
-    return TurnMean(thrust, torque, mean_x, mean_y, ripple)
+    return TurnMean(thrust, torque, mean_x, mean_y, ripple)  # type: ignore[arg-type]  # floats once compiled
 
 
 @compiled

@@ -21,14 +21,15 @@ from cutwise.process.drilling import (
     DrillRun,
     dynamics,
     hole_ends,
-    nominal_shares,
     skating_of,
     slope_angle,
 )
+from cutwise.process.drilling_measures import nominal_shares
 from cutwise.process.loops_drilling import HoleOutcome, quasi_static_hole, step_limit
-from cutwise.process.postures import Posture, arm_compliance, posture_frames, posture_jacobian
+from cutwise.process.postures import Arm, Posture, arm_compliance, joint_room, posture_frames, posture_jacobian
 from cutwise.results import Finding, Place, Remedy, Said, warned
 from cutwise.spec.drilling import DrillingScenario
+from cutwise.spec.robot import Robot
 
 _ABSURD_SAG = 5e-3  # [m] under the rated payload; arms that drill have one to three
 _NEAR_LIMIT = math.radians(0.1)
@@ -81,7 +82,9 @@ def _named(index: int, hole: DrilledHole) -> str:
 
 
 def _why(scenario: DrillingScenario, run: DrillRun, index: int, hole: DrilledHole) -> str:
-    choice = scenario.robot.redundancy_angle
+    robot = scenario.robot
+    assert robot is not None
+    choice = robot.redundancy_angle
     where = "at any redundancy angle" if isinstance(choice, str) else f"at {units.show(choice, 'angle', 4)}"
     name = _named(index, hole)
     if hole.led != NOT_LED and hole.reach.reached:
@@ -89,7 +92,7 @@ def _why(scenario: DrillingScenario, run: DrillRun, index: int, hole: DrilledHol
     if hole.singular:
         return (
             f"{name} is reached {where} only in a singular posture: |sin| of the wrist angle stays below "
-            f"{scenario.robot.singularity_margin:g}; turn the tool, or tilt it on the flange"
+            f"{robot.singularity_margin:g}; turn the tool, or tilt it on the flange"
         )
     if hole.reach.motor < 0 and run.cell.not_spherical:
         return (
@@ -100,8 +103,8 @@ def _why(scenario: DrillingScenario, run: DrillRun, index: int, hole: DrilledHol
         return f"{name} is out of reach {where}: the arm is {units.show(-hole.reach.margin, 'length', 4)} too short"
     if hole.reach.between:
         return f"{name} is not reached {where}: the angle between links of robot.linkages would leave its limits"
-    number = scenario.robot.motors[hole.reach.motor]
-    joint = scenario.robot.joints[number]
+    number = robot.motors[hole.reach.motor]
+    joint = robot.joints[number]
     low, high = (units.show(end, "angle", 4) for end in joint.limits)
     label = f" ({joint.name})" if joint.name else ""
     return (
@@ -112,7 +115,7 @@ def _why(scenario: DrillingScenario, run: DrillRun, index: int, hole: DrilledHol
 
 def warnings(scenario: DrillingScenario, run: DrillRun) -> tuple[Said, ...]:
     """Everything that the engineer should know before he trusts the numbers."""
-    carrier: list[Said] = list(_robot(scenario, run) if scenario.robot is not None else ())
+    carrier: list[Said] = list(_robot(scenario, run, scenario.robot) if scenario.robot is not None else ())
     if scenario.part.block is not None:
         carrier += off_part(
             scenario.part.block, np.stack([hole.target.position for hole in run.holes]), 0.5 * scenario.tool.diameter
@@ -120,13 +123,14 @@ def warnings(scenario: DrillingScenario, run: DrillRun) -> tuple[Said, ...]:
     return tuple(dict.fromkeys([*carrier, *_process(scenario, run)]))
 
 
-def _robot(scenario: DrillingScenario, run: DrillRun) -> Iterator[Finding]:
+def _robot(scenario: DrillingScenario, run: DrillRun, robot: Robot) -> Iterator[Finding]:
     arm = run.cell.arm
-    yield from _own_error(scenario)
+    assert arm is not None
+    yield from _own_error(scenario, robot)
     there = [hole.posture.q for hole in run.holes if hole.posture is not None]
     if there:
-        wrong = arm_geometry.misplaced(scenario.robot, arm, np.array(there))
-        yield from arm_geometry.warnings(scenario.robot, wrong, scenario.measured.get("robot"))
+        wrong = arm_geometry.misplaced(robot, arm, np.array(there))
+        yield from arm_geometry.warnings(robot, wrong, scenario.measured.get("robot"))
     if arm.general is not None and not arm.general.proven:
         yield warned(
             "postures_missed", f"the arm has no spherical wrist ({run.cell.not_spherical}), and its axes are such that some of its "
@@ -139,7 +143,7 @@ def _robot(scenario: DrillingScenario, run: DrillRun) -> Iterator[Finding]:
             f"the wrist centre lies {offset} beside the plane of the arm; offsets in public models often fail "
             "to cancel: check the joint origins", abs(arm.wrist.plane[5]), 1e-4, "length",
         )  # fmt: skip
-    payload = scenario.robot.payload
+    payload = robot.payload
     sags = [sag(run, hole, payload) for hole in run.holes if hole.posture is not None and payload is not None]
     if sags and max(sags) > _ABSURD_SAG:
         yield warned(
@@ -149,10 +153,10 @@ def _robot(scenario: DrillingScenario, run: DrillRun) -> Iterator[Finding]:
         )  # fmt: skip
 
 
-def _own_error(scenario: DrillingScenario) -> Iterator[Finding]:
+def _own_error(scenario: DrillingScenario, robot: Robot) -> Iterator[Finding]:
     """What the position of a hole does not hold."""
-    own = scenario.robot.accuracy
-    if own is None and scenario.robot.errors is not None:
+    own = robot.accuracy
+    if own is None and robot.errors is not None:
         return
     if own is None:
         yield warned(
@@ -179,6 +183,7 @@ def _own_error(scenario: DrillingScenario) -> Iterator[Finding]:
 def sag(run: DrillRun, hole: DrilledHole, payload: float) -> float:
     """How far the tool sinks under the rated payload, in the posture of a hole [m]."""
     assert hole.posture is not None
+    assert run.cell.arm is not None
     return float(arm_compliance(run.cell.arm, hole.posture.q)[2, 2]) * payload * GRAVITY
 
 
@@ -201,8 +206,8 @@ def _process(scenario: DrillingScenario, run: DrillRun) -> Iterator[Finding]:
 
 
 def _posture(scenario: DrillingScenario, run: DrillRun, posture: Posture) -> Iterator[Finding]:
-    if scenario.robot is not None:
-        yield from _stance(scenario, run, posture)
+    if scenario.robot is not None and run.cell.arm is not None:
+        yield from _stance(scenario.robot, run.cell.arm, posture)
     friction, skates = scenario.contact.friction, skating_of(run.cell, posture)
     if skates > friction:
         number = f", {skates:.3g}," if len(run.holes) == 1 else ""
@@ -214,12 +219,11 @@ def _posture(scenario: DrillingScenario, run: DrillRun, posture: Posture) -> Ite
         yield warned("skates", words, limit=friction, remedy=Remedy("robot.redundancy_angle", "least_skating"))
 
 
-def _stance(scenario: DrillingScenario, run: DrillRun, posture: Posture) -> Iterator[Finding]:
+def _stance(robot: Robot, arm: Arm, posture: Posture) -> Iterator[Finding]:
     """Room of the joints, and under the foot."""
-    arm = run.cell.arm
-    room = np.minimum(posture.q - arm.limits[:, 0], arm.limits[:, 1] - posture.q)
+    room = joint_room(arm, posture.q)
     if room.min() < _NEAR_LIMIT:
-        joint = f"joint {scenario.robot.motors[int(room.argmin())] + 1}"
+        joint = f"joint {robot.motors[int(room.argmin())] + 1}"
         words = (
             f"{joint} stands within {units.show(_NEAR_LIMIT, 'angle', 2)} of its limit: the program will need some room to "
             "approach and retract"
@@ -341,6 +345,7 @@ def _cross_check(run: DrillRun, hole: DrilledHole) -> str:
 def _stiffening(run: DrillRun, posture: Posture) -> float:
     """Relative change of the compliance when the joints also carry the geometric stiffness of thrust and torque."""
     arm = run.cell.arm
+    assert arm is not None
     jac = posture_jacobian(arm, posture.q)
     each = jacobian(arm.chain, arm.drives.joints(posture.q), arm.tool_tip)
     feed = posture_frames(arm, posture.q).rotations[-1] @ arm.tool_rotation[:, 2]
@@ -361,8 +366,8 @@ def _line(cell: DrillCell, index: int, hole: DrilledHole) -> str:
     stands = "" if math.isnan(hole.posture.wrist_sine) else f"{units.show(hole.posture.angle, 'angle', 4)}, "
     if not hole.outcome.through:
         return f"{index}: {stands}never through"
-    entry, leaving = hole_ends(cell, hole)
-    return f"{index}: {stands}entry {_um(entry)}, exit {_um(leaving)}"
+    at_entry, at_exit = hole_ends(cell, hole)
+    return f"{index}: {stands}entry {_um(at_entry)}, exit {_um(at_exit)}"
 
 
 def _um(position: FloatArray) -> str:

@@ -12,7 +12,8 @@ from cutwise.physics.cutting.drill import lip_force, margin_torque
 from cutwise.physics.cutting.drill_elements import elements_force
 from cutwise.physics.engagement.lip import lip_contact
 from cutwise.physics.structure.joint_compliance import worst_skating
-from cutwise.process.drilling import DrillCell, DrilledHole, DrillRun, hole_measures
+from cutwise.process.drilling import DrillCell, DrilledHole, DrillRun
+from cutwise.process.drilling_measures import hole_measures
 from cutwise.process.labels import Column, Coordinate, Group, Over, Read
 from cutwise.process.loops_drilling import HISTORY
 from cutwise.process.posture_search import scan
@@ -162,7 +163,7 @@ _OVER: Over = {
                        "number of the hole"),
     "time": Coordinate(lambda told: told.history[0, :, 0], "s", "time"),
     "axis": _TWIST[:3], "across": _TWIST[:2], "twist": _TWIST, "wrench": _TWIST,
-    "joint": np.arange(1, 7),
+    "joint": range(1, 7),
     "point": lambda told: ["base", *(f"joint {k}" for k in range(1, len(told.run.cell.arm.chain.kinds) + 1)), "drill tip"],
     "mode": lambda told: np.arange(1, len(told.drilled[0].frequencies) + 1),
 }  # fmt: skip

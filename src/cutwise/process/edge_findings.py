@@ -48,7 +48,7 @@ def warnings(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, floa
 
 def _process(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, float]) -> Iterator[Finding]:
     steady = run.steady
-    if run.cell.ring is None:
+    if run.cell.ring is None or scenario.spindle == "rigid":
         yield from _beyond_the_steady_part(scenario, run)
         return
     yield from motor.overload(scenario.spindle, found["cutting_power_mean"])

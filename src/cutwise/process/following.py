@@ -1,7 +1,7 @@
 """Feed drives under a programmed motion: their axes, the pace at which a machine starts and stops, and the time steps."""
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -31,14 +31,14 @@ class Feeding(NamedTuple):
     @property
     def time(self) -> FloatArray:
         """The servo instants [s], shape (n,)."""
-        return np.arange(len(self.pace)) * self.sample_time
+        return np.arange(float(len(self.pace))) * self.sample_time
 
     @property
     def duration(self) -> float:
         """[s]"""
         return (len(self.pace) - 1) * self.sample_time
 
-    def stepped(self, motion: NamedTuple, time_step: float) -> tuple[Followed, float]:
+    def stepped(self, motion: Any, time_step: float) -> tuple[Followed, float]:
         """The drives at rest on a programmed motion, and their time step: no longer than one that is asked for [s]."""
         substeps = self.substeps * max(1, math.ceil(self.sample_time / self.substeps / time_step - 1e-9))
         return followed(motion, self.pace, axes_of(self.drives, substeps), self.turn, substeps), (
@@ -70,7 +70,7 @@ def along_a_line(
         Process axes as columns.
     """
     drives = feed_drives(machine, key)
-    curve = join([line(start, end)])
+    curve = join([line(start.tolist(), end.tolist())])
     limits, axes = motion_limits(machine)
     motion = plan(curve, np.full(1, feed), limits, axes=axes)
     reference = sampled(curve, [motion.profile], drives[0].law.sample_time, 0.0)

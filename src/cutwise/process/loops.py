@@ -14,6 +14,7 @@ from cutwise.maths.curves import FloatArray
 from cutwise.physics.cutting.flute import Mill
 from cutwise.physics.cutting.flutes import ChipFlutes, MeanFlutes, ToothFlutes
 from cutwise.physics.cutting.uneven import Edges
+from cutwise.physics.cutting.wall import AVERAGED, FLUTES
 from cutwise.physics.engagement.burred_arc import BurredArc
 from cutwise.physics.engagement.burred_edge import PIECES, SEEN, BurredEdge, Layers, Round, Strips
 from cutwise.physics.engagement.swept import ColumnEdge, most_columns, stand
@@ -25,7 +26,7 @@ from cutwise.physics.structure.pistons import at_rest as ring_at_rest
 from cutwise.physics.structure.terms import Pistons, PistonsState
 from cutwise.process.carriage import Carriage
 from cutwise.process.passes import at_rest, on_path, stepped, structure_of, too_soft
-from cutwise.records import Contact, EdgeHistory, Load, edge_history
+from cutwise.records import CONTACT, Contact, EdgeHistory, Load, edge_history
 from cutwise.results import SolverFailure
 from cutwise.stages import cut, met, moved
 from cutwise.still import Rest
@@ -37,8 +38,8 @@ else:
 
 __all__ = ["Layers", "Strips"]
 
-AVERAGED = 0
-TOOTH_RESOLVED = 1
+TOOTH_RESOLVED = FLUTES
+"""Tooth by tooth; else AVERAGED, both as milling with drives names them."""
 
 _COLUMN = 10e-6  # [m] pitch of the columns
 
@@ -96,7 +97,8 @@ def cell_with(cell: EdgeCut | EdgeCell, structure: NamedTuple) -> loop.Cell:
     """The records of the loop, for a surface that need not be kept, with some structure."""
     cutter = cell.cutter
     law = ToothFlutes if cutter.force_law == TOOTH_RESOLVED else MeanFlutes
-    motion, engagement = cell.path, BurredEdge(cell.layers, round_tool(cutter))
+    motion: NamedTuple = cell.path
+    engagement: NamedTuple = BurredEdge(cell.layers, round_tool(cutter))
     if cell.arc is not None:
         carried = ArcFollowed if cell.arc.follow else ArcFixed
         motion = carried(cell.path, cell.arc.radius, cutter.mill.radius)
@@ -235,7 +237,7 @@ def loads_at(cell: loop.Cell, time: FloatArray, tilt: FloatArray, slices: int) -
     out = np.zeros((len(time), 8))
     spindle = cell.structure
     flexed = PistonsState(np.zeros(4), np.zeros(4), ring_at_rest(spindle.ring))
-    contact = Contact(np.zeros((PIECES * slices, loop.CONTACT)), np.zeros(SEEN))
+    contact = Contact(np.zeros((PIECES * slices, CONTACT)), np.zeros(SEEN))
     forces_at(cell, np.ascontiguousarray(tilt), flexed, time, contact, Load(np.zeros((2, 3)), np.zeros(6)), out)
     return out
 

@@ -164,6 +164,35 @@ def _tally(
 
 
 @compiled
+def _note(
+    row: FloatArray, time: float, depth: float, feed: float, u: FloatArray, hole: FloatArray, wall: FloatArray,
+    cut: FloatArray,
+) -> None:  # fmt: skip
+    """A row of the history."""
+    row[0], row[1], row[2], row[3], row[4] = time, depth, u[0], u[1], u[2]
+    row[5], row[6], row[7], row[8] = hole[0], hole[1], wall[0], wall[1]
+    row[9], row[10], row[11] = cut[0], cut[1], feed
+
+
+@compiled
+def _swing(
+    arm: ArmDynamics, step: float, cos_slope: float, sin_slope: float, wall: FloatArray, cut: FloatArray,
+    swung: FloatArray, rate: FloatArray, force: FloatArray,
+) -> None:  # fmt: skip
+    """One step of what has mass, semi-implicit Euler; a force along x and y of the slope, and the wall's."""
+    thrust, torque, side_x, side_y = cut[0], cut[1], cut[2], cut[3]
+    force[0] = wall[0] + cos_slope * side_x - sin_slope * side_y - torque * arm.torque_push[0]
+    force[1] = wall[1] + sin_slope * side_x + cos_slope * side_y - torque * arm.torque_push[1]
+    force[2] = -thrust - torque * arm.torque_push[2]
+    for i in range(3):
+        for j in range(3):
+            force[i] -= arm.stiffness[i, j] * swung[j] + arm.damping[i, j] * rate[j]
+    for i in range(3):
+        rate[i] += step * force[i] / arm.mass
+        swung[i] += step * rate[i]
+
+
+@compiled
 def _run(
     cycle: DrillCycle,
     arm: ArmDynamics,
@@ -210,7 +239,6 @@ def _run(
         if not soft:
             cut_at(cycle, profile, depth, deepest, feed, cut)
             wall[0], wall[1] = _wall_force(cycle, depth, cut[0], u[0], u[1], hole)
-        thrust, torque, side_x, side_y = cut[0], cut[1], cut[2], cut[3]
         if depth > deepest:
             follow = min(1.0, (depth - deepest) / cycle.wander)
             hole[0] += (u[0] - hole[0]) * follow
@@ -224,19 +252,8 @@ def _run(
             cycle, depth, feed, cut, math.hypot(wall[0], wall[1]), u, math.hypot(u[0], u[1]), sums, most
         )  # fmt: skip
         if every > 0 and k % every == 0:
-            row = history[k // every]
-            row[0], row[1], row[2], row[3], row[4] = t, depth, u[0], u[1], u[2]
-            row[5], row[6], row[7], row[8] = hole[0], hole[1], wall[0], wall[1]
-            row[9], row[10], row[11] = thrust, torque, feed
-        force[0] = wall[0] + cos_slope * side_x - sin_slope * side_y - torque * arm.torque_push[0]
-        force[1] = wall[1] + sin_slope * side_x + cos_slope * side_y - torque * arm.torque_push[1]
-        force[2] = -thrust - torque * arm.torque_push[2]
-        for i in range(3):
-            for j in range(3):
-                force[i] -= arm.stiffness[i, j] * swung[j] + arm.damping[i, j] * rate[j]
-        for i in range(3):
-            rate[i] += step * force[i] / arm.mass
-            swung[i] += step * rate[i]
+            _note(history[k // every], t, depth, feed, u, hole, wall, cut)
+        _swing(arm, step, cos_slope, sin_slope, wall, cut, swung, rate, force)
     count = max(sums[0], 1.0)
     for i in range(3):
         u[i] = swung[i] + moved[i]
@@ -295,7 +312,8 @@ def drill_hole(
     history = np.zeros((-(-most // every) if every else 0, len(HISTORY)))
     turn = (math.cos(slope_angle), math.sin(slope_angle))
     marks, reached, numbers = _run(cycle, arm, profile, turn, step, steps, last, every, history)
-    outcome = HoleOutcome(*marks, bool(reached[0]), bool(reached[2]), *numbers.tolist())
+    entry, tip, corner = marks
+    outcome = HoleOutcome(entry, tip, corner, bool(reached[0]), bool(reached[2]), *map(float, numbers))
     return outcome, history[: -(-round(outcome.time / step) // every) if every else 0]
 
 
@@ -358,7 +376,9 @@ def quasi_static_hole(
     turned = arm.soft.turn.copy()
     if math.isfinite(arm.mass):
         turned += np.linalg.solve(arm.stiffness, arm.torque_push)
-    marks = _run_quasi_static(cycle, profile, compliance, np.linalg.solve(compliance, turned), turn, advance)
+    marks = _run_quasi_static(
+        cycle, profile, compliance, np.asarray(np.linalg.solve(compliance, turned), dtype=float), turn, advance
+    )
     return marks[0], marks[1]
 
 

@@ -67,7 +67,7 @@ def tip_dynamics(modes: Modes | None, cut: Cut, step: float, substeps: int, limi
     dt = step / substeps / micro
     count = _DELAYS_PER_TURN * cut.mill.flutes
     period = 2.0 * math.pi / (cut.spindle * cut.mill.flutes) if cut.law != NO_FORCE else dt
-    delay = np.arange(1, count + 1) * period / dt
+    delay = np.arange(1.0, count + 1.0) * period / dt
     if modes is None:
         return Tip(np.zeros((0, 2, 3)), np.zeros((0, 2)), micro, delay, limit)
     exact = [transition(float(w), float(z), float(m), dt) for w, z, m, _ in zip(*modes, strict=True)]

@@ -114,7 +114,7 @@ def run_regenerative(
     steps = steps or max(120, math.ceil(120.0 * period * float(np.max(modes.frequency)) / (2.0 * math.pi)))
     tip, force = _simulate(cut, modes, periods, steps, progress=progress)
     time = np.arange(tip.shape[0]) * (period / steps)
-    return Chatter(time, tip, force, growth_per_tooth(cut, modes, periods, steps))
+    return Chatter(np.asarray(time, dtype=float), tip, force, growth_per_tooth(cut, modes, periods, steps))
 
 
 def growth_per_tooth(cut: SteadyCut, modes: Modes, periods: int, steps: int) -> float:
@@ -141,7 +141,7 @@ def _simulate(
 ) -> tuple[FloatArray, FloatArray]:  # fmt: skip
     thickness = cut.depth / cut.discs
     lag = (np.arange(cut.discs) + 0.5) * thickness * cut.lag_per_depth
-    grid = tooth_grid(cut.teeth, steps, lag, cut.entry, cut.exit)
+    grid = tooth_grid(cut.teeth, steps, np.asarray(lag, dtype=float), cut.entry, cut.exit)
     surface = fed_surface(grid, cut.feed_per_tooth)
     k = cut.coefficients
     forces = thickness * np.array([k.K_tc, k.K_rc, k.K_te, k.K_re])

@@ -242,8 +242,8 @@ def evaluate_volume(scenario: MachineScenario) -> VolumeMap | None:
 def measures(scenario: MachineScenario, done: MachineDone) -> dict[str, float]:
     """All measures in SI: of the pass, of the robot that runs it, of the map."""
     found = {} if done.one_pass is None else pass_measures(done.one_pass)
-    if done.one_pass is not None and done.way is not None and scenario.robot is not None:
-        arm = done.one_pass.run.cell.arm
+    arm = None if done.one_pass is None else done.one_pass.run.cell.arm
+    if arm is not None and done.way is not None and scenario.robot is not None:
         found |= carried.measures(arm, scenario.robot, float(done.way.feed.max()))
     return found | ({} if done.volume is None else volume_measures(done.volume))
 

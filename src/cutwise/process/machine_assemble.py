@@ -23,6 +23,7 @@ from cutwise.process.machine_force import cut_force
 from cutwise.process.machine_pass import ElasticElement, FlexiblePart, MachineCell, SpringPart, Weight
 from cutwise.process.machine_path import ToolPath, points_tool_path, wall_normal
 from cutwise.process.yielding import modes_at_rest, spring
+from cutwise.spec.base import known
 from cutwise.spec.carrier import CarryingRobot, Standing
 from cutwise.spec.geometry_errors import COMPONENTS, LINEAR_AXES, SQUARENESS
 from cutwise.spec.machine import Beam, ContactGroup, Drive, Joint, Machine
@@ -119,7 +120,7 @@ def machine_axes(scenario: MachineScenario) -> Axes:
 
 def axes_of(machine: Machine, given: dict[str, Any]) -> Axes:
     """The axes of a machine with given geometric errors, by name."""
-    joints = [body.joint for body in machine.ordered[1:]]
+    joints = [body.joint for body in machine.ordered[1:] if body.joint is not None]
     side = np.array([-1 if joint.side == "part" else 1 for joint in joints])
     rotations = [rotation_from_rpy(*(joint.rotation or (0.0, 0.0, 0.0))) for joint in joints]
     chain = chains.chain(
@@ -227,16 +228,17 @@ def _contact(group: ContactGroup) -> ContactPads:
 
 def _section(beam: Beam) -> Section:
     if beam.section == "box":
-        return box_section(beam.width_x, beam.width_y, beam.wall, shear_factor=beam.shear_factor)
+        return box_section(known(beam.width_x), known(beam.width_y), known(beam.wall), shear_factor=beam.shear_factor)
     if beam.section == "block":
-        return block_section(beam.width_x, beam.width_y, shear_factor=beam.shear_factor)
-    return round_section(beam.diameter, shear_factor=beam.shear_factor)
+        return block_section(known(beam.width_x), known(beam.width_y), shear_factor=beam.shear_factor)
+    return round_section(known(beam.diameter), shear_factor=beam.shear_factor)
 
 
 def _tool_beam(tool: MachineTool) -> FloatArray:
-    section = round_section(tool.diameter, filling=tool.filling, shear_factor=tool.shear_factor)
-    shear_modulus = tool.youngs_modulus / (2.0 * (1.0 + tool.poisson_ratio))
-    return cantilever(section, tool.overhang, tool.youngs_modulus, shear_modulus, downward=True)
+    section = round_section(tool.diameter, filling=known(tool.filling), shear_factor=known(tool.shear_factor))
+    modulus = known(tool.youngs_modulus)
+    shear_modulus = modulus / (2.0 * (1.0 + known(tool.poisson_ratio)))
+    return cantilever(section, known(tool.overhang), modulus, shear_modulus, downward=True)
 
 
 def _weights(scenario: MachineScenario) -> tuple[Weight, ...]:
@@ -266,12 +268,12 @@ def part_block(part: PartBlock | None) -> FlexiblePart | None:
     """The part as it bends; None for a rigid one."""
     if part is None or not part.flexible:
         return None
-    section = block_section(part.width_x, part.width_y, shear_factor=part.shear_factor)
-    shear_modulus = part.youngs_modulus / (2.0 * (1.0 + part.poisson_ratio))
-    return FlexiblePart(section, part.youngs_modulus, shear_modulus)
+    section = block_section(part.width_x, part.width_y, shear_factor=known(part.shear_factor))
+    modulus = known(part.youngs_modulus)
+    return FlexiblePart(section, modulus, modulus / (2.0 * (1.0 + known(part.poisson_ratio))))
 
 
-def scatter(scenario: MachineScenario) -> tuple[FloatArray, FloatArray]:
+def scatter(scenario: MachineScenario) -> tuple[FloatArray, np.ndarray]:
     """Standard deviations (n + 1, 6) [m, rad] and laws (n + 1,) of the random errors of the bodies."""
     names = list(scenario.bodies)
     deviation, laws = np.zeros((len(names), 6)), np.zeros(len(names), dtype=np.int64)

@@ -20,6 +20,7 @@ from cutwise.process.carried import ArmAlong
 from cutwise.process.machine_force import CutForce
 from cutwise.process.machine_path import ToolPath
 from cutwise.results import Infeasible, Place, SolverFailure
+from cutwise.spec.base import known
 
 
 class ElasticElement(NamedTuple):
@@ -215,7 +216,7 @@ def _contact_twists(element: ElasticElement, at: Frames, wrenches: FloatArray, t
         rotation = at.rotations[k, element.frame]
         local = np.concatenate([rotation.T @ wrench[:3], rotation.T @ wrench[3:]])
         try:
-            twist = contact_equilibrium(element.contact, local)[0]
+            twist = contact_equilibrium(known(element.contact), local)[0]
         except PadLostError as error:
             where = ", ".join(units.show(float(value), "length", 4) for value in tool[k])
             raise Infeasible(

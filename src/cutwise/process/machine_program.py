@@ -127,7 +127,9 @@ class _Follower:
     def _rows(self, i: int) -> FloatArray:
         """Change of each linear command per way of the tool point, with the rotary axes of a block, shape (3, 3)."""
         q = self.commands(np.array([i]), np.zeros(1)) * self.axes.sense
-        return np.linalg.inv(chains.jacobian(self.axes.chain, q, self.tip)[0, :3, self.linear].T)
+        return np.asarray(
+            np.linalg.inv(chains.jacobian(self.axes.chain, q, self.tip)[0, :3, self.linear].T), dtype=float
+        )
 
 
 def program_tool_path(

@@ -10,6 +10,7 @@ from cutwise.paths.carried import CarriedPath, placed
 from cutwise.physics.motion.volumetric import Axes
 from cutwise.physics.structure.series_compliance import joint_element
 from cutwise.process import carried
+from cutwise.process.arm_masses import masses
 from cutwise.process.machine_force import CutForce
 from cutwise.process.machine_pass import ElasticElement, Weight
 from cutwise.process.machine_path import ToolPath
@@ -114,5 +115,5 @@ def weights_of(robot: CarryingRobot, standing: Standing) -> tuple[Weight, ...]:
     """Weights of links and tool, axes of the part."""
     down = rotation_from_rpy(*standing.rotation).T @ np.array(robot.down)
     return tuple(
-        Weight(body.joint + 2, body.mass * GRAVITY * down, body.centre) for body in carried.masses(robot)
+        Weight(body.joint + 2, body.mass * GRAVITY * down, body.centre) for body in masses(robot)
     )  # fmt: skip

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from cutwise.process.machine_pass import MachineRun
 from cutwise.process.stock_moves import collisions
 from cutwise.programs.block_text import block_named, blocks_named
 from cutwise.results import Finding, Place, Remedy, Said, warned
+from cutwise.spec.base import known
 from cutwise.spec.machine_scenario import MachineScenario
 
 _AXES = ["x", "y", "z"]
@@ -37,6 +39,10 @@ LIMITS = (
 )
 
 
+def _commands(k: int, done: MachineDone) -> FloatArray:
+    return known(done.volume).at[k]
+
+
 _OVER: Over = {
     "time": Coordinate(lambda done: done.one_pass.run.cell.way.time, "s", "time of feed"),
     "body": lambda done: list(done.one_pass.run.cell.names),
@@ -47,10 +53,7 @@ _OVER: Over = {
     "component": _COMPONENTS,
 }
 _GRID: Over = {
-    **{
-        name: Coordinate(lambda done, k=k: done.volume.at[k], "m", f"command of axis {name}")
-        for k, name in enumerate("XYZ")
-    },
+    **{name: Coordinate(partial(_commands, k), "m", f"command of axis {name}") for k, name in enumerate("XYZ")},
     "axis": _AXES,
     "diagonal": ["+++", "-++", "+-+", "--+"],
 }

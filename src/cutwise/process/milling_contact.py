@@ -17,6 +17,7 @@ from cutwise.process.loops_drives import Cut
 from cutwise.process.program_path import ProgramPath
 from cutwise.process.stock_moves import FLAT, StockMoves, moves_into_stock, stock_of
 from cutwise.spec.milling import CornerPath, MillingScenario
+from cutwise.spec.program import StockBlock
 
 
 class SteadyPatch(NamedTuple):
@@ -46,7 +47,7 @@ class Contact(NamedTuple):
 
 def contact(scenario: MillingScenario, path: ProgramPath, reference: Reference) -> Contact:
     """Contact along a path at the servo instants."""
-    if scenario.stock is not None:
+    if isinstance(scenario.stock, StockBlock):
         return stock_contact(path, reference, 0.5 * scenario.tool.diameter, stock_of(scenario.stock))
     return _wall_contact(scenario, path, reference)
 

@@ -17,6 +17,7 @@ from cutwise.process.milling_contact import SteadyPatch
 from cutwise.process.milling_peaks import largest_forces
 from cutwise.results import SolverFailure
 from cutwise.spec.milling import CornerPath, MillingScenario
+from cutwise.spec.program import StockBlock
 
 NEAR_CORNER = 10e-3  # [m] within which the lowest feed is looked for
 SETTLED = 5e-6  # [m]
@@ -60,7 +61,8 @@ def _errors(done: MillRun) -> dict[str, float]:
 
 def _drive_measures(scenario: MillingScenario, done: MillRun) -> dict[str, float]:
     """Lag, settling, voltage and torque of the drives."""
-    history, found = done.history, {}
+    history = done.history
+    found: dict[str, float] = {}
     lag = np.abs(done.reference.point[:, : len(done.drives)] - history.position).max(axis=0)
     found |= {f"tracking_error_max_{axis}": float(most) for axis, most in zip("xyz", lag, strict=False)}
     found |= _settling(done)
@@ -112,7 +114,7 @@ def _removed(scenario: MillingScenario, done: MillRun, removal: FloatArray) -> f
     """
     step = np.diff(done.reference.travelled, append=done.reference.travelled[-1])
     removed, stock = float(removal @ step), scenario.stock
-    if stock is not None:
+    if isinstance(stock, StockBlock):
         block = math.prod(high - low for low, high in (stock.x, stock.y, stock.z))
         entries = int(np.count_nonzero((removal[1:] > 0.0) & (removal[:-1] == 0.0))) + 1
         if removed > 1.01 * block + entries * float(step.max()) * float(removal.max()):

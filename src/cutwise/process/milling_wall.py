@@ -25,6 +25,7 @@ from cutwise.process.labels import Column, Coordinate, Group, Over
 from cutwise.process.loops_drives import STANDSTILL, DriveHistory
 from cutwise.process.passes import on_path, stepped, structure_of, too_soft, unsolved
 from cutwise.results import Finding
+from cutwise.spec.base import known
 from cutwise.spec.milling import MillingScenario
 from cutwise.spec.milling_machine import MillingMachine
 
@@ -83,7 +84,7 @@ def on_loop(scenario: MillingScenario) -> bool:
 def stations_of(scenario: MillingScenario) -> CarriedPath:
     """Stations of the wall in the part; a line of two coordinates lies at the height of the machine's tool point."""
     assert scenario.line is not None
-    given = scenario.line.line
+    given = known(scenario.line.line)
     start, end = np.array(given.start), np.array(given.end)
     machine = scenario.machine
     if given.flat and isinstance(machine, MillingMachine):

@@ -7,8 +7,10 @@ import numpy as np
 
 from cutwise.later import later
 from cutwise.maths.curves import FloatArray, Polyline, constant, no_cubic
+from cutwise.physics.cutting.wall import AVERAGED
+from cutwise.physics.structure.pistons import PistonRing
 from cutwise.physics.structure.statics import Borders, borders, gauge, mean_support
-from cutwise.process.loops import AVERAGED, EdgeCell, cell_of, loads_at
+from cutwise.process.loops import EdgeCell, cell_of, loads_at
 
 if TYPE_CHECKING:
     from scipy import optimize
@@ -31,12 +33,18 @@ class Band(NamedTuple):
     frictionless: Equilibrium | None
 
 
+def _ring(cell: EdgeCell) -> PistonRing:
+    """The pistons of a compliant spindle."""
+    assert cell.ring is not None
+    return cell.ring
+
+
 def band(cell: EdgeCell, burr_height: float, burr_width: float) -> Band:
     """All three equilibria for one burr."""
-    piston = cell.ring.piston
+    piston = _ring(cell).piston
     friction = 0.0 if piston.law == 0 else piston.friction_dynamic
     force = piston.pressure_force
-    of = borders(cell.ring)
+    of = borders(_ring(cell))
     return Band(
         *(equilibrium(cell, f, burr_height, burr_width, of) for f in (force + friction, force - friction, force))
     )
@@ -58,7 +66,7 @@ def equilibrium(
     moment = _moments(cell, constant(burr_height), burr_width, arm)
 
     def excess(height: float) -> tuple[float, FloatArray]:
-        used, normal = gauge(cell.ring, piston_force, moment(height), of)
+        used, normal = gauge(_ring(cell), piston_force, moment(height), of)
         return used - 1.0, normal
 
     start, _ = excess(low)
@@ -72,7 +80,7 @@ def equilibrium(
     if normal[1] <= 1e-9:
         return None
     tilt = rise * normal / normal[1]
-    if cell.ring.arm * float((cell.ring.direction @ tilt).max()) > cell.ring.piston.stroke:
+    if _ring(cell).arm * float((_ring(cell).direction @ tilt).max()) > _ring(cell).piston.stroke:
         return None
     return Equilibrium(min(height, burr_height), tilt)
 
@@ -82,9 +90,9 @@ def plateau_moment(cell: EdgeCell) -> float:
 
     .. math:: M = l_p \frac{n}{\pi} (F_p + F_d)
     """
-    piston = cell.ring.piston
+    piston = _ring(cell).piston
     friction = 0.0 if piston.law == 0 else piston.friction_dynamic
-    return float(cell.ring.arm * mean_support(cell.ring.direction) * (piston.pressure_force + friction))
+    return float(_ring(cell).arm * mean_support(_ring(cell).direction) * (piston.pressure_force + friction))
 
 
 def feed_for(
@@ -134,7 +142,7 @@ def _moments(cell: EdgeCell, profile: Polyline, burr_width: float, arm: float) -
     alone = cell._replace(path=still, layers=layers, cutter=cell.cutter._replace(force_law=AVERAGED), behind=(),
                          paced=None)  # fmt: skip
     record, start = cell_of(alone), np.zeros(1)
-    weight = np.array([cell.ring.moment_x, cell.ring.moment_y])
+    weight = np.array([_ring(cell).moment_x, _ring(cell).moment_y])
 
     def moment(height: float) -> FloatArray:
         tilt = np.array([[0.0, (height + cell.path.preset) / arm, 0.0, 0.0]])

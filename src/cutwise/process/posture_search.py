@@ -198,7 +198,7 @@ def _to_the_limit(value: Callable[[float], float], angle: float, near: float = 1
 class Placement(NamedTuple):
     """A place of the part, and the postures that its holes get there."""
 
-    index: int  # of the place among those offered
+    place: int  # number of the place among those offered
     postures: tuple[Posture | None, ...]  # one per hole; None where the hole cannot be drilled
     worst: float  # score of the worst hole; infinite if one cannot be drilled
 

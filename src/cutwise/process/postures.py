@@ -350,8 +350,8 @@ def _eliminated(
     for m in np.flatnonzero(np.isnan(q[:, 0, 0])) if thorough else ():
         found, _ = _by_numbers(arm, turned[m], places[m])
         q[m, : len(found)] = found[:MOST]
-    for m in range(1, len(q)):
-        q[m] = _in_the_order_of(q[m - 1], q[m])
+    for k in range(1, len(q)):
+        q[k] = _in_the_order_of(q[k - 1], q[k])
     return q
 
 
@@ -469,12 +469,17 @@ def posture_at(arm: Arm, angle: float, q: FloatArray) -> Posture:
     """The posture of known motor angles, with its whole compliance at the drill tip in tool axes."""
     rotation = posture_frames(arm, q).rotations[-1] @ arm.tool_rotation
     compliance = in_axes(arm_compliance(arm, q), rotation)
-    axis_angles = np.linalg.solve(arm.axes.to_motors, q)
+    axis_angles: FloatArray = np.asarray(np.linalg.solve(arm.axes.to_motors, q), dtype=float)
     if arm.wrist is not None:
         bent = float(wrist_sine(arm.wrist, axis_angles[4]))
     else:
         bent = float(_bend(arm, axis_angles[None, None, :])[0, 0])
     return Posture(float(angle), np.asarray(q), compliance, holding_ratio(compliance), bent)
+
+
+def joint_room(arm: Arm, q: FloatArray) -> FloatArray:
+    """How far the motors are from the nearer of their limits [rad], at angles (..., 6) of them, same shape."""
+    return np.minimum(q - arm.limits[:, 0], arm.limits[:, 1] - q)
 
 
 def turned_towards(arm: Arm, q: FloatArray, near: FloatArray) -> FloatArray:

@@ -6,8 +6,8 @@ At rest, place by place, or stepped under the mean force; and the depth at which
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
-from typing import NamedTuple
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -39,6 +39,7 @@ from cutwise.process import (
     carried,
     carriers,
     chain_compliance,
+    chatter,
     milling_spindle,
     milling_wall,
     walls,
@@ -48,7 +49,8 @@ from cutwise.process.convergence import divided
 from cutwise.process.edges import edges
 from cutwise.process.labels import Column, Coordinate, Group, Groups, Over
 from cutwise.process.passes import at_rest, on_path, stepped, structure_of, too_soft, unsolved
-from cutwise.results import Finding, Place, Said
+from cutwise.results import Finding, Said
+from cutwise.spec.base import known
 from cutwise.spec.carrier import Standing
 from cutwise.spec.milling import MillingScenario
 from cutwise.still import rest
@@ -99,8 +101,8 @@ def _flutes(scenario: MillingScenario) -> TurnFlutes:
     return TurnFlutes(walls.mill_of(scenario), edges(scenario.material, scenario.tool), up)
 
 
-def _cell(scenario: MillingScenario, structure: NamedTuple, motion: NamedTuple = ()) -> Cell:  # type: ignore[assignment]
-    engagement = walls.engagement_of(scenario, scenario.path.cut_from or 0.0)
+def _cell(scenario: MillingScenario, structure: NamedTuple, motion: Any = ()) -> Cell:
+    engagement = walls.engagement_of(scenario, walls.cut_of(scenario).begins)
     return Cell(motion, engagement, (), _flutes(scenario), structure)
 
 
@@ -108,7 +110,7 @@ def _poses(scenario: MillingScenario, at: FloatArray, sag: FloatArray, feeds: Fl
     """The programmed tool at places of the path, moved by the sag of the arm (n, 3) [m], at its feeds there [m/s]."""
     poses = np.zeros((len(at), 8))
     poses[:, 1] = poses[:, 2] = at
-    poses[:, 3] = -scenario.operation.radial_depth + sag[:, 1]
+    poses[:, 3] = -walls.cut_of(scenario).radial_depth + sag[:, 1]
     poses[:, 4] = sag[:, 2]
     poses[:, 5] = feeds
     return poses
@@ -119,7 +121,7 @@ def path_of(scenario: MillingScenario) -> CarriedPath:
     if scenario.robot is None:
         return milling_wall.stations_of(scenario)
     return carried.path_in_base(
-        scenario.path, scenario.placement or Standing(), scenario.numerics.station,
+        walls.path_of(scenario), scenario.placement or Standing(), scenario.numerics.station,
         work_on_left=scenario.operation.milling == "up",
     )  # fmt: skip
 
@@ -129,13 +131,13 @@ def prepare(scenario: MillingScenario) -> tuple[CarriedPath, carriage.Carriage]:
     path = path_of(scenario)
     if scenario.robot is None:
         return path, milling_wall.carriage_of(scenario, path)
-    height = 0.5 * scenario.operation.axial_depth
+    height = 0.5 * walls.cut_of(scenario).axial_depth
     firm = Rigid(0.0)
-    poses = _poses(scenario, path.at[:1], np.zeros((1, 3)), scenario.operation.feed)
+    poses = _poses(scenario, path.at[:1], np.zeros((1, 3)), walls.cut_of(scenario).feed)
     still = rest(_cell(scenario, firm), relaxed(firm), poses, seen=SEEN, state=0)
     wrench = _wrench(still.total[0, :3], height)
     along = carried.arm_along(
-        scenario.robot, path, wrench, height, scenario.operation.feed, limited=scenario.operation.limit_feed
+        scenario.robot, path, wrench, height, walls.cut_of(scenario).feed, limited=scenario.operation.limit_feed
     )
     still_mode = scenario.numerics.mode == "still"
     robot = scenario.robot.model_copy(update={"dynamics": "static"}) if still_mode else scenario.robot
@@ -162,24 +164,24 @@ def run(
         *carriage.in_series(scenario.tool, carrying, carriage.off_surface(scenario.part_stiffness)),
     )
     bare = Milled(
-        path, carrying, terms, path.at, path.at / scenario.operation.feed, np.zeros((0, 3)), np.zeros((0, 0)),
-        np.zeros((0, 3)), sag_of(path, carrying, 0.5 * scenario.operation.axial_depth),
-        path.at >= (scenario.path.cut_from or 0.0), 0.5 * scenario.operation.axial_depth, (), np.zeros(0), 0,
+        path, carrying, terms, path.at, path.at / walls.cut_of(scenario).feed, np.zeros((0, 3)), np.zeros((0, 0)),
+        np.zeros((0, 3)), sag_of(path, carrying, 0.5 * walls.cut_of(scenario).axial_depth),
+        path.at >= (walls.cut_of(scenario).begins), 0.5 * walls.cut_of(scenario).axial_depth, (), np.zeros(0), 0,
     )  # fmt: skip
     done = _at_rest(scenario, bare) if scenario.numerics.mode == "still" else _stepped(scenario, bare, finer, progress)
     if not limits:
         return done
     rows = np.unique(np.linspace(0, len(path.at) - 1, min(9, len(path.at))).round().astype(int))
-    chatter = tuple(_limit(scenario, carrying, int(k), done.height) for k in rows)
-    return done._replace(limits=chatter, limit_at=path.at[rows])
+    each = tuple(_limit(scenario, carrying, int(k), done.height) for k in rows)
+    return done._replace(limits=each, limit_at=path.at[rows])
 
 
-def feeds_of(scenario: MillingScenario, carrying: carriage.Carriage) -> FloatArray | float:
+def feeds_of(scenario: MillingScenario, carrying: carriage.Carriage, at: FloatArray) -> FloatArray:
     """The feed at the stations [m/s], lowered where the joints of a robot cannot follow it and that is asked for."""
-    feed = scenario.operation.feed
+    feed = walls.cut_of(scenario).feed
     if carrying.arm is None or not scenario.operation.limit_feed:
-        return feed
-    return carried.feeds_along(carrying.arm, scenario.robot, feed)
+        return np.full(len(at), feed)
+    return carried.feeds_along(carrying.arm, known(scenario.robot), feed)
 
 
 def sag_of(path: CarriedPath, carrying: carriage.Carriage, height: float) -> FloatArray:
@@ -192,7 +194,7 @@ def sag_of(path: CarriedPath, carrying: carriage.Carriage, height: float) -> Flo
 
 
 def _at_rest(scenario: MillingScenario, bare: Milled) -> Milled:
-    poses = _poses(scenario, bare.at, bare.sag, feeds_of(scenario, bare.carriage))
+    poses = _poses(scenario, bare.at, bare.sag, feeds_of(scenario, bare.carriage, bare.at))
     cell = _cell(scenario, structure_of(bare.terms))
     found = at_rest(cell, poses, lambda k: too_soft(on_path(bare.at[k]), _SHALLOWER), seen=SEEN)
     return bare._replace(seen=found.seen, state=found.state, force=found.total[:, :3])
@@ -202,14 +204,12 @@ def _stepped(
     scenario: MillingScenario, bare: Milled, finer: int, progress: Callable[[float], None] | None
 ) -> Milled:  # fmt: skip
     """In time steps, the mean force acting on pistons and a swinging arm; from the uncut surface on in the lead-in."""
-    operation = scenario.operation
-    lead = operation.lead_in_time
-    way = EdgePass(
-        operation.feed, bare.path.at[-1] / operation.feed, lead, 0.0, 0.0, operation.radial_depth, 0.0, 0.0, no_cubic()
-    )
-    motion, duration = Shifted(way, bare.path.at, bare.sag), way.duration
-    if operation.limit_feed:
-        pace = carried.pace_of(bare.path.at, feeds_of(scenario, bare.carriage), operation.feed)
+    of, lead = walls.cut_of(scenario), scenario.operation.lead_in_time
+    way = EdgePass(of.feed, bare.path.at[-1] / of.feed, lead, 0.0, 0.0, of.radial_depth, 0.0, 0.0, no_cubic())
+    motion: NamedTuple = Shifted(way, bare.path.at, bare.sag)
+    duration = way.duration
+    if scenario.operation.limit_feed:
+        pace = carried.pace_of(bare.path.at, feeds_of(scenario, bare.carriage, bare.path.at), of.feed)
         motion, duration = Paced(motion, *pace), float(pace.at[-1])
     history = stepped(
         _cell(scenario, structure_of(bare.terms), motion), duration=duration, time_step=scenario.time_step / finer,
@@ -219,10 +219,10 @@ def _stepped(
     finite = np.isfinite(table).all(axis=1)
     if not finite.all():
         raise too_soft(on_path(table[max(0, int(np.argmin(finite)) - 1), 1]), _SHALLOWER)
-    at, begins = table[:, 1], scenario.path.cut_from or 0.0
+    at = table[:, 1]
     force = history.force[:, 0] * np.array([1.0, 1.0, -1.0])  # as a structure feels it
     sag = np.column_stack([np.interp(at, bare.path.at, one) for one in bare.sag.T])
-    counted = (at >= begins) & (at >= lead * operation.feed * (1.0 - 1e-12))
+    counted = (at >= of.begins) & (at >= lead * of.feed * (1.0 - 1e-12))
     return bare._replace(
         at=at, time=table[:, 0], seen=history.shown, state=history.columns, force=force, sag=sag,
         counted=counted if counted.any() else np.arange(len(at)) == len(at) - 1,
@@ -234,9 +234,9 @@ def _limit(scenario: MillingScenario, carrying: carriage.Carriage, k: int, heigh
     """Limit of chatter at a station: the receptances of everything with mass together, of arm and tip modes."""
     mill, flutes = walls.round_of(scenario), _flutes(scenario)
     up = scenario.operation.milling == "up"
-    angle = math.pi if walls.is_slot(scenario) else math.acos(1.0 - scenario.operation.radial_depth / mill.radius)
+    angle = math.pi if walls.is_slot(scenario) else math.acos(1.0 - walls.cut_of(scenario).radial_depth / mill.radius)
     lo, hi = (0.0, angle) if up else (math.pi - angle, math.pi)
-    chip = 2.0 * math.pi * scenario.operation.feed / (mill.flutes * mill.spindle_speed)
+    chip = 2.0 * math.pi * walls.cut_of(scenario).feed / (mill.flutes * mill.spindle_speed)
     mean_chip = chip * (math.cos(lo) - math.cos(hi)) / (hi - lo)
     directions = mean_directions(lo, hi, mill.flutes, tangent_coefficients(flutes.edges, mean_chip), up=up)
     receptance = _receptance(scenario, carrying, k, height)
@@ -251,21 +251,14 @@ def _receptance(scenario: MillingScenario, carrying: carriage.Carriage, k: int, 
     """Displacement at the tip for a force there, of arm and tip modes together; None where nothing has mass."""
     of_arm: Receptance | None = None
     if carrying.arm is not None:
-        swing = carried.swings_of(scenario.robot, carrying.arm, height)
+        swing = carried.swings_of(known(scenario.robot), carrying.arm, height)
         if isinstance(swing, Swinging):
             of_arm = swinging_receptance(swing.stiffness[k], swing.damping[k], swing.mass)
         else:
             station = (swing.spring[k], swing.damper[k], swing.gain[k], swing.jacobian[k])
             of_arm = linked_receptance(*station, height, carrying.arm.base[k])
-    modes, turn = scenario.tool.modes, np.eye(3) if carrying.path is None else carrying.path.axes[k]
-    if of_arm is None and not modes:
-        return None
-
-    def receptance(omega: FloatArray) -> np.ndarray:
-        total = yielding.mode_receptance(modes, omega, turn)
-        return np.asarray(total if of_arm is None else total + of_arm(omega))
-
-    return receptance
+    turn = np.eye(3) if carrying.path is None else carrying.path.axes[k]
+    return chatter.together(scenario.tool.modes, of_arm, turn)
 
 
 def outermost(scenario: MillingScenario) -> float:
@@ -285,10 +278,10 @@ def wall_and_floor(scenario: MillingScenario, done: Milled) -> tuple[FloatArray,
 
 def cycle_time(scenario: MillingScenario, done: Milled) -> float:
     """From the first to the last place of the path [s]."""
-    feeds = feeds_of(scenario, done.carriage)
-    if isinstance(feeds, float):
-        return float(done.path.at[-1]) / feeds
-    return float(carried.pace_of(done.path.at, feeds, scenario.operation.feed).at[-1])
+    feeds = feeds_of(scenario, done.carriage, done.path.at)
+    if done.carriage.arm is None or not scenario.operation.limit_feed:
+        return float(done.path.at[-1] / feeds[0])
+    return float(carried.pace_of(done.path.at, feeds, walls.cut_of(scenario).feed).at[-1])
 
 
 def _worst(scenario: MillingScenario, done: Milled) -> int:
@@ -300,7 +293,7 @@ def _worst(scenario: MillingScenario, done: Milled) -> int:
 def measures(scenario: MillingScenario, done: Milled) -> dict[str, float]:
     """Measures in SI."""
     wall, floor = (one[done.counted] for one in wall_and_floor(scenario, done))
-    operation, worst = scenario.operation, _worst(scenario, done)
+    of, worst = walls.cut_of(scenario), _worst(scenario, done)
     found = {
         **walls.measures(wall, floor, slot=walls.is_slot(scenario), deeper=outermost(scenario)),
         "wall_tilt_max": float(np.abs(done.turned[done.counted]).max()),
@@ -317,15 +310,13 @@ def measures(scenario: MillingScenario, done: Milled) -> dict[str, float]:
         found["energy_balance"] = yielding.energy_balance(each, done.at, wrench, twist)
     if done.limits:
         least = min(limit.depth for limit in done.limits)
-        if math.isfinite(least):
-            found["stable_depth_min"] = least
-            found["depth_margin"] = 1.0 - operation.axial_depth / least
+        found |= chatter.measures(of.axial_depth, least) if math.isfinite(least) else {}
     found |= milling_spindle.measures(scenario, done.state)
-    arm = done.carriage.arm
-    if arm is None:
+    arm, robot = done.carriage.arm, scenario.robot
+    if arm is None or robot is None:
         return found | yielding.normal_stiffness(each)
-    found |= carried.measures(arm, scenario.robot, operation.feed, limited=operation.limit_feed)
-    return found | yielding.lowest_frequency([carried.swings_of(scenario.robot, arm, done.height)])
+    found |= carried.measures(arm, robot, of.feed, limited=scenario.operation.limit_feed)
+    return found | yielding.lowest_frequency([carried.swings_of(robot, arm, done.height)])
 
 
 def findings(scenario: MillingScenario, done: Milled) -> Iterator[Finding]:
@@ -400,9 +391,3 @@ def notes(scenario: MillingScenario, done: Milled) -> dict[str, str]:
         "wall": walls.note(done.at[worst], wall[worst], done.moved, worst),
         **carriers.notes(done.carriage, done.height, float(done.at[worst]), done.moved, worst),
     }
-
-
-def unsound(found: Mapping[str, float]) -> Iterator[Finding]:
-    """A depth at which it chatters; the value is the depth over its limit."""
-    if found.get("depth_margin", 1.0) <= 0.0:
-        yield Finding("unstable", Place("arm"), 1.0 - found["depth_margin"], 1.0, measure="depth_margin")

@@ -18,7 +18,7 @@ from cutwise.physics.cutting.regeneration import depth_limit
 from cutwise.physics.engagement.insert import ELEMENTS, SEEN, Bar, Insert, edge_rows, ridge
 from cutwise.physics.structure.shaft import Shaft, Support, modes, shaft, yields
 from cutwise.physics.structure.terms import Compliance, in_series
-from cutwise.process import yielding
+from cutwise.process import chatter, yielding
 from cutwise.process.convergence import divided
 from cutwise.process.edges import edges_alike
 from cutwise.process.labels import Column, Coordinate, Group, Over
@@ -27,6 +27,7 @@ from cutwise.process.recipes import Method, Recipe, halved
 from cutwise.process.still_deburring import wrenches
 from cutwise.records import CONTACT
 from cutwise.results import Finding, Place, SolverFailure, warned
+from cutwise.spec.base import known
 from cutwise.spec.turning import TurningScenario
 from cutwise.still import Rest
 
@@ -58,7 +59,8 @@ class Setup(NamedTuple):
     def speed(self, radius: FloatArray) -> FloatArray:
         """Spindle speed at some radii [rad/s]."""
         operation = self.scenario.operation
-        return np.broadcast_to(operation.spindle_speed or operation.cutting_speed / radius, np.shape(radius))
+        speed = operation.spindle_speed or known(operation.cutting_speed) / radius
+        return np.broadcast_to(speed, np.shape(radius))
 
 
 class Pass(NamedTuple):
@@ -169,16 +171,16 @@ def _too_soft(z: FloatArray, k: int) -> SolverFailure:
     return too_soft(where, "reduce operation.feed, or support it (lathe.steady_position)", "the shaft")
 
 
-def chatter(held: Setup, done: Turned) -> tuple[float, float]:
+def limit_of(held: Setup, done: Turned) -> tuple[float, float]:
     """Depth of cut of a pass where most yields, and the one at which that cut chatters there [m]."""
     part, tool = held.scenario.part, held.scenario.tool
     k = int(np.argmax(sum(c[:, 1, 1] for c in done.parts.values()) * (done.rest.seen[:, 0] > 0.0)))
     mesh = np.append(held.marks, held.z[:: math.ceil(len(held.z) / _MESH)])
     omega, shape = modes(*half_turned(held, done.plan, done.z[k], done.goal[k], mesh), _MODES)
 
-    def receptance(at: FloatArray) -> np.ndarray:
-        total = yielding.mode_receptance(tool.modes, at)
-        each = 1.0 / (omega**2 - at[:, None] ** 2 + 2j * part.damping * omega * at[:, None])
+    def of_shaft(at: FloatArray) -> np.ndarray:
+        total = np.zeros((len(at), 3, 3), dtype=complex)
+        each = 1.0 / (omega**2 - at[:, None] ** 2 + 2j * known(part.damping) * omega * at[:, None])
         total[:, :2, :2] += np.einsum("wm,mi,mj->wij", each, shape, shape)
         total[:, 2, 2] += each @ shape[:, 1] ** 2
         return total
@@ -187,6 +189,7 @@ def chatter(held: Setup, done: Turned) -> tuple[float, float]:
     edge_rows(rows, Insert(tool.nose_radius, tool.lead_angle, done.feed), done.feed[k], depth)
     slopes = chip_slopes(rows, edges_alike(held.scenario.material)) / depth
     highest = _HIGHEST * max([omega[0] / (2.0 * math.pi), *(mode.frequency for mode in tool.modes)])
+    receptance = known(chatter.together(tool.modes, of_shaft))
     return depth, depth_limit(receptance, slopes, 2.0 * math.pi / float(held.speed(done.goal[k])), highest).depth
 
 
@@ -194,7 +197,8 @@ def measures(held: Setup, done: list[Turned]) -> dict[str, float]:
     """Measures in SI: form and shares after the last pass, forces and time of all."""
     last, part, tool = done[-1], held.scenario.part, held.scenario.tool
     along = np.argsort(last.z)
-    near, middle, far = np.interp(np.linspace(*last.z[along[[0, -1]]], 3), last.z[along], last.error[along])
+    start, end = last.z[along[[0, -1]]].tolist()
+    near, middle, far = np.interp(np.linspace(start, end, 3), last.z[along], last.error[along]).tolist()
     force = np.concatenate([one.rest.total[:, :3] for one in done])
     speed = np.concatenate([one.goal * held.speed(one.goal) for one in done])
     lengths, plans = np.diff([0.0, *held.ends]), [one.plan for one in done]
@@ -218,10 +222,9 @@ def measures(held: Setup, done: list[Turned]) -> dict[str, float]:
         high, low = (run(held, 0.5 * side * part.runout, done)[-1].error for side in (1.0, -1.0))
         found["roundness_error_max"] = 0.5 * float(np.abs(high - low).max())
     if part.damping is not None:
-        pairs = [chatter(held, one) for one in done[: held.scenario.operation.passes] if one.rest.seen[:, 0].any()]
+        pairs = [limit_of(held, one) for one in done[: held.scenario.operation.passes] if one.rest.seen[:, 0].any()]
         for depth, limit in sorted(pairs, key=lambda pair: pair[0] / pair[1])[-1:]:
-            found["depth_margin"] = 1.0 - depth / limit
-            found |= {"stable_depth_min": limit} if math.isfinite(limit) else {}
+            found |= chatter.measures(depth, limit)
     return found
 
 
@@ -258,20 +261,17 @@ GROUPS = {
 }  # fmt: skip
 
 
+def _off_shaft(name: str, one: Turned) -> FloatArray:
+    return one.moved()[name][:, 1]
+
+
 def stages(done: list[Turned]) -> Mapping[str, Group]:
     """What the passes did, and the displacement by each thing that yields."""
     moved = {
-        f"deflection_{name}": Column("z cut", _each(lambda one, name=name: one.moved()[name][:, 1]), "m", f"off the shaft: {name}")
+        f"deflection_{name}": Column("z cut", _each(partial(_off_shaft, name)), "m", f"off the shaft: {name}")
         for name in done[-1].parts
     }  # fmt: skip
     return {**GROUPS, "structure": Group(moved, _OVER)}
-
-
-def findings(found: Mapping[str, float]) -> Iterator[Finding]:
-    """A depth of cut at which shaft or tool chatters; the value is that depth over its limit."""
-    over = 1.0 - found.get("depth_margin", 1.0)
-    if over >= 1.0:
-        yield Finding("unstable", Place("shaft"), over, 1.0, measure="depth_margin")
 
 
 def warnings(scenario: TurningScenario, done: list[Turned]) -> Iterator[Finding]:
@@ -306,7 +306,7 @@ PASSES: Method[TurningScenario, tuple[Setup, list[Turned]]] = Method(
     run=_whole,
     measures=lambda _, done: measures(*done),
     stages=lambda _, done, __: stages(done[1]),
-    findings=lambda _, __, found: findings(found),
+    findings=lambda _, __, found: chatter.findings(found, "shaft"),
     limits=lambda *_: LIMITS,
     references=lambda *_: ("altintas2012",),
     warnings=lambda scenario, done, _: warnings(scenario, done[1]),

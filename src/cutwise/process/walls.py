@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,14 +12,38 @@ from cutwise.physics.cutting.flute import Mill
 from cutwise.physics.engagement.burred_edge import Round
 from cutwise.physics.engagement.shoulder import Shoulder, Slot
 from cutwise.process import carriers
+from cutwise.spec.base import known
+from cutwise.spec.milled_path import MilledPath
 from cutwise.spec.milling import MillingScenario
+
+
+class WallCut(NamedTuple):
+    """The cut along a wall, all of which its scenario has to say."""
+
+    feed: float  # [m/s]
+    spindle_speed: float  # [rad/s]
+    axial_depth: float  # [m]
+    radial_depth: float  # [m]
+    begins: float  # [m] of the path, where the cut begins
+
+
+def cut_of(scenario: MillingScenario) -> WallCut:
+    """The cut along the wall of a scenario."""
+    of, path = scenario.operation, path_of(scenario)
+    return WallCut(
+        known(of.feed), known(of.spindle_speed), known(of.axial_depth), known(of.radial_depth), path.cut_from or 0.0
+    )
+
+
+def path_of(scenario: MillingScenario) -> MilledPath:
+    """What the scenario says of the wall."""
+    assert isinstance(scenario.path, MilledPath)
+    return scenario.path
 
 
 def is_slot(scenario: MillingScenario) -> bool:
     """Whether both sides of the cut are walls."""
-    radial = scenario.operation.radial_depth
-    assert radial is not None
-    return radial >= scenario.tool.diameter * (1.0 - 1e-12)
+    return known(scenario.operation.radial_depth) >= scenario.tool.diameter * (1.0 - 1e-12)
 
 
 def mill_of(scenario: MillingScenario) -> Mill:
@@ -29,17 +54,15 @@ def mill_of(scenario: MillingScenario) -> Mill:
 
 def round_of(scenario: MillingScenario) -> Round:
     """The turning mill."""
-    mill, speed = mill_of(scenario), scenario.operation.spindle_speed
-    assert speed is not None
-    return Round(mill.radius, mill.flutes, speed)
+    mill = mill_of(scenario)
+    return Round(mill.radius, mill.flutes, known(scenario.operation.spindle_speed))
 
 
 def engagement_of(
     scenario: MillingScenario, begins: float, ends: float = math.inf, standstill: float = 0.0
 ) -> Shoulder | Slot:
     """What the mill meets from a place of the path to another [m]; slower than ``standstill`` [m/s] it cuts nothing."""
-    depth = scenario.operation.axial_depth
-    assert depth is not None
+    depth = known(scenario.operation.axial_depth)
     return (Slot if is_slot(scenario) else Shoulder)(round_of(scenario), depth, begins, ends, standstill)
 
 

@@ -24,10 +24,21 @@ AXES = ("x", "y", "z")
 class Mode(Protocol):
     """A mode of a tool tip."""
 
-    direction: Literal["x", "y"]
-    frequency: float  # [Hz]
-    damping: float  # ratio
-    stiffness: float  # [N/m]
+    @property
+    def direction(self) -> Literal["x", "y"]:
+        """Along which it bends."""
+
+    @property
+    def frequency(self) -> float:
+        """[Hz]"""
+
+    @property
+    def damping(self) -> float:
+        """Ratio."""
+
+    @property
+    def stiffness(self) -> float:
+        """[N/m]"""
 
 
 def spring(stiffness: Mapping[int, float]) -> Compliance:

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, GetJsonSchemaHandler, Strict, model_validator
 from pydantic.json_schema import JsonSchemaValue
@@ -20,6 +20,15 @@ class Notice(NamedTuple):
 
     path: Path
     message: str
+
+
+Given = TypeVar("Given")
+
+
+def known(value: Given | None) -> Given:
+    """A value that may be left out, where the checks of its section have found that it is there."""
+    assert value is not None
+    return value
 
 
 def contradiction(found: Sequence[Notice]) -> PydanticCustomError:

@@ -5,7 +5,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from cutwise.process import deburring, drilling_stages, machine_stages, milling, programmed_milling, still_deburring
+from cutwise.process import (
+    drilling_stages,
+    edge_stages,
+    machine_stages,
+    milling_stages,
+    programmed_milling,
+    still_deburring,
+)
 from cutwise.process.labels import Column, Coordinate, Group, tree
 from cutwise.process.turning import GROUPS as TURNED
 
@@ -38,7 +45,7 @@ def test_a_table_becomes_groups_with_units_and_labels():
 
 @pytest.mark.parametrize(
     "table",
-    [deburring.GROUPS, still_deburring.GROUPS, milling.GROUPS, programmed_milling.GROUPS, machine_stages.GROUPS,
+    [edge_stages.GROUPS, still_deburring.GROUPS, milling_stages.GROUPS, programmed_milling.GROUPS, machine_stages.GROUPS,
      drilling_stages.GROUPS, TURNED],
     ids=("deburr", "still", "mill", "programmed", "machine", "drill", "turn"),
 )  # fmt: skip

@@ -10,6 +10,7 @@ from cutwise.io.scenario import load
 from cutwise.process import milling_measures
 from cutwise.process.recipes import quick_measures
 from cutwise.results import SolverFailure
+from cutwise.spec.program import StockBlock
 
 HEAD = """
 process: mill
@@ -84,7 +85,8 @@ def test_a_raster_removes_the_block_once(tmp_path, step):
 
 def test_more_than_the_block_is_no_result():
     """Contact that would take a block one and a half times over stops the run."""
-    block = SimpleNamespace(stock=SimpleNamespace(x=(0.0, 0.03), y=(0.0, 0.03), z=(0.0, 1e-3)))
+    size = {"x": ["0 mm", "30 mm"], "y": ["0 mm", "30 mm"], "z": ["0 mm", "1 mm"]}
+    block = SimpleNamespace(stock=StockBlock.model_validate(size))
     way = SimpleNamespace(reference=SimpleNamespace(travelled=np.linspace(0.0, 10.0, 10_001)))
     taken = np.full(10_001, 0.89e-7)
     assert milling_measures._removed(block, way, taken) == pytest.approx(0.89e-6)

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cutwise.maths.curves import FloatArray
 from cutwise.maths.edges import EdgeFrames
@@ -49,7 +50,7 @@ class EdgeWork(NamedTuple):
     nodes: EdgeFrames  # dense samples
     frames_at: Callable[[FloatArray], EdgeFrames] | None  # the exact edge at any parameter; None: only the samples
     axes: tuple[FloatArray, ...]  # directions of the rod to choose from, the preferred one first
-    owners: FloatArray  # faces of the mesh on both sides of each sample, shape (n, 2)
+    owners: NDArray[np.int64]  # faces of the mesh on both sides of each sample, shape (n, 2)
     shape: Shape
     foot: FloatArray | None  # [m] a point of the hole axis, if the edge is at a hole
     inner: bool = False  # of a pipe: whether it is the edge at the bore

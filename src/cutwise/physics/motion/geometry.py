@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike
 
 from cutwise.maths.frames import FloatArray
 
-ErrorFunction = Callable[[FloatArray], FloatArray]
 COMPONENTS = ("X", "Y", "Z", "A", "B", "C")  # second letter of an ISO 230-1 name, in the order of a twist
 
 
@@ -65,6 +64,9 @@ class Sines(NamedTuple):
         orders = np.arange(1, len(self.amplitude) + 1)
         angle = 2.0 * math.pi / self.wavelength * np.multiply.outer(u, orders) + self.phase
         return np.sin(angle) @ self.amplitude
+
+
+ErrorFunction = Callable[[FloatArray], FloatArray] | Table | Polynomial | Sines
 
 
 def random_sines(deviation: float, *, wavelength: float, orders: int, generator: np.random.Generator) -> Sines:

@@ -1,6 +1,6 @@
 """A programmed motion that is run at another pace: slower where something cannot follow."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from cutwise.maths.curves import FloatArray, segment
 from cutwise.records import Pose
@@ -10,7 +10,7 @@ from cutwise.stages import driven, moved
 class Paced(NamedTuple):
     """A motion, and its own time at some instants; even between them."""
 
-    motion: NamedTuple
+    motion: Any  # nothing, where it is put in later
     at: FloatArray  # [s] rising, shape (n,)
     pace: FloatArray  # [s] of the motion, rising, shape (n,)
 

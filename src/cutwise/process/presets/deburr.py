@@ -1,6 +1,6 @@
 """Deburring: time stepping over all five stages (Berselli et al. 2016, Fig. 8), or each place of the edge at rest."""
 
-from cutwise.process import assemble, carried, deburring, deburring_part, edge_findings, still_deburring
+from cutwise.process import assemble, carried, deburring, deburring_part, edge_findings, edge_stages, still_deburring
 from cutwise.process.convergence import divided
 from cutwise.process.recipes import STUDY_STEP, Method, Progress, Recipe, Wanted, coarser, halved
 from cutwise.spec.deburring import DeburringScenario
@@ -24,7 +24,7 @@ def _stepped(scenario: DeburringScenario, wanted: Wanted, progress: Progress | N
 STEPPED = Method(
     run=_stepped,
     measures=deburring.measures,
-    stages=lambda scenario, run, _: deburring.stages(scenario, run),
+    stages=lambda scenario, run, _: edge_stages.stages(scenario, run),
     findings=lambda scenario, run, _: (*edge_findings.unsound(scenario, run), *edge_findings.weight(run)),
     limits=lambda *_: edge_findings.LIMITS,
     references=lambda *_: _SOURCES,

@@ -11,11 +11,13 @@ from cutwise.process.recipes import Method, Progress, Recipe, Wanted, halved
 if TYPE_CHECKING:
     from cutwise.process import (
         carried,
+        chatter,
         milling,
         milling_compare,
         milling_findings,
         milling_measures,
         milling_stability,
+        milling_stages,
         milling_wall,
         programmed_milling,
         spindle_load,
@@ -32,11 +34,13 @@ if TYPE_CHECKING:
     from cutwise.spec.milling import MillingScenario
 else:  # a run imports its own kind of milling, not the others
     carried = later("cutwise.process.carried")
+    chatter = later("cutwise.process.chatter")
     milling = later("cutwise.process.milling")
     milling_compare = later("cutwise.process.milling_compare")
     milling_findings = later("cutwise.process.milling_findings")
     milling_measures = later("cutwise.process.milling_measures")
     milling_stability = later("cutwise.process.milling_stability")
+    milling_stages = later("cutwise.process.milling_stages")
     milling_wall = later("cutwise.process.milling_wall")
     programmed_milling = later("cutwise.process.programmed_milling")
     spindle_load = later("cutwise.process.spindle_load")
@@ -66,7 +70,7 @@ def _of_driven(scenario: MillingScenario, run: MillRun) -> dict[str, float]:
 
 
 def _stages(scenario: MillingScenario, run: MillRun, _: object) -> Groups:
-    told: dict[str, Any] = {**milling.GROUPS}
+    told: dict[str, Any] = {**milling_stages.GROUPS}
     if run.wall is not None:
         told |= milling_wall.stages(run.wall)
     compared = milling_compare.comparison_table(milling_compare.compare(scenario), scenario.measures)
@@ -115,7 +119,7 @@ PROGRAMMED: Method[MillingScenario, Milled] = Method(
     measures=lambda scenario, done: programmed_milling.measures(scenario, done),
     stages=lambda scenario, done, _: programmed_milling.stages(scenario, done),
     findings=lambda scenario, done, found: (
-        *programmed_milling.findings(scenario, done), *programmed_milling.unsound(found)
+        *programmed_milling.findings(scenario, done), *chatter.findings(found, "arm")
     ),
     limits=lambda scenario, _: programmed_milling.limits_of(scenario),
     references=lambda *_: ("altintas2012", "altintas1995"),
