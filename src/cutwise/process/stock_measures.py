@@ -76,7 +76,28 @@ def checked(done: StockRunDone) -> dict[str, str]:
             f"standard deviations, {done.error.points} points); by these points {units.show(volume + shift, 'volume', 6)} and "
             f"{units.show(3.0 * spread, 'volume', 2)}"
         )
+    by_contact = contact_volume(done)
+    if by_contact is not None and by_contact[1] > 0.0:
+        along, cells = by_contact
+        said["balance of contact"] = (
+            f"stations are in contact with {units.show(along, 'volume', 5)} along the feed moves, {along / cells:.4f} of what the "
+            "cells say; forces are as far off, at a shallow place more: more numerics.stock.elements and a shorter "
+            "numerics.stock.station bring both together"
+        )
     return said
+
+
+def contact_volume(done: StockRunDone) -> tuple[float, float] | None:
+    """Volume of feed moves by contact, straight between stations, and by the cells [m^3]; None without stations."""
+    station, move = done.run.station, station_moves(done)
+    if not move.size:
+        return None
+    removal = done.stations("removal")
+    length = np.add.reduceat(done.moves.way, done.moves.path.first[:-1])
+    parts = np.maximum(np.diff(station) - 1, 1)
+    beside = move[1:] == move[:-1]
+    between = 0.5 * (removal[1:] + removal[:-1]) * (length / parts)[move[1:]]
+    return float(between[beside].sum()), float(done.volume[np.diff(station) > 0].sum())
 
 
 def _aside(real: Real) -> dict[str, float]:

@@ -309,3 +309,42 @@ def test_flutes_below_the_stock_cut_nothing(under):
     _, done = ran(f"G21 G90 T1 M6 S8000 M3\nG0 X-10 Y0 Z5\nG1 Z{-4 - under} F600\nG1 X50\n", head=head)
     rate = done.stations("removal")
     assert 1e6 * rate.max() == pytest.approx(6 * 4, rel=1e-6)
+
+
+def test_what_contact_takes_is_told_beside_what_cells_say():
+    """Twelve elements of a bull-nose miss part of a shallow ramp, 200 do not: the note says so."""
+    program = "G21 G90 T1 M6 S5000 M3\nG0 X5 Y0 Z0\nG1 X30 Z-2 F600\nG0 Z5\n"
+    tool = (
+        "{number: 1, shape: bull_nose, diameter: 10 mm, corner_radius: 2 mm, flutes: 3, helix: 30 deg, end_core: 0 mm}"
+    )
+    off = []
+    for elements in (6, 200):
+        more = f"numerics: {{stock: {{grid: 0.25 mm, station: 0.5 mm, elements: {elements}}}}}"
+        done = planned_run(scenario(program, tool, more))
+        along, cells = stock_measures.contact_volume(done)
+        off.append(abs(along / cells - 1.0))
+        assert f"{along / cells:.4f}" in stock_measures.checked(done)["balance of contact"]
+    assert off[0] > 3 * off[1]
+    assert off[1] < 5e-3
+
+
+@pytest.mark.parametrize("core", [0.0, 1.7])
+@pytest.mark.parametrize("law", ["linear", "kienzle"])
+def test_force_and_torque_of_a_plunge_in_closed_form(law, core):
+    """F = N (K_rc f + K_re) (R - r_0), T = N (K_tc f + K_te) (R^2 - r_0^2) / 2; by Kienzle's law k f^(1-m) in their place."""
+    feed, speed, teeth, radius = 137.0, 2900.0, 4, 6.0
+    chip = feed / (teeth * speed)
+    if law == "linear":
+        material = (
+            "{K_tc: 903 N/mm^2, K_rc: 311 N/mm^2, K_ac: 147 N/mm^2, K_te: 21 N/mm, K_re: 33 N/mm, K_ae: 1.9 N/mm}"
+        )
+        across, down = 903 * chip + 21, 311 * chip + 33
+    else:
+        material = "{k_c11: 1420 N/mm^2, m_c: 0.23, k_r11: 610 N/mm^2, m_r: 0.41, k_a11: 290 N/mm^2, m_a: 0.3}"
+        across, down = 1420 * chip**0.77, 610 * chip**0.59
+    tool = f"{{number: 1, shape: flat, diameter: 12 mm, flutes: {teeth}, helix: 38 deg, end_core: {core} mm}}"
+    program = f"G21 G90 T1 M6 S{speed} M3\nG0 X13.7 Y0.3 Z2\nG1 Z-4.4 F{feed}\nG0 Z5\n"
+    done = stock_setups.run(scenario(program, tool, f"material: {material}\nnumerics: {{stock: {{grid: 0.5 mm}}}}"))
+    found = stock_measures.measures(done, None)
+    assert found["plunge_force_max"] == pytest.approx(teeth * down * (radius - core), rel=1e-8)
+    assert found["spindle_torque_max"] == pytest.approx(1e-3 * teeth * across * (radius**2 - core**2) / 2, rel=1e-8)
