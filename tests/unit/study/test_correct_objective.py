@@ -69,6 +69,16 @@ def test_the_error_is_least_within_the_time_that_there_is(slot):
     assert found.measures["force_xy_peak_after"].value <= found.measures["force_xy_peak_before"].value
 
 
+def test_less_time_than_before_may_leave_less_error_too(slot):
+    """Slower where the contour is left, quicker where force allows."""
+    limits = {"correct.limits": {"force_xy_peak": {"max": "400 N"}}, "requirements.cycle_time": {"max": "2.2 s"}}
+    found = cutwise.correct(load(slot, limits | {"correct.objective": "error"}))
+    assert found.good, found.reasons
+    assert found.measures["time_before"].value > 2.3
+    assert found.measures["time_after"].value <= 2.2
+    assert found.measures["contour_error_max_after"].value < 8e-6
+
+
 def test_an_error_that_no_time_is_left_for_stays_and_is_said(slot):
     found = cutwise.correct(load(slot, {"correct.objective": "error"}))
     assert not found.good

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from cutwise.study.correct.feed import Ready
 
 _HALVINGS = 14  # of what an error may be, until it is known to a thousandth
+_LARGER = 8.0  # times the error before, that may be left where less time is asked for
 WALLS = ("wall_error_min", "wall_error_max")
 CONTOUR = "contour_error_max"
 LEAST: Mapping[str, str] = {"time": "is quicker", "cost": "makes the part cheaper", "error": "makes the error smaller"}
@@ -126,14 +127,20 @@ def _truest(ready: Ready, task: Task, aim: Aim, given: float | None) -> Aim:
     if now is None or now <= 0.0:
         return aim._replace(budget=budget)
     course = None if name == "wall_error" else course_of(ready, task.before, CONTOUR)
+
+    def reached(one: Aim) -> bool:
+        feed = schedule_of(ready, one.room, one.ceiling, task.said).feed
+        return bool((one.room.helpless < 0).all()) and planned(ready, feed) <= spare * (1.0 + 1e-9)
+
     best, low, high = _within(ready, aim, now, course), 0.0, now
+    if not reached(best):  # the time that is asked for takes a larger error than there was
+        best, low, high = _within(ready, aim, _LARGER * now, course), now, _LARGER * now
+        if not reached(best):
+            return best._replace(budget=budget)
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
         one = _within(ready, aim, middle, course)
-        quick = (one.room.helpless < 0).all() and planned(
-            ready, schedule_of(ready, one.room, one.ceiling, task.said).feed
-        ) <= spare * (1.0 + 1e-9)
-        if quick:
+        if reached(one):
             best, high = one, middle
         else:
             low = middle
