@@ -45,7 +45,8 @@ def test_the_example_saves_a_quarter_and_more_at_equal_force_and_wall(cutwise, d
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (("--change", "depth"), "depth is not there yet"),
+        (("--change", "offset"), "offset is not there yet"),
+        (("--change", "depth"), "says how deep it cuts"),
         (("--change", "feed,spedd"), "did you mean speed?"),
         (("--objective", "cost"), "shop: missing"),
         (("--format", "krl"), "krl"),

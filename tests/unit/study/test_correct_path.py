@@ -192,7 +192,7 @@ def test_a_program_that_strays_is_no_correction(examples):
 
 
 def test_what_nothing_corrects_is_refused_in_words(examples, corner):
-    with pytest.raises(ScenarioFault, match="as programmed"):
+    with pytest.raises(ScenarioFault, match="a stock in 3D"):
         cutwise.correct(load(examples / "mill_part.yaml"), ("path",))
     with pytest.raises(ScenarioFault, match="is not held by change: path"):
         cutwise.correct(corner("path.corner=2 mm", "correct={change: [path], limits: {force_xy_peak: {max: 600 N}}}"))

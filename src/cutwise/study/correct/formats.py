@@ -22,6 +22,8 @@ def rs274(found: Corrected) -> str:
     """The new program in its own language; of a chamfer its G-code."""
     chamfered = _chamfered(found, "gcode")
     text = found.program if chamfered is None else chamfered
+    if not text:
+        raise _refused("rs274", found, "this scenario has no program; take the changed settings over with --set")
     return text if found.good else with_first_comment(text, f"cutwise: not good enough: {'; '.join(found.reasons)}")
 
 

@@ -66,7 +66,12 @@ def _refuse(scenario: MillingScenario, said: Correction) -> None:
             for name in others
         ])  # fmt: skip
     why = None
-    if scenario.in_3d or scenario.programmed:
+    if scenario.in_3d:
+        why = (
+            "what drives make of a path is learned for one flat mill in a block or without a stock; a stock in 3D (tools, nominal "
+            "part, fixtures, set-ups, a map) is not covered yet"
+        )
+    elif scenario.programmed:
         why = (
             "a tool that goes as programmed leaves its path by no drives; it takes machine with drives (x, y, control)"
         )

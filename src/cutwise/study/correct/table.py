@@ -12,6 +12,11 @@ from cutwise.study.correct.outcome import Proposal, Task
 Corrects = Callable[[Task], Proposal]
 
 CORRECTIONS: Mapping[tuple[str, str], str] = {
+    **{
+        (process, "placement"): "cutwise.study.correct.settings:placed"
+        for process in ("mill", "drill", "machine", "deburr", "chamfer")
+    },
+    ("mill", "depth"): "cutwise.study.correct.settings:deeper",
     ("mill", "speed"): "cutwise.study.correct.speed:corrected",
     ("mill", "feed"): "cutwise.study.correct.feed:corrected",
     ("mill", "path"): "cutwise.study.correct.path:corrected",
