@@ -94,6 +94,7 @@ ONLY = {  # keys that are turned where an example costs much; the others are tur
     ),
     "chamfer_step_part": ("part.*", "path.*", "chamfer.*", "tool.[abp]*"),
     "deburr_on_robot": ("path*", "placement", "robot.*", "numerics.[es]*"),
+    "drill_plate_pattern": ("hole*", "part*", "numerics*", "robot.redundancy*", "robot.joint_[al]*"),
     "machine_five_axis": (
         "machine.chain*",
         "machine.geometry_errors.[XYZABC]*",

@@ -13,6 +13,12 @@ from peers.cells import MM, error_at_tool, r0
 from peers.strip import strip_force
 
 
+@pytest.fixture(scope="module")
+def passed():
+    """What :func:`rigid_pass` gives for 0.8 mm."""
+    return rigid_pass(0.8 * MM)
+
+
 def rigid_pass(depth, speed=0.08, length=8 * MM, dt=10e-6, climb=0.0):
     """Mean force and removed area of a rigid mill over a burr of 1 mm, and the columns it leaves."""
     cell = r0()
@@ -26,14 +32,14 @@ def rigid_pass(depth, speed=0.08, length=8 * MM, dt=10e-6, climb=0.0):
     return forces, before - columns.height.sum() * columns.pitch, columns
 
 
-def test_power_is_specific_energy_of_the_removed_volume():
-    forces, removed, _ = rigid_pass(0.8 * MM)
+def test_power_is_specific_energy_of_the_removed_volume(passed):
+    forces, removed, _ = passed
     omega, radius = 40_000 * 2 * np.pi / 60, 4 * MM
     assert forces[:, 3].sum() * 10e-6 * omega * radius == pytest.approx(2.0e9 * removed * 1 * MM, rel=1e-9)
 
 
-def test_straight_pass_is_the_arcs():
-    forces, _, columns = rigid_pass(0.8 * MM)
+def test_straight_pass_is_the_arcs(passed):
+    forces, _, columns = passed
     arcs = layer_arcs(0.8 * MM, 0.0, 0.0, 4 * MM)
     k = EdgeCoefficients(2.0e9, 1.2e9, 0.8e9, 0.0, 0.0, 0.0)
     expected = np.array(mean_force(arcs.front_lo, arcs.front_hi, 6e-6, 0.0, 1 * MM, 20, k))
