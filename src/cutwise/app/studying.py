@@ -38,6 +38,9 @@ def study(
         str | None, typer.Option("--address", metavar="URL", help="of a dask scheduler, for example tcp://host:8786")
     ] = None,
     resume: Annotated[bool, typer.Option("--resume", help="go on with the cases that are there")] = False,
+    accept_version: Annotated[
+        bool, typer.Option("--accept-version", help="with --resume: go on with cases of another version of cutwise")
+    ] = False,
     cases: Annotated[int | None, typer.Option("--cases", min=1, metavar="N", help="draws, instead of those of the file")] = None,
     seed: Annotated[int | None, typer.Option("--seed", min=0, metavar="N", help="seed, instead of that of the file")] = None,
     table: Annotated[Path | None, typer.Option("--table", metavar="FILE", help="write all cases as .csv, SI with units")] = None,
@@ -58,7 +61,7 @@ def study(
     console = Console()
     for line in told(planned):
         console.err.print(line, markup=False)
-    more = {"jobs": jobs, "resume": resume, "executor": executor, "address": address}
+    more = {"jobs": jobs, "resume": resume, "executor": executor, "address": address, "accept_version": accept_version}
     if planned.method in (OPTIMISE, RARE):
         (_optimised if planned.method == OPTIMISE else _rarely)(planned, folder, table, more, as_json=as_json)
         return
@@ -268,6 +271,7 @@ def _tell(
         *([f"stopped at {found.done:,} of {planned.cases:,}: {stopped}"] if stopped else []),
         *said(found),
         *held(found, against),
+        *([f"cases of cutwise {' and '.join(at.versions(known))} stand beside each other"] if known["also"] else []),
     ]
     report = write_text(target or folder / "report.html", page(found, lines, known["study"][:16]))
     if table is not None:

@@ -12,10 +12,11 @@ import numpy as np
 from cutwise import units
 from cutwise.spec import fields
 from cutwise.spec.faults import split_dotted
+from cutwise.study.many import folder as at
 from cutwise.study.many.cases import GOOD
 from cutwise.study.many.columns import Table, collected, pieces, row
 from cutwise.study.many.decides import decides
-from cutwise.study.many.definition import Study
+from cutwise.study.many.definition import Study, of_indices
 from cutwise.study.many.order import Pieces, finite, percentiles
 from cutwise.study.many.statements import Effects, Indices, Share
 from cutwise.study.many.tally import counted, farthest
@@ -60,7 +61,13 @@ def answers(study: Study, folder: Path, size: int) -> Answers:
     table, done = collected(study, folder, size)
     if not done:
         raise ValueError("no case is finished yet")
-    return answers_of(study, table)
+    found = answers_of(study, table)
+    beside = at.identity_in(at.indices_of(folder)) if study.indices else None
+    if beside is None:
+        return found
+    more = of_indices(study)
+    rows, runs = collected(more, at.indices_of(folder), int(beside["chunk"]))
+    return found._replace(indices=decides(more, rows, runs)) if runs else found
 
 
 def answers_of(study: Study, table: Table) -> Answers:

@@ -74,7 +74,7 @@ class Best(NamedTuple):
 
 def optimised(
     study: Study, folder: Path, *, jobs: int = 1, resume: bool = False, progress: Progress | None = None,
-    executor: str = LOCAL, address: str | None = None,
+    executor: str = LOCAL, address: str | None = None, accept_version: bool = False,
 ) -> Best:  # fmt: skip
     """Look for the best setting of a study; with ``resume`` what was tried before is not tried again.
 
@@ -82,7 +82,7 @@ def optimised(
     ----------
     study, folder
         The study, and where its trials are kept.
-    jobs, executor, address
+    jobs, executor, address, accept_version
         As of :func:`cutwise.study.many.engine.run_study`.
     resume : bool
         Go on with the trials that are there.
@@ -95,7 +95,7 @@ def optimised(
         The folder holds another study, or trials of this one without ``resume``.
     """
     checked(executor, address)
-    known = begun(study, folder, resume=resume)
+    known = begun(study, folder, resume=resume, accept_version=accept_version)
     with pooled(study, jobs, executor, address) as pool:
         return _Searched(study, Tried(study, folder, known["scales"], pool, progress)).best()
 

@@ -118,6 +118,7 @@ class Study(NamedTuple):
     correlated: tuple[Correlated, ...] = ()
     search: Search | None = None
     budget: Budget | None = None
+    indices: int = 0  # rows of runs that tell what decides, beside the cases
 
     @property
     def factors(self) -> tuple[tuple[int, ...], ...]:
@@ -255,6 +256,11 @@ def at_setting(study: Study, setting: Mapping[str, Value]) -> Study:
     }
     design = {key: Design((value,)) for key, value in setting.items() if key not in random}
     return study._replace(design=design, random=random, method=SOBOL if random else GRID, search=None)
+
+
+def of_indices(study: Study) -> Study:
+    """The study of the runs that tell what decides, of one that asks for them beside its cases."""
+    return study._replace(method=INDICES, draws=study.indices, stop=None, demanded=None, indices=0)
 
 
 def in_the_middle(study: Study) -> Study:

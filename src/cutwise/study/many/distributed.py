@@ -16,9 +16,10 @@ from typing import TYPE_CHECKING, Any
 
 from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.study.many import folder as at
+from cutwise.study.many.beginning import to_work_on
 from cutwise.study.many.cases import evaluate
 from cutwise.study.many.definition import Study
-from cutwise.study.many.engine import Progress, Ran, Watch, in_folder
+from cutwise.study.many.engine import Progress, Ran, Watch
 from cutwise.study.many.packing import pack, unpack
 from cutwise.study.many.pool import Pool, hold
 
@@ -230,4 +231,4 @@ def part(folder: str, first: int, count: int) -> int | str:
 
 @lru_cache(maxsize=2)
 def _held(folder: str, _changed: int) -> tuple[Study, dict[str, Any]]:
-    return in_folder(Path(folder))
+    return to_work_on(Path(folder))

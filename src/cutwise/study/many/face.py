@@ -85,6 +85,7 @@ def run_study(
     source: str | Path | Mapping[str, Any] | Scenario, vary: Mapping[str, Any] | None = None, *,
     folder: str | Path | None = None, jobs: int = 1, resume: bool = False, cases: int | None = None,
     seed: int | None = None, method: str | None = None, executor: str = engine.LOCAL, address: str | None = None,
+    accept_version: bool = False,
 ) -> "StudyResult | Best | Rarely":  # fmt: skip
     """Run a study.
 
@@ -107,6 +108,8 @@ def run_study(
         With a scenario.
     executor, address : str, optional
         ``"dask"`` and its scheduler, where other machines are to work.
+    accept_version : bool
+        Go on in the folder of another version of cutwise.
 
     Returns
     -------
@@ -123,7 +126,9 @@ def run_study(
         words = f"{study.cases:,} cases want a folder, from which they are read part by part; up to {_IN_MEMORY:,} do without"
         raise ScenarioFault([Fault((), words, file="folder")])
     with _kept(folder) as place:
-        more: dict[str, Any] = {"jobs": jobs, "resume": resume, "executor": executor, "address": address}
+        more: dict[str, Any] = {
+            "jobs": jobs, "resume": resume, "executor": executor, "address": address, "accept_version": accept_version,
+        }  # fmt: skip
         if study.method == OPTIMISE:
             from cutwise.study.many.best import optimised
 

@@ -31,17 +31,37 @@ def identity_of(
     study: Study, version: str, chunk: int, errors: dict[str, float], scales: dict[str, float]
 ) -> dict[str, Any]:
     """What has to be the same for parts to belong together; the number of cases, stop rule and demand are not in it."""
-    levers = [[key, repr(lever)] for group in (study.design, study.random) for key, lever in group.items()]
-    coarse = None if study.coarse is None else study.coarse.document()
-    plain = [study.scenario.document(), coarse, levers, study.method, study.seed, list(study.measures), study.levels]
+    digest = hashlib.sha256(json.dumps(list(said_of(study).values()), sort_keys=True, default=str).encode()).hexdigest()
+    return {
+        "study": digest, "version": version, "chunk": chunk, "step_errors": errors, "scales": scales, "also": [],
+    }  # fmt: skip
+
+
+def said_of(study: Study) -> dict[str, Any]:
+    """What the identity of a study is made of, by name."""
+    levers = {key: repr(lever) for group in (study.design, study.random) for key, lever in group.items()}
+    found: dict[str, Any] = {
+        "scenario": study.scenario.document(), "coarse": None if study.coarse is None else study.coarse.document(),
+        "vary": levers, "order of vary": list(levers), "method": study.method, "seed": study.seed,
+        "measures": list(study.measures), "levels": study.levels,
+    }  # fmt: skip
     if study.correlated:
-        plain.append([list(group) for group in study.correlated])
+        found["correlated"] = [list(group) for group in study.correlated]
     if study.search is not None:  # a trial is known by its point: numbers of these levers, places among these words
-        plain.append([[key, one.whole, [*map(str, one.words)]] for key, one in study.search.between.items()])
+        found["between"] = [[key, one.whole, [*map(str, one.words)]] for key, one in study.search.between.items()]
     if study.method in ("latin_hypercube", "morris", "rare"):
-        plain.append(study.draws)  # their points depend on how many there are
-    digest = hashlib.sha256(json.dumps(plain, sort_keys=True, default=str).encode()).hexdigest()
-    return {"study": digest, "version": version, "chunk": chunk, "step_errors": errors, "scales": scales}
+        found["cases"] = study.draws  # their points depend on how many there are
+    return found
+
+
+def versions(identity: dict[str, Any]) -> list[str]:
+    """Versions of cutwise whose cases stand beside each other in a folder."""
+    return [identity["version"], *identity["also"]]
+
+
+def indices_of(folder: Path) -> Path:
+    """Where the runs stand that tell what decides, of a study that asks for them beside its cases."""
+    return folder / "indices"
 
 
 def started(folder: Path, text: str, identity: dict[str, Any]) -> None:
@@ -70,7 +90,8 @@ def identity_in(folder: Path) -> dict[str, Any] | None:
         return None
     try:
         found = json.loads(file.read_text(encoding="utf-8"))
-        return {name: found[name] for name in ("study", "version", "chunk", "step_errors", "scales")}
+        names = ("study", "version", "chunk", "step_errors", "scales")
+        return {**{name: found[name] for name in names}, "also": list(found.get("also", []))}
     except (OSError, ValueError, KeyError, TypeError):
         raise ScenarioFault([Fault((), "is damaged; take another folder (-o)", file=str(file))]) from None
 

@@ -79,7 +79,7 @@ def size_of_level(cases: int) -> int:
 
 def rarely(
     study: Study, folder: Path, *, jobs: int = 1, resume: bool = False, progress: Progress | None = None,
-    executor: str = LOCAL, address: str | None = None,
+    executor: str = LOCAL, address: str | None = None, accept_version: bool = False,
 ) -> Rarely:  # fmt: skip
     """The probability that a study's requirements are missed, however small.
 
@@ -87,7 +87,7 @@ def rarely(
     ----------
     study, folder
         The study, and where its cases are kept.
-    jobs, executor, address
+    jobs, executor, address, accept_version
         As of :func:`cutwise.study.many.engine.run_study`.
     resume : bool
         Go on with the cases that are there.
@@ -101,7 +101,7 @@ def rarely(
         to level.
     """
     checked(executor, address)
-    known = begun(study, folder, resume=resume)
+    known = begun(study, folder, resume=resume, accept_version=accept_version)
     with pooled(study, jobs, executor, address) as pool:
         return _found(study, _Cases(study, folder, known, pool, progress))
 

@@ -7,31 +7,26 @@ from pathlib import Path
 
 import numpy as np
 
-from cutwise import units
 from cutwise.io.files import as_text, read_bytes
 from cutwise.io.revision import Value, revisions
 from cutwise.io.scenario import load, read_document
 from cutwise.io.tree import Node, compose
 from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.spec.scenario import Scenario
+from cutwise.study.many import asked
 from cutwise.study.many.aims import measures_of, search_of
 from cutwise.study.many.consistency import goes_together, idle, moved_once, too_many
 from cutwise.study.many.definition import (
     GRID,
-    INDICES,
     METHODS,
-    MORRIS,
     OPTIMISE,
     RARE,
-    SEARCHES,
     SOBOL,
-    Budget,
-    Stop,
     Study,
     at_setting,
     in_the_middle,
+    of_indices,
 )  # fmt: skip
-from cutwise.study.many.draws import NETS, next_size
 from cutwise.study.many.levers import Faults, Levers, levers_of, share_beyond
 from cutwise.study.many.rarely import size_of_level
 from cutwise.study.many.relations import cut_off, few_degrees, relations_of
@@ -87,11 +82,11 @@ def study_of(
 
 def _alone(tree: Node, faults: Faults) -> None:
     """Faults of what can be read without the scenario."""
-    method = _word(tree, "method", METHODS, SOBOL, faults)
+    method = asked.word(tree, "method", METHODS, SOBOL, faults)
     for key, least in (("cases", 1), ("seed", 0), ("levels", 2)):
-        _count(tree, key, least, faults, least=least)
-    _stop(tree, faults)
-    _budget(tree, method, faults)
+        asked.count(tree, key, least, faults, least=least)
+    asked.stop(tree, faults)
+    asked.budget(tree, method, faults)
 
 
 def is_study(path: Path) -> bool:
@@ -143,17 +138,18 @@ def _study(
     levers = levers_of(tree, scenario, path.parent, faults)
     relations = relations_of(tree, scenario, levers, faults)
     random = levers.random
-    method = _word(tree, "method", METHODS, SOBOL if random else GRID, faults)
+    method = asked.word(tree, "method", METHODS, SOBOL if random else GRID, faults)
     goes_together(tree, scenario, levers, method, bool(relations), faults)
     moved_once(tree, overrides, levers, faults)
-    wanted = cases if cases is not None else _count(tree, "cases", 2000 if method == RARE else 1024, faults)
-    measures, demanded = _wants(tree, scenario, faults, method, scatters=bool(random))
-    chosen = seed if seed is not None else _count(tree, "seed", 0, faults, least=0)
+    wanted = cases if cases is not None else asked.count(tree, "cases", 2000 if method == RARE else 1024, faults)
+    wanted_too = asked.wants(tree, scenario, faults, method, levers)
+    measures = wanted_too.measures
+    chosen = seed if seed is not None else asked.count(tree, "seed", 0, faults, least=0)
     if chosen >= _SEEDS:
         faults.at(tree.value.get("seed", tree), ("seed",), f"{chosen} is too large: a seed has 64 bits")
-    stop, budget = _stop(tree, faults), _budget(tree, method, faults)
-    levels = _count(tree, "levels", 4, faults, least=2)
-    draws = _rounded(method, wanted) if random else 1
+    stop, budget = asked.stop(tree, faults), asked.budget(tree, method, faults)
+    levels = asked.count(tree, "levels", 4, faults, least=2)
+    draws = asked.rounded(method, wanted) if random else 1
     search = None
     if method == OPTIMISE:
         runs = None if budget is None or budget.cases is None else max(1, budget.cases // draws)
@@ -168,8 +164,8 @@ def _study(
         return None
     found = Study(
         name, curved,
-        coarse, {} if search else levers.design, random, method, draws, chosen, measures, demanded, stop, levels,
-        _source(tree, path, scenario), (*given, *overrides), relations, search, budget,
+        coarse, {} if search else levers.design, random, method, draws, chosen, measures, wanted_too.demanded, stop, levels,
+        _source(tree, path, scenario), (*given, *overrides), relations, search, budget, wanted_too.indices,
     )  # fmt: skip
     too_many(found, tree, faults)
     _allowed(found, tree, faults)
@@ -205,123 +201,6 @@ def _with_curves(scenario: Scenario, levers: Levers, seed: int, faults: Faults) 
     except ScenarioFault as why:
         faults.found += why.faults
         return scenario
-
-
-def _budget(tree: Node, method: str, faults: Faults) -> Budget | None:
-    node = tree.value.get("budget")
-    if node is None:
-        return None
-    given = node.plain() if isinstance(node.value, dict) else {}
-    cases, seconds = given.get("cases"), None
-    try:
-        seconds = units.parse(given["time"], "time") if "time" in given else None
-    except units.UnitFault as why:
-        faults.at(node, ("budget", "time"), str(why))
-    counted = cases is None or (isinstance(cases, int) and not isinstance(cases, bool) and cases > 0)
-    if not given or given.keys() - {"cases", "time"} or not counted or (seconds is not None and seconds <= 0.0):
-        faults.at(node, ("budget",), "expected for example {time: 30 min} or {cases: 20000}")
-        return None
-    if seconds is not None and method in SEARCHES:
-        faults.at(node, ("budget", "time"), f"{method} is limited by cases, so that it ends the same on every machine")
-    if cases is not None and method == RARE:
-        faults.at(node, ("budget", "cases"), "rare takes cases at each level (cases), as many levels as it needs")
-    return Budget(cases, seconds)
-
-
-def _rounded(method: str, wanted: int) -> int:
-    return (
-        next_size(wanted, NETS)
-        if method in (SOBOL, OPTIMISE)
-        else next_size(wanted, 1)
-        if method == INDICES
-        else wanted
-    )
-
-
-def _count(tree: Node, key: str, usual: int, faults: Faults, *, least: int = 1) -> int:
-    node = tree.value.get(key)
-    if node is None:
-        return usual
-    if isinstance(node.value, bool) or not isinstance(node.value, int) or node.value < least:
-        faults.at(node, (key,), f"{node.text or node.plain()} is no whole number from {least} on")
-        return usual
-    return int(node.value)
-
-
-def _word(tree: Node, key: str, known: Sequence[str], usual: str, faults: Faults) -> str:
-    node = tree.value.get(key)
-    if node is None:
-        return usual
-    if node.value not in known:
-        faults.at(node, (key,), f'"{node.text or node.plain()}" is not one of {", ".join(known)}')
-        return usual
-    return str(node.value)
-
-
-def _stop(tree: Node, faults: Faults) -> Stop | None:
-    node = tree.value.get("stop")
-    if node is None:
-        return None
-    given = node.plain() if isinstance(node.value, dict) else {}
-    unknown = given.keys() - {"half_width", "level", "at_least"}
-    width, level, least = given.get("half_width"), given.get("level", 0.95), given.get("at_least", 1024)
-    numbers = all(isinstance(x, int | float) and not isinstance(x, bool) for x in (width, level, least))
-    if unknown or not numbers or not (0.0 < width < 0.5 and 0.5 < level < 1.0 and least >= 1):
-        faults.at(node, ("stop",), "expected for example {half_width: 0.01, level: 0.95, at_least: 1024}; a study that "
-                  "stops when its interval clears a limit would be wrong half of the time")  # fmt: skip
-        return None
-    return Stop(float(width), float(level), int(least))
-
-
-def _wants(
-    tree: Node, scenario: Scenario, faults: Faults, method: str, *, scatters: bool
-) -> tuple[tuple[str, ...], float | None]:
-    """Measures besides those of the requirements, and the share of good cases that is demanded."""
-    node = tree.value.get("want")
-    known, asked, demanded = type(scenario).measures, list(scenario.asked), None
-    if node is None:
-        return tuple(asked or ([scenario.focus] if scenario.focus else [])), None
-    if not isinstance(node.value, dict):
-        faults.at(node, ("want",), "expected for example {measures: [cutting_power_mean], probability: {min: 0.99}}")
-        return tuple(asked), None
-    for key, one in node.value.items():
-        if key == "measures":
-            names = one.plain() if isinstance(one.value, list) else [one.plain()]
-            for name in known if names == ["all"] else names:
-                if not isinstance(name, str) or name not in known:
-                    near = get_close_matches(str(name), list(known), n=1)
-                    faults.at(
-                        one,
-                        ("want", "measures"),
-                        f"{name}: unknown measure{f'; did you mean {near[0]}?' if near else ''}",
-                    )
-                asked.append(str(name))
-        elif key == "probability":
-            given = one.plain()
-            demanded = given.get("min") if isinstance(given, dict) else None
-            alone = isinstance(given, dict) and given.keys() == {"min"}
-            if not alone or not isinstance(demanded, float | int) or not 0.0 < demanded < 1.0:
-                faults.at(one, ("want", "probability"), "expected a share between 0 and 1, for example {min: 0.99}")
-            if method == OPTIMISE:
-                faults.at(one, ("want", "probability"), "of an optimum it is asked for by robust: {probability: 0.99}")
-            elif method == MORRIS:
-                faults.at(
-                    one,
-                    ("want", "probability"),
-                    "the points of morris are levels of a plan, no draws: take sobol or indices",
-                )
-            elif not scenario.asked:
-                faults.at(one, ("want", "probability"), "there are no requirements, so no case is good or bad")
-            elif not scatters:
-                faults.at(one, ("want", "probability"), "nothing scatters (vary), so there is no share of anything")
-        else:
-            words = (
-                "is not in this version: method: indices"
-                if key == "indices"
-                else "unknown; write measures or probability"
-            )
-            faults.at(one, ("want", key), words, at_key=True)
-    return tuple(dict.fromkeys(asked or ([scenario.focus] if scenario.focus else []))), demanded
 
 
 def _coarse(tree: Node, scenario: Scenario, faults: Faults) -> Scenario | None:
@@ -410,6 +289,8 @@ def told(study: Study) -> Iterator[str]:
             f" at each of {study.combinations} combinations" if study.design else ""
         )
     yield from idle(in_the_middle(study))
+    if study.indices:
+        yield f"and {of_indices(study).cases:,} runs that tell what decides: {study.indices:,} rows"
     yield from cut_off(study.scenario, study.random)
     few = few_degrees(study.scenario, study.correlated)
     if few:

@@ -2,6 +2,7 @@
 
 import json
 import os
+import platform
 import subprocess
 import sys
 import time
@@ -9,6 +10,7 @@ import time
 import numpy as np
 import pytest
 
+import cutwise
 from cutwise.app.cli import main
 from cutwise.io.scenario import load
 from cutwise.process.recipes import quick_outcome
@@ -106,10 +108,10 @@ def test_numbers_of_a_case_are_those_that_judged_it(study):
     assert ((found.state == GOOD) == ~beyond).all()
     near = int(np.flatnonzero(found.finer)[0])
     values = {key: column[near] for key, column in found.levers.items()}
-    assert (
-        found.measures["surface_error_max"][near]
-        == quick_outcome(scenario_of(study(), values)).measures["surface_error_max"]
-    )
+    exact = quick_outcome(scenario_of(study(), values)).measures
+    assert any(found.measures[name][near] == exact[name] for name in ("surface_error_max", "surface_error_min"))
+    far = "cutting_power_mean"  # from its limit: of one step in all cases
+    assert found.measures[far][near] != exact[far]
 
 
 def test_design_levers_see_the_same_draws(study, tmp_path):
@@ -126,14 +128,43 @@ def test_design_levers_see_the_same_draws(study, tmp_path):
     assert [values for values, _ in found.shares] == [{"spindle.pressure": 4e5}, {"spindle.pressure": 5e5}]
 
 
-def test_other_studies_and_versions_are_refused(study, tmp_path):
-    engine.run_study(study(cases=8), tmp_path / "s", chunk=8)
-    with pytest.raises(ScenarioFault, match="holds another study"):
-        engine.run_study(study(cases=8, seed=2), tmp_path / "s", resume=True)
-    file = tmp_path / "s" / "identity.json"
+def test_other_studies_and_versions_are_refused_naming_what_differs(study, tmp_path):
+    folder = tmp_path / "s"
+    engine.run_study(study(cases=8), folder, chunk=8)
+    with pytest.raises(ScenarioFault, match=r"holds another study: seed \(1, now 2\) differs; take another"):
+        engine.run_study(study(cases=8, seed=2), folder, resume=True)
+    other = TEXT.replace("80 mm/s", "81 mm/s").replace("0.15", "0.16")
+    with pytest.raises(ScenarioFault, match=r"scenario \(operation.feed\) and vary \(part.burr.width\) differ"):
+        engine.run_study(study(other, cases=8), folder, resume=True)
+    file = folder / "identity.json"
     file.write_text(json.dumps({**json.loads(file.read_text()), "version": "0.0"}))
-    with pytest.raises(ScenarioFault, match="was begun with cutwise"):
-        engine.run_study(study(cases=8), tmp_path / "s", resume=True)
+    at.part_file(folder, 0, 8).unlink()
+    for go_on in (lambda: engine.run_study(study(cases=8), folder, resume=True), lambda: engine.work(folder)):
+        with pytest.raises(ScenarioFault, match=r"was begun with cutwise 0\.0.*--accept-version"):
+            go_on()
+    assert engine.run_study(study(cases=8), folder, resume=True, accept_version=True).done == 8
+    assert at.versions(at.identity_in(folder)) == ["0.0", cutwise.__version__]
+    assert engine.work(folder) == 0  # may take part now
+    assert engine.run_study(study(cases=8), folder, resume=True).done == 8
+
+
+def test_indices_may_be_asked_for_beside_the_cases(study, tmp_path):
+    """The rows of method indices in a folder of their own: the same indices, and the cases as without them."""
+    beside = study(TEXT.replace("want: {{", "want: {{indices: 7, "), cases=8)
+    assert (beside.cases, beside.indices) == (8, 8)
+    engine.run_study(beside, tmp_path / "s", chunk=8)
+    alone = study(method="indices", cases=8)
+    engine.run_study(alone, tmp_path / "i", chunk=64)
+    found, rows_of = answers(beside, tmp_path / "s", 8), answers(alone, tmp_path / "i", 64)
+    assert found.done == 8
+    assert {name: one.total.tolist() for name, one in found.indices.items()} == {
+        name: one.total.tolist() for name, one in rows_of.indices.items()
+    }
+    spent = study(TEXT.replace("want: {{", "want: {{indices: 8, ") + "budget: {{cases: 8}}\n", cases=8)
+    ran = engine.run_study(spent, tmp_path / "b", chunk=8)
+    assert (ran.done, "the budget is spent" in ran.stopped) == (8, True)
+    assert not answers(spent, tmp_path / "b", 8).indices
+    assert engine.work(tmp_path / "s") == 0
 
 
 def test_a_study_can_be_handed_over(study):
@@ -235,6 +266,8 @@ def test_a_killed_worker_loses_nothing(study, tmp_path):
             "weights: does not go with uniform",
         ),
         (("log_deviation: 0.15", "log_deviation: 0.15, mean: 2 mm"), "expected median and log_deviation"),
+        (("want: {{", "want: {{indices: no, "), "want.indices: no is no whole number from 2 on"),
+        (("want: {{", "want: {{indice: 8, "), "want.indice: unknown; did you mean indices"),
         (("seed: 1", "seed: 1\nlevels: 6"), "levels: is not used: only morris has levels"),
         (("seed: 1", "seed: 1\nwant2: 3"), "want2: unknown key; did you mean want"),
         (("80 mm/s", "80 mm"), '"mm" is not a unit of speed'),
@@ -385,6 +418,13 @@ def test_leases_of_a_process_that_was_ended_are_given_back(tmp_path):
     old = time.time() - 3600.0
     os.utime(tmp_path / "lease" / "0", (old, old))
     assert at.take_lease(tmp_path, 0)
+    ended = subprocess.Popen([sys.executable, "-c", ""])
+    ended.wait()
+    lease = tmp_path / "lease" / "0"
+    lease.write_text(f"{platform.node()} {ended.pid}")  # killed a moment ago: nobody has to wait for a minute
+    assert at.take_lease(tmp_path, 0)
+    lease.write_text(f"elsewhere {ended.pid}")
+    assert not at.take_lease(tmp_path, 0)
 
 
 def test_all_faults_at_once(study):
