@@ -34,7 +34,11 @@ def said(found: "Best") -> Iterator[str]:
     if found.run is not None:
         yield f"run in full: {found.run.verdict}; {_told(found)}"
     for one in found.front:
-        share = f", P(good) at least {one.asked:g}" if one.asked is not None else f", run in full: {one.verdict}"
+        share = f", run in full: {one.verdict}"
+        if one.fresh is not None:
+            share = f", P(good) = {one.fresh.value:.3f} ({one.fresh.low:.3f} to {one.fresh.high:.3f}) of fresh cases"
+        elif one.asked is not None:
+            share = f", P(good) at least {one.asked:g}"
         yield f"  front: {settings(found, one)}: {_aims(found, one)}{share}"
     if found.front and best.asked is not None and best.fresh is None:
         yield f"the shares of this front are those of its own {study.draws:,} cases; fresh ones tell for one of them (robust)"

@@ -93,8 +93,9 @@ def subset_simulation(
     Notes
     -----
     Of chains that are correlated, the told coefficient of variation is 10 to 20 % small (levels are taken as
-    independent). A second region of failures that few cases of the first levels lie near may be missed: more cases of a
-    level find it.
+    independent); where failures lie in all directions of many inputs the mean is low, too (a sphere in 20 inputs at
+    7e-6, 1000 cases a level: 0.84 of it, covered by 84 %). A second region of failures that few cases of the first
+    levels lie near may be missed: more cases of a level find it.
     """
     seeds = begun = round(SHARE * count)
     z = rng(0).standard_normal((count, dimensions))

@@ -68,8 +68,14 @@ class Best(NamedTuple):
         if not best.met or self.unfinished:
             return False
         if best.asked is None:
-            return self.run is not None and self.run.verdict != "fail"
-        return len(self.front) > 0 or (best.fresh is not None and best.fresh.low >= self.study.search.probability[-1])  # type: ignore[union-attr]
+            return (
+                self.run is not None and self.run.verdict != "fail" and all(one.verdict != "fail" for one in self.front)
+            )
+        assert self.study.search is not None
+        if self.front and best.fresh is None:  # over several shares, which are told as those of its own cases
+            return True
+        least = self.study.search.probability[-1]
+        return all(one.fresh is not None and one.fresh.low >= least for one in self.front or (best,))
 
 
 def optimised(

@@ -31,9 +31,9 @@ class Chunk(NamedTuple):
 
     first: int
     levers: dict[str, list[Value]]
-    measures: dict[str, FloatArray]  # SI, NaN where a case does not have one; with the step that decided, as the margin
+    measures: dict[str, FloatArray]  # SI, NaN where a case does not have one; near a limit with the step that decided
     state: NDArray[np.int64]
-    margin: FloatArray  # farthest beyond a limit, above 0 is bad
+    margin: FloatArray  # farthest beyond a limit, above 0 is bad; with the step that decided
     finer: NDArray[np.bool_]  # run again with the step of the scenario
     said: list[str]  # why a case is infeasible, unsound or failed
 
@@ -109,10 +109,13 @@ def evaluate_levers(
     far = np.zeros(count)
     for i, values in enumerate(each):
         case = coarse(values)
-        if errors and _borderline(study.scenario, case.outcome, errors):
-            case, finer[i] = fine(values), True
         for name in measures.keys() & case.measures.keys():
             measures[name][i] = case.measures[name]
+        near = _borderline(study.scenario, case.outcome, errors) if errors else frozenset()
+        if near:
+            case, finer[i] = fine(values), True
+            for name in near & measures.keys():  # those at a limit, which say why; the others keep to one step
+                measures[name][i] = case.measures.get(name, np.nan)
         far[i] = margin(study.scenario, case.outcome, scales) if case.failure is None else BEYOND
         state[i], said[i] = _judged(study.scenario, case, float(far[i]))
         if told is not None:
@@ -177,12 +180,14 @@ def rows(levers: Mapping[str, list[Value]]) -> list[dict[str, Value]]:
     return [dict(zip(levers, row, strict=True)) for row in zip(*levers.values(), strict=True)]
 
 
-def _borderline(scenario: Scenario, outcome: Outcome, errors: Mapping[str, float]) -> bool:
-    for bound in bounds(scenario):
-        value = outcome.measures.get(bound.measure)
-        if value is not None and abs(value - bound.value) <= _NEAR * errors.get(bound.measure, 0.0):
-            return True
-    return False
+def _borderline(scenario: Scenario, outcome: Outcome, errors: Mapping[str, float]) -> frozenset[str]:
+    """The measures that lie so near to a limit that the coarse step may have them on the wrong side of it."""
+    return frozenset(
+        bound.measure
+        for bound in bounds(scenario)
+        if (value := outcome.measures.get(bound.measure)) is not None
+        and abs(value - bound.value) <= _NEAR * errors.get(bound.measure, 0.0)
+    )
 
 
 def _judged(scenario: Scenario, case: Case, far: float) -> tuple[int, str]:

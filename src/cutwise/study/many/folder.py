@@ -48,9 +48,7 @@ def said_of(study: Study) -> dict[str, Any]:
     if study.correlated:
         found["correlated"] = [list(group) for group in study.correlated]
     if study.search is not None:  # a trial is known by its point: numbers of these levers, places among these words
-        found["levers of the search"] = [
-            [key, one.whole, [*map(str, one.words)]] for key, one in study.search.between.items()
-        ]
+        found["between"] = [[key, one.whole, [*map(str, one.words)]] for key, one in study.search.between.items()]
     if study.method in ("latin_hypercube", "morris", "rare"):
         found["cases"] = study.draws  # their points depend on how many there are
     return found

@@ -168,10 +168,8 @@ def quantile(sorted_margins: Sequence[float], share: float) -> float:
 
 
 def share_of_cases(good: Sequence[int]) -> Share:
-    """Share of good ones among the cases that ended; one that failed is -1."""
-    state = np.array(good)
-    ended = state >= 0
-    return share_of(state[ended] == 1, nets=bool(ended.all()) and len(state) % NETS == 0)
+    """Share of good ones among all cases; one that failed (-1) is none, as in the margins that the search goes by."""
+    return share_of(np.array(good) == 1, nets=len(good) % NETS == 0)
 
 
 def _key(one: Mapping[str, Any]) -> str:

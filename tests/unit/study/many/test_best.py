@@ -23,6 +23,8 @@ from cutwise.study.many.aims import Cost
 from cutwise.study.many.cases import evaluate
 from cutwise.study.many.definition import at_setting
 from cutwise.study.many.reading import read_study
+from cutwise.study.many.statements import Share
+from cutwise.study.many.tried import share_of_cases
 
 TEXT = """
 name: fastest
@@ -149,6 +151,20 @@ def test_trials_of_other_levers_are_not_taken_for_those_of_these(study, tmp_path
     assert fresh.optimum.aims == found.optimum.aims
     names = [at.identity_of(study(one), "1", 1, {}, {})["study"] for one in (TEXT, ROBUST, text, turned)]
     assert len(set(names)) == 4
+
+
+def test_a_front_holds_if_each_of_its_settings_does(study):
+    """Fresh cases speak of every setting of a robust front, and full runs of every setting of another."""
+    good, bad = Share(0.9, 0.85, 0.95), Share(0.7, 0.65, 0.72)
+    one = best.Setting({"operation.feed": 0.1}, (0.1,), -0.1, {}, good, good, 0.75)
+    other = one._replace(fresh=bad)
+    planned = study(ROBUST)
+    assert best.Best(planned, 2, (one,), (one, one), (), None, {}).proven
+    assert not best.Best(planned, 2, (one,), (one, other), (), None, {}).proven
+    assert not best.Best(planned, 2, (other,), (), (), None, {}).proven
+    lines = "\n".join(optimum_text.said(best.Best(planned, 2, (one,), (one, other), (), None, {})))
+    assert "P(good) = 0.700 (0.650 to 0.720) of fresh cases" in lines
+    assert share_of_cases([1] * 8 + [-1] * 8).value == 0.5  # what failed is not good
 
 
 @pytest.mark.slow
