@@ -5,7 +5,8 @@ import pytest
 
 import cutwise
 from cutwise.process import drilling
-from cutwise.process.loops_drilling import bodies_at_once, drill_hole, on_part, quasi_static_hole
+from cutwise.process.drilling_at_rest import quasi_static_hole
+from cutwise.process.loops_drilling import bodies_at_once, drill_hole, on_part
 from cutwise.process.recipes import quick_outcome
 
 UM = 1e-6

@@ -15,7 +15,8 @@ from cutwise.physics.structure.joint_compliance import (
     skating_ratio,
 )
 from cutwise.process.drill_profile import no_elements, turn_mean
-from cutwise.process.loops_drilling import HISTORY, arm_dynamics, drill_hole, quasi_static_hole
+from cutwise.process.drilling_at_rest import quasi_static_hole
+from cutwise.process.loops_drilling import HISTORY, arm_dynamics, drill_hole
 from cutwise.process.postures import tool_axes
 from peers.robots import (
     MATERIALS,

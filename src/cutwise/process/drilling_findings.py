@@ -24,8 +24,9 @@ from cutwise.process.drilling import (
     skating_of,
     slope_angle,
 )
+from cutwise.process.drilling_at_rest import quasi_static_hole
 from cutwise.process.drilling_measures import nominal_shares
-from cutwise.process.loops_drilling import HoleOutcome, quasi_static_hole, step_limit
+from cutwise.process.loops_drilling import HoleOutcome, step_limit
 from cutwise.process.postures import Arm, Posture, arm_compliance, joint_room, posture_frames, posture_jacobian
 from cutwise.results import Finding, Place, Remedy, Said, warned
 from cutwise.spec.drilling import DrillingScenario
