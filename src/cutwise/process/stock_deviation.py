@@ -47,6 +47,7 @@ class Owners(NamedTuple):
 
     first: IntArray  # number of the first segment of each run, shape (runs,); lower ones are of earlier runs
     runs: tuple[StockRunDone, ...]
+    frames: tuple[Frame, ...]  # of their set-ups
 
     def of(self, segment: IntArray) -> tuple[IntArray, IntArray]:
         """Run and segment in it, of segments (n,); the run is -1 for the stock and for earlier runs."""
@@ -109,7 +110,7 @@ def deviation(scenario: MillingScenario, done: Done, samples: Samples, *, ideal:
     deviations(
         left, np.ascontiguousarray(samples.point), np.ascontiguousarray(samples.normal), tolerance, value, segment
     )
-    owners = Owners(left.first[len(solids) - len(runs) :], runs)
+    owners = Owners(left.first[len(solids) - len(runs) :], runs, tuple(job.frame for job in done.jobs))
     judged = np.isfinite(value)
     lean = np.abs(samples.normal @ left.piece.turn[:, 2].T).min(axis=1)
     own = (

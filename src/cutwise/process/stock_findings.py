@@ -16,7 +16,7 @@ from cutwise.process.stock_measures import aside, checked
 from cutwise.process.stock_milling import StockRunDone
 from cutwise.process.stock_real import YIELDING, Cut, Real
 from cutwise.process.stock_setups import Done
-from cutwise.process.stock_stations import events, move_time, station_moves, station_places
+from cutwise.process.stock_stations import events, station_moves, station_places, time_beside
 from cutwise.programs.block_text import block_named, blocks_named
 from cutwise.results import Finding, Place, Remedy, Said, warned
 from cutwise.spec.milling import MillingScenario
@@ -383,7 +383,9 @@ def made_by(off: Deviation, sample: int) -> str:
     move = int(np.searchsorted(done.moves.path.first, segment, side="right") - 1)
     tool = done.planned.tools.numbers
     named = f", T{tool[int(done.moves.tool[move])]}" if tool else ""
-    return f"{place}: {block_named(done.planned.program.text, line)}{named}, {units.show(float(move_time(done, move)), 'time', 4)}"
+    frame = off.owners.frames[run]
+    time = time_beside(done, segment, (off.samples.point[sample] - frame.zero) @ frame.axes)
+    return f"{place}: {block_named(done.planned.program.text, line)}{named}, {units.show(time, 'time', 4)}"
 
 
 def _mm(value: float) -> str:

@@ -83,8 +83,29 @@ def station_moves(done: StockRunDone) -> IntArray:
 
 def station_times(done: StockRunDone) -> FloatArray:
     """Time of every station: blocks are taken to be run evenly [s]."""
-    block = done.moves.block[done.run.segment]
+    return _times(done, done.run.segment, station_along(done))
+
+
+def time_beside(done: StockRunDone, segment: int, point: FloatArray) -> float:
+    """Time at which the tip is nearest in plan to a point (x, y) on a segment; straight up or down that of its end [s]."""
+    row, along = done.moves.path.row[segment], done.moves.along[segment]
+    x, y = float(point[0]) - row[2], float(point[1]) - row[3]
+    share = 1.0
+    if row[0] != LINE:
+        turned = np.copysign(1.0, row[14]) * (np.arctan2(y, x) - row[13]) % (2.0 * np.pi)
+        span = abs(row[14])
+        beyond = 0.5 * (span + 2.0 * np.pi)  # half way round the gap: nearer to the start than to the end
+        share = 0.0 if turned > beyond else min(turned / span, 1.0)
+    elif row[7] > 1e-12:
+        share = min(max((x * row[5] + y * row[6]) / row[7], 0.0), 1.0)
+    place = along[0] + share * (along[1] - along[0])
+    return float(_times(done, np.array([segment]), np.array([place]))[0])
+
+
+def _times(done: StockRunDone, segment: IntArray, along: FloatArray) -> FloatArray:
+    """Time at places of the program's path on given segments [s]."""
+    block = done.moves.block[segment]
     curve = done.planned.path.curve
-    share = np.clip((station_along(done) - curve.knots[block]) / np.maximum(curve.length[block], 1e-30), 0.0, 1.0)
+    share = np.clip((along - curve.knots[block]) / np.maximum(curve.length[block], 1e-30), 0.0, 1.0)
     times, pause = done.planned.block_time, done.planned.path.dwell_after
     return np.asarray(times[block] + share * (times[block + 1] - pause[block] - times[block]))

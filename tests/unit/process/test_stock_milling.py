@@ -348,3 +348,18 @@ def test_force_and_torque_of_a_plunge_in_closed_form(law, core):
     found = stock_measures.measures(done, None)
     assert found["plunge_force_max"] == pytest.approx(teeth * down * (radius - core), rel=1e-8)
     assert found["spindle_torque_max"] == pytest.approx(1e-3 * teeth * across * (radius**2 - core**2) / 2, rel=1e-8)
+
+
+def test_a_place_has_the_time_at_which_the_tool_was_beside_it():
+    """The deepest gouge was told with the time at which its line begins, seconds before the tool came there."""
+    _, done = ran("G21 G90 T1 M6 S5000 M3\nG0 X0 Y0 Z5\nG1 Z-1 F600\nG1 X30 F600\nG3 X30 Y8 I0 J4 F600\nG0 Z5\n")
+    line = done.moves.line[np.searchsorted(done.moves.path.first, np.arange(len(done.moves.way)), side="right") - 1]
+    along, turn = int(np.flatnonzero(line == 4)[0]), int(np.flatnonzero(line == 5)[0])
+    times = done.planned.block_time[done.moves.block[[along, turn]]]
+    assert stock_stations.time_beside(done, along, np.array([21e-3, 2e-3])) == pytest.approx(times[0] + 2.1, abs=1e-6)
+    assert stock_stations.time_beside(done, along, np.array([99e-3, 2e-3])) == pytest.approx(times[0] + 3.0, abs=1e-6)
+    quarter = 0.5 * math.pi * 4e-3 / 10e-3
+    assert stock_stations.time_beside(done, turn, np.array([33e-3, 4e-3])) == pytest.approx(
+        times[1] + quarter, abs=1e-6
+    )
+    assert stock_stations.time_beside(done, turn, np.array([29e-3, -1e-3])) == pytest.approx(times[1], abs=1e-6)
