@@ -107,6 +107,7 @@ def run(
     advice: Annotated[
         bool, typer.Option("--advice/--no-advice", help="run variants for advice and sensitivities where that is quick")
     ] = True,
+    jobs: Annotated[int, typer.Option("--jobs", min=1, metavar="N", help="processes for bands and sensitivities")] = 1,
     gcode: Annotated[
         Path | None, typer.Option("--gcode", metavar="FILE", help="write the tool path as G-code (chamfer)")
     ] = None,
@@ -129,7 +130,7 @@ def run(
             refuse(f"{program}: a {scenario.process} run has no tool path to write")
     console = Console()
     with console.progress(scenario.name) as progress:
-        result = _simulated(scenario, progress, advice)
+        result = _simulated(scenario, progress, advice, jobs)
         files = written(result, folder, report, viewer=not static)
         files |= programs(result, {"gcode": gcode, "apt": apt, "poses": poses})
     if as_json:
@@ -388,12 +389,12 @@ def selftest() -> None:
     raise typer.Exit(OK if all(outcome.passed for outcome in found) else REQUIREMENT_FAILED)
 
 
-def _simulated(scenario: "Scenario", progress: Any, advice: bool) -> "Result":
+def _simulated(scenario: "Scenario", progress: Any, advice: bool, jobs: int) -> "Result":
     from cutwise.study.band import simulate
     from cutwise.study.review import reviewed
 
-    result = simulate(scenario, progress)
-    return reviewed(result) if advice else result
+    result = simulate(scenario, progress, jobs=jobs)
+    return reviewed(result, jobs=jobs) if advice else result
 
 
 def _run_file(named: Path) -> tuple[Path, bytes]:

@@ -20,12 +20,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from cutwise.bands import BandNote, Spread
+from cutwise.io.revision import Value
 from cutwise.io.scenario import load
 from cutwise.process import recipes
 from cutwise.results import Check, Measure, Result, SolverFailure, judge, unreached
 from cutwise.spec.scenario import PROBABILITY_ALL, Scenario
 from cutwise.spec.uncertain import stem
-from cutwise.study.case import cases
+from cutwise.study.batch import batch
 from cutwise.study.inputs import FloatArray, Scatter, overrides, scatter_of, without_scatter
 from cutwise.study.spread import carried, directions, draws, probability, quantile, satterthwaite, variances
 
@@ -51,7 +52,9 @@ class Moved(NamedTuple):
     warnings: tuple[str, ...]
 
 
-def simulate(scenario: Scenario | str | Path | Mapping[str, Any], progress: Progress | None = None) -> Result:
+def simulate(
+    scenario: Scenario | str | Path | Mapping[str, Any], progress: Progress | None = None, *, jobs: int = 1
+) -> Result:  # fmt: skip
     """Run a scenario, with the bands of its measures where its values have a covariance.
 
     Parameters
@@ -60,6 +63,8 @@ def simulate(scenario: Scenario | str | Path | Mapping[str, Any], progress: Prog
         What to simulate: what :func:`cutwise.load` gives, or what it takes.
     progress : callable, optional
         Called with the finished share, 0 to 1, now and then.
+    jobs : int
+        Processes for the runs of the bands; no number depends on it.
 
     Returns
     -------
@@ -67,10 +72,10 @@ def simulate(scenario: Scenario | str | Path | Mapping[str, Any], progress: Prog
         Histories of all stages, measures with their bands, verdict and warnings.
     """
     one = scenario if isinstance(scenario, Scenario) else load(scenario)
-    return banded(recipes.simulate(one, progress), progress)
+    return banded(recipes.simulate(one, progress), progress, jobs)
 
 
-def banded(result: Result, progress: Progress | None = None) -> Result:
+def banded(result: Result, progress: Progress | None = None, jobs: int = 1) -> Result:
     """The result with a band for each measure, by running again with its uncertain inputs moved."""
     scenario = result.scenario
     if scenario.band.method == "none" or not result.measures:
@@ -87,7 +92,7 @@ def banded(result: Result, progress: Progress | None = None) -> Result:
     count = scenario.band.samples if sampled else 2 * directions(scatter).shape[1]
     way = "sampled" if sampled else "linear"
     _told.info("band: %d further runs (%s, %d values with a standard error)", count, way, len(scatter.inputs))
-    moved = (_sampled if sampled else _linear)(scenario, scatter, f0, progress)
+    moved = (_sampled if sampled else _linear)(scenario, scatter, f0, progress, jobs)
     return _judged(result, moved, (*moved.warnings, *_unknown(scatter), *_alone(scatter)))
 
 
@@ -177,26 +182,27 @@ def _probable(check: Check, moved: Moved | None) -> Check:
     )
 
 
-def _linear(scenario: Scenario, scatter: Scatter, f0: Measures, progress: Progress | None) -> Moved:
-    evaluate, given = cases(scenario, tuple(f0)), overrides(scenario, scatter.inputs)
-    ways = directions(scatter)
+def _linear(
+    scenario: Scenario, scatter: Scatter, f0: Measures, progress: Progress | None, jobs: int = 1
+) -> Moved:  # fmt: skip
+    given, ways = overrides(scenario, scatter.inputs), directions(scatter)
     count, names = ways.shape[1], list(f0)
+    both = [(k, sign) for k in range(count) for sign in (1.0, -1.0)]
+
+    def moved(k: int, sign: float) -> Mapping[str, Value]:
+        places = np.flatnonzero(ways[:, k])
+        off = {n: scatter.inputs[n].normal + sign * _STEP * float(ways[n, k]) for n in places}
+        return given({n: scatter.inputs[n].turned(value) for n, value in off.items()})
+
+    runs = batch(scenario, [moved(*one) for one in both], tuple(f0), jobs=jobs, progress=progress)
     up, down = (np.full((len(names), count), np.nan) for _ in range(2))
     why: dict[str, str] = {}
-    for k in range(count):
-        for found, sign in ((up, 1.0), (down, -1.0)):
-            moved = {
-                n: scatter.inputs[n].turned(scatter.inputs[n].normal + sign * _STEP * float(ways[n, k]))
-                for n in np.flatnonzero(ways[:, k])
-            }
-            case = evaluate(given(moved))
-            if case.failure is not None or case.outcome.infeasible:
-                one = scatter.inputs[int(np.argmax(np.abs(ways[:, k]) / scatter.standard_errors))]
-                said = str(case.failure or case.outcome.infeasible[0]).splitlines()[0]
-                why.setdefault(one.key, f"with {one.key} half a standard error off: {said}")
-            found[:, k] = [case.measures.get(name, math.nan) for name in names]
-        if progress is not None:
-            progress((k + 1) / count)
+    for (k, sign), case in zip(both, runs, strict=True):
+        if case.failure is not None or case.outcome.infeasible:
+            one = scatter.inputs[int(np.argmax(np.abs(ways[:, k]) / scatter.standard_errors))]
+            said = str(case.failure or case.outcome.infeasible[0]).splitlines()[0]
+            why.setdefault(one.key, f"with {one.key} half a standard error off: {said}")
+        (up if sign > 0.0 else down)[:, k] = [case.measures.get(name, math.nan) for name in names]
     start = np.array([f0[name] for name in names])
     gradient = ((up - down) / (2.0 * _STEP)) @ np.linalg.pinv(ways)
     bend = np.abs(up - 2.0 * start[:, None] + down)
@@ -266,8 +272,10 @@ def _residuals(scenario: Scenario) -> dict[str, str]:
     return {name: str(said.residual) for name, said in scenario.measured.items() if said.residual is not None}
 
 
-def _sampled(scenario: Scenario, scatter: Scatter, f0: Measures, progress: Progress | None) -> Moved:
-    evaluate, given = cases(scenario, tuple(f0)), overrides(scenario, scatter.inputs)
+def _sampled(
+    scenario: Scenario, scatter: Scatter, f0: Measures, progress: Progress | None, jobs: int = 1
+) -> Moved:  # fmt: skip
+    given = overrides(scenario, scatter.inputs)
     start = np.array([one.normal for one in scatter.inputs])
     count = scenario.band.samples
     normal = start + draws(scatter, count, scenario.band.seed)
@@ -276,13 +284,10 @@ def _sampled(scenario: Scenario, scatter: Scatter, f0: Measures, progress: Progr
     used = np.flatnonzero(~thrown)
     names, failed = list(f0), 0
     found = np.full((len(used), len(names)), np.nan)
-    for place, n in enumerate(used):
-        values = {k: one.turned(float(normal[n, k])) for k, one in enumerate(scatter.inputs)}
-        case = evaluate(given(values))
+    values = [given({k: one.turned(float(normal[n, k])) for k, one in enumerate(scatter.inputs)}) for n in used]
+    for place, case in enumerate(batch(scenario, values, tuple(f0), jobs=jobs, progress=progress)):
         failed += case.failure is not None or bool(case.outcome.infeasible)
         found[place] = [case.measures.get(name, math.nan) for name in names]
-        if progress is not None:
-            progress((place + 1) / len(used))
     if len(used) < 2 or failed == len(used):
         raise SolverFailure(
             f"no band: of {count} draws {int(thrown.sum())} were thrown away and {failed} could not be run"

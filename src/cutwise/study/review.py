@@ -11,7 +11,7 @@ from cutwise.study.trials import Budget
 _ROOM = 20  # runs below which the room of a run that passes is not looked for
 
 
-def reviewed(result: Result, *, runs: int | None = None) -> Result:
+def reviewed(result: Result, *, runs: int | None = None, jobs: int = 1) -> Result:
     """The result with advice and sensitivities, within a number of further runs that is the same on every machine.
 
     Parameters
@@ -23,6 +23,8 @@ def reviewed(result: Result, *, runs: int | None = None) -> Result:
         (:meth:`~cutwise.spec.scenario.Scenario.unasked`) if left out. A run that fails gets advice from however few;
         one that passes is told its room, and sensitivities are found, only if there are enough. What was left out
         stands in a note. An infeasible operation that has its remedies already is left as it is.
+    jobs : int
+        Processes for the runs of the sensitivities.
     """
     scenario = result.scenario
     if scenario.process not in KINDS or (result.infeasible and result.advice):
@@ -37,7 +39,7 @@ def reviewed(result: Result, *, runs: int | None = None) -> Result:
         left_out.append("the room in each setting")
     weights, checks = result.sensitivity, result.checks
     if 2 * sum(1 for _ in assumed_quantities(scenario)) < most:
-        base, off = variants(scenario)
+        base, off = variants(scenario, jobs=jobs)
         weights = changes_of(scenario.focus, base, off)
         checks = tuple(check if check.implied else replace(check, off=worst_off(check, off)) for check in checks)
     else:

@@ -8,6 +8,7 @@ from cutwise.results import Check
 from cutwise.spec import fields
 from cutwise.spec.faults import dotted
 from cutwise.spec.scenario import Scenario
+from cutwise.study.batch import batch
 from cutwise.study.case import cases, faithful
 
 STEP = 0.1  # relative change of a value
@@ -39,19 +40,23 @@ def assumed_sensitivity(scenario: Scenario, share: float = STEP) -> dict[str, fl
     return changes_of(scenario.focus, base, found)
 
 
-def variants(scenario: Scenario, share: float = STEP) -> tuple[Mapping[str, float], Variants]:
+def variants(scenario: Scenario, share: float = STEP, jobs: int = 1) -> tuple[Mapping[str, float], Variants]:
     """All measures as it stands, and with each assumed value off by a share, down and up, all with one step."""
-    evaluate = cases(scenario)
-    start = evaluate({})
+    start, coarse = cases(scenario)({}), False
     if coarser(scenario):
-        quick = cases(scenario, coarse=True)
-        coarse = quick({})
-        if faithful(scenario, coarse.measures, start.measures, (*scenario.requirements, scenario.focus)):
-            evaluate, start = quick, coarse
-    found: dict[str, list[Mapping[str, float]]] = {}
-    for key, value, _ in assumed_quantities(scenario):
-        runs = [evaluate({key: _scaled(value, factor)}) for factor in (1.0 - share, 1.0 + share)]
-        found[key] = [case.measures for case in runs if case.failure is None]
+        quick = cases(scenario, coarse=True)({})
+        if faithful(scenario, quick.measures, start.measures, (*scenario.requirements, scenario.focus)):
+            start, coarse = quick, True
+    moved = [
+        (key, _scaled(value, factor))
+        for key, value, _ in assumed_quantities(scenario)
+        for factor in (1.0 - share, 1.0 + share)
+    ]
+    found: dict[str, list[Mapping[str, float]]] = {key: [] for key, _ in moved}
+    runs = batch(scenario, [{key: value} for key, value in moved], coarse=coarse, jobs=jobs)
+    for (key, _), case in zip(moved, runs, strict=True):
+        if case.failure is None:
+            found[key].append(case.measures)
     return start.measures, found
 
 

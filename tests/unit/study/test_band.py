@@ -17,7 +17,7 @@ from cutwise.process.recipes import Outcome
 from cutwise.process.robot_arms import robot_arm
 from cutwise.results import Measure, judge
 from cutwise.spec.faults import ScenarioFault
-from cutwise.study import band
+from cutwise.study import band, batch
 from cutwise.study.calibrate.cutting import integrals
 from cutwise.study.calibrate.outcome import calibrated
 from cutwise.study.case import Case
@@ -111,7 +111,7 @@ def made_up(monkeypatch, scenario, formula, names=("compliance_axial",), **setti
         return case
 
     assert given({}) == {}
-    monkeypatch.setattr(band, "cases", cases)
+    monkeypatch.setattr(batch, "cases", cases)
     scenario = scenario.model_copy(update={"band": scenario.band.model_copy(update=settings)})
     measures = {
         name: Measure(v, scenario.measures[name].dimension) for name, v in zip(names, formula(*at), strict=True)

@@ -1,20 +1,16 @@
 """Processes that hold a study and do small pieces of a search; none of their results depends on how many there are."""
 
 import json
-import multiprocessing
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from typing import Any
 
-from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.study.many.cases import Evaluator, evaluators
 from cutwise.study.many.definition import Study
 from cutwise.study.many.packing import pack, unpack
+from cutwise.study.processes import processes
 
 _held: dict[str, Any] = {}  # the study of this process
-_RETRIES = 5  # with new processes, where one was lost
 
 Calls = Callable[[Callable[..., Any], Sequence[tuple[Any, ...]]], Iterable[Any]]
 """Results of calls of a function with some arguments each, in order."""
@@ -62,44 +58,6 @@ class Pool:
         return found
 
 
-class _Processes:
-    """Processes of this machine; where one is lost, others do what is not done yet."""
-
-    def __init__(self, study: Study, jobs: int) -> None:
-        self._text, self._jobs = json.dumps(pack(study)), jobs
-        self._executor = self._made()
-
-    def _made(self) -> ProcessPoolExecutor:
-        context = multiprocessing.get_context("spawn")  # a fork after compiled threads would hang
-        return ProcessPoolExecutor(self._jobs, mp_context=context, initializer=hold_packed, initargs=(self._text,))
-
-    def calls(self, function: Callable[..., Any], some: Sequence[tuple[Any, ...]]) -> Iterator[Any]:
-        """Results in order."""
-        done = 0
-        for _ in range(1 + _RETRIES):
-            try:
-                for one in self._executor.map(function, *zip(*some[done:], strict=True)):
-                    done += 1
-                    yield one
-                return
-            except BrokenProcessPool:
-                self._executor.shutdown(wait=False, cancel_futures=True)
-                self._executor = self._made()
-        raise ScenarioFault(
-            [
-                Fault(
-                    (),
-                    "workers end before their time, again and again; what was tried is kept, --resume goes on",
-                    file="--jobs",
-                )
-            ]
-        )
-
-    def end(self) -> None:
-        """End them."""
-        self._executor.shutdown(wait=True, cancel_futures=True)
-
-
 @contextmanager
 def pooled(study: Study, jobs: int, executor: str = "local", address: str | None = None) -> Iterator[Pool]:
     """A pool of so many processes, this one alone if it is one; of workers of dask, if that is to start them."""
@@ -112,11 +70,8 @@ def pooled(study: Study, jobs: int, executor: str = "local", address: str | None
     if jobs <= 1:
         yield Pool.here(study)
         return
-    processes = _Processes(study, jobs)
-    try:
-        yield Pool(jobs, processes.calls)
-    finally:
-        processes.end()
+    with processes(jobs, hold_packed, (json.dumps(pack(study)),)) as some:
+        yield Pool(jobs, some.calls)
 
 
 def held() -> Study:

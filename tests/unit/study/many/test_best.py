@@ -6,6 +6,7 @@ import subprocess
 import sys
 import time
 from concurrent.futures.process import BrokenProcessPool
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -17,6 +18,7 @@ from cutwise.app.cli import main
 from cutwise.io.scenario import load
 from cutwise.process.recipes import quick_outcome
 from cutwise.spec.faults import ScenarioFault
+from cutwise.study import processes
 from cutwise.study.many import best, pool
 from cutwise.study.many import folder as at
 from cutwise.study.many.aims import Cost
@@ -195,7 +197,7 @@ class _Breaks:
 def test_what_a_lost_process_had_to_do_is_done_by_another(study, monkeypatch):
     for losses, come in ((2, [0, 1, 8, 27, 64, 125, 216]), (9, None)):
         broken = _Breaks(losses)
-        monkeypatch.setattr(pool._Processes, "_made", lambda _, one=broken: one)
+        monkeypatch.setattr(processes.Processes, "_made", lambda _, one=broken: one)
         with pool.pooled(study(), 2) as workers:
             if come is not None:
                 assert workers.map(pow, [(k, 3) for k in range(7)]) == come
@@ -221,8 +223,17 @@ def test_searches_on_dask_and_after_kills_are_those_of_one_process(study, tmp_pa
     until = time.monotonic() + 120.0
     while (not kept.exists() or kept.read_text().count("\n") < 4) and time.monotonic() < until:
         time.sleep(0.02)
+    children = subprocess.run(
+        ["ps", "-o", "pid=", "--ppid", str(process.pid)], capture_output=True, text=True, check=False
+    )
     process.kill()
     process.wait()
+    pids = [int(pid) for pid in children.stdout.split()]
+    until = time.monotonic() + 60.0
+    while any(Path(f"/proc/{pid}").exists() for pid in pids) and time.monotonic() < until:
+        time.sleep(0.1)
+    assert pids
+    assert not any(Path(f"/proc/{pid}").exists() for pid in pids)  # they would wait for work for ever
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(best, "FRESH", 64)
         again = best.optimised(planned, kept.parent, resume=True, executor="dask")
