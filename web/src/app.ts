@@ -104,9 +104,10 @@ export class App {
 
   private tools(): HTMLElement {
     const view = this.view!;
-    const names: Record<Preset, string> = { fit: "Fit", iso: "Iso", top: "Top", front: "Front", right: "Right", tool: "Tool", worst: "Worst" };
+    const names: Record<Preset, string> = { fit: "Fit", all: "All", iso: "Iso", top: "Top", front: "Front", right: "Right", tool: "Tool", worst: "Worst" };
     const button = (preset: Preset, key: number) => el("button", { type: "button", title: `key ${key}`, click: () => this.look(preset) }, names[preset]);
     const presets = [button("fit", 0), ...PRESETS.map((preset, k) => button(preset, k + 1))];
+    if (this.run.header.scene.links) presets.push(button("all", 7)); // with what carries the tool
     const tool = el("button", { type: "button", "aria-pressed": "true", title: "show or hide the tool (t)", click: () => this.toggleTool() }, "Tool on");
     tool.dataset.toggle = "tool";
     const more: HTMLElement[] = this.run.header.tools.length ? [tool] : [];
@@ -339,6 +340,7 @@ export class App {
       t: () => this.toggleTool(),
       "/": () => this.askLine(),
       "0": () => this.look("fit"),
+      "7": () => this.look("all"),
       ...Object.fromEntries(PRESETS.map((preset, k) => [String(k + 1), () => this.look(preset)])),
     };
     if (!/^(BUTTON|SUMMARY)$/.test(target.tagName)) keys[" "] = () => this.play(!this.playing);

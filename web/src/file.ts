@@ -52,6 +52,7 @@ export interface Turned {
   holder: [number, number][];
   fixed: [number, number][];
   rods: number[][]; // both ends and radius
+  bodies: boolean[]; // triangles that move with it; true: they hold what cuts
   pivot: number; // height of the joint; 0: the tool is shifted
 }
 

@@ -1,10 +1,11 @@
 // Bodies that are made here and not in the run: turned tools, the spindle round them, what carries them.
 import * as THREE from "three";
-import { Turned } from "./file";
+import { Turned, ViewFile } from "./file";
 import { bodyMaterial } from "./shaders";
 
 export const EDGE = 25; // degrees over which an outline is drawn
 const STEEL = 0x3d5a80;
+const GOLD = 0xc9a227;
 const HOLDER = 0x6b7480;
 const HOUSING = 0x8fa3b8;
 const ARM = 0xd9741f;
@@ -18,6 +19,16 @@ export function turned(given: Turned): THREE.Group {
     if (profile.length >= 2) group.add(...outlined(lathe(profile), tint, 0.5));
   }
   return group;
+}
+
+/** What is not turned of a tool: an insert, and what holds it. */
+export function bodied(file: ViewFile, k: number, given: Turned): THREE.Object3D[] {
+  return given.bodies.flatMap((holds, n) => {
+    const geometry = new THREE.BufferGeometry();
+    geometry.setAttribute("position", new THREE.BufferAttribute(file.raw(`t/${k}/${n}/point`) as Float32Array, 3));
+    geometry.setIndex(new THREE.BufferAttribute(file.raw(`t/${k}/${n}/corner`) as Uint32Array, 1));
+    return outlined(geometry, holds ? HOLDER : GOLD, holds ? 0.5 : 0.9);
+  });
 }
 
 /** What stands still round a tool: the housing of a compliant spindle, and its pistons. */
@@ -65,7 +76,7 @@ export function bodies(at: THREE.Vector3[]): THREE.Group {
     const box = new THREE.BoxGeometry(wide, long, wide);
     const place = at[k - 1].clone().addScaledVector(way, 0.5);
     const turn = new THREE.Quaternion().setFromUnitVectors(new THREE.Vector3(0, 1, 0), way.normalize());
-    for (const one of outlined(box, BODIES[(k - 1) % BODIES.length], 0.55)) {
+    for (const one of outlined(box, BODIES[(k - 1) % BODIES.length], 0.35)) {
       one.position.copy(place);
       one.quaternion.copy(turn);
       group.add(one);

@@ -6,7 +6,7 @@ import { Nearest } from "./nearest";
 import { Ribbon } from "./ribbon";
 import { Run } from "./run";
 import { bodyMaterial, shared, tableTexture } from "./shaders";
-import { arm, bodies, EDGE, housed, turned, welded } from "./solids";
+import { arm, bodied, bodies, EDGE, housed, turned, welded } from "./solids";
 
 const FIELD = 35; // degrees
 const NEAR_PIXELS = 12;
@@ -22,7 +22,7 @@ const TINTS: Record<string, { tint: number; opacity: number }> = {
   robot: { tint: 0xd9741f, opacity: 0.45 },
 };
 
-export type Preset = "fit" | "iso" | "top" | "front" | "right" | "tool" | "worst";
+export type Preset = "fit" | "all" | "iso" | "top" | "front" | "right" | "tool" | "worst";
 export const PRESETS: Preset[] = ["iso", "top", "front", "right", "tool", "worst"];
 
 export interface Picked {
@@ -150,10 +150,13 @@ export class View3D {
   }
 
   private addTool(): void {
-    for (const given of this.run.header.tools) {
-      this.tool.add(turned(given));
+    this.run.header.tools.forEach((given, k) => {
+      const tool = turned(given);
+      const solid = bodied(this.run.file, k, given);
+      if (solid.length) tool.add(...solid);
+      this.tool.add(tool);
       this.housing.add(housed(given));
-    }
+    });
     this.scene.add(this.tool, this.housing);
   }
 
@@ -209,6 +212,7 @@ export class View3D {
     const oblique = () => front.clone().multiplyScalar(0.85).addScaledVector(right, 0.65).addScaledVector(up, 0.8);
     const from: Record<Preset, () => THREE.Vector3> = {
       fit: oblique,
+      all: oblique,
       iso: oblique,
       top: () => up.clone().addScaledVector(front, 1e-4),
       front: () => front.clone(),
@@ -222,11 +226,18 @@ export class View3D {
       const wide = radii.length ? Math.max(...radii) : 0.1 * radius;
       radius = Math.min(radius, Math.max(2.5 * wide, 1e-3));
     }
+    const box = this.box.clone();
+    if (preset === "all") {
+      for (const p of this.linkPoints(sample)) box.expandByPoint(p);
+      const whole = box.getBoundingSphere(new THREE.Sphere());
+      centre.copy(whole.center);
+      radius = whole.radius;
+    }
     const half = (FIELD / 2) * (Math.PI / 180);
     const narrow = Math.min(half, Math.atan(this.camera.aspect * Math.tan(half)));
     const way = from[preset]().normalize();
     let distance = (1.1 * radius) / Math.sin(narrow);
-    if (preset === "fit") distance = Math.min(distance, this.fitting(centre, way));
+    if (preset === "fit" || preset === "all") distance = Math.min(distance, this.fitting(box, centre, way));
     this.camera.position.copy(centre).addScaledVector(way, distance);
     this.camera.near = distance / 200;
     this.camera.far = distance * 20 + 20 * this.sphere.radius;
@@ -237,14 +248,14 @@ export class View3D {
   }
 
   /** From how far the box of what is looked at fills the picture, seen from a direction. */
-  private fitting(centre: THREE.Vector3, way: THREE.Vector3): number {
+  private fitting(box: THREE.Box3, centre: THREE.Vector3, way: THREE.Vector3): number {
     const right = new THREE.Vector3().crossVectors(this.camera.up, way).normalize();
     const over = new THREE.Vector3().crossVectors(way, right);
     const tall = Math.tan((FIELD / 2) * (Math.PI / 180)) * FILLED;
     const wide = tall * this.camera.aspect;
     let least = 0;
     for (let k = 0; k < 8; k++) {
-      const corner = new THREE.Vector3(k & 1 ? this.box.max.x : this.box.min.x, k & 2 ? this.box.max.y : this.box.min.y, k & 4 ? this.box.max.z : this.box.min.z).sub(centre);
+      const corner = new THREE.Vector3(k & 1 ? box.max.x : box.min.x, k & 2 ? box.max.y : box.min.y, k & 4 ? box.max.z : box.min.z).sub(centre);
       const near = corner.dot(way);
       least = Math.max(least, near + Math.abs(corner.dot(right)) / wide, near + Math.abs(corner.dot(over)) / tall);
     }
@@ -263,6 +274,7 @@ export class View3D {
   showTool(on: boolean): void {
     this.tool.visible = on;
     this.housing.visible = on;
+    this.links.visible = on;
     this.marker.visible = on;
     this.invalidate();
   }
@@ -304,6 +316,14 @@ export class View3D {
 
   private linkRow = -1;
 
+  private linkPoints(i: number): THREE.Vector3[] {
+    const shape = this.run.header.scene.links;
+    if (!shape) return [];
+    const first = (this.run.file.raw("link_of") as Uint32Array)[i] * shape[1];
+    const all = this.run.file.raw("links") as Float32Array;
+    return Array.from({ length: shape[1] }, (_, k) => new THREE.Vector3().fromArray(all, 3 * (first + k)));
+  }
+
   /** Joints and what lies between them, where something carries the tool. */
   private moveLinks(i: number): void {
     const shape = this.run.header.scene.links;
@@ -311,9 +331,7 @@ export class View3D {
     const row = (this.run.file.raw("link_of") as Uint32Array)[i];
     if (row === this.linkRow) return;
     this.linkRow = row;
-    const [, points] = shape;
-    const all = this.run.file.raw("links") as Float32Array;
-    const at = Array.from({ length: points }, (_, k) => new THREE.Vector3().fromArray(all, 3 * (row * points + k)));
+    const at = this.linkPoints(i);
     this.links.clear();
     this.links.add(this.run.header.scene.links_are === "arm" ? arm(at) : bodies(at));
   }

@@ -14,6 +14,7 @@ from cutwise.later import later
 from cutwise.maths.curves import FloatArray
 from cutwise.physics.structure.series_compliance import translation_at
 from cutwise.process.labels import Column, Group, Over, labelled
+from cutwise.process.postures import posture_frames
 from cutwise.spec.carrier import CarryingRobot
 
 if TYPE_CHECKING:
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from cutwise.process import chain_compliance
     from cutwise.process.carriage import Carriage
     from cutwise.process.carried import ArmAlong
+    from cutwise.process.chain_compliance import BodiesAlong
 else:
     chain_compliance = later("cutwise.process.chain_compliance")
 
@@ -42,13 +44,40 @@ def _same(value: FloatArray, _: object) -> FloatArray:
     return value
 
 
+def _standing_there(
+    told: xr.Dataset, tip: FloatArray, name: str, over: str, points: FloatArray, text: str
+) -> xr.Dataset:
+    """Group ``carrier`` with where the carrier is at the stations: tool point (n, 3), its points (n, k, 3) [m]."""
+    seen = {"tool_point": ((_STATION, "axis"), tip, {"units": "m", "long_name": f"tool point in the {text}"}),
+            name: ((_STATION, over, "axis"), points, {"units": "m", "long_name": f"{_SEEN[name]} in the {text}"})}  # fmt: skip
+    return told.assign(seen).assign_coords(axis=list("xyz"))
+
+
+_SEEN = {"arm": "base, joints and tool tip", "body_origin": "origins of the bodies"}
+
+
+def _points(arm: ArmAlong) -> FloatArray:
+    """Base, joints and tool tip of an arm at its stations, in the base frame [m], shape (n, points, 3)."""
+    at = posture_frames(arm.arm, arm.postures.q)
+    tip = at.origins[:, -1] + at.rotations[:, -1] @ arm.arm.tool_tip
+    return np.concatenate([at.origins, tip[:, None]], axis=1)
+
+
+def bodies_there(told: xr.Dataset, each: Sequence[tuple[BodiesAlong, FloatArray]]) -> xr.Dataset:
+    """Group ``carrier`` with where the bodies of a machine are at the stations of paths, whose tool points (n, 3) go with
+    them [m].
+    """
+    tip, origins = np.concatenate([tip for _, tip in each]), np.concatenate([one.origins for one, _ in each])
+    return _standing_there(told, tip, "body_origin", "body", origins, "part")
+
+
 def postures(robot: CarryingRobot, arms: Sequence[ArmAlong], where: str = "place along the path") -> xr.Dataset:
     """Angles and compliance of a robot station by station, all paths one after another."""
     ends = np.concatenate([[0.0], np.cumsum([arm.path.at[-1] for arm in arms])])
     at = np.concatenate([start + arm.path.at for start, arm in zip(ends[:-1], arms, strict=True)])
     matrix = np.concatenate([arm.joints + arm.base for arm in arms])
     joints = [joint.name or str(n) for n, joint in enumerate(robot.joints, 1)]
-    return labelled((_STATION, at, "m", where), {
+    told = labelled((_STATION, at, "m", where), {
         "joint_angles": (np.concatenate([arm.postures.q for arm in arms]), "rad", "angles of the joints"),
         "redundancy_angle": (
             np.concatenate([arm.postures.angle for arm in arms]), "rad", "angle of the tool about its axis"
@@ -56,6 +85,8 @@ def postures(robot: CarryingRobot, arms: Sequence[ArmAlong], where: str = "place
         "compliance_off_work": (matrix[:, 1, 1], "m/N", "compliance off the work, across the tool"),
         "compliance_rod": (matrix[:, 2, 2], "m/N", "compliance along the tool"),
     }, joint=joints)  # fmt: skip
+    points = np.concatenate([_points(arm) for arm in arms])
+    return _standing_there(told, points[:, -1], "arm", "point", points, "base frame")
 
 
 def bodies(carriage: Carriage, height: float, moved: FloatArray) -> xr.Dataset:
@@ -67,10 +98,11 @@ def bodies(carriage: Carriage, height: float, moved: FloatArray) -> xr.Dataset:
         list(chain_compliance.parts_along(each, path.at, float(s), height, u).values())
         for s, u in zip(path.at, moved, strict=True)
     ]
-    return labelled((_STATION, path.at, "m", "place along the path"), {
+    told = labelled((_STATION, path.at, "m", "place along the path"), {
         "compliance": (translation_at(each.each, height)[:, :, 1, 1].T, "m/N", "compliance off the work of each"),
         "deflection": (np.array(parts), "m", "displacement off the work by each under the force of the cut there"),
     }, element=list(each.names))  # fmt: skip
+    return bodies_there(told, [(each, path.point)])
 
 
 def along(at: FloatArray, moved: FloatArray, stations: FloatArray) -> FloatArray:

@@ -28,6 +28,7 @@ class BodiesAlong(NamedTuple):
 
     names: tuple[str, ...]  # of the elements; "part" last if it bends
     each: FloatArray  # compliance of each at the tool point, process axes, shape (e, n, 6, 6)
+    origins: FloatArray  # [m] of the frames of the bodies, in the part, shape (n, bodies, 3)
 
     @property
     def total(self) -> FloatArray:
@@ -91,7 +92,7 @@ def bodies_along(
         each = np.concatenate([each, carried_to(under.compliance, path.point - under.point)[:, None]], axis=1)
         names.append("part")
     turned = in_axes(each, path.axes[:, None])
-    return BodiesAlong(tuple(names), np.moveaxis(turned, 1, 0))
+    return BodiesAlong(tuple(names), np.moveaxis(turned, 1, 0), at.origins)
 
 
 def parts_along(

@@ -14,7 +14,7 @@ from cutwise.paths.chamfer.plan import EdgePath
 from cutwise.physics.structure.series_compliance import in_axes, translation_at
 from cutwise.process import carriage, carried, yielding
 from cutwise.process.carriage import Carriage, Terms
-from cutwise.process.carriers import postures
+from cutwise.process.carriers import bodies_there, postures
 from cutwise.process.chain_compliance import BodiesAlong
 from cutwise.process.chamfer_cell import PassForces, Yielding, process_axes
 from cutwise.process.labels import labelled
@@ -38,6 +38,7 @@ class Carrier(NamedTuple):
     arm: carried.ArmAlong | None = None  # process axes of the stations: feed, off the work, rod
     whole: FloatArray | None = None  # compliance of joints and base of the robot in these axes, shape (m, 6, 6)
     bodies: BodiesAlong | None = None
+    tip: FloatArray | None = None  # [m] of the tool at the stations, in the frame of the carrier, shape (m, 3)
 
 
 class _Stations(NamedTuple):
@@ -62,7 +63,7 @@ def carrier_on(scenario: ChamferScenario, path: EdgePath, forces: PassForces) ->
     found = _stations(scenario, path)
     normal = path.path.air[found.here] @ process_axes(path.axis)
     tool, n, m = scenario.tool, len(path.path.centre), len(found.here)
-    bare = Carrier((), np.zeros((n, 3)), found.time, normal, found.path.at)
+    bare = Carrier((), np.zeros((n, 3)), found.time, normal, found.path.at, tip=found.path.point)
     carrying = Carriage()
     if scenario.robot is not None:
         bare = _by_robot(scenario, path, forces, found, bare)
@@ -206,7 +207,9 @@ def stations(scenario: ChamferScenario, carriers: Sequence[Carrier]) -> xr.Datas
     matrix = np.concatenate([yielding.whole([term for _, term in one.terms], one.at) for one in carriers])
     normal = np.concatenate([one.air for one in carriers])
     off = np.einsum("ni,nij,nj->n", normal, translation_at(matrix, scenario.tool.ball_radius), normal)
-    return labelled(at, {
+    told = labelled(at, {
         "compliance_normal": (off, "m/N", "compliance off the chamfer"),
         "compliance_rod": (matrix[:, 2, 2], "m/N", "compliance along the rod"),
     })  # fmt: skip
+    seen = [(one.bodies, known(one.tip)) for one in carriers if one.bodies is not None]
+    return bodies_there(told, seen) if len(seen) == len(carriers) else told

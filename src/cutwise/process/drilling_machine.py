@@ -1,13 +1,15 @@
 """A machine that drills: how it stands at a hole, and what its bodies yield by there."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
+from cutwise.maths.frames import FloatArray
 from cutwise.paths.carried import CarriedPath
 from cutwise.physics.structure.joint_compliance import holding_ratio
 from cutwise.physics.structure.series_compliance import in_axes
-from cutwise.process.chain_compliance import bodies_along
+from cutwise.process.chain_compliance import BodiesAlong, bodies_along
 from cutwise.process.posture_search import PoseTarget
 from cutwise.process.postures import Posture, tool_axes
 from cutwise.spec.chained import CarryingMachine
@@ -24,8 +26,17 @@ def on_machine(machine: CarryingMachine, block: PartBlock | None, target: PoseTa
     ScenarioFault
         The hole is beyond the travel of an axis, or does not point as the spindle does.
     """
-    axes = tool_axes(target.axis, 0.0)
-    path = CarriedPath(np.zeros(1), target.position[None], (axes @ _UPRIGHT)[None])
-    whole = bodies_along(machine, block, np.array(machine.tip), path, ("hole", "position"), ("hole", "axis")).total[0]
+    whole = _at(machine, block, [target]).total[0]
     compliance = in_axes(whole, _UPRIGHT)
     return Posture(0.0, np.zeros(0), compliance, holding_ratio(compliance), math.nan)
+
+
+def body_origins(machine: CarryingMachine, block: PartBlock | None, targets: Sequence[PoseTarget]) -> FloatArray:
+    """Origins of the frames of the bodies over each of these holes, in the part [m], shape (hole, body, 3)."""
+    return _at(machine, block, targets).origins
+
+
+def _at(machine: CarryingMachine, block: PartBlock | None, targets: Sequence[PoseTarget]) -> BodiesAlong:
+    axes = np.array([tool_axes(target.axis, 0.0) @ _UPRIGHT for target in targets])
+    path = CarriedPath(np.zeros(len(targets)), np.array([target.position for target in targets]), axes)
+    return bodies_along(machine, block, np.array(machine.tip), path, ("hole", "position"), ("hole", "axis"))

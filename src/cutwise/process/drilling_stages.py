@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from cutwise.later import later
 from cutwise.maths.frames import FloatArray
 from cutwise.physics.cutting.drill import lip_force, margin_torque
 from cutwise.physics.cutting.drill_elements import elements_force
@@ -20,6 +21,11 @@ from cutwise.process.posture_search import scan
 from cutwise.process.postures import Candidates, posture_frames
 from cutwise.results import judge_values
 from cutwise.spec.drilling import DrillingScenario
+
+if TYPE_CHECKING:
+    from cutwise.process import drilling_machine
+else:
+    drilling_machine = later("cutwise.process.drilling_machine")
 
 _DEPTHS = 400
 _AZIMUTHS = np.array([0.0, 0.5, 1.0, 1.5]) * math.pi
@@ -135,6 +141,13 @@ def _points(told: Told) -> FloatArray:
     return np.concatenate([at.origins, tip[:, None]], axis=1)
 
 
+def _bodies(told: Told) -> FloatArray | None:
+    machine = told.scenario.machine
+    if machine is None:
+        return None
+    return drilling_machine.body_origins(machine, told.scenario.part.block, [hole.target for hole in told.drilled])
+
+
 def _skating(told: Told) -> FloatArray:
     assert told.found is not None
     slope = (told.run.cell.slope_direction - _TURNS)[:, None]
@@ -211,6 +224,7 @@ GROUPS = {
         "feed_per_rev": Column("hole time", _of_history("feed"), "m", "actual feed per revolution"),
         "joint_angle": Column("hole joint", _of_arm(_postures), "rad", "joint angles"),
         "arm": Column("hole point axis", _of_arm(_points), "m", "joints and drill tip in the base frame"),
+        "body_origin": Column("hole body axis", _bodies, "m", "origins of the bodies in the part"),
     }, _OVER, _any),
     "structure": Group({
         "tip_deflection": Column("hole time axis", _of_history("x", "y", "z"), "m", "deflection of the tool tip, tool axes"),

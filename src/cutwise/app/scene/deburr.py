@@ -5,16 +5,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cutwise.app.scene.scene import CUT, FEED, FloatArray, History, Scene, Surface, Tool, limits
-from cutwise.app.scene.shapes import band, cylinder
+from cutwise.app.scene.scene import CUT, FEED, UP, FloatArray, History, Scene, Surface, Tool, limits
+from cutwise.app.scene.shapes import band, cylinder, strip
 from cutwise.app.scene.spindle import in_spindle
 from cutwise.app.scene.thinned import kept
+from cutwise.app.scene.way import Way, way_of
 from cutwise.app.scene.worst import magnification
 from cutwise.spec.tables import Table
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from cutwise.results import Result
 
 ENDS = ("cut into the part", "burr left")
@@ -30,8 +29,9 @@ def scene(result: "Result") -> Scene:
     timed = "time" in motion
     along = motion["feed_position"].values if timed else motion["w"].values
     off = radius + motion["programmed_height"].values
-    on, ring = _placed(result)
-    deflection = _deflection(result["structure"].dataset, along, ring)
+    way = way_of(result)
+    on = _placed(result, way)
+    deflection = _deflection(result, along, way)
     error = surface["error_at_tool"].values if timed else surface["error"].values
     work, burr = (result["cutting"][f"{name}_force"].values for name in ("work", "burr"))
     histories = {
@@ -49,6 +49,8 @@ def scene(result: "Result") -> Scene:
         clock=motion["time"].values if timed else along,
         clock_is="time" if timed else "way",
         place=on(along, off, np.zeros(along.size)),
+        axis=UP[None] if way is None else way.up(along),
+        front=None if way is None else way.front,
         histories=histories,
         kind=np.where(met, CUT, FEED).astype(np.uint8),
         deflection=deflection,
@@ -69,11 +71,11 @@ def _steady(result: "Result", time: FloatArray) -> "np.ndarray":
     )
 
 
-def _placed(result: "Result") -> tuple[Callable[..., FloatArray], float]:
-    """Where a place along, off and above the edge is, and the radius of the edge; 0: straight."""
-    path = getattr(result.scenario, "path", None)
-    arc = getattr(path, "arc", None)
-    ring = float(arc.radius) if arc is not None else 0.0
+def _placed(result: "Result", way: Way | None) -> Callable[..., FloatArray]:
+    """Where a place along, off and above the edge is: on its path in the part, else along x, or round an arc."""
+    if way is not None:
+        return way.on
+    ring = _ring(result)
 
     def on(along: FloatArray, off: FloatArray, up: FloatArray) -> FloatArray:
         if ring == 0.0:
@@ -81,11 +83,18 @@ def _placed(result: "Result") -> tuple[Callable[..., FloatArray], float]:
         turned = along / ring
         return np.column_stack([(ring + off) * np.sin(turned), (ring + off) * np.cos(turned), up])
 
-    return on, ring
+    return on
 
 
-def _deflection(structure: "xr.Dataset", along: FloatArray, ring: float) -> FloatArray | None:
+def _ring(result: "Result") -> float:
+    """Radius of the edge [m]; 0: straight."""
+    arc = getattr(getattr(result.scenario, "path", None), "arc", None)
+    return float(arc.radius) if arc is not None else 0.0
+
+
+def _deflection(result: "Result", along: FloatArray, way: Way | None) -> FloatArray | None:
     """Displacement of the tip in the axes of the scene; on an arc those of the process turn with the edge."""
+    structure, ring = result["structure"].dataset, _ring(result)
     if "tip_deflection" in structure:
         found = np.pad(structure["tip_deflection"].values, ((0, 0), (0, 1)))
     else:
@@ -93,6 +102,8 @@ def _deflection(structure: "xr.Dataset", along: FloatArray, ring: float) -> Floa
         if not terms:
             return None
         found = np.sum(terms, axis=0)
+    if way is not None:
+        return way.turned(along, found)
     if ring == 0.0:
         return found
     c, s = np.cos(along / ring), np.sin(along / ring)
@@ -126,9 +137,7 @@ def _edge(result: "Result", on: Callable[..., FloatArray]) -> tuple[tuple[Surfac
     left = times * error
     judged, said_of_leads = _judged(result, w)
     face, corners = band([at(left, bottom), at(left, top)])
-    behind = [at(left, top), at(-deep, top), at(-deep, bottom), at(left, bottom)]
-    body, body_corners = band(behind)
-    ends = [np.array([[k, n + k, 2 * n + k], [k, 2 * n + k, 3 * n + k]]) for n in (w.size,) for k in (0, w.size - 1)]
+    body = strip([at(left, top), at(-deep, top), at(-deep, bottom), at(left, bottom)])
     width, said = _width(result, w)
     lowest = part.burr.axial_start
     before, burr_corners = band(
@@ -140,7 +149,7 @@ def _edge(result: "Result", on: Callable[..., FloatArray]) -> tuple[tuple[Surfac
     if part.step is not None:
         said = (*said, "the part of the STEP file is not drawn, its edge is")
     return (
-        Surface("work", body, np.concatenate([body_corners, *ends]), "work"),
+        Surface("work", *body),
         Surface("edge left", face, corners, "work", np.tile(np.where(judged, error, np.nan), 2), "error"),
         Surface("burr before", before, burr_corners, "burr"),
     ), said

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from cutwise.app.holes import off_place
+from cutwise.app.scene.part import block_of
 from cutwise.app.scene.scene import CUT, FloatArray, History, Scene, Surface, limits
 from cutwise.app.scene.shapes import band, box, drill
 from cutwise.app.scene.worst import magnification
@@ -49,20 +50,25 @@ def scene(result: "Result") -> Scene:
     links, said = _arm(result, entry, count)
     times = magnification(radius, float(offset[inside].max(initial=0.0)))
     shown = Drawn(entry, feed, radius, thick)
+    plate = _plate(shown)
     return Scene(
         clock=(time[None, :] + step * np.arange(count)[:, None]).reshape(-1), clock_is="time", place=place, axis=-feed[None, :],
         histories=histories, kind=np.full(place.shape[0], CUT, np.uint8),
         tools=(drill(radius, max(tool.flute_length, 2.0 * tool.diameter), 0.5 * tool.point_angle),),
-        surfaces=(_plate(shown), *_holes(shown, made, off, times * _sideways(result, numbers))),
+        surfaces=(*(() if block_of(result) else (plate,)), *_holes(shown, made, off, times * _sideways(result, numbers))),
         outlines=_wanted(shown),
-        links=links, link_of=hole if links is not None else None, judged="offset",
+        links=links, links_are="bodies" if "body_origin" in motion else "arm",
+        focus=(plate.points.min(axis=0), plate.points.max(axis=0)),
+        link_of=hole if links is not None else None, judged="offset",
         said=(*said, f"holes drawn off their places, the grey rings, {times:g} times"), path=False,
     )  # fmt: skip
 
 
 def _arm(result: "Result", entry: FloatArray, count: int) -> tuple[FloatArray | None, tuple[str, ...]]:
-    """Joints of the arm over each hole, moved to where the part stands in the scenario."""
+    """Joints of the arm or bodies of the machine over each hole, moved to where the part stands in the scenario."""
     motion = result["motion"].dataset
+    if "body_origin" in motion and len(motion["body_origin"]) == count:
+        return motion["body_origin"].values, ("bodies are boxes between their joints",)
     if "arm" not in motion:
         return None, ()
     points = motion["arm"].values

@@ -58,7 +58,7 @@ def _pass(result: "Result") -> Scene:
         deflection=error, tools=(cylinder(radius, 5.0 * radius),), links_are="bodies", links=motion["body_origin"].values[shown],
         link_of=np.clip(np.searchsorted(shown, np.arange(count)), 0, shown.size - 1), judged=judged,
         said=(*said, f"path drawn off its place, the grey line, {times:g} times",
-              "bodies are boxes between their joints; no part: only the path is known"),
+              "bodies are boxes between their joints", "no part: only the path is known"),
     )  # fmt: skip
 
 

@@ -7,13 +7,15 @@ import numpy as np
 
 from cutwise.app.scene import mill_carried, mill_map
 from cutwise.app.scene.milled import block_map
-from cutwise.app.scene.scene import CUT, FEED, RAPID, FloatArray, History, Scene, limits, mirrored
+from cutwise.app.scene.part import block_of
+from cutwise.app.scene.scene import CUT, FEED, RAPID, FloatArray, History, Scene, Surface, limits, mirrored
 from cutwise.app.scene.shapes import cylinder
+from cutwise.app.scene.wall import ENDS, milled_wall
+from cutwise.app.scene.way import Way, way_of
 
 if TYPE_CHECKING:
     from cutwise.results import Result
 
-WALL = ("wall left standing", "cut into the wall")
 _FLUTES = 2.5  # length of a mill whose flute length is not said, in diameters
 
 
@@ -33,6 +35,9 @@ def _driven(result: "Result") -> Scene:
     seen = result["scene"].dataset if "scene" in result.stages.children else None
     said = [] if seen is not None else ["heights and lines of the program are not in this run file: run it again"]
     height = seen["height"].values if seen is not None else np.zeros(time.size)
+    way = way_of(result)
+    if way is not None and actual.shape[1] < 3:  # the wall lies at one height
+        height = height + way.point[0, 2]
     place = np.column_stack([actual[:, :2], actual[:, 2] if actual.shape[1] > 2 else height])
     line = seen["line"].values.astype(np.int64) if seen is not None else None
     kind = np.full(time.size, FEED, np.uint8)
@@ -45,17 +50,33 @@ def _driven(result: "Result") -> Scene:
     deflection = None
     if structure is not None and "tip" in structure:
         deflection = np.pad(structure["tip"].values, ((0, 0), (0, 1)))
-    shown = None
+    elif structure is not None and way is not None and "deviation_drives" in structure:  # the drives are in the places
+        terms = [a.values for name, a in structure.data_vars.items() if str(name).startswith("deflection_")]
+        deflection = way.turned(motion["travelled"].values, np.sum(terms, axis=0)) if terms else None
+    shown, surfaces = None, ()
     if scenario.stock is not None:  # type: ignore[attr-defined]
         coloured = "wall_period" if "wall_period" in histories else judged
         shown = block_map(scenario.stock, place, radius, histories[judged].values, coloured)  # type: ignore[attr-defined]
+    elif way is not None and "wall" in histories:
+        surfaces, larger = _wall_left(result, way, histories["wall"].values)
+        said += larger
     else:
         said.append("no stock: the scenario has none")
     tool = scenario.tool  # type: ignore[attr-defined]
     return Scene(
         clock=time, clock_is="time", place=place, histories=histories, line=line, kind=kind, deflection=deflection,
         tools=(cylinder(radius, tool.flute_length or 2.0 * _FLUTES * radius),), map=shown, judged=judged, said=tuple(said),
+        surfaces=surfaces, front=None if way is None else way.front,
     )  # fmt: skip
+
+
+def _wall_left(result: "Result", way: Way, error: FloatArray) -> tuple[tuple[Surface, ...], tuple[str, ...]]:
+    """The straight wall along the way that was commanded, where the tool has moved on."""
+    scenario, along = result.scenario, result["motion"]["travelled"].values
+    on = np.flatnonzero(np.diff(along, prepend=-1.0) > 0.0)
+    radius, depth = 0.5 * scenario.tool.diameter, scenario.operation.axial_depth  # type: ignore[attr-defined]
+    inside = block_of(result) is not None
+    return milled_wall(way, along[on], error[on], depth, radius, "wall", within=inside)
 
 
 def _histories(result: "Result", time: FloatArray) -> dict[str, History]:
@@ -103,7 +124,7 @@ def _wall(result: "Result", low: FloatArray, high: FloatArray) -> History:
     if (least is None) != (most is None):
         values = high if least is None else low
     return History(
-        "wall error", values, "small_length", least, most, ends=WALL, measures=("wall_error_max", "wall_error_min")
+        "wall error", values, "small_length", least, most, ends=ENDS, measures=("wall_error_max", "wall_error_min")
     )
 
 

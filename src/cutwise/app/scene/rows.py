@@ -4,6 +4,8 @@ from collections.abc import Callable, Mapping
 from importlib import import_module
 from typing import TYPE_CHECKING
 
+from cutwise.app.scene.carrier import with_carrier
+from cutwise.app.scene.part import with_part
 from cutwise.app.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -24,7 +26,7 @@ def of(result: "Result") -> Scene:
     """
     made: Callable[[Result], Scene] = import_module(HOMES[result.scenario.process]).scene
     try:
-        return made(result)
+        return with_part(result, with_carrier(result, made(result)))
     except KeyError as missing:
         raise NothingToSee("it recorded no motion, or no surface") from missing
 

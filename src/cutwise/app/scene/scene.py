@@ -45,6 +45,14 @@ class Surface(NamedTuple):
     names: dict[int, str] = {}  # noqa: RUF012  what a face is called in a scenario
 
 
+class Body(NamedTuple):
+    """Triangles that move with a tool."""
+
+    points: FloatArray  # from its tip, z up the tool [m], shape (k, 3)
+    triangles: IntArray  # shape (m, 3)
+    holds: bool = False  # the holder, else what cuts
+
+
 class Map(NamedTuple):
     """Heights of a stock at the middles of cells, shape (along y, along x)."""
 
@@ -68,6 +76,7 @@ class Tool(NamedTuple):
     fixed: FloatArray = np.zeros((0, 2))  # round the holder, and not deflected with it
     rods: FloatArray = np.zeros((0, 7))  # of the fixed part: both ends from the tip and radius [m]
     pivot: float = 0.0  # height above the tip about which a deflected tool tilts [m]; 0: it is shifted
+    bodies: tuple[Body, ...] = ()  # what is not turned, as an insert
 
 
 @dataclass(frozen=True)
@@ -83,6 +92,7 @@ class Scene:
     line: IntArray | None = None  # of the program, 0: none
     kind: npt.NDArray[np.uint8] | None = None
     deflection: FloatArray | None = None  # of the tip [m], (n, 3)
+    magnified: float | None = None  # times that it is drawn at first; left out: as the radius of the tool bears
     tools: tuple[Tool, ...] = ()
     tool_of: IntArray | None = None  # which of them a sample has, (n,); left out: the first
     counted: npt.NDArray[np.bool_] | None = (
@@ -97,6 +107,7 @@ class Scene:
     focus: tuple[FloatArray, FloatArray] | None = (
         None  # corners of what the view is fitted to [m]; left out: part and stock
     )
+    front: tuple[float, float, float] | None = None  # from where its front is seen; left out: as the process has it
     links_are: str = "arm"  # or bodies: the lines between their origins
     said: tuple[str, ...] = ()  # what is not shown, and what is drawn larger than it is
     path: bool = True  # whether the places are drawn as a ribbon
@@ -104,7 +115,7 @@ class Scene:
     @property
     def radius(self) -> float:
         """The largest radius of a tool [m]; 0 without one."""
-        return max((float(tool.cutter[:, 1].max()) for tool in self.tools), default=0.0)
+        return max((float(tool.cutter[:, 1].max(initial=0.0)) for tool in self.tools), default=0.0)
 
     def cut_short(self, keep: IntArray) -> "Scene":
         """The scene with some of its samples; a map keeps the nearest one that stays."""

@@ -40,6 +40,51 @@ def band(rows: list[FloatArray]) -> tuple[FloatArray, IntArray]:
     )
 
 
+def strip(rows: list[FloatArray]) -> tuple[FloatArray, IntArray]:
+    """A body of three faces between four lines, with its ends; the face between the last line and the first is open.
+
+    Examples
+    --------
+    >>> lines = [np.array([[0.0, y, z], [1.0, y, z]]) for y, z in ((0, 0), (1, 0), (1, 1), (0, 1))]
+    >>> len(strip(lines)[1])
+    10
+    """
+    points, corners = band(rows)
+    n = len(rows[0])
+    ends = [np.array([[k, n + k, 2 * n + k], [k, 2 * n + k, 3 * n + k]]) for k in (0, n - 1)]
+    return points, np.concatenate([corners, *ends]).astype(np.int64)
+
+
+def plate(outline: FloatArray, low: float, high: float) -> tuple[FloatArray, IntArray]:
+    """A plate of an outline in x and z, seen whole from its first point, shape (n, 2), from y = low to high [m].
+
+    Examples
+    --------
+    >>> plate(np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]), 0.0, 0.1)[1].shape
+    (8, 3)
+    """
+    n = len(outline)
+    points = np.concatenate([np.insert(outline, 1, y, axis=1) for y in (low, high)])
+    k = np.arange(n)
+    after = (k + 1) % n
+    sides = np.concatenate([np.stack([k, after, n + k], axis=1), np.stack([after, n + after, n + k], axis=1)])
+    fan = np.stack([np.zeros(n - 2, int), k[1:-1], k[2:]], axis=1)
+    return points, np.concatenate([sides, fan, n + fan]).astype(np.int64)
+
+
+def revolved(at: FloatArray, radius: FloatArray, sides: int = 72) -> tuple[FloatArray, IntArray]:
+    """A body turned about x through places along it and radii there [m]; ``sides + 1`` points to a place.
+
+    Examples
+    --------
+    >>> revolved(np.array([0.0, 1.0]), np.ones(2), 4)[0].shape
+    (10, 3)
+    """
+    angle = np.linspace(0.0, 2.0 * np.pi, sides + 1)
+    c, s = np.cos(angle), np.sin(angle)
+    return band([np.column_stack([np.full(c.size, a), r * c, r * s]) for a, r in zip(at, radius, strict=True)])
+
+
 def welded(points: FloatArray, triangles: IntArray) -> tuple[FloatArray, IntArray]:
     """Points that are the same to a nanometre taken for one, so that neighbouring triangles share their corners.
 

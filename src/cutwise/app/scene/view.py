@@ -123,7 +123,8 @@ def _header(result: "Result", scene: Scene, program: InForce | None) -> dict[str
         "scene": _scene(result, scene),
         "tools": [
             {"cutter": (_MM * tool.cutter).tolist(), "holder": (_MM * tool.holder).tolist(),
-             "fixed": (_MM * tool.fixed).tolist(), "rods": (_MM * tool.rods).tolist(), "pivot": _MM * tool.pivot}
+             "fixed": (_MM * tool.fixed).tolist(), "rods": (_MM * tool.rods).tolist(), "pivot": _MM * tool.pivot,
+             "bodies": [one.holds for one in tool.bodies]}
             for tool in scene.tools
         ],
         "deflection": _deflection(scene),
@@ -176,13 +177,13 @@ def _scene(result: "Result", scene: Scene) -> dict[str, Any]:
         "links_are": scene.links_are,
         "focus": None if scene.focus is None else [(_MM * corner).tolist() for corner in scene.focus],
         "path": scene.path,
-        "front": FRONT.get(result.scenario.process, [0.0, -1.0, 0.0]),
+        "front": list(scene.front or FRONT.get(result.scenario.process, (0.0, -1.0, 0.0))),
         "said": list(scene.said),
         "unit": units.displayed(1.0, "length")[1],
     }  # fmt: skip
 
 
-FRONT: Mapping[str, list[float]] = {"deburr": [0.0, 1.0, 0.0]}  # from where the front is seen
+FRONT: Mapping[str, tuple[float, float, float]] = {"deburr": (0.0, 1.0, 0.0)}  # from where the front is seen
 
 
 def _removed(shown: Map) -> str:
@@ -194,7 +195,10 @@ def _deflection(scene: Scene) -> dict[str, Any] | None:
     if scene.deflection is None or not scene.tools:
         return None
     largest = float(np.nanmax(np.linalg.norm(scene.deflection, axis=1), initial=0.0))
-    return {"k": magnification(scene.radius, largest), "largest": units.show(largest, "small_length", 3)}
+    return {
+        "k": scene.magnified or magnification(scene.radius, largest),
+        "largest": units.show(largest, "small_length", 3),
+    }
 
 
 def _colour(scene: Scene, scenario: "Scenario") -> dict[str, Any]:
@@ -281,6 +285,10 @@ def _arrays(scene: Scene, scenario: "Scenario") -> Iterator[tuple[str, Array]]:
             yield f"s/{number}/value", Array(surface.values, "u2")
         if surface.face is not None:
             yield f"s/{number}/face", Array(surface.face, "u4")
+    for k, tool in enumerate(scene.tools):
+        for number, body in enumerate(tool.bodies):
+            yield f"t/{k}/{number}/point", Array(_MM * body.points, "f4")
+            yield f"t/{k}/{number}/corner", Array(body.triangles, "u4")
     if scene.map is not None:
         yield from _of_map(scene.map)
     for number, line in enumerate(scene.outlines):
