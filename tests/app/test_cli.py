@@ -39,7 +39,7 @@ def quick(made_up, monkeypatch):
     """Runs that take no time: ``quick(error=...)`` chooses what they give, an exception is raised."""
     chosen = {"outcome": made_up()}
 
-    def simulated(scenario, progress, advice):  # noqa: ARG001
+    def simulated(*_):
         if isinstance(chosen["outcome"], BaseException):
             raise chosen["outcome"]
         return chosen["outcome"]
@@ -217,7 +217,7 @@ def heard():
 def test_interrupt_that_a_library_loses(cutwise, quick, example, made_up, monkeypatch, fate):
     """The compiler calls back from C, where an exception goes nowhere, or ends as an error of another kind."""
 
-    def simulated(scenario, progress, advice):  # noqa: ARG001
+    def simulated(*_):
         with contextlib.suppress(KeyboardInterrupt):
             signal.raise_signal(signal.SIGINT)
         if fate != "swallowed":
