@@ -1,10 +1,12 @@
 """What is drawn of a tool that something carries, and of a shaft that is turned: places against laws of their own."""
 
+import dataclasses
 import math
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from app.view_file import read
 from cutwise.app.scene import rows
@@ -142,3 +144,14 @@ def test_a_shaft_shows_its_barrel_and_the_insert_follows(seen):
     assert header["tools"][0]["bodies"] == [False, True]
     assert found["t/0/0/point"].shape == scene.tools[0].bodies[0].points.shape
     assert np.abs(shaft.points[:, 0]).max() == pytest.approx(0.4)
+
+
+def test_a_carrier_that_a_run_does_not_tell_is_said(seen):
+    """Run files made before the carrier was told, and those without the group."""
+    result, scene = seen("mill_on_robot")
+    older = result.stages.copy()
+    older["carrier"] = xr.DataTree(older["carrier"].to_dataset().drop_vars(["arm", "tool_point"]))
+    assert "run it again" in rows.of(dataclasses.replace(result, stages=older)).said[-1]
+    del older["carrier"]
+    assert "robot is not drawn" in rows.of(dataclasses.replace(result, stages=older)).said[-1]
+    assert not any("drawn: the run" in one or "run it again" in one for one in scene.said)

@@ -24,7 +24,12 @@ def with_carrier(result: "Result", scene: Scene) -> Scene:
     if scene.links is not None:
         return _held(scene)
     if "carrier" not in result.stages.children:
-        return scene
+        silent = getattr(result.scenario, "robot", None) is not None and not any("arm" in one for one in scene.said)
+        return (
+            replace(scene, said=(*scene.said, "the robot is not drawn: the run does not tell its postures"))
+            if silent
+            else scene
+        )
     told = result["carrier"].dataset
     name = next((one for one in _DRAWN if one in told), None)
     if name is None:
