@@ -81,9 +81,9 @@ def test_commands_run(page, cutwise, monkeypatch):
     """
     reviews = []
 
-    def fewer(result):
+    def fewer(result, **given):
         reviews.append(result)
-        return reviewed(result, runs=3 if len(reviews) > 1 else None)
+        return reviewed(result, runs=3 if len(reviews) > 1 else None, **given)
 
     monkeypatch.setattr(review, "reviewed", fewer)
     if page.stem != "README":
