@@ -126,8 +126,8 @@ class _Divided:
         width = (last - first) // np.uint64(bins) + np.uint64(1)
         counts = np.zeros(len(firsts) * bins, dtype=np.int64)
         for keys, at in self._within(pieces, first, last):
-            place = at * bins + ((keys - first[at]) // width[at]).astype(np.int64)
-            counts += np.bincount(place, minlength=counts.size)
+            slots = at * bins + ((keys - first[at]) // width[at]).astype(np.int64)
+            counts += np.bincount(slots, minlength=counts.size)
         summed = counts.reshape(-1, bins).cumsum(axis=1)
         finer: dict[int, tuple[int, int]] = {}
         left, inside = [], 0
