@@ -53,7 +53,7 @@ def scheduled(scenario, limits, **said):
     given = Correction(**said)
     ready = prepared(scenario, given)
     room = allowed(scenario, ready.path, ready.cells, ready.cutting, {"chip_thickness_max": 1.5e-4, **limits})
-    done, new = proposed(ready, room, np.full(ready.cells.count, math.inf), given)
+    done, new = proposed(ready, room, np.full(ready.cells.size, math.inf), given)
     return ready, room, done, new, planned_time(ready.path, ready.cells, ready.bed, done.feed, scenario.drives)
 
 
@@ -147,7 +147,7 @@ def test_a_wider_limit_is_never_slower(made):
 
 def test_the_wall_that_no_feed_changes_is_the_edge_forces_share(made):
     ready = prepared(made(), Correction())
-    zero = values_at(ready.cells, ready.cutting, np.zeros(ready.cells.count))
+    zero = values_at(ready.cells, ready.cutting, np.zeros(ready.cells.size))
     wall = np.isfinite(zero[:, WALL])
     assert np.nanmin(zero[:, WALL]) == pytest.approx(-7.1756e-6, abs=1e-10)
     room = allowed(made(), ready.path, ready.cells, ready.cutting, {"wall_error_min": -7e-6})

@@ -23,7 +23,7 @@ def page(found: "Outcome") -> str:
     error = finding.left_out_error
     left_out = "" if error is None else f"{error:.2%}" if relative else units.show(error, finding.left_out_dimension)
     drawings = (("Measured and fitted", _against, "fit"), ("Residuals", _left, "rest")) if finding.drawn else ()
-    plots = [(title, figures.svg(draw, found, name, title)) for title, draw, name in drawings]  # type: ignore[arg-type]
+    plots = [(title, figures.svg(draw, found, name, title)) for title, draw, name in drawings]
     return template("calibration").render(
         found=found, finding=finding, version=cutwise.__version__, colours=figures.COLOURS,
         rows=[line_of(value) for value in finding.values], left_out=left_out,

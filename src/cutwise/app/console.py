@@ -143,7 +143,8 @@ class Console:
         keys = [str(key) for key in table.dims]
         known, shown = scenario.measures, [name for name in names if name in table]
         shapes = {name: form(known[name].dimension, table[name].values.ravel().tolist()) for name in shown}
-        rows, said = [], {}
+        rows: list[tuple[str, ...]] = []
+        said: dict[str, int] = {}
         for place in product(*(range(table.sizes[key]) for key in keys)):
             here = table.isel(dict(zip(keys, place, strict=True)))
             point = [

@@ -23,8 +23,7 @@ _COMPARED = 5000  # lines of a program up to which they are compared
 def page(found: "Corrected", rows: "list[tuple[str, str, str]]", front: "list[tuple[str, ...]]") -> str:
     """The page as HTML; ``rows``: measure, before, after; ``front``: head and rows of other budgets, or nothing."""
     plots = [
-        (one.title, figures.svg(lambda _, one=one: _course(one), found, f"along{place}", one.title))  # type: ignore[misc]
-        for place, one in enumerate(found.along)
+        (one.title, figures.svg(_course, one, f"along{place}", one.title)) for place, one in enumerate(found.along)
     ]
     return template("correct").render(
         found=found,

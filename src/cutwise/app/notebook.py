@@ -1,5 +1,6 @@
 """What a notebook shows of a result, a scenario and a study: a short table and one curve, no script, nothing from outside."""
 
+from collections.abc import Sequence
 from html import escape
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -133,7 +134,7 @@ def study_html(study: "StudyResult") -> str:
     return _boxed(f"study of {study.answers.study.scenario.name}: {study.answers.done:,} cases", parts)
 
 
-def _table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
+def _table(head: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> str:
     left = ' style="text-align:left"'
     top = "".join(f"<th{left}>{escape(cell)}</th>" for cell in head)
     body = "".join("<tr>" + "".join(f"<td{left}>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows)

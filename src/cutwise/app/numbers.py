@@ -248,7 +248,7 @@ def forms(
     for name in names:
         if name in values:
             kinds.setdefault(_kind(measures[name].dimension, name), []).append(name)
-    found = {}
+    found: dict[str, Form] = {}
     for kind, members in kinds.items():
         unit = _typed(scenario, given[kind], measures[given[kind]].dimension) if kind in given else None
         shared = form(measures[members[0]].dimension, [values[other] for other in members], unit)
@@ -268,7 +268,7 @@ def _kind(dimension: str, name: str) -> str:
 def titled(name: str) -> str:
     """An identifier in words: ``surface_error_max`` is "Surface error, max"."""
     words = name.split("_")
-    tail = []
+    tail: list[str] = []
     while len(words) > 1 and words[-1] in ("min", "max", "mean", "rms", "peak", "x", "y", "z", "low", "high"):
         tail.insert(0, words.pop())
     said = " ".join(words)

@@ -12,7 +12,8 @@ from cutwise.study.many.best import FRESH
 from cutwise.study.many.tables import NoWriter
 
 if TYPE_CHECKING:
-    from cutwise.study.many.best import Best, Setting
+    from cutwise.study.many.best import Best
+    from cutwise.study.many.tried import Setting
 
 _REASONS = 5
 

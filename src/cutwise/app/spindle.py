@@ -1,6 +1,7 @@
 """What ``cutwise spindle`` says about the compliant spindle of a scenario, and its solid as STEP."""
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -21,7 +22,7 @@ class Sheet(NamedTuple):
 
     spindle: CompliantSpindle
     statics: Characteristic
-    statuses: dict[str, str]  # of mass, centre_of_mass and inertia
+    statuses: Mapping[str, str]  # of mass, centre_of_mass and inertia
 
     def as_json(self) -> dict[str, Any]:
         """The sheet in SI."""

@@ -86,7 +86,7 @@ def _tables(found: "Answers") -> Iterator[Table]:
 def _row(found: "Answers", case: int) -> list[str]:
     study, one = found.study, row(found.table, case)
     levers = (shown(study, key, one[f"lever {key}"]) for key in study.keys)
-    measures = (_measure(study, name, one[f"measure {name}"]) for name in study.measures)
+    measures = (_measure(study, name, float(one[f"measure {name}"])) for name in study.measures)
     return [str(case), *levers, *measures, command(found, case)]
 
 

@@ -76,8 +76,8 @@ def said(found: "Answers") -> Iterator[str]:
         ]
         yield f"  it is reached with {band.key} from {ends[0]} to {ends[1]}, by the estimates, linear between settings"
     for case in worst(found, _SHOWN if planned.scenario.requirements else 1):
-        one = row(found.table, case)
-        measures = ", ".join(_measure(planned, name, one[f"measure {name}"]) for name in planned.measures[:3])
+        values = row(found.table, case)
+        measures = ", ".join(_measure(planned, name, float(values[f"measure {name}"])) for name in planned.measures[:3])
         yield f"  worst: case {case}, {measures}: {command(found, case)}"
     if found.shares:
         yield "A share is about the model and these distributions, not about what they leave out."

@@ -61,7 +61,9 @@ def study(
     console = Console()
     for line in told(planned):
         console.err.print(line, markup=False)
-    more = {"jobs": jobs, "resume": resume, "executor": executor, "address": address, "accept_version": accept_version}
+    more: dict[str, Any] = {
+        "jobs": jobs, "resume": resume, "executor": executor, "address": address, "accept_version": accept_version
+    }  # fmt: skip
     if planned.method in (OPTIMISE, RARE):
         (_optimised if planned.method == OPTIMISE else _rarely)(planned, folder, table, more, as_json=as_json)
         return

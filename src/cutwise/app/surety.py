@@ -36,8 +36,10 @@ def rows(result: "Result") -> list[Row]:
         if measure.band is None or measure.band.sd == 0.0:
             continue
         reached = checks[name].probability_reached if name in checks else None
-        shown = (units.show(v, measure.dimension, 4) for v in (measure.value, *measure.band[:3]))
-        found.append(Row(name, *shown, "" if reached is None else chance(reached), carriers(result, name)))
+        value, sd, low, high = (units.show(v, measure.dimension, 4) for v in (measure.value, *measure.band[:3]))
+        found.append(
+            Row(name, value, sd, low, high, "" if reached is None else chance(reached), carriers(result, name))
+        )
     return found
 
 

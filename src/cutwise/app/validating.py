@@ -78,8 +78,9 @@ def validate(
 def shown(found: "Recording | Validation") -> "Iterator[str]":
     """A validation as text."""
     from cutwise import units
+    from cutwise.study.recording import Recording
 
-    if hasattr(found, "laid"):
+    if isinstance(found, Recording):
         how = "fitted" if found.fitted else "as stated"
         yield f"{found.data.file}: {len(found.time)} samples over a run of {found.result.scenario.name}"
         yield f"the recording lags by {units.show(found.delay, 'time', 6)} ({how}); channels that are +x, +y, +z: {found.axes}"
@@ -93,8 +94,9 @@ def shown(found: "Recording | Validation") -> "Iterator[str]":
 def table(found: "Recording | Validation") -> "Iterator[tuple[str, ...]]":
     """Figures of all columns, titles first."""
     from cutwise import units
+    from cutwise.study.recording import Recording
 
-    if hasattr(found, "laid"):
+    if isinstance(found, Recording):
         yield "column", "mean", "measured", "peak to peak", "measured", "rms of difference", "correlation"
         for name, one in found.laid.items():
             told = one.as_json()

@@ -1,6 +1,7 @@
 """The page of a validation: measured over predicted with bands, or a recording laid over its run."""
 
-from typing import TYPE_CHECKING, Any
+from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -8,29 +9,31 @@ import cutwise
 from cutwise.app.pages import template
 from cutwise.app.plots import figures
 from cutwise.app.validating import table
+from cutwise.study.recording import Recording
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from matplotlib.figure import Figure
 
-    from cutwise.study.recording import Recording
     from cutwise.study.validate import Validation
 
 
 def page(found: "Recording | Validation") -> str:
     """The page as HTML."""
-    over_time = hasattr(found, "laid")
-    draw: Any = _overlay if over_time else _against
-    title = "Recording and run" if over_time else "Measured and predicted"
-    names = list(found.laid) if over_time else list(found.figures)
-    plots = [
-        (f"{title}: {name}", figures.svg(lambda _, name=name: draw(found, name), None, f"plot{k}", name))  # type: ignore[misc, arg-type]
-        for k, name in enumerate(names)
-    ]
+    over_time = isinstance(found, Recording)
+    if isinstance(found, Recording):
+        title, names, scenario = "Recording and run", list(found.laid), found.result.scenario
+        draw: Callable[[str], Figure] = partial(_overlay, found)
+    else:
+        title, names, scenario = "Measured and predicted", list(found.figures), found.scenario
+        draw = partial(_against, found)
+    plots = [(f"{title}: {name}", figures.svg(draw, name, f"plot{k}", name)) for k, name in enumerate(names)]
     head, *rows = table(found)
     return template("validation").render(
         found=found, version=cutwise.__version__, colours=figures.COLOURS, head=head, rows=rows, plots=plots,
         over_time=over_time, failed=getattr(found, "failed", ()),
-        name=found.result.scenario.name if over_time else found.scenario.name,
+        name=scenario.name,
     )  # fmt: skip
 
 

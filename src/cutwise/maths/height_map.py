@@ -5,7 +5,7 @@ a move passes over what is lower than itself (:mod:`cutwise.maths.map_sweep`).
 """
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +14,7 @@ FloatArray = npt.NDArray[np.float64]
 Float32Array = npt.NDArray[np.float32]
 IntArray = npt.NDArray[np.int64]
 Int32Array = npt.NDArray[np.int32]
+Cell = TypeVar("Cell", bound=np.generic)
 
 SIDE = 16  # cells along the side of a block
 BLOCK = SIDE * SIDE  # cells of a block
@@ -78,7 +79,7 @@ def in_blocks(cells: npt.NDArray[np.generic]) -> npt.NDArray[np.generic]:
     return np.ascontiguousarray(cells.reshape(rows, SIDE, columns, SIDE).swapaxes(1, 2)).reshape(-1)
 
 
-def in_rows(grid: Layout, blocks: npt.NDArray[np.generic]) -> npt.NDArray[np.generic]:
+def in_rows(grid: Layout, blocks: npt.NDArray[Cell]) -> npt.NDArray[Cell]:
     """Values of all blocks as rows of the stock's own cells, shape (along, across)."""
     cells = blocks.reshape(grid.rows, grid.columns, SIDE, SIDE).swapaxes(1, 2).reshape(grid.rows * SIDE, -1)
     return cells[RINGS : RINGS + grid.along, RINGS : RINGS + grid.across]

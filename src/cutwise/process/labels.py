@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
+import numpy.typing as npt
+
 from cutwise.later import later
-from cutwise.maths.curves import FloatArray
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -85,7 +87,7 @@ def _coordinate(run: Any, dim: str, said: Coordinate | Sequence[Any] | Read) -> 
 
 def labelled(
     coordinate: tuple[str, Any, str, str],
-    variables: Mapping[str, tuple[FloatArray, str, str]],
+    variables: Mapping[str, tuple[npt.NDArray[np.number[Any]], str, str]],
     **more: Sequence[Any],
 ) -> xr.Dataset:
     """A data set over one coordinate (name, values, unit, long name); further dimensions are found by their size."""

@@ -63,20 +63,20 @@ def carrier_of(scenario: MillingScenario, path: ProgramPath, force: FloatArray) 
     ScenarioFault, Infeasible
         An axis is led beyond its travel, or the path is out of reach.
     """
-    machine = scenario.machine
-    bodies = isinstance(machine, MillingMachine)
-    if scenario.robot is None and not bodies:
+    machine, robot = scenario.machine, scenario.robot
+    if robot is None and not isinstance(machine, MillingMachine):
         return None
     places, standing = _places(path), scenario.placement or Standing()
     turn = rotation_from_rpy(*standing.rotation)
     stations = CarriedPath(
         places.at, places.point @ turn.T + np.array(standing.origin), np.repeat(turn[None], len(places.at), axis=0)
     )
-    if bodies:
+    if isinstance(machine, MillingMachine):
         key = ("placement",) if scenario.placement is not None else ("program",)
         given = bodies_along(machine, None, np.array(machine.tip), stations, key, ("machine", "chain"))
         return _fitted(places.point, translation_at(given.total, 0.0), np.zeros_like(places.point), ("bodies",))
-    still = scenario.robot.model_copy(update={"dynamics": "static"})
+    assert robot is not None  # who else carries
+    still = robot.model_copy(update={"dynamics": "static"})
     wrench = np.concatenate([force, np.zeros(3)])
     arm = carried.arm_along(still, stations, wrench, 0.0, _fastest(path))
     matrix = translation_at(arm.joints + arm.base, 0.0)
@@ -109,7 +109,7 @@ def _fitted(point: FloatArray, matrix: FloatArray, sag: FloatArray, names: tuple
     low, high = point.min(axis=0), point.max(axis=0)
     bare = Carrier(0.5 * (low + high), np.maximum(0.5 * (high - low), 1e-3), matrix, sag, 0.0, names)
     terms, values = terms_at(bare, point), np.hstack([matrix.reshape(-1, 9), sag])
-    found = np.linalg.lstsq(terms, values, rcond=1e-9)[0]
+    found: FloatArray = np.asarray(np.linalg.lstsq(terms, values, rcond=1e-9)[0], dtype=np.float64)
     off = np.abs(terms @ found - values)
     error = 0.0
     for part in (slice(0, 9), slice(9, 12)):

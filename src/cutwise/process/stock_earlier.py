@@ -12,7 +12,7 @@ from cutwise.maths.map_sweep import swept_band
 from cutwise.maths.profiles import Cutters
 from cutwise.maths.solid import Solid
 from cutwise.maths.workpiece import Frame
-from cutwise.process.stock_material import Raw, material_of, raw_seen
+from cutwise.process.stock_material import Raw, box_of, material_of, raw_seen
 from cutwise.process.stock_milling import Earlier
 from cutwise.run_file import DamagedRun, is_netcdf, tree_of
 from cutwise.spec.faults import Fault, ScenarioFault
@@ -79,15 +79,16 @@ def earlier_run(file: str) -> EarlierRun:
         raise ScenarioFault(
             [Fault(_KEY, f"{place}: holds no stock in 3D: that takes a run of a program with tools or a part")]
         )
-    raw, count = tree["raw"], 1
+    raw, count = tree.children["raw"].to_dataset(), 1
     sweeps = []
     while f"sweep_{count}" in tree.children:
         sweeps.append(_read(tree[f"sweep_{count}"]))
         count += 1
-    box = tuple((float(low), float(high)) for low, high in raw["box"].values)
     x, y, r = (float(v) for v in raw["circle"].values)
     triangles = np.ascontiguousarray(raw["triangles"].values, float) if "triangles" in raw else None
-    return EarlierRun(str(place), Raw(box, int(raw.attrs["kind"]), (x, y, r), triangles), tuple(sweeps))  # type: ignore[arg-type]
+    return EarlierRun(
+        str(place), Raw(box_of(raw["box"].values), int(raw.attrs["kind"]), (x, y, r), triangles), tuple(sweeps)
+    )
 
 
 def _read(group: Any) -> Sweep:

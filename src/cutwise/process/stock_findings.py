@@ -97,9 +97,9 @@ def _of_setup(scenario: MillingScenario, cut: Cut) -> Iterator[Finding]:
         if some:
             worst = max(some, key=lambda event: event.depth)
             named = blocks_named(text, [event.line for event in some])
-            depth = f", {_mm(worst.depth)} deep in line {worst.line} at {_at(worst.place)}" if worst.depth > 0.0 else ""
+            deep = f", {_mm(worst.depth)} deep in line {worst.line} at {_at(worst.place)}" if worst.depth > 0.0 else ""
             where = Place(line=worst.line)
-            yield warned(f"{kind}_in_stock", f"{words}: {named}{depth}", worst.depth, 0.0, "length", where=where)
+            yield warned(f"{kind}_in_stock", f"{words}: {named}{deep}", worst.depth, 0.0, "length", where=where)
     if done.start[1] > _STAND_OUT:
         depth = float(done.start[1])
         words = f"the tool stands in the stock where the program begins, {_mm(depth)} deep at {_at(done.start[2:5])}"
@@ -327,7 +327,7 @@ def _real_notes(real: Real) -> dict[str, str]:
 def _megabytes(scenario: MillingScenario, done: StockRunDone) -> float:
     """Memory of map, moves and samples."""
     samples = scenario.nominal.samples if scenario.nominal is not None else 0
-    return 1e-6 * room_for(done.planned.raw, done.grid, done.moves.count, samples)
+    return 1e-6 * room_for(done.planned.raw, done.grid, done.moves.number, samples)
 
 
 def _heaviest(done: StockRunDone) -> dict[str, str]:

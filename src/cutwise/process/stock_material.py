@@ -67,10 +67,7 @@ def raw_of(given: StockBlock | StockCylinder | StockFile, key: tuple[str | int, 
         triangles = read(given.file)
     except CadFault as fault:
         raise ScenarioFault([Fault((*key, "file"), str(fault))]) from None
-    points = triangles.reshape(-1, 3)
-    low, high = points.min(axis=0), points.max(axis=0)
-    box = tuple((float(a), float(b)) for a, b in zip(low, high, strict=True))
-    return Raw(box, CELLS, (0.0, 0.0, 0.0), triangles)  # type: ignore[arg-type]
+    return Raw(_around(triangles.reshape(-1, 3)), CELLS, (0.0, 0.0, 0.0), triangles)
 
 
 def _step_triangles(file: str) -> FloatArray:
@@ -101,9 +98,14 @@ def raw_seen(raw: Raw, frame: Frame) -> Raw:
     return Raw(((x - r, x + r), (y - r, y + r), box[2]), CIRCLE, (x, y, r), None)
 
 
+def box_of(ends: FloatArray) -> Box:
+    """A box of its least and greatest x, y, z, shape (3, 2)."""
+    x, y, z = ((float(low), float(high)) for low, high in ends)
+    return x, y, z
+
+
 def _around(points: FloatArray) -> Box:
-    low, high = points.min(axis=0), points.max(axis=0)
-    return tuple((float(a), float(b)) for a, b in zip(low, high, strict=True))  # type: ignore[return-value]
+    return box_of(np.column_stack([points.min(axis=0), points.max(axis=0)]))
 
 
 def _box(box: Box) -> FloatArray:

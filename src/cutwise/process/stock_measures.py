@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+import numpy.typing as npt
 
 from cutwise import units
 from cutwise.maths.curves import FloatArray
@@ -142,7 +143,7 @@ def _motion(done: StockRunDone) -> dict[str, float]:
     return found
 
 
-def plunging(done: StockRunDone) -> FloatArray:
+def plunging(done: StockRunDone) -> npt.NDArray[np.bool_]:
     """Whether each station goes straight down."""
     row = done.moves.path.row[done.run.segment]
     start, end = done.moves.start[done.run.segment], done.moves.end[done.run.segment]

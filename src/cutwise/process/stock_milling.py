@@ -1,6 +1,7 @@
 """A program in a stock in 3D: cut move by move, with contact, force and events along the way."""
 
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -79,12 +80,7 @@ def check_fixtures(scenario: MillingScenario) -> None:
     ScenarioFault
         Files that cannot be used.
     """
-    all_faults(
-        *(
-            lambda place=place, given=given: raw_of(given, ("fixtures", place))
-            for place, given in enumerate(scenario.fixtures)
-        )  # type: ignore[misc]
-    )
+    all_faults(*(partial(raw_of, given, ("fixtures", place)) for place, given in enumerate(scenario.fixtures)))
 
 
 def _sized(scenario: MillingScenario, ready: Planned, finer: float = 1.0) -> tuple[float, bool]:
@@ -155,7 +151,7 @@ def _cut(
         teeth = teeth_of(scenario, ready.tools, int(moves.tool[first]))
         run_moves(piece, ready.tools.shanks, teeth, run_, (first, last), look, numerics.engagement == "refined")
         if progress is not None:
-            progress(0.9 * last / moves.count)
+            progress(0.9 * last / moves.number)
     all_contact(run_)
     fixed = fixtures_hit(scenario, solid, ready.tools, moves, grid)
     check = error = None
@@ -201,7 +197,7 @@ def stretches(tool: IntArray) -> Iterator[tuple[int, int]]:
 
 def _room(moves: Moves, station: float | None, plan_: Plan | None) -> Run:
     """Room for what is found; feed moves have stations, evenly along them."""
-    count = moves.count
+    count = moves.number
     lengths = np.add.reduceat(moves.way, moves.path.first[:-1])
     stations = np.zeros(count, np.int64)
     if station is not None:
@@ -216,7 +212,7 @@ def _room(moves: Moves, station: float | None, plan_: Plan | None) -> Run:
 
 def run_room(moves: Moves, first: IntArray, speed: FloatArray) -> Run:
     """Room for what is found at stations; ``first`` of each move, and their number."""
-    count, stations = moves.count, int(first[-1])
+    count, stations = moves.number, int(first[-1])
     return Run(
         moves.start, moves.end, moves.way, moves.rapid, moves.feed, moves.spindle, speed, first,
         np.zeros((stations, len(STATION))), np.zeros(stations, np.int64), np.zeros(count, np.int64),
@@ -237,9 +233,9 @@ def _start_overlap(solid: Solid, tools: ToolSet, moves: Moves, tool: int) -> Flo
 
 def fixtures_hit(scenario: MillingScenario, solid: Solid, tools: ToolSet, moves: Moves, grid: float) -> FloatArray:
     """What every move overlaps with fixtures."""
-    hit = np.zeros((moves.count, 5))
+    hit = np.zeros((moves.number, 5))
     for place, given in enumerate(scenario.fixtures):
         fixture: Material = material_of(raw_of(given, ("fixtures", place)), grid)
         for table in (tools.cutting, tools.shanks):
-            run_into(fixture.map, solid, table, (0, moves.count), hit)
+            run_into(fixture.map, solid, table, (0, moves.number), hit)
     return hit

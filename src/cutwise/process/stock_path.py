@@ -41,8 +41,8 @@ class Moves(NamedTuple):
     last_line: IntArray  # shape (m,)
 
     @property
-    def count(self) -> int:
-        """Number of moves."""
+    def number(self) -> int:
+        """How many moves there are."""
         return int(self.path.first.size - 1)
 
 

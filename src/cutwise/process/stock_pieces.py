@@ -58,7 +58,7 @@ def pieces_of(moves: Moves, station: float, sagitta: float, cell: float, known: 
     """
     cut, between = _halved(moves, _even(moves, station, sagitta), known, sagitta)
     start, end = tips(moves, cut.segment, cut.low), tips(moves, cut.segment, cut.high)
-    of = np.repeat(np.arange(moves.count), np.diff(moves.path.first))[cut.segment]
+    of = np.repeat(np.arange(moves.number), np.diff(moves.path.first))[cut.segment]
     way = np.linalg.norm(end - start, axis=1)
     begins = _begins(of, way, _REACH * cell)
     first = np.append(np.flatnonzero(begins), of.size).astype(np.int64)

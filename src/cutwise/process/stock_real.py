@@ -1,6 +1,6 @@
 """The surface that comes off the machine: the program once more, its tool moved by drives, its own bending and its carrier."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -14,7 +14,7 @@ from cutwise.process.assemble_mill import feed_drives
 from cutwise.process.nominal_part import tolerance_of
 from cutwise.process.stock_carrier import TERMS, Carrier, Driven, carrier_of, driven, reference_of, terms_at, tips_of
 from cutwise.process.stock_loop import Progress, Run, part_of
-from cutwise.process.stock_material import material_of, room_for
+from cutwise.process.stock_material import Raw, material_of, room_for
 from cutwise.process.stock_milling import (
     Earlier,
     StockRunDone,
@@ -65,10 +65,11 @@ def prepare_real(scenario: MillingScenario, ready: Planned) -> None:
     ScenarioFault, Infeasible
         A drive is unstable, an axis led beyond its travel, or the path out of reach.
     """
-    terms, jobs = moves_the_tool(scenario), []
-    if "drives" in terms and ready.plan is not None:
+    terms, plan = moves_the_tool(scenario), ready.plan
+    jobs: list[Callable[[], object]] = []
+    if "drives" in terms and plan is not None:
         jobs.append(lambda: feed_drives(scenario.drives, scenario.drives_key))
-        jobs.append(lambda: reference_of(scenario, ready.path, ready.plan))
+        jobs.append(lambda: reference_of(scenario, ready.path, plan))
     if {"bodies", "arm"} & set(terms):
         jobs.append(lambda: carrier_of(scenario, ready.path, _PUSH))
     all_faults(*jobs)
@@ -188,7 +189,7 @@ def _swept(
         run_yielding(piece, tools.shanks, teeth, run_, (first, last), (look, refined), yielding, pushed)
         _held(tools.cutting.radius[tool], moves.path.first[[first, last]], off[:, 1] - known[:, 1])
         if progress is not None:
-            progress(last / moves.count)
+            progress(last / moves.number)
     all_contact(run_)
     numerics = scenario.numerics.stock
     check = surface_check(solid, numerics.check) if numerics.check else None
@@ -224,7 +225,7 @@ def _stations(ideal: StockRunDone, moves: Moves, look: bool) -> Run:
     return run_room(moves, first, planned_speed(ideal.planned.plan, along, np.repeat(moves.feed, count)))
 
 
-def _room_for(scenario: MillingScenario, raw, grid: float, pieces: int) -> None:  # type: ignore[no-untyped-def]
+def _room_for(scenario: MillingScenario, raw: Raw, grid: float, pieces: int) -> None:
     numerics = scenario.numerics.stock
     samples = scenario.nominal.samples if scenario.nominal is not None else 0
     needed = room_for(raw, grid, pieces, samples)

@@ -1,7 +1,8 @@
 """Set-ups one after the other: each cut along its own axis into what those before it, and earlier runs, have left."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -94,13 +95,21 @@ def prepare(scenario: MillingScenario) -> None:
     if scenario.nominal is not None:
         jobs.append(lambda: nominal_samples(scenario, 100))
     for job in jobs_of(scenario):
-        jobs.append(lambda job=job: _placed(job, lambda: _prepared(job, raws[0]) if raws else None))  # type: ignore[misc]
-        jobs.append(lambda job=job: _placed(job, lambda: check_fixtures(job.scenario)))  # type: ignore[misc]
+        jobs.append(partial(_placed, job, partial(_prepared, job, raws)))
+        jobs.append(partial(_placed, job, partial(check_fixtures, job.scenario)))
     all_faults(*jobs)
 
 
-def _prepared(job: Job, raw: Raw) -> None:
-    ready = planned(job.scenario, raw_seen(raw, job.frame))
+def _planned(job: Job, raw: Raw) -> Planned:
+    """The program of a set-up over the stock as that set-up has it."""
+    return planned(job.scenario, raw_seen(raw, job.frame))
+
+
+def _prepared(job: Job, raws: Sequence[Raw]) -> None:
+    """What a check finds out of a set-up; without a stock it finds nothing."""
+    if not raws:
+        return
+    ready = _planned(job, raws[0])
     all_faults(lambda: prepare_one(job.scenario, ready), lambda: prepare_real(job.scenario, ready))
 
 
@@ -131,9 +140,9 @@ def run(scenario: MillingScenario, progress: Progress | None = None) -> Done:
         raw, before = stock_of(scenario)
         if scenario.nominal is not None:
             nominal_samples(scenario, 100)
-        ready = [_placed(job, lambda job=job: planned(job.scenario, raw_seen(raw, job.frame))) for job in jobs]
+        ready = [_placed(job, partial(_planned, job, raw)) for job in jobs]
         for job in jobs:
-            _placed(job, lambda job=job: check_fixtures(job.scenario))
+            _placed(job, partial(check_fixtures, job.scenario))
     except ScenarioFault:
         prepare(scenario)
         raise

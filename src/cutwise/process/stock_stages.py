@@ -108,7 +108,7 @@ def _stations(done: StockRunDone) -> xr.Dataset:
 def _lines(all_: Done, number: int, off: Judged | None) -> xr.Dataset:
     """Moves with their lines: load, volume, events and the extremes of the deviation that they made."""
     done = all_.cuts[number].ideal
-    moves, count = done.moves, done.moves.count
+    moves, count = done.moves, done.moves.number
     station = done.run.station
     numbers = np.array(done.planned.tools.numbers or (0,))
     found: dict[str, Any] = {
@@ -161,7 +161,7 @@ def _largest(values: FloatArray, first: IntArray) -> FloatArray:
 
 def _made(cut: Cut, number: int, off: Deviation) -> tuple[FloatArray, FloatArray]:
     moves = cut.ideal.moves
-    low, high = np.full(moves.count, np.nan), np.full(moves.count, np.nan)
+    low, high = np.full(moves.number, np.nan), np.full(moves.number, np.nan)
     run, segment = off.owners.of(off.segment)
     made = off.judged_samples & (run == number)
     middle = cut.left.moves.along.mean(axis=1)[segment[made]]  # pieces of a moved tool have moves of their own

@@ -42,10 +42,8 @@ def events(done: StockRunDone) -> list[Event]:
     over = np.flatnonzero(done.stations("over_centre") > 0.0)
     for move in np.unique(np.searchsorted(done.run.station, over, side="right") - 1).tolist():
         end = done.moves.end[done.moves.path.first[move + 1] - 1]
-        line = int(done.moves.line[move])
-        found.setdefault(
-            ("core", line), Event("core", line, 0.0, 0.0, tuple(map(float, end)), float(move_time(done, move)))
-        )  # type: ignore[arg-type]
+        line, (x, y, z) = int(done.moves.line[move]), map(float, end)
+        found.setdefault(("core", line), Event("core", line, 0.0, 0.0, (x, y, z), float(move_time(done, move))))
     return sorted(found.values(), key=lambda event: (event.line, event.kind))
 
 
@@ -78,7 +76,7 @@ def station_headings(done: StockRunDone) -> FloatArray:
 
 def station_moves(done: StockRunDone) -> IntArray:
     """Move of every station."""
-    return np.repeat(np.arange(done.moves.count), np.diff(done.run.station))
+    return np.repeat(np.arange(done.moves.number), np.diff(done.run.station))
 
 
 def station_times(done: StockRunDone) -> FloatArray:

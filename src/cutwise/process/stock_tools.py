@@ -13,7 +13,7 @@ from cutwise.physics.cutting.uneven import NO_LINEAR, Edges, even_edges, largest
 from cutwise.physics.engagement.map_contact import Edge
 from cutwise.process.stock_loop import Teeth
 from cutwise.spec.cutter import Cutter
-from cutwise.spec.milling import EndMill
+from cutwise.spec.tool import EndMill
 
 
 class ToolSet(NamedTuple):

@@ -23,7 +23,7 @@ from cutwise.bands import BandNote, Spread
 from cutwise.io.revision import Value
 from cutwise.io.scenario import load
 from cutwise.process import recipes
-from cutwise.results import Check, Measure, Result, SolverFailure, judge, unreached
+from cutwise.results import Check, Measure, Result, SolverFailure, in_words, judge, unreached
 from cutwise.spec.scenario import PROBABILITY_ALL, Scenario
 from cutwise.spec.uncertain import stem
 from cutwise.study.batch import batch
@@ -190,7 +190,7 @@ def _linear(
     both = [(k, sign) for k in range(count) for sign in (1.0, -1.0)]
 
     def moved(k: int, sign: float) -> Mapping[str, Value]:
-        places = np.flatnonzero(ways[:, k])
+        places = np.flatnonzero(ways[:, k]).tolist()
         off = {n: scatter.inputs[n].normal + sign * _STEP * float(ways[n, k]) for n in places}
         return given({n: scatter.inputs[n].turned(value) for n, value in off.items()})
 
@@ -200,7 +200,7 @@ def _linear(
     for (k, sign), case in zip(both, runs, strict=True):
         if case.failure is not None or case.outcome.infeasible:
             one = scatter.inputs[int(np.argmax(np.abs(ways[:, k]) / scatter.standard_errors))]
-            said = str(case.failure or case.outcome.infeasible[0]).splitlines()[0]
+            said = str(case.failure or in_words(case.outcome.infeasible)[0]).splitlines()[0]
             why.setdefault(one.key, f"with {one.key} half a standard error off: {said}")
         (up if sign > 0.0 else down)[:, k] = [case.measures.get(name, math.nan) for name in names]
     start = np.array([f0[name] for name in names])

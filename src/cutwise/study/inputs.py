@@ -148,7 +148,7 @@ def _with(whole: Any, inside: Path, value: float) -> Any:
 def _said(model: type[Scenario], path: Path, value: Any) -> Value:
     """As an override has it; lists of lists, and of several dimensions, as text."""
     if not isinstance(value, tuple):
-        return value  # type: ignore[no-any-return]
+        return value
     dimensions = {fields.dimension_at(model, (*path, k)) for k in range(len(value))}
     plain = not any(isinstance(entry, tuple) for entry in value) and len(dimensions) == 1
     return value if plain else _text(model, path, value)

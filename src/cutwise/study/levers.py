@@ -115,7 +115,8 @@ def _lever(scenario: Scenario, key: str, now: object, ends: tuple[str, str]) -> 
     if isinstance(now, tuple):
         if not now or not all(isinstance(entry, float) for entry in now):
             return None
-        return Lever(key, name, dimension, 1.0, *(units.parse(end, "dimensionless") for end in ends), given=now)
+        low, high = (units.parse(end, "dimensionless") for end in ends)
+        return Lever(key, name, dimension, 1.0, low, high, given=now)
     low, high = (units.parse(end, dimension) for end in ends)
     return Lever(key, name, dimension, now if isinstance(now, float) else None, low, high)
 

@@ -12,6 +12,7 @@ Sources: Ragonneau 2022, thesis, Hong Kong Polytechnic University (COBYQA); Stor
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
+from functools import partial
 from itertools import product
 from typing import Any, NamedTuple
 
@@ -211,7 +212,7 @@ class Seeker:
 
         def one(x: FloatArray) -> tuple[float, float]:
             self.ask([tuple(x)])
-            found = self.judged(problem, self._rounded(x))
+            found = self.judged(problem, self._rounded(tuple(x)))
             return (found.value if math.isfinite(found.value) else math.inf, max(-1.0, found.margin))
 
         first = self._sobol(_POPULATION)
@@ -231,6 +232,11 @@ def _rank(found: Found) -> tuple[float, float]:
     return (found.margin, found.value if math.isfinite(found.value) else math.inf)
 
 
+def _second_below(seen: Seen, most: float, size: float) -> tuple[float, ...]:
+    """The margins, and that of the second aim below a limit."""
+    return (*seen.margins, (seen.values[1] - most) / size)
+
+
 def front(seeker: Seeker, points: int) -> list[Found]:
     """What can be had of the second aim for how much of the first, best first aim first; none that another one beats.
 
@@ -245,9 +251,7 @@ def front(seeker: Seeker, points: int) -> list[Found]:
     size = abs(high - low) or 1.0
     near = ends[0].at
     for limit in np.linspace(high, low, points)[1:-1]:
-        step = Problem(
-            lambda seen: seen.values[0], lambda seen, most=limit: (*seen.margins, (seen.values[1] - most) / size)
-        )
+        step = Problem(lambda seen: seen.values[0], partial(_second_below, most=float(limit), size=size))
         best = min((seeker.judged(step, x) for x in seeker.seen), key=_rank)
         one = seeker.solve(step, [*dict.fromkeys((near, best.at))])
         if one.met:

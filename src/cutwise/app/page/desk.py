@@ -126,7 +126,7 @@ class Desk:
         try:
             scenario = self.scenario({})
             file = RUNS / file_name(scenario.name) / RUN
-            newest = max(Path(one).stat().st_mtime for one in (self.path, *scenario.files))
+            newest = max(one.stat().st_mtime for one in (self.path, *map(Path, scenario.files)))
             if file.stat().st_mtime <= newest:
                 return None
             content = file.read_bytes()

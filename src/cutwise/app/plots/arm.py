@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from cutwise.app.plots.figures import BAD, SERIES, Plot, curve, figure, legend_above, line_note, scale
+from cutwise.spec.milling import MillingScenario
 
 if TYPE_CHECKING:
     from cutwise.results import Result
@@ -55,8 +56,10 @@ def chatter(result: "Result") -> Figure:
     axes = drawn.subplots()
     finite = np.isfinite(depth)
     axes.plot(factor * stability["s_limit"].values[finite], factor * depth[finite], marker="o", color=SERIES[0])
+    assert isinstance(result.scenario, MillingScenario)  # no other process has this stage
     cut = result.scenario.operation.axial_depth
-    line_note(axes, factor * cut, "axial depth of the cut", BAD)
+    if cut is not None:
+        line_note(axes, factor * cut, "axial depth of the cut", BAD)
     axes.set(xlabel=f"along the path [{unit}]", ylabel=f"depth that chatters [{unit}]", ylim=(0.0, None))
     return drawn
 

@@ -4,20 +4,24 @@ import io
 import re
 from collections.abc import Callable
 from itertools import pairwise
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.rcsetup import cycler
 
 from cutwise import units
 from cutwise.app.plots.margins import Margins
 
 if TYPE_CHECKING:
+    from matplotlib.typing import RcKeyType
+
     from cutwise.results import Result
 
 Draw = Callable[["Result"], Figure]
+Drawn = TypeVar("Drawn")
 
 
 class Plot(NamedTuple):
@@ -56,11 +60,11 @@ ZONE, SHADE = COLOURS["--zone"], COLOURS["--shade"]
 GOOD, BAD = COLOURS["--good"], COLOURS["--bad"]
 SERIES = [COLOURS[f"--c{i}"] for i in range(1, 8)]
 
-LOOK = {
+LOOK: dict["RcKeyType", Any] = {
     "font.family": "sans-serif", "font.size": 9.0, "text.color": INK,
     "axes.edgecolor": SOFT, "axes.labelcolor": INK, "axes.linewidth": 0.8, "axes.titlesize": 9.5,
     "axes.titlelocation": "left", "axes.titleweight": "bold", "axes.spines.top": False, "axes.spines.right": False,
-    "axes.grid": True, "axes.axisbelow": True, "axes.prop_cycle": mpl.cycler(color=SERIES),
+    "axes.grid": True, "axes.axisbelow": True, "axes.prop_cycle": cycler(color=SERIES),
     "grid.color": GRID, "grid.linewidth": 0.7, "xtick.color": SOFT, "ytick.color": SOFT,
     "xtick.labelcolor": INK, "ytick.labelcolor": INK, "lines.linewidth": 1.5,
     "legend.frameon": False, "legend.fontsize": 8.5, "svg.fonttype": "none", "path.simplify": False,
@@ -152,7 +156,7 @@ def flat(drawn: Figure) -> str:
     return "; ".join(said)
 
 
-def svg(draw: Draw, result: "Result", name: str, title: str) -> str:
+def svg(draw: Callable[[Drawn], Figure], result: Drawn, name: str, title: str) -> str:
     """The drawing as an ``<svg>`` element with names of its own and the colours of the page; a sentence where all is flat.
 
     ``name`` must be unique in the page; it starts every id, since ids are shared by all drawings of a page.

@@ -179,7 +179,6 @@ def slices(result: "Result") -> Figure:
     levels = np.linspace(0.0, size.max(), 13)
     drawn = figure(3.1, colour_bars=True)
     panels = drawn.subplots(1, 3)
-    image = None
     for k, (axes, (across, up)) in enumerate(zip(panels, (("Y", "Z"), ("X", "Z"), ("X", "Y")), strict=True)):
         middle = size.shape[k] // 2
         image = axes.contourf(at[across], at[up], np.take(size, middle, axis=k).T, levels=levels, cmap="viridis")

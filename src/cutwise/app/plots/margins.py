@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import LayoutEngine
-from matplotlib.text import Annotation
+from matplotlib.text import Annotation, Text
 
 _WIDE = 0.60  # width of a character over its height
 _LINE = 1.45  # height of a line over that of a character
@@ -25,7 +25,7 @@ class Margins(LayoutEngine):
     _adjust_compatible = True
     _colorbar_gridspec = True
 
-    def execute(self, fig: Figure) -> None:  # type: ignore[override]
+    def execute(self, fig: Figure) -> None:
         """Set the margins of the figure and the gaps of its grid: twice, since the size of a panel decides on its ticks."""
         for _ in range(2):
             _set(fig)
@@ -79,6 +79,11 @@ def _high(text: str, size: float) -> float:
     return len(_lines(text)) * _LINE * size
 
 
+def _size(text: Text) -> float:
+    """Size of its letters [pt]; a word for it is a number by then."""
+    return float(text.get_fontsize())
+
+
 def _ticks(axis: Axis) -> list[Any]:
     """Tick labels that are shown and lie within the panel."""
     return [tick.label1 for tick in axis._update_ticks() if tick.label1.get_visible()]  # type: ignore[attr-defined]
@@ -86,7 +91,7 @@ def _ticks(axis: Axis) -> list[Any]:
 
 def _sticking_out(axes: Axes) -> tuple[float, float, float, float]:
     """How far notes reach over the left, lower, right and upper rim of a panel [pt]."""
-    box, point = axes.bbox, 72.0 / axes.figure.dpi  # type: ignore[union-attr]
+    box, point = axes.bbox, 72.0 / axes.figure.dpi
     over = [0.0, 0.0, 0.0, 0.0]
     for text in axes.texts:
         if text.get_clip_on() or not text.get_text():
@@ -96,9 +101,9 @@ def _sticking_out(axes: Axes) -> tuple[float, float, float, float]:
             dx, dy = text.xyann if text.anncoords == "offset points" else (0.0, 0.0)
         else:
             (x, y), dx, dy = text.get_transform().transform(text.get_position()) * point, 0.0, 0.0
-        wide, high = _wide(text.get_text(), text.get_fontsize()), _high(text.get_text(), text.get_fontsize())
-        left = x + dx - {"left": 0.0, "center": 0.5, "right": 1.0}[text.get_ha()] * wide
-        low = y + dy - {"top": 1.0, "center": 0.5}.get(text.get_va(), 0.0) * high
+        wide, high = _wide(text.get_text(), _size(text)), _high(text.get_text(), _size(text))
+        left = x + dx - {"left": 0.0, "center": 0.5, "right": 1.0}[text.get_horizontalalignment()] * wide
+        low = y + dy - {"top": 1.0, "center": 0.5}.get(text.get_verticalalignment(), 0.0) * high
         rims = (
             box.x0 * point - left, box.y0 * point - low,
             left + wide - box.x1 * point, low + high - box.y1 * point,
@@ -113,7 +118,7 @@ def _beside(axes: Axes) -> float:
         return _PAD
     labels = [_wide(label.get_text(), label.get_fontsize()) for label in _ticks(axes.yaxis)]
     name = axes.yaxis.label
-    said = _high(name.get_text(), name.get_fontsize())
+    said = _high(name.get_text(), _size(name))
     return max(labels, default=0.0) + said + 2.0 * _PAD + (4.0 if labels else 0.0)
 
 
@@ -122,20 +127,20 @@ def _below(axes: Axes) -> float:
         return _PAD
     labels = [_high(label.get_text(), label.get_fontsize()) for label in _ticks(axes.xaxis)]
     name = axes.xaxis.label
-    return max(labels, default=0.0) + _high(name.get_text(), name.get_fontsize()) + 1.5 * _PAD
+    return max(labels, default=0.0) + _high(name.get_text(), _size(name)) + 1.5 * _PAD
 
 
 def _above(axes: Axes) -> float:
     """Room that titles and a legend over a panel take [pt]."""
     titles = [title for title in (axes.title, axes._left_title, axes._right_title) if title.get_text()]  # type: ignore[attr-defined]
-    over = max((_high(t.get_text(), t.get_fontsize()) for t in titles), default=0.0)
+    over = max((_high(t.get_text(), _size(t)) for t in titles), default=0.0)
     if titles:
-        over += axes.titleOffsetTrans.get_matrix()[1, 2] * 72.0 / axes.figure.dpi  # type: ignore[attr-defined, union-attr]
+        over += axes.titleOffsetTrans.get_matrix()[1, 2] * 72.0 / axes.figure.dpi  # type: ignore[attr-defined]
     legend = axes.get_legend()
     if legend is not None and getattr(legend, "_loc", 0) == 3 and legend.get_bbox_to_anchor().y0 >= axes.bbox.y1 - 1.0:
         texts = legend.get_texts()
         rows = math.ceil(len(texts) / max(1, legend._ncols))  # type: ignore[attr-defined]
-        over = max(over, rows * (_LINE + 0.2) * texts[0].get_fontsize() + 2.0 if texts else 0.0)
+        over = max(over, rows * (_LINE + 0.2) * _size(texts[0]) + 2.0 if texts else 0.0)
     return over + _PAD
 
 

@@ -1,13 +1,14 @@
 """A history as a figure for a paper: one or two columns wide, 8 pt, in a unit that people read, with its limits."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import matplotlib as mpl
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.rcsetup import cycler
 
 from cutwise import units
 from cutwise.app.numbers import form, printed
@@ -16,6 +17,8 @@ from cutwise.spec.faults import NoSuchName
 from cutwise.tabular import components, main_dimension, without_single
 
 if TYPE_CHECKING:
+    from matplotlib.typing import RcKeyType
+
     from cutwise.results import Result
 
 _WIDTHS = (85.0, 170.0)  # [mm] one column of a journal, or two
@@ -23,10 +26,10 @@ _MM = 1.0 / 25.4  # [in]
 _HEIGHT = 0.62  # of the width, at most that of one column
 _MOST_CURVES = 12
 _ENDS = ("", "_max", "_min", "_peak")  # a measure of a history that is a value of it
-LOOK = {
+LOOK: dict["RcKeyType", Any] = {
     "font.size": 8.0, "axes.labelsize": 8.0, "xtick.labelsize": 8.0, "ytick.labelsize": 8.0, "legend.fontsize": 8.0,
     "axes.linewidth": 0.6, "lines.linewidth": 1.0, "axes.spines.top": False, "axes.spines.right": False,
-    "legend.frameon": False, "axes.prop_cycle": mpl.cycler(color=SERIES), "svg.fonttype": "none", "pdf.fonttype": 42,
+    "legend.frameon": False, "axes.prop_cycle": cycler(color=SERIES), "svg.fonttype": "none", "pdf.fonttype": 42,
     "path.simplify": False,
 }  # fmt: skip
 

@@ -106,7 +106,7 @@ def _housing(spindle: Any, size: float, radius: float) -> tuple[float, float]:
 def _piston(spindle: Any, size: float) -> float:
     solid = spindle.solid
     if solid is None or not hasattr(solid, "piston_diameter"):
-        return 0.03 * size * spindle.tool_reach
+        return 0.03 * size * float(spindle.tool_reach)
     return size * float(solid.piston_diameter)
 
 

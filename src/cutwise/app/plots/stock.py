@@ -53,8 +53,8 @@ def _deviation(result: "Result", group: str) -> Figure:
     drawn = figure(4.8)
     axes = drawn.subplots()
     dots = axes.scatter(
-        *(factor * point[order, :2].T), c=small * value[order], s=3.0, cmap=_DEVIATION, vmin=-small * limit, vmax=small * limit,
-        linewidths=0.0, rasterized=True,
+        factor * point[order, 0], factor * point[order, 1], c=small * value[order], s=3.0, cmap=_DEVIATION,
+        vmin=-small * limit, vmax=small * limit, linewidths=0.0, rasterized=True,
     )  # fmt: skip
     bar = drawn.colorbar(dots, ax=axes, extend="both")
     bar.set_label(f"deviation [{small_unit}]: blue cut into the part, red material left")
@@ -85,7 +85,7 @@ def load(result: "Result") -> Figure:
     time = motion["time"].values
     forced = bool((motion["torque"].values > 0.0).any())
     drawn = figure(4.6 if forced else 2.6)
-    parts = np.atleast_1d(drawn.subplots(2 if forced else 1, sharex=True))
+    parts = drawn.subplots(2 if forced else 1, sharex=True, squeeze=False)[:, 0]
     factor, unit = scale("angle")
     curve(parts[0], time, factor * motion["immersion"].values, color=SERIES[3], linewidth=0.8)
     parts[0].set(ylabel=f"contact angle [{unit}]")

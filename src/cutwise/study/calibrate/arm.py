@@ -43,7 +43,7 @@ def folds(hold_out: str | float | None, rows: int, usual: float = 0.2) -> list[l
     """Rows that are left out together: each by itself, or rows k, 2k ... counted from 1, with k = 1/share."""
     if hold_out == "leave_one_out" or (hold_out is None and rows <= 200):
         return [[row] for row in range(rows)]
-    share = usual if hold_out is None else float(hold_out)  # type: ignore[arg-type]
+    share = usual if hold_out is None else float(hold_out)
     if share <= 0.0:
         return []
     step = round(1.0 / share)

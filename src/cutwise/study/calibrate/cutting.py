@@ -220,7 +220,7 @@ def _found(data: Measurement, settings: MeanForces, fit: Fit, model: str, both: 
             "source": f"{{file}}, feeds of {rows} rows",
         }
     scatter = [fit.scatter[k] for k in range(3)]
-    table = [("model", "rms F_x", "rms F_y", "rms F_z", "left out, rms")]
+    table: list[tuple[str, ...]] = [("model", "rms F_x", "rms F_y", "rms F_z", "left out, rms")]
     for name, one in zip(MODELS, both, strict=True):
         by_axis = (units.show(float(np.sqrt(np.mean(one.residual[k::3] ** 2))), "force", 5) for k in range(3))
         left = rms(one.left_out)

@@ -18,6 +18,7 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 from scipy import optimize, stats
 
 from cutwise import units
@@ -265,7 +266,7 @@ def _judged(
         posed, x, covariance, residual, studentised, weights, scatter * s, s, dof, quantile, apart.condition,
         combination(posed.names, apart.vectors[:, apart.rank - 1]) if apart.condition > POOR_CONDITION else (),
         null, verdicts, _outliers(posed, studentised, weights),
-        _next_test(posed, plain, inverse, max(worst, key=lambda k: half[k] / max(_size(posed, k, x[k]), 1e-300)))
+        _next_test(posed, plain, inverse, max(worst, key=lambda k: half[k] / max(_size(posed, k, float(x[k])), 1e-300)))
         if retest else None,
         left_out * scatter, cover, lag_1,
     )  # fmt: skip
@@ -284,7 +285,9 @@ def neighbours(posed: Posed, r: FloatArray) -> float:
     return max(found)
 
 
-def _sandwich(blocks: FloatArray, jacobian: FloatArray, r: FloatArray, inverse: FloatArray) -> tuple[FloatArray, int]:
+def _sandwich(
+    blocks: npt.NDArray[np.integer[Any]], jacobian: FloatArray, r: FloatArray, inverse: FloatArray
+) -> tuple[FloatArray, int]:  # fmt: skip
     """Covariance that holds for residuals which correlate within stretches, and its degrees of freedom."""
     numbers = np.unique(blocks)
     if len(numbers) < 2:

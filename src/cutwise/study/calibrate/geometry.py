@@ -7,6 +7,7 @@ each body. ``rigid+joints``: and periodic errors of each joint, and joints 2 and
 from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 from scipy import linalg, stats
 
 from cutwise import units
@@ -84,8 +85,8 @@ class Layout(NamedTuple):
     gravity: bool
 
     @property
-    def count(self) -> int:
-        """Number of unknowns."""
+    def unknowns(self) -> int:
+        """How many they are."""
         twists = 6 * self.joints if self.rigid else 0
         return 9 + twists + 2 * self.waved * self.harmonics + (len(YIELDING) if self.gravity else 0)
 
@@ -104,7 +105,7 @@ class Layout(NamedTuple):
         return found
 
     def prior(self, moment: FloatArray | None) -> FloatArray:
-        """Standard deviations about 0 (count,)."""
+        """Standard deviations about 0 (unknowns,)."""
         parts: list[Any] = [PLACING, (PLACING[0],) * 3]
         if self.rigid:
             parts.append(np.tile(TWIST, self.joints))
@@ -127,7 +128,8 @@ def calibrate(data: Measurement, settings: ArmGeometry) -> Finding:
     held = folds(0.2 if settings.fit.hold_out is None else settings.fit.hold_out, data.rows)
     out = np.array(held[0] if held else [], dtype=int)
     kept = np.setdiff1d(np.arange(data.rows), out)
-    compared, errors, cover = [("model", "mean", "rms", "95 %", "largest", "90 % cover")], {}, float("nan")
+    compared: list[tuple[str, ...]] = [("model", "mean", "rms", "95 %", "largest", "90 % cover")]
+    errors, cover = {}, float("nan")
     nominal = _nominal(data, arm, seen, np.arange(data.rows))
     for model in MODELS[: MODELS.index(name) + 1] if len(out) else ():
         fit = fitted(arm, seen, kept, model, settings.fit.harmonics, _nominal(data, arm, seen, kept))
@@ -148,7 +150,7 @@ def _arm(settings: ArmGeometry, model: str) -> Arm:
     return Arm(serial(robot), in_last_frame(robot, robot.tool_position), load)
 
 
-def _nominal(data: Measurement, arm: Arm, seen: Seen, rows: FloatArray) -> Placed:
+def _nominal(data: Measurement, arm: Arm, seen: Seen, rows: npt.NDArray[np.integer[Any]]) -> Placed:
     """Tracker and target of the chain without errors."""
     count = seen.angles.shape[1]
     own = Seen(seen.angles[rows], seen.places[rows])
@@ -188,7 +190,9 @@ def _moved(placed: Placed, x: FloatArray) -> Placed:
     return Placed(placed.rotation @ turned[0], placed.origin + placed.rotation @ shifted[0], placed.target + x[6:9])
 
 
-def fitted(arm: Arm, seen: Seen, rows: FloatArray, model: str, harmonics: int, placed: Placed) -> Model:
+def fitted(
+    arm: Arm, seen: Seen, rows: npt.NDArray[np.integer[Any]], model: str, harmonics: int, placed: Placed
+) -> Model:
     """A model fitted to some rows."""
     own = Seen(seen.angles[rows], seen.places[rows])
     count = seen.angles.shape[1]
@@ -223,7 +227,7 @@ def _linearised(
     turned, shifted = exp_twists(x[None, :6])
     place = at.place @ turned[0].T + shifted[0]
     rows, n = len(place), 9
-    jacobian = np.empty((rows, 3, layout.count))
+    jacobian = np.empty((rows, 3, layout.unknowns))
     jacobian[:, :, :3] = np.eye(3)
     jacobian[:, :, 3:6] = _crossed(np.tile(np.eye(3), (rows, 1, 1)), place)
     jacobian[:, :, 6:9] = at.rotations[:, -1]
@@ -251,13 +255,13 @@ def _crossed(axes: FloatArray, reach: FloatArray) -> FloatArray:
     return np.asarray(np.cross(axes, reach[:, :, None], axisa=1, axisb=1, axisc=1))
 
 
-def held_out(arm: Arm, seen: Seen, rows: FloatArray, fit: Model) -> tuple[FloatArray, float]:
+def held_out(arm: Arm, seen: Seen, rows: npt.NDArray[np.integer[Any]], fit: Model) -> tuple[FloatArray, float]:
     """Errors at rows that the fit does not know (n, 3), and the share of components inside their 90 % interval."""
     own = Seen(seen.angles[rows], seen.places[rows])
     moment = moments(arm.links, own.angles, arm.load) if arm.load is not None else np.zeros_like(own.angles)
     given = (moment, waves(own.angles, fit.layout.harmonics))
     at = _linearised(arm, own, fit.placed, fit.layout, given, fit.solution.x)
-    leverage = fit.solution.leverage(at.jacobian.reshape(-1, fit.layout.count), SIGMA)
+    leverage = fit.solution.leverage(at.jacobian.reshape(-1, fit.layout.unknowns), SIGMA)
     sd = np.sqrt(fit.solution.mean_square * (1.0 + leverage * SIGMA**2 / SIGMA**2))
     return at.residual, float(np.mean(np.abs(at.residual.reshape(-1)) <= 1.645 * sd))
 

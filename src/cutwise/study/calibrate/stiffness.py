@@ -22,7 +22,7 @@ from cutwise.spec.faults import ScenarioFault
 from cutwise.study.calibrate.arm import folds, in_last_frame, joint_angles, joint_channels, serial
 from cutwise.study.calibrate.fit import fitted
 from cutwise.study.calibrate.posed import Finding, Fit, FloatArray, Posed, Unknown, Value
-from cutwise.study.calibrate.told import poorly_seen, unknown_combinations
+from cutwise.study.calibrate.told import plain, poorly_seen, unknown_combinations
 
 MODELS = ("joints", "joints+base", "bodies")
 _AXES = "xyz"
@@ -153,11 +153,11 @@ def _signs(data: Measurement, tests: Tests, columns: FloatArray) -> None:
             "tool, in the axes of the deflections"
         )])  # fmt: skip
     matrix = columns.reshape(-1, columns.shape[2])
-    left = {}
-    for signs in product((1.0, -1.0), repeat=2):
-        turned = (tests.deflections * np.array([1.0, *signs])).reshape(-1)
+    left: dict[tuple[float, float], float] = {}
+    for y, z in product((1.0, -1.0), repeat=2):
+        turned = (tests.deflections * np.array([1.0, y, z])).reshape(-1)
         found = np.linalg.lstsq(matrix / 1e-6, turned, rcond=None)[0]
-        left[signs] = float(np.sum((turned - matrix @ found / 1e-6) ** 2))
+        left[y, z] = float(np.sum((turned - matrix @ found / 1e-6) ** 2))
     best = min(left, key=lambda signs: left[signs])
     if left[best] < _TURNED * left[1.0, 1.0]:
         wrong = {(-1.0, 1.0): "y", (1.0, -1.0): "z", (-1.0, -1.0): "x (or both y and z)"}[best]
@@ -235,7 +235,7 @@ def _rms(values: FloatArray) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def _percent(value: float) -> str:
+def _percent(value: float | np.floating[Any]) -> str:
     return f"{100 * value:.4g} %"
 
 
@@ -251,7 +251,7 @@ def _as_springs(
     }
     values, warnings, failed = [], [], []
     for k, name in enumerate(fit.posed.names):
-        value = _spring(fit, k) if k < count else _plain(fit, k)
+        value = _spring(fit, k) if k < count else plain(fit, k)
         moved = shift.get(name, 0.0)
         if abs(moved) > 2.0:
             note = f"depends on the model ({moved:+.2f} s.e. in {'joints+base' if fit is both[0] else 'joints'})"
@@ -289,13 +289,6 @@ def _spring(fit: Fit, k: int) -> Value:
         fit.posed.names[k], "angular_stiffness", stiffness, se * stiffness**2 if c else float("inf"), low, high,
         fit.verdicts[k], True,
     )  # fmt: skip
-
-
-def _plain(fit: Fit, k: int) -> Value:
-    c, se = float(fit.x[k]), float(fit.standard_errors[k])
-    half = fit.quantile * se
-    ends = (c - half, c + half) if np.isfinite(half) else (None, None)
-    return Value(fit.posed.names[k], fit.posed.unknowns[k].dimension, c, se, *ends, fit.verdicts[k], True)
 
 
 def _written(values: list[Value], count: int, rows: int) -> dict[str, Any]:

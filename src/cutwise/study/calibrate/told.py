@@ -13,7 +13,7 @@ def plain(fit: Fit, k: int, **more: Any) -> Value:
     """An unknown whose errors are normal as it is."""
     x, se = float(fit.x[k]), float(fit.standard_errors[k])
     half = fit.quantile * se
-    ends = (x - half, x + half) if np.isfinite(half) else (None, None)
+    ends: tuple[float | None, float | None] = (x - half, x + half) if np.isfinite(half) else (None, None)
     unknown = fit.posed.unknowns[k]
     return Value(unknown.name, unknown.dimension, x, se, *ends, fit.verdicts[k], unknown.deciding, **more)
 

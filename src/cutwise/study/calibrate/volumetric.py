@@ -15,6 +15,7 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from cutwise import units
 from cutwise.io import library
@@ -80,8 +81,8 @@ class Equations(NamedTuple):
     matrix: FloatArray  # (m, p)
     zeros: FloatArray  # what the unknown zeros of the sets add (m, z)
     measured: FloatArray  # [m] (m,)
-    row: FloatArray  # of the data (m,)
-    column: FloatArray  # (m,)
+    row: npt.NDArray[np.int64]  # of the data (m,)
+    column: npt.NDArray[np.int64]  # (m,)
     columns: tuple[str, ...]
 
 
@@ -117,7 +118,7 @@ def calibrate(data: Measurement, settings: MachineVolume) -> Finding:
     held = folds(0.2 if share in (None, "leave_one_out") and data.rows > 200 else share, data.rows)
     errors, plainer = _left_out(equations, held)
     better, before = rms(errors), rms(plainer)
-    failed = ()
+    failed: tuple[str, ...] = ()
     if better is not None and before is not None and better >= before:
         failed = (f"the left-out error is not below that without correction, {units.show(before, 'small_length', 4)}",)
     shared = np.sum(fit.null**2, axis=1)
@@ -198,6 +199,7 @@ def _equations(data: Measurement, commands: FloatArray, scales: FloatArray) -> E
     label = np.unique(data.labels.get("set", ("",) * data.rows), return_inverse=True)[1]
     _, of_set = np.unique(np.column_stack([label, length]), axis=0, return_inverse=True)
     of_set = of_set.reshape(-1)
+    names: tuple[str, ...]
     if along:
         way = data.matrix(along[:3]) / np.maximum(np.linalg.norm(data.matrix(along[:3]), axis=1), 1e-9)[:, None]
         ways, measured, names = way[:, None], columns["error"][:, None], ("error",)
@@ -219,7 +221,7 @@ def _equations(data: Measurement, commands: FloatArray, scales: FloatArray) -> E
     )  # fmt: skip
 
 
-def _zero(data: Measurement, rows: FloatArray, measured: FloatArray) -> int | None:
+def _zero(data: Measurement, rows: npt.NDArray[np.integer[Any]], measured: FloatArray) -> int | None:
     """Row at whose place the errors of a set are counted from; None if it is not known."""
     marked = rows[data.columns["zero"][rows] != 0.0] if "zero" in data.columns else rows[:0]
     if len(marked) > 1:
@@ -255,7 +257,10 @@ def _left_out(equations: Equations, held: list[list[int]]) -> tuple[FloatArray, 
     corrected, plainer = (np.full(len(equations.measured), np.nan) for _ in range(2))
     for fold in held if len(held) < 60 else [[row for one in held[k::10] for row in one] for k in range(10)]:
         out = np.isin(equations.row, fold)
-        kept = Equations(*(part[~out] for part in equations[:5]), equations.columns)
+        kept = Equations(
+            equations.matrix[~out], equations.zeros[~out], equations.measured[~out], equations.row[~out],
+            equations.column[~out], equations.columns,
+        )  # fmt: skip
         posed, _ = _posed(kept)
         apart = taken_apart(posed.jacobian(np.zeros(1)), [u.dimension for u in posed.unknowns], posed.scales)
         x = apart.inverse @ (posed.jacobian(np.zeros(1)).T @ posed.measured)

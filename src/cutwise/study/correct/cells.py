@@ -41,7 +41,7 @@ class Cells(NamedTuple):
     plunges: BoolArray  # straight down into the stock, shape (n,)
 
     @property
-    def count(self) -> int:
+    def size(self) -> int:
         """Number of cells."""
         return self.length.size
 

@@ -11,10 +11,11 @@ from cutwise import units
 from cutwise.io.revision import revisions
 from cutwise.io.scenario import read_document
 from cutwise.maths.curves import FloatArray, Polyline
+from cutwise.physics.structure.statics import borders
 from cutwise.process import deburring, deburring_part
 from cutwise.process.assemble import deburring_cell
 from cutwise.process.loops import EdgeCell, programmed_time
-from cutwise.process.plateaus import borders, equilibrium, feed_for
+from cutwise.process.plateaus import equilibrium, feed_for
 from cutwise.spec.correct import Correction
 from cutwise.spec.deburring import DeburringScenario
 from cutwise.spec.faults import Fault, ScenarioFault
@@ -206,6 +207,7 @@ def _range(scenario: DeburringScenario, said: Correction) -> tuple[float, float]
 def _ahead(cell: EdgeCell) -> float:
     """Way from the commanded axis to the middle between axis and entry of the deflected mill [m], of the mean burr."""
     height, width = (float(one.value.mean()) for one in cell.layers[:2])
+    assert cell.ring is not None  # the spindle yields, or there is no plan
     radius, piston = cell.cutter.mill.radius, cell.ring.piston
     friction = 0.0 if piston.law == 0 else piston.friction_dynamic
     rest = equilibrium(cell, piston.pressure_force + friction, height, width, borders(cell.ring))

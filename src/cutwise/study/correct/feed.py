@@ -65,7 +65,7 @@ def corrected(task: Task) -> Proposal:
     wanted = asked(task.scenario, task.said, walls=bool(tip_compliance(ready.scenario).any()))
     first = task.before.scenario
     static = static_before(ready if first is task.scenario else prepared(first, task.said))
-    limits = limits_of(ready, wanted, static)
+    limits: Mapping[str, float] = limits_of(ready, wanted, static)
     aim = objective.aimed(ready, task, wanted, limits, static)
     room, wanted, limits = aim.room, aim.wanted, aim.limits
     proof = prove.proved(ready, task, aim)

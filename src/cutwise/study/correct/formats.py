@@ -2,8 +2,8 @@
 
 from collections.abc import Sequence
 
+from cutwise.process.assemble_mill import read_program
 from cutwise.process.chamfer_program import program_of
-from cutwise.process.milling import read_program
 from cutwise.programs import post, robot_moves, written_moves
 from cutwise.programs.rewrite import with_first_comment
 from cutwise.spec.chamfer import ChamferScenario

@@ -85,7 +85,7 @@ def cutting_of(scenario: MillingScenario, path: ProgramPath, cells: Cells, spind
     tool = scenario.tool
     given = edges_alike(scenario.material)
     mill = Mill(0.5 * tool.diameter, tool.flutes, tool.helix)
-    turning = np.full(cells.count, spindle)
+    turning = np.full(cells.size, spindle)
     per_speed = cells.flat * 2.0 * math.pi / (turning * mill.flutes)
     linear = given.linear
     if given.law != LINEAR:
@@ -123,11 +123,11 @@ def allowed(
     cheapest: float = math.inf,
 ) -> Allowed:  # fmt: skip
     """Highest and lowest speeds of all cells under limits [SI]; ``cheapest``: feed per tooth above which a part is dearer [m]."""
-    still = np.zeros(cells.count)
+    still = np.zeros(cells.size)
     high, low, _ = _intervals(cells, cutting, still, limits)
     level = cutting.per_speed > 0.0
     per = np.where(level, cutting.per_speed, 1.0)[:, None]
-    each = np.full((cells.count, len(NAMES)), math.inf)
+    each = np.full((cells.size, len(NAMES)), math.inf)
     for place, (_, column) in enumerate(BINDS):
         each[:, place] = np.where(level, high[:, column] / per[:, 0], math.inf)
     core, most = scenario.tool.end_core, limits.get(PLUNGE)

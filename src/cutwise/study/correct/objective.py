@@ -77,7 +77,7 @@ def aimed(
 ) -> Aim:  # fmt: skip
     """What a schedule of the feeds is made for, under all limits; ``budget``: time for the least error, in place of others [s]."""
     said, scenario = task.said, ready.scenario
-    free = np.full(ready.cells.count, math.inf)
+    free = np.full(ready.cells.size, math.inf)
     room = allowed(scenario, ready.path, ready.cells, ready.cutting, limits, cheapest(ready, said.objective))
     aim = Aim(said.objective, wanted, limits, room, free, frozenset(), static, math.inf)
     return _truest(ready, task, aim, budget) if said.objective == "error" else aim

@@ -71,7 +71,8 @@ def proved(ready: Ready, task: Task, aim: Aim) -> Proof:
     from cutwise.study.correct.feed import proposed
 
     wanted, room = aim.wanted, aim.room
-    ceiling, bends = aim.ceiling, {}
+    ceiling = aim.ceiling
+    bends: dict[str, tuple[FloatArray, FloatArray]] = {}
     at_rest = chatters(task.before)
     first = _at_rest(task.before.scenario) if at_rest else _values(task.before)
     for turn in range(_ROUNDS + 1):

@@ -88,14 +88,14 @@ def _shares(path: ProgramPath, cells: Cells) -> FloatArray:
 
 def _beside_blend(path: ProgramPath, cells: Cells) -> BoolArray:
     """Cells that belong to the one before them, because a blend begins or ends too near."""
-    out = np.zeros(cells.count, bool)
+    out = np.zeros(cells.size, bool)
     if not path.blended:
         return out
     told = path.programmed
     origin = path.origin[cells.block]
     begins = np.append(True, origin[1:] != origin[:-1])
     first = np.flatnonzero(begins)
-    last = np.append(first[1:], cells.count)
+    last = np.append(first[1:], cells.size)
     for a, b in zip(first.tolist(), last.tolist(), strict=True):
         o = int(origin[a])
         whole = told.length[o]
@@ -236,7 +236,7 @@ def _parts(
     ends = np.append(other[1:], True)
     for k in np.flatnonzero(wanted & ends).tolist():
         line = int(bed.line[k])
-        share = 1.0 if k + 1 == cells.count or bed.move[k + 1] != bed.move[k] else float(bed.share[k])
+        share = 1.0 if k + 1 == cells.size or bed.move[k + 1] != bed.move[k] else float(bed.share[k])
         rows = parts.setdefault(line, [])
         if rows and rows[-1].share >= share:  # another run of the line, or the arc round a corner before it
             rows[-1] = Part(rows[-1].share, min(rows[-1].feed, float(feed[k])))

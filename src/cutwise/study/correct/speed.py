@@ -211,7 +211,7 @@ def _lobes(scenario: MillingScenario, patches: FloatArray, now: float) -> Lobes:
 def _chosen(lobes: Lobes, low: float, high: float) -> tuple[Depths | None, Sequence[Depths]]:
     """The top of the quickest stable lobe of the range, and others that may be told."""
     for grid in _GRID:
-        speeds = np.arange(math.ceil(low / grid), math.floor(high / grid) + 1) * grid
+        speeds = np.arange(math.ceil(low / grid), math.floor(high / grid) + 1).astype(np.float64) * grid
         speeds = speeds[speeds > 0.0]
         if speeds.size == 0:
             continue

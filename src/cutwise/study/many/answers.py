@@ -77,12 +77,12 @@ def answers_of(study: Study, table: Table) -> Answers:
     return Answers(
         study, table, done, tuple(found.tally.shares()) if study.scenario.asked and study.random else (),
         int(found.tally.states[GOOD]), found.finer,
-        {text: one.count for text, one in found.failed.items()},
-        {text: one.count for text, one in found.infeasible.items()},
-        {text: one.count for text, one in found.wrong.items()}, decides(study, table, done),
+        {text: one.cases for text, one in found.failed.items()},
+        {text: one.cases for text, one in found.infeasible.items()},
+        {text: one.cases for text, one in found.wrong.items()}, decides(study, table, done),
         {text: one.first for text, one in (found.infeasible | found.failed | found.unsound).items()},
         {text: one.extreme for text, one in found.wrong.items()},
-        tuple(found.tally.if_failed()), {text: one.count for text, one in found.unsound.items()},
+        tuple(found.tally.if_failed()), {text: one.cases for text, one in found.unsound.items()},
     )  # fmt: skip
 
 

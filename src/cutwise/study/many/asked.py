@@ -1,5 +1,6 @@
 """What a study file asks for: how many cases, measures, probability, indices, when to stop, what may be spent."""
 
+import math
 from collections.abc import Sequence
 from difflib import get_close_matches
 from typing import NamedTuple
@@ -96,9 +97,10 @@ def stop(tree: Node, faults: Faults) -> Stop | None:
         return None
     given = node.plain() if isinstance(node.value, dict) else {}
     unknown = given.keys() - {"half_width", "level", "at_least"}
-    width, level, least = given.get("half_width"), given.get("level", 0.95), given.get("at_least", 1024)
-    numbers = all(isinstance(x, int | float) and not isinstance(x, bool) for x in (width, level, least))
-    if unknown or not numbers or not (0.0 < width < 0.5 and 0.5 < level < 1.0 and least >= 1):
+    asked = (given.get("half_width"), given.get("level", 0.95), given.get("at_least", 1024))
+    numbers = [x for x in asked if isinstance(x, int | float) and not isinstance(x, bool)]
+    width, level, least = numbers if len(numbers) == len(asked) else (math.nan, math.nan, math.nan)
+    if unknown or not (0.0 < width < 0.5 and 0.5 < level < 1.0 and 1 <= least < math.inf):
         faults.at(node, ("stop",), "expected for example {half_width: 0.01, level: 0.95, at_least: 1024}; a study that "
                   "stops when its interval clears a limit would be wrong half of the time")  # fmt: skip
         return None

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -17,7 +18,7 @@ from cutwise.study.many.draws import OPTIMISER, generator
 from cutwise.study.many.engine import LOCAL, begun, checked
 from cutwise.study.many.pool import Pool, Unfinished, pooled
 from cutwise.study.many.tried import Setting, Tried, quantile, reasons, share_of_cases
-from cutwise.study.optimum import Found, Point, Problem, Range, Seeker, Seen, front
+from cutwise.study.optimum import FloatArray, Found, Point, Problem, Range, Seeker, Seen, front
 
 FRESH = 4096
 """Cases, none of which the search has seen, that a robust optimum is held against."""
@@ -166,7 +167,7 @@ class _Searched:
             if not one.met or run is None or not _too_near(run):
                 break
             off = self._room(run)
-            problem = Problem(lambda seen: seen.values[0], lambda seen, off=off: _shifted(seen, off).margins)
+            problem = Problem(lambda seen: seen.values[0], partial(_drawn_in, room=off))
             again = last.solve(problem, [one.at])
             if not again.met:
                 break
@@ -179,9 +180,7 @@ class _Searched:
         fine = takes_coarse_step(self.study)
         room = np.zeros(len(list(bounds(self.study.scenario))))
         for _ in range(_REPEATS):
-            seeker = self._seeker(
-                lambda points, off=room: [_shifted(one, off) for one in self.trials.one_by_one(points, fine=fine)]
-            )
+            seeker = self._seeker(partial(self._off_limits, room=room, fine=fine))
             found = front(seeker, self.search.points)
             if not found[0].met:
                 return self._told(seeker, [self._setting(found[0])], [])
@@ -195,6 +194,10 @@ class _Searched:
             for one, run in zip(found, runs, strict=True)
         ]
         return self._told(seeker, along[:1], along, runs[0])
+
+    def _off_limits(self, points: Sequence[Point], room: Sequence[float] | FloatArray, *, fine: bool) -> list[Seen]:
+        """Each setting as one run, its limits drawn in."""
+        return [_shifted(one, room) for one in self.trials.one_by_one(points, fine=fine)]
 
     def _room(self, run: Result) -> list[float]:
         """How far an optimum stays off each limit, so that the error of its step does not reach across it."""
@@ -241,17 +244,16 @@ class _Searched:
             if fresh is None or fresh.low >= least[0]:
                 break
             asked = min(asked + max(fresh.half_width, least[0] - fresh.value), 1.0 - 0.5 / self.study.draws)
-            more = self._seeker(lambda points, share=asked: self.trials.over_cases(points, share))
+            more = self._seeker(partial(self.trials.over_cases, share=asked))
             one = more.solve(near=[one.at])
         return self._told(seeker, attempts, [])
 
     def _over_shares(self, seeker: Seeker) -> Best:
         """How good the aim can be for each share of good cases: a front, each point begun at the one before."""
-        settings, near = [], []
+        settings: list[Setting] = []
+        near: list[Point] = []
         for share in self.search.probability:
-            problem = Problem(
-                lambda seen: seen.values[0], lambda seen, least=share: (quantile(seen.more["margins"], least),)
-            )
+            problem = Problem(lambda seen: seen.values[0], partial(_at_share, share=share))
             found = seeker.solve(problem, near)
             if not found.met:
                 settings.append(self._setting(found, share))
@@ -295,9 +297,19 @@ def _too_near(run: Result) -> bool:
     return any(finding.code == "unconverged" for finding in run.findings)
 
 
-def _shifted(seen: Seen, room: Sequence[float]) -> Seen:
+def _shifted(seen: Seen, room: Sequence[float] | FloatArray) -> Seen:
     """A setting with limits that are drawn in."""
     return seen._replace(margins=tuple(m + off for m, off in zip(seen.margins, room, strict=True)))
+
+
+def _drawn_in(seen: Seen, room: Sequence[float]) -> tuple[float, ...]:
+    """Margins of a setting whose limits are drawn in."""
+    return _shifted(seen, room).margins
+
+
+def _at_share(seen: Seen, share: float) -> tuple[float]:
+    """The margin that a share of the cases keeps."""
+    return (quantile(seen.more["margins"], share),)
 
 
 def _good(seen: Seen) -> float:

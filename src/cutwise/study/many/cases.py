@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from cutwise.io.revision import Value, revisions
 from cutwise.process.recipes import Outcome, coarser
-from cutwise.results import SOUNDNESS
+from cutwise.results import SOUNDNESS, in_words
 from cutwise.spec import fields
 from cutwise.spec.faults import Path, dotted, split_dotted
 from cutwise.spec.scenario import Scenario
@@ -38,8 +38,8 @@ class Chunk(NamedTuple):
     said: list[str]  # why a case is infeasible, unsound or failed
 
     @property
-    def count(self) -> int:
-        """Number of cases."""
+    def cases(self) -> int:
+        """How many they are."""
         return len(self.state)
 
 
@@ -155,8 +155,10 @@ def _revised(study: Study, scenario: Scenario) -> Callable[[Mapping[str, Value]]
     into_lists = overrides(scenario, inside)
 
     def of(values: Mapping[str, Value]) -> Scenario:
-        curves = {key: int(values[key]) for key, lever in study.random.items() if lever.curve and key in values}
-        listed = {place: float(values[one.key]) for place, one in enumerate(inside) if one.key in values}  # type: ignore[arg-type]
+        curves = {
+            key: int(_number(values[key])) for key, lever in study.random.items() if lever.curve and key in values
+        }
+        listed = {place: _number(values[one.key]) for place, one in enumerate(inside) if one.key in values}
         taken = {*curves, *(inside[place].key for place in listed)}
         plain = {key: value for key, value in values.items() if key not in taken} | into_lists(listed)
         found = revised(plain) if plain else scenario
@@ -165,6 +167,13 @@ def _revised(study: Study, scenario: Scenario) -> Callable[[Mapping[str, Value]]
         return found
 
     return of
+
+
+def _number(value: Value) -> float:
+    """A lever that has one number."""
+    if isinstance(value, tuple):
+        raise TypeError(f"{value} is a list where a number is meant")
+    return float(value)
 
 
 def with_curve(spec: Any, path: Path, number: int) -> Any:
@@ -194,7 +203,7 @@ def _judged(scenario: Scenario, case: Case, far: float) -> tuple[int, str]:
     if case.failure is not None:
         return FAILED, str(case.failure).splitlines()[0]
     if case.outcome.infeasible:
-        return INFEASIBLE, case.outcome.infeasible[0]
+        return INFEASIBLE, in_words(case.outcome.infeasible)[0]
     codes = [one.code for one in case.outcome.findings if one.code in SOUNDNESS and one.code not in scenario.set_aside]
     good = far <= 0.0 if scenario.asked else not codes
     return (GOOD if good else BAD), ", ".join(dict.fromkeys(codes))

@@ -128,7 +128,7 @@ def moved_once(tree: Node, overrides: Sequence[str], levers: Levers, faults: Fau
     words = "is set, and varies in every case: the value that is set would not be used; write one of the two"
     given = tree.value.get("set")
     for key in varied & set(given.value if given is not None and isinstance(given.value, dict) else ()):
-        faults.at(given.value[key], ("set", key), words, at_key=True)  # type: ignore[union-attr]
+        faults.at(given.value[key], ("set", key), words, at_key=True)
     for key in varied & {text.partition("=")[0].strip() for text in overrides}:
         faults.found.append(Fault((), words, file=f"--set {key}"))
 

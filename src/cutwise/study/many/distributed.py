@@ -129,7 +129,7 @@ def pooled_on_dask(study: Study, jobs: int, address: str | None) -> Iterator[Poo
             raise _lost(address) from None
 
 
-def _result(client: "Client", future: "Future") -> Any:
+def _result(client: "Client", future: "Future[Any]") -> Any:
     """What a piece came to, as soon as it is there."""
     while future.status in ("pending", "lost"):
         if client.status != "running":
@@ -160,7 +160,7 @@ class _Handed:
 
     def __init__(self, client: "Client", folder: Path, watch: Watch) -> None:
         self._client, self._folder, self._watch = client, folder, watch
-        self._flying: dict[tuple[int, int], Future] = {}
+        self._flying: dict[tuple[int, int], Future[Any]] = {}
         self._done_at: dict[tuple[int, int], float] = {}  # told to be done, and not seen here yet
 
     def until_done(self) -> str:

@@ -111,7 +111,7 @@ def write_part(folder: Path, chunk: Chunk) -> Path:
     """Write a part as netCDF-4, whole or not at all."""
     stream = io.BytesIO()
     with h5py.File(stream, "w") as file:
-        case = file.create_dataset("case", data=np.arange(chunk.first, chunk.first + chunk.count))
+        case = file.create_dataset("case", data=np.arange(chunk.first, chunk.first + chunk.cases))
         case.make_scale("case")
         columns: dict[str, Any] = {f"lever {key}": values for key, values in chunk.levers.items()}
         columns |= {f"measure {name}": values for name, values in chunk.measures.items()}
@@ -125,7 +125,7 @@ def write_part(folder: Path, chunk: Chunk) -> Path:
             numbers = all(isinstance(v, float | int | np.number) and not isinstance(v, bool) for v in values)
             data = np.asarray(values) if numbers else np.array([str(v) for v in values], dtype=h5py.string_dtype())
             file.create_dataset(name, data=data).dims[0].attach_scale(case)
-    return write_bytes(part_file(folder, chunk.first, chunk.count), stream.getvalue())
+    return write_bytes(part_file(folder, chunk.first, chunk.cases), stream.getvalue())
 
 
 def read_part(file: Path, only: Collection[str] | None = None) -> dict[str, np.ndarray]:

@@ -1,11 +1,13 @@
 """Numbers at given places of an ascending order, of more numbers than memory should hold: exact, in bounded room."""
 
 from collections.abc import Callable, Iterable, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
+Places = Sequence[int] | NDArray[np.integer[Any]]
 Pieces = Callable[[], Iterable[FloatArray]]
 """All numbers, piece by piece, from the first on at each call."""
 
@@ -16,7 +18,7 @@ _SIGN = np.uint64(1 << 63)
 _LEAST_BINS = 16
 
 
-def in_order(pieces: Pieces, places: Callable[[int], Sequence[int]], room: int | None = None) -> tuple[FloatArray, int]:
+def in_order(pieces: Pieces, places: Callable[[int], Places], room: int | None = None) -> tuple[FloatArray, int]:
     """The finite numbers at some places of their ascending order, and how many there are.
 
     Parameters
@@ -126,8 +128,8 @@ class _Divided:
         width = (last - first) // np.uint64(bins) + np.uint64(1)
         counts = np.zeros(len(firsts) * bins, dtype=np.int64)
         for keys, at in self._within(pieces, first, last):
-            place = at * bins + ((keys - first[at]) // width[at]).astype(np.int64)
-            counts += np.bincount(place, minlength=counts.size)
+            slots = at * bins + ((keys - first[at]) // width[at]).astype(np.int64)
+            counts += np.bincount(slots, minlength=counts.size)
         summed = counts.reshape(-1, bins).cumsum(axis=1)
         finer: dict[int, tuple[int, int]] = {}
         left, inside = [], 0

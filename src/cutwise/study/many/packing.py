@@ -1,12 +1,13 @@
 """A study as one document that another process or machine can take up."""
 
+from collections.abc import Callable
 from typing import Any
 
 from cutwise.io.scenario import read_document
 from cutwise.study.many import distributions
 from cutwise.study.many.definition import Aim, Between, Budget, Correlated, Design, Random, Search, Stop, Study
 
-_LAWS = {
+_LAWS: dict[str, Callable[..., Any]] = {
     law.__name__: law
     for law in (
         distributions.Normal, distributions.LogNormal, distributions.Uniform, distributions.Triangular,

@@ -138,7 +138,7 @@ def _found(study: Study, cases: "_Cases") -> Rarely:
         )]) from None  # fmt: skip
     table = cases.table()
     failed = counted(study, table).failed if cases.done else {}
-    return Rarely(study, cases.done, found, table, {text: one.count for text, one in failed.items()}, unfinished)
+    return Rarely(study, cases.done, found, table, {text: one.cases for text, one in failed.items()}, unfinished)
 
 
 class _Cases:

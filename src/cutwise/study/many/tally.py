@@ -147,14 +147,14 @@ class Following(Tally):
 class Reason(NamedTuple):
     """Why cases failed or are infeasible."""
 
-    count: int
+    cases: int
     first: int  # case
 
 
 class Missed(NamedTuple):
     """Bad cases that miss a limit."""
 
-    count: int
+    cases: int
     extreme: float  # value farthest beyond it [SI]
 
 
@@ -187,7 +187,7 @@ def counted(study: Study, table: Table) -> Counted:
         for text, (mask, value, beyond) in _missed(study, piece).items():
             known = wrong.get(text, Missed(0, np.nan))
             extreme = beyond([known.extreme, *value[mask]]) if mask.any() else known.extreme
-            wrong[text] = Missed(known.count + int(mask.sum()), float(extreme))
+            wrong[text] = Missed(known.cases + int(mask.sum()), float(extreme))
         first += len(state)
     return Counted(tally, finer, failed, infeasible, unsound, wrong)
 
@@ -195,7 +195,7 @@ def counted(study: Study, table: Table) -> Counted:
 def _count(reasons: dict[str, Reason], text: str, case: int) -> None:
     name = text if text in reasons or len(reasons) < _REASONS else _OTHERS
     known = reasons.get(name, Reason(0, case))
-    reasons[name] = known._replace(count=known.count + 1)
+    reasons[name] = known._replace(cases=known.cases + 1)
 
 
 def missed(study: Study, piece: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:

@@ -80,9 +80,9 @@ def test_what_the_unknowns_move_the_place_by(arm, found):
     layout = geometry.Layout(6, True, 6, 3, True)
     placed = geometry._superposed(arm, own)
     given = (moments(arm.links, own.angles, arm.load), geometry.waves(own.angles, 3))
-    x = np.random.default_rng(3).normal(size=layout.count) * layout.prior(given[0]) * 0.1
+    x = np.random.default_rng(3).normal(size=layout.unknowns) * layout.prior(given[0]) * 0.1
     at = geometry._linearised(arm, own, placed, layout, given, x)
-    for k in range(layout.count):
+    for k in range(layout.unknowns):
         step = 1e-4 * layout.prior(given[0])[k]
         up, down = (
             geometry._linearised(arm, own, placed, layout, given, x + s * step * (np.arange(len(x)) == k))

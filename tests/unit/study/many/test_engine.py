@@ -296,6 +296,7 @@ def test_a_killed_worker_loses_nothing(study, tmp_path):
         (("want: {{", "want: {{probability: {{min: 0.9, max: 0.95}}, "), "expected a share between 0 and 1"),
         (("method: {method}", "method: indices\nbudget: {{cases: 9}}\nlevels: 3"), "only morris has levels"),
         (("method: {method}", "method: morris\nlevels: 5"), "5 is odd"),
+        (("seed: 1", "seed: 1\nstop: {{half_width: 0.1, at_least: .inf}}"), "expected for example"),
         (
             ("80 mm/s}}", "80 mm/s, requirements: null}}\nstop: {{half_width: 0.1}}"),
             "stop: is not used: there are no requirements",

@@ -1,10 +1,12 @@
 """What a study says of cases that came to no end: counted, listed, and never taken for good in silence."""
 
+import math
+
 import pytest
 
 from cutwise.app.study_text import said
 from cutwise.process.recipes import Outcome
-from cutwise.results import SolverFailure
+from cutwise.results import SolverFailure, warned
 from cutwise.study import case
 from cutwise.study.many import engine
 from cutwise.study.many import folder as at
@@ -26,11 +28,13 @@ seed: 3
 def found(examples, tmp_path, monkeypatch):
     """Answers of a study whose cases fail from some height on, and are bad from some width on."""
 
-    def make(more, fails, bad):
+    def make(more, fails, bad, cannot=math.inf, why=""):
         def outcome(scenario, *_, **__):
             burr = scenario.part.burr
             if burr.height > fails:
                 raise SolverFailure("no equilibrium")
+            if burr.height > cannot:
+                return Outcome({}, infeasible=(why,))
             error = 1e-3 if burr.width > bad else 0.0
             return Outcome({"surface_error_max": error, "surface_error_min": 0.0, "cutting_power_mean": 1.0})
 
@@ -58,6 +62,15 @@ def test_a_share_of_those_that_ended_does_not_meet_a_demand(found):
     first = told.first["no equilibrium"]
     assert f"failed: no equilibrium; case {first}: cutwise run" in lines
     assert "P(good) is 0.898 if all that failed are bad, 1.000 if all are good" in lines
+
+
+@pytest.mark.parametrize(
+    "why", ["the mill is too short", warned("too_short", "the mill is too short")], ids=["text", "record"]
+)
+def test_why_a_case_is_infeasible_is_told_in_words(found, why):
+    """A row says it as a sentence or as a record: the part of the study holds, and the report tells, its words."""
+    told = found("cases: 64", fails=math.inf, bad=2e-3, cannot=1.0e-3, why=why)
+    assert told.infeasible == {"the mill is too short": 32}
 
 
 def test_what_failed_counts_as_a_draw_once_under_indices(found):
