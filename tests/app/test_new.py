@@ -202,7 +202,9 @@ def test_completion_loads_no_engine(examples, tmp_path):
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish", "powershell"])
-def test_a_script_for_each_shell(cutwise, shell):
+def test_a_script_for_each_shell(cutwise, monkeypatch, shell):
+    """Which shell it is, the library asks of the processes above, where a background job has none."""
+    monkeypatch.setattr("shellingham.detect_shell", lambda *_: (shell, shell))
     said = cutwise("--show-completion", shell)
     assert said.code == 0
     assert "_CUTWISE_COMPLETE" in said.out

@@ -15,7 +15,7 @@ from typing import NamedTuple
 from cutwise.app import cli, exits
 
 CPU = 20.0  # [s] an input may take
-MEMORY = 1e9  # [bytes] a process may reach
+MEMORY = 0.7e9  # [bytes] a process may take beyond what it is started with
 
 
 class Trial(NamedTuple):
@@ -83,17 +83,22 @@ def _harm(trial: Trial, child, pipe) -> Harm | None:
 
 def _serve(pipe, folder: Path) -> None:
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    resource.setrlimit(resource.RLIMIT_AS, (int(8 * MEMORY),) * 2)  # libraries map much more than they use
+    began = _peak()  # that of the process of the tests, of which this one is a copy
+    resource.setrlimit(resource.RLIMIT_AS, (int(began + 12 * MEMORY),) * 2)  # libraries map much more than they use
     null = os.open(os.devnull, os.O_WRONLY)
     os.dup2(null, 2)  # libraries in C
     while True:
         trial = pipe.recv()
         if trial is None:
             return
-        pipe.send(_tried(trial, folder))
+        pipe.send(_tried(trial, folder, began))
 
 
-def _tried(trial: Trial, folder: Path) -> tuple[str, str]:
+def _peak() -> int:
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+
+
+def _tried(trial: Trial, folder: Path, began: int) -> tuple[str, str]:
     """What a trial did wrong, empty if nothing, and what it said."""
     for file in folder.iterdir():
         if file.is_file():
@@ -120,7 +125,7 @@ def _tried(trial: Trial, folder: Path) -> tuple[str, str]:
         return "code", "exit code 2 without a word"
     if spent > CPU:
         return "hang", f"{spent:.1f} CPU s"
-    size = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+    size = _peak() - began
     return ("memory", f"{size / 1e9:.2f} GB") if size > MEMORY else ("", "")
 
 

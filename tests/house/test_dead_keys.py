@@ -181,6 +181,7 @@ STILL = {  # keys that may move nothing: example, key, and why that is right
     ("*_on_robot", "operation.limit_feed"): "the joints follow the feed of the example everywhere",
     ("deburr_rigid_on_machine", "machine.drives"): "need time stepping, and are refused at rest",
     ("mill_pocket_stock", "stability"): "the tool of the example does not chatter",
+    ("mill_pocket_corner", "machine.spindle_*"): "the curves that are tried have more than this corner takes",
     ("mill_pocket_corner", "machine.y.friction.*"): "y does not turn back in this corner",
     ("machine_*", "tool.diameter"): "has to be there; counts for the force of a cut and for a tool that bends",
     ("machine_error_budget", "machine.chain[[][35]].joint.*"): "axes that stand still at zero in this pass",

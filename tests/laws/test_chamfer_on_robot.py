@@ -38,7 +38,8 @@ def soft_spindle():
 def passed(case, terms, how=yielding_pass, *, step=20e-6, approach=0.0):
     scenario, done = case
     path = done.paths[0]
-    run = Pass(path.feeds.centre, approach, step, np.zeros((len(path.path.centre), 3)))
+    n = len(path.path.centre)
+    run = Pass(path.feeds.centre, np.full(n, approach), step, np.zeros((n, 3)))
     section = material_along(scenario, path)
     return how(section, path.path, path.local, path.axis, ball_end(scenario), terms, run)
 
