@@ -54,4 +54,4 @@ def test_every_column_has_a_unit_a_name_and_a_coordinate_or_a_number(table):
         for name, column in group.columns.items():
             assert column.unit, name
             assert column.text, name
-            assert set(column.over.split()) <= {*group.over, "point", "redundancy_angle", "branch"}, name
+            assert set(column.over.split()) <= {*group.over, "point", "body", "redundancy_angle", "branch"}, name
