@@ -1,6 +1,6 @@
 """Whether the parts of a study file fit each other: its method, what varies, and the keys that then count for nothing."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from cutwise.io.tree import Node
 from cutwise.spec.faults import Fault, ScenarioFault
@@ -71,6 +71,12 @@ def goes_together(
         )
     if method == RARE and not scenario.asked:
         faults.at(tree.value["method"], ("method",), "there are no requirements, so no case fails them")
+    _judged(tree, scenario, faults)
+    _unused(tree, scenario, random, method, faults)
+
+
+def _judged(tree: Node, scenario: Scenario, faults: Faults) -> None:
+    """Limits that a single case cannot be held against."""
     for name, limit in scenario.requirements.items():
         if limit.whole_band:
             faults.at(
@@ -83,6 +89,10 @@ def goes_together(
                 f"requirements.{name}.probability: a study counts its good cases, and a case keeps a limit or misses it; ask for "
                 "want: {probability: {min: 0.99}}, and set it null",
             )  # fmt: skip
+
+
+def _unused(tree: Node, scenario: Scenario, random: Mapping[str, object], method: str, faults: Faults) -> None:
+    """Keys of a study that count for nothing beside the others."""
     unused = {
         "cases": "nothing scatters" if not random else "",
         "seed": "nothing scatters" if not random and method != OPTIMISE else "",
