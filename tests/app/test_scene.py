@@ -119,16 +119,16 @@ class TestColours:
     def test_range_grows_with_the_limit(self):
         values = np.array([0.0, 46.82])
         assert colours.spread(values, None, 60.0)[:3] == ("diverging", -90.0, 90.0)
-        assert colours.spread(values, None, 60.0).index(46.82) == 194
+        assert colours.spread(values, None, 60.0).colour(46.82) == 194
         assert colours.spread(values, 290.0, 310.0)[1:3] == (285.0, 315.0)
         assert colours.spread(values, 290.0, 310.0, nominal=305.0)[1:3] == pytest.approx((282.5, 327.5))
         assert colours.spread(values, None, 0.0)[1:3] == pytest.approx((-70.23, 70.23))
         assert colours.spread(values, None, None)[:3] == ("sequential", 0.0, 46.82)
-        assert colours.spread(np.array([np.nan]), None, None).index(3.0) == 255
+        assert colours.spread(np.array([np.nan]), None, None).colour(3.0) == 255
 
     def test_ends_of_the_index(self):
         found = colours.Range("diverging", -1.0, 1.0, ())
-        assert [found.index(x) for x in (-5.0, -1.0, 0.0, 1.0, 5.0)] == [0, 0, 128, 255, 255]
+        assert [found.colour(x) for x in (-5.0, -1.0, 0.0, 1.0, 5.0)] == [0, 0, 128, 255, 255]
 
 
 class TestWorstPlaces:

@@ -31,7 +31,7 @@ class Range(NamedTuple):
     high: float
     ticks: tuple[float, ...]
 
-    def index(self, value: float) -> int:
+    def colour(self, value: float) -> int:
         """Which colour a value has: floor(256 (x - low) / (high - low)), 0 to 255."""
         if self.high <= self.low:
             return ENTRIES // 2
@@ -56,7 +56,7 @@ def spread(
     --------
     46.82 µm where at most 60 µm are allowed:
 
-    >>> spread(np.array([0.0]), None, 60.0).index(46.82)
+    >>> spread(np.array([0.0]), None, 60.0).colour(46.82)
     194
     """
     known = values[np.isfinite(values)]

@@ -126,9 +126,9 @@ def _edge(result: "Result", on: Callable[..., FloatArray]) -> tuple[tuple[Surfac
     w, error, height = (surface[name].values[keep] for name in ("w", "error", "burr_height"))
     bottom, top = part.axial_start, part.axial_start + part.contact_length
     deep = max(1.2 * part.contact_length, 2.0 * radius)
-    path = getattr(result.scenario, "path", None)
-    if getattr(path, "arc", None) is not None:
-        deep = min(deep, 0.8 * path.arc.radius)
+    arc = getattr(getattr(result.scenario, "path", None), "arc", None)
+    if arc is not None:
+        deep = min(deep, 0.8 * arc.radius)
     times = magnification(radius, float(np.nanmax(np.abs(error), initial=0.0)))
 
     def at(off: FloatArray | float, up: float) -> FloatArray:

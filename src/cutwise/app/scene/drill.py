@@ -20,7 +20,7 @@ _ROUND = 48  # sides of a hole
 def scene(result: "Result") -> Scene:
     """The holes over time, one hole behind the other."""
     scenario, motion = result.scenario, result["motion"].dataset
-    feed = np.array(scenario.hole.axis, float)  # type: ignore[attr-defined]
+    feed: FloatArray = np.array(scenario.hole.axis, np.float64)  # type: ignore[attr-defined]
     feed /= np.linalg.norm(feed)
     numbers = [int(number) for number in motion["hole"].values]
     all_numbers = result["holes"]["hole"].values.tolist()
@@ -114,7 +114,7 @@ def _plate(shown: Drawn) -> Surface:
 
 def _sideways(result: "Result", numbers: list[int]) -> FloatArray:
     """The x and y axis of the tool at each hole, shape (hole, 2, 3): turned about the drill axis as the posture says."""
-    axis = np.array(result.scenario.hole.axis, float)  # type: ignore[attr-defined]
+    axis: FloatArray = np.array(result.scenario.hole.axis, np.float64)  # type: ignore[attr-defined]
     axis /= np.linalg.norm(axis)
     angle = np.zeros(len(numbers))
     if "redundancy_angle" in result["holes"].dataset:

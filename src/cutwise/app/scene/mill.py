@@ -8,7 +8,7 @@ import numpy as np
 from cutwise.app.scene import mill_carried, mill_map
 from cutwise.app.scene.milled import block_map
 from cutwise.app.scene.part import block_of
-from cutwise.app.scene.scene import CUT, FEED, RAPID, FloatArray, History, Scene, Surface, limits, mirrored
+from cutwise.app.scene.scene import CUT, FEED, RAPID, FloatArray, History, Map, Scene, Surface, limits, mirrored
 from cutwise.app.scene.shapes import cylinder
 from cutwise.app.scene.wall import ENDS, milled_wall
 from cutwise.app.scene.way import Way, way_of
@@ -53,7 +53,8 @@ def _driven(result: "Result") -> Scene:
     elif structure is not None and way is not None and "deviation_drives" in structure:  # the drives are in the places
         terms = [a.values for name, a in structure.data_vars.items() if str(name).startswith("deflection_")]
         deflection = way.turned(motion["travelled"].values, np.sum(terms, axis=0)) if terms else None
-    shown, surfaces = None, ()
+    shown: Map | None = None
+    surfaces: tuple[Surface, ...] = ()
     if scenario.stock is not None:  # type: ignore[attr-defined]
         coloured = "wall_period" if "wall_period" in histories else judged
         shown = block_map(scenario.stock, place, radius, histories[judged].values, coloured)  # type: ignore[attr-defined]
@@ -135,7 +136,7 @@ def _tooth_samples(result: "Result", time: FloatArray) -> int:
     step = float(np.diff(time[:2])[0]) if time.size > 1 else 1.0
     if not speed:
         return 1
-    return max(1, math.ceil(2.0 * math.pi / (speed * scenario.tool.flutes * step)))  # type: ignore[attr-defined]
+    return max(1, math.ceil(float(2.0 * math.pi / (speed * scenario.tool.flutes * step))))  # type: ignore[attr-defined]
 
 
 def _in_a_period(values: FloatArray, samples: int) -> FloatArray:

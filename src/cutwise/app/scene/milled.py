@@ -13,7 +13,7 @@ from cutwise.maths.map_sweep import cut_by
 from cutwise.maths.profiles import cutters, flat
 
 if TYPE_CHECKING:
-    from cutwise.spec.stock import StockBlock
+    from cutwise.spec.program import StockBlock
 
 CELLS = 500_000  # about so many cells of a map
 _FOOT = 400  # samples to either side among which the foot of a wall is looked for

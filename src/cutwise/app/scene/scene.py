@@ -1,7 +1,7 @@
 """What there is to see of a run: places over time, histories with their limits, solids, surfaces; SI throughout."""
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -11,6 +11,7 @@ if TYPE_CHECKING:
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
+Kept = TypeVar("Kept", bound=np.generic)
 
 RAPID, FEED, CUT, DWELL = range(4)  # kinds of a sample; nothing is drawn from one at which the tool stands to the next
 UP = np.array([0.0, 0.0, 1.0])
@@ -121,15 +122,15 @@ class Scene:
         """The scene with some of its samples; a map keeps the nearest one that stays."""
         back = np.clip(np.searchsorted(keep, np.arange(self.clock.size)), 0, keep.size - 1)
 
-        def taken(array: npt.NDArray[np.generic] | None) -> "npt.NDArray[np.generic] | None":
+        def taken(array: "npt.NDArray[Kept] | None") -> "npt.NDArray[Kept] | None":
             return array[keep] if array is not None and len(array) == self.clock.size else array
 
         owned = self.map
         if owned is not None and owned.owner is not None:
             owned = owned._replace(owner=np.where(owned.owner >= 0, back[np.maximum(owned.owner, 0)], -1))
         return replace(
-            self, clock=self.clock[keep], place=self.place[keep], trace=taken(self.trace), axis=taken(self.axis),
-            line=taken(self.line),
+            self, clock=self.clock[keep], place=self.place[keep], trace=taken(self.trace),
+            axis=self.axis[keep] if len(self.axis) == self.clock.size else self.axis, line=taken(self.line),
             kind=taken(self.kind), deflection=taken(self.deflection), link_of=taken(self.link_of), map=owned,
             tool_of=taken(self.tool_of), counted=taken(self.counted),
             histories={name: one._replace(values=one.values[keep]) for name, one in self.histories.items()},

@@ -32,7 +32,7 @@ class Way(NamedTuple):
 
     def turned(self, along: FloatArray, vectors: FloatArray) -> FloatArray:
         """Vectors in process axes (k, 3) at places along the path, in the part."""
-        return np.einsum("nij,nj->ni", _between(self.at, self.process, along), vectors)
+        return np.asarray(np.einsum("nij,nj->ni", _between(self.at, self.process, along), vectors))
 
     def up(self, along: FloatArray) -> FloatArray:
         """From the tip up the tool, shape (k, 3) or (1, 3) where it stands alike everywhere."""
