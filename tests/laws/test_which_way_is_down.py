@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import cutwise
-from cutwise.process import assemble, programmed_milling
+from cutwise.process import assemble, programmed_milling, spindles
 from cutwise.process.recipes import quick_outcome
 from cutwise.spec.faults import ScenarioFault
 
@@ -57,7 +57,7 @@ def test_a_spindle_that_mills_on_a_robot_hangs_the_same_way(examples):
         (*(one for one in ACROSS if "lead_in" not in one), "spindle={library: default}", "numerics={force: averaged}"),
     )
     path, _ = programmed_milling.prepare(scenario)
-    ((_, term),) = programmed_milling.milling_spindle.pistons_of(scenario, path.axes[0])
+    ((_, term),) = spindles.pistons_of(scenario.compliant, scenario.robot, path.axes[0])
     assert (term.ring.moment_x, term.ring.moment_y) == pytest.approx((0.0, WEIGHT), abs=1e-15)
 
 

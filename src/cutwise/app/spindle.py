@@ -11,7 +11,7 @@ from cutwise.io.occ import CadFault
 from cutwise.io.spindle_body import Misfit, cylinders
 from cutwise.io.step import write_step
 from cutwise.physics.structure.statics import Characteristic, characteristic
-from cutwise.process.assemble import piston_ring
+from cutwise.process.spindles import piston_ring
 from cutwise.spec.scenario import Scenario
 from cutwise.spec.spindle import CompliantSpindle
 from cutwise.spec.spindle_solid import SpindleSolid

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from cutwise.later import later
-from cutwise.maths.constants import GRAVITY
 from cutwise.maths.curves import Cubic, FloatArray, Polyline, constant, cubic_value_slope, no_cubic, smooth
 from cutwise.maths.fields import random_field, sum_of_sines
 from cutwise.paths.carried import CarriedPath
@@ -17,16 +15,6 @@ from cutwise.physics.cutting.flute import Mill
 from cutwise.physics.cutting.wall import AVERAGED
 from cutwise.physics.motion.edge import EdgePass
 from cutwise.physics.motion.paced import Paced
-from cutwise.physics.structure.pistons import (
-    NO_FRICTION,
-    PRESLIDING,
-    REGULARISED,
-    SET_VALUED,
-    Piston,
-    PistonRing,
-    friction_at,
-    piston_directions,
-)
 from cutwise.physics.structure.terms import Compliance, Rigid
 from cutwise.process import carriage
 from cutwise.process.edges import edges
@@ -40,7 +28,8 @@ from cutwise.process.loops import (
     Strips,
     still_edge,
 )
-from cutwise.results import Finding
+from cutwise.process.passes import wrenches
+from cutwise.process.spindles import piston_ring
 from cutwise.spec.base import known
 from cutwise.spec.carrier import CarryingRobot, Standing
 from cutwise.spec.deburring import DeburringScenario
@@ -51,17 +40,14 @@ from cutwise.spec.spindle import CompliantSpindle
 from cutwise.spec.tables import Table
 
 if TYPE_CHECKING:
-    from cutwise.process import carried, chain_compliance, following
+    from cutwise.process import carried, following
     from cutwise.process.following import Feeding
 else:
     following = later("cutwise.process.following")
     carried = later("cutwise.process.carried")
-    chain_compliance = later("cutwise.process.chain_compliance")
 
-_FRICTION = {"none": NO_FRICTION, "set_valued": SET_VALUED, "presliding": PRESLIDING, "regularised": REGULARISED}
 _FORCE = {"averaged": AVERAGED, "tooth_resolved": TOOTH_RESOLVED}
 _NORMALS = 0.02  # [rad] between two normals of an arc at which the part is looked at
-_SOLVER_TOLERANCE = 1e-6  # [N] of the piston forces: tighter costs hundreds of sweeps and changes nothing
 
 
 def deburring_cell(scenario: DeburringScenario) -> EdgeCell:
@@ -184,12 +170,6 @@ def _carriage(scenario: DeburringScenario) -> carriage.Carriage:
     return carriage.by_machine(bodies, scenario.part.block, path_of(scenario))
 
 
-def beside_part(scenario: DeburringScenario) -> Iterator[Finding]:
-    """What to say of a path that is not on the block under it."""
-    if scenario.part.block is not None and scenario.path is not None:
-        yield from chain_compliance.off_part(scenario.part.block, path_of(scenario).point, 0.5 * scenario.tool.diameter)
-
-
 def added(curve: Cubic, at: FloatArray, value: FloatArray) -> Cubic:
     """A curve with the smooth one through some places [m] added, exact at the places of both."""
     if not np.any(value):
@@ -210,7 +190,7 @@ def rigid_wrench(cut: EdgeCut) -> FloatArray:
     """Force and moment about the tip [N, N m] of a mill that stands at the nominal edge and does not yield, (6,)."""
     path = cut.path._replace(preset=0.0, error_amplitude=0.0, error_curve=no_cubic())
     total = still_edge(cut._replace(path=path, arc=None), Rigid(0.0), np.zeros(1)).total[0]
-    return np.array([*total[:3], total[5], -total[4], 0.0])
+    return np.asarray(wrenches(total[None])[0])
 
 
 def path_of(scenario: DeburringScenario) -> CarriedPath:
@@ -277,49 +257,3 @@ def path_error_curve(operation: DeburringOperation) -> Cubic:
         scale = operation.feed if error.variable == "t" else 1.0
         return smooth(scale * np.array(at), np.array(value))
     return no_cubic()
-
-
-def piston_ring(
-    spindle: CompliantSpindle, robot: CarryingRobot | None = None, axes: FloatArray | None = None
-) -> PistonRing:
-    """The compliance device at its pressure: piston force in proportion, seal friction with its preload share.
-
-    On a robot the base says which way is down, unless the spindle does.
-
-    Parameters
-    ----------
-    robot, axes : CarryingRobot, array (3, 3)
-        What carries the spindle, and the process axes in its base, a column each.
-    """
-
-    def friction(force: float) -> float:
-        return friction_at(force, spindle.pressure, spindle.reference_pressure, spindle.friction_preload_fraction)
-
-    moment = weight(spindle)
-    if robot is not None and axes is not None and "gravity" not in spindle.model_fields_set:
-        moment = np.linalg.norm(moment) * (np.array(robot.down) @ axes)
-    return PistonRing(
-        piston_directions(spindle.pistons, spindle.piston_azimuth),
-        Piston(
-            spindle.stroke,
-            spindle.piston_force * spindle.pressure / spindle.reference_pressure,
-            friction(spindle.friction_static),
-            friction(spindle.friction_dynamic),
-            _FRICTION[spindle.friction] if spindle.friction_static > 0.0 else NO_FRICTION,
-            spindle.breakaway_travel or math.inf,
-            spindle.stribeck_velocity or 0.0,
-            spindle.seal_damping or 0.0,
-        ),
-        spindle.piston_arm,
-        spindle.inertia,
-        float(moment[0]),
-        float(moment[1]),
-        _SOLVER_TOLERANCE,
-    )
-
-
-def weight(spindle: CompliantSpindle) -> FloatArray:
-    """Weight of the motor times the distance of its centre from the joint, along the direction of gravity [N m]."""
-    if spindle.gravity == "off" or spindle.mass is None or spindle.centre_of_mass is None:
-        return np.zeros(3)
-    return spindle.mass * GRAVITY * spindle.centre_of_mass * np.array(spindle.gravity)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -13,15 +13,19 @@ from cutwise import units
 from cutwise.later import later
 from cutwise.maths.curves import FloatArray
 from cutwise.physics.structure.series_compliance import translation_at
+from cutwise.process import carried, yielding
 from cutwise.process.labels import Column, Group, Over, labelled
-from cutwise.process.postures import posture_frames
+from cutwise.process.postures import Arm, posture_frames
+from cutwise.results import Finding
 from cutwise.spec.carrier import CarryingRobot
+from cutwise.spec.part_block import PartBlock
+from cutwise.spec.uncertain import Fitted
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from cutwise.process import chain_compliance
-    from cutwise.process.carriage import Carriage
+    from cutwise.process.carriage import Carriage, Terms
     from cutwise.process.carried import ArmAlong
     from cutwise.process.chain_compliance import BodiesAlong
 else:
@@ -56,10 +60,10 @@ def _standing_there(
 _SEEN = {"arm": "base, joints and tool tip", "body_origin": "origins of the bodies"}
 
 
-def _points(arm: ArmAlong) -> FloatArray:
-    """Base, joints and tool tip of an arm at its stations, in the base frame [m], shape (n, points, 3)."""
-    at = posture_frames(arm.arm, arm.postures.q)
-    tip = at.origins[:, -1] + at.rotations[:, -1] @ arm.arm.tool_tip
+def points_of(arm: Arm, q: FloatArray) -> FloatArray:
+    """Base, joints and tool tip of an arm in postures (n, 6), in the base frame [m], shape (n, points, 3)."""
+    at = posture_frames(arm, q)
+    tip = at.origins[:, -1] + at.rotations[:, -1] @ arm.tool_tip
     return np.concatenate([at.origins, tip[:, None]], axis=1)
 
 
@@ -85,7 +89,7 @@ def postures(robot: CarryingRobot, arms: Sequence[ArmAlong], where: str = "place
         "compliance_off_work": (matrix[:, 1, 1], "m/N", "compliance off the work, across the tool"),
         "compliance_rod": (matrix[:, 2, 2], "m/N", "compliance along the tool"),
     }, joint=joints)  # fmt: skip
-    points = np.concatenate([_points(arm) for arm in arms])
+    points = np.concatenate([points_of(arm.arm, arm.postures.q) for arm in arms])
     return _standing_there(told, points[:, -1], "arm", "point", points, "base frame")
 
 
@@ -122,6 +126,49 @@ def of_carrier(
     if carriage.bodies is not None and carriage.path is not None:
         return {"carrier": bodies(carriage, height, along(at, moved["bodies"], carriage.path.at))}
     return {}
+
+
+class Said(Protocol):
+    """What a scenario says of its tool and of what carries it."""
+
+    @property
+    def robot(self) -> CarryingRobot | None:
+        """That carries the tool."""
+
+    @property
+    def measured(self) -> Mapping[str, Fitted]:
+        """What calibrations say."""
+
+    @property
+    def tool(self) -> Any:
+        """With a diameter [m], where it stands over a block."""
+
+
+def warnings(
+    scenario: Said, carried_by: Iterable[Carriage], block: PartBlock | None = None
+) -> Iterator[Finding]:  # fmt: skip
+    """What to know of the robot that carries a tool along its paths; that a path on a machine is not on its block."""
+    each = list(carried_by)
+    if scenario.robot is not None:
+        arms = [one.arm for one in each if one.arm is not None]
+        yield from carried.warnings(scenario.robot, arms, scenario.measured.get("robot"))
+    for one in each:
+        if block is not None and one.path is not None:
+            yield from chain_compliance.off_part(block, one.path.point, 0.5 * scenario.tool.diameter)
+
+
+def measures(
+    scenario: Said, carriage: Carriage, terms: Terms, feed: float, *, limited: bool = False
+) -> dict[str, float]:
+    """How stiff and how quick is what carries a tool: by its postures, or by all that yields with a machine.
+
+    ``limited``: the feed [m/s] is lowered where the joints cannot follow it.
+    """
+    each = [term for _, term in terms]
+    found = yielding.lowest_frequency(each)
+    if carriage.arm is None or scenario.robot is None:
+        return found | yielding.normal_stiffness(each)
+    return found | carried.measures(carriage.arm, scenario.robot, feed, limited=limited)
 
 
 def in_order(parts: Mapping[str, float]) -> str:

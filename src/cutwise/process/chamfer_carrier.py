@@ -15,10 +15,8 @@ from cutwise.physics.structure.series_compliance import in_axes, translation_at
 from cutwise.process import carriage, carried, yielding
 from cutwise.process.carriage import Carriage, Terms
 from cutwise.process.carriers import bodies_there, postures
-from cutwise.process.chain_compliance import BodiesAlong
 from cutwise.process.chamfer_cell import PassForces, Yielding, process_axes
 from cutwise.process.labels import labelled
-from cutwise.results import Finding
 from cutwise.spec.base import known
 from cutwise.spec.carrier import Standing
 from cutwise.spec.chamfer import ChamferScenario
@@ -35,9 +33,8 @@ class Carrier(NamedTuple):
     time: FloatArray  # [s] at which the stations are passed, shape (m,)
     air: FloatArray  # normal of the chamfer at the stations in these axes, out of the material, shape (m, 3)
     at: FloatArray  # [m] of the path, the stations, shape (m,)
-    arm: carried.ArmAlong | None = None  # process axes of the stations: feed, off the work, rod
+    carriage: Carriage = Carriage()  # of an arm the process axes of the stations are feed, off the work, rod
     whole: FloatArray | None = None  # compliance of joints and base of the robot in these axes, shape (m, 6, 6)
-    bodies: BodiesAlong | None = None
     tip: FloatArray | None = None  # [m] of the tool at the stations, in the frame of the carrier, shape (m, 3)
 
 
@@ -64,17 +61,16 @@ def carrier_on(scenario: ChamferScenario, path: EdgePath, forces: PassForces) ->
     normal = path.path.air[found.here] @ process_axes(path.axis)
     tool, n, m = scenario.tool, len(path.path.centre), len(found.here)
     bare = Carrier((), np.zeros((n, 3)), found.time, normal, found.path.at, tip=found.path.point)
-    carrying = Carriage()
     if scenario.robot is not None:
         bare = _by_robot(scenario, path, forces, found, bare)
-        carrying = Carriage(bare.terms)
     elif (machine := bodies_of(scenario.machine)) is not None:
         turned = rotation_from_rpy(*(scenario.placement or Standing()).rotation) @ process_axes(path.axis)
         led = found.path._replace(axes=np.tile(turned, (m, 1, 1)))
-        carrying = carriage.by_machine(machine, None, led, ("placement", "origin"), ("tool", "axis"))
-        bare = bare._replace(bodies=carrying.bodies)
+        bare = bare._replace(
+            carriage=carriage.by_machine(machine, None, led, ("placement", "origin"), ("tool", "axis"))
+        )
     part = carriage.off_surface(scenario.part.stiffness, found.path.at, normal)
-    return bare._replace(terms=carriage.in_series(tool, carrying, part))
+    return bare._replace(terms=carriage.in_series(tool, bare.carriage, part))
 
 
 def _stations(scenario: ChamferScenario, path: EdgePath) -> _Stations:
@@ -98,7 +94,7 @@ def _by_robot(
     robot, height = scenario.robot, scenario.tool.ball_radius
     assert robot is not None
     force = np.average(np.column_stack([forces.force[:, :2], forces.felt]), axis=0)
-    wrench = np.array([*force, -height * force[1], height * force[0], 0.0])
+    wrench = yielding.wrench_at(force, height)
     along = carried.arm_along(
         robot, found.path, wrench, height, float(path.feeds.centre.max()), limited=scenario.operation.limit_feed
     )
@@ -111,18 +107,17 @@ def _by_robot(
     ball = along.sag[:, :3] + np.cross(along.sag[:, 3:], [0.0, 0.0, height])
     sag = np.einsum("nji,nj->ni", led, ball)
     return bare._replace(
-        terms=carried.terms_of(robot, seen, height), arm=along, whole=seen.joints + seen.base,
+        carriage=Carriage(carried.terms_of(robot, seen, height), arm=along), whole=seen.joints + seen.base,
         sag=np.column_stack([np.interp(found.way, found.path.at, column) for column in sag.T]),
     )  # fmt: skip
 
 
 def slowed(scenario: ChamferScenario, path: EdgePath, carrier: Carrier) -> EdgePath:
     """The path at feeds that the joints of the robot can follow."""
-    assert carrier.arm is not None
-    assert scenario.robot is not None
+    arm, robot = known(carrier.carriage.arm), known(scenario.robot)
     step = lengths(path.path.centre, closed=path.path.frames.closed)
     at = np.concatenate([[0.0], np.cumsum(step)])
-    possible = carried.feeds_along(carrier.arm, scenario.robot, float(path.feeds.centre.max()))
+    possible = carried.feeds_along(arm, robot, float(path.feeds.centre.max()))
     allowed = np.interp(0.5 * (at[1:] + at[:-1]), carrier.at, possible)
     share = np.minimum(1.0, allowed / path.feeds.centre)
     centre = share * path.feeds.centre
@@ -146,13 +141,14 @@ def _carried(scenario: ChamferScenario, carrier: Carrier) -> dict[str, float]:
     """Measures of one path; speeds of the joints are those of the feed that the ball centre has at each place."""
     found: dict[str, float] = {}
     height = scenario.tool.ball_radius
-    if carrier.arm is None:
+    arm = carrier.carriage.arm
+    if arm is None:
         whole = yielding.whole([term for _, term in carrier.terms], carrier.at)
     else:
         feed = scenario.operation.contact_feed or scenario.operation.centre_feed
         assert feed is not None
         assert scenario.robot is not None
-        evenly = carrier.arm._replace(path=carrier.arm.path._replace(at=carrier.time * feed))
+        evenly = arm._replace(path=arm.path._replace(at=carrier.time * feed))
         found = carried.measures(evenly, scenario.robot, feed)
         whole = known(carrier.whole)
     at_ball = translation_at(whole, height)
@@ -188,17 +184,9 @@ def durations(path: EdgePath) -> FloatArray:
     return time if path.path.frames.closed else np.append(time, time[-1])
 
 
-def warnings(scenario: ChamferScenario, carriers: Sequence[Carrier]) -> tuple[Finding, ...]:
-    """What was not looked at."""
-    if scenario.robot is None:
-        return ()
-    arms = [one.arm for one in carriers if one.arm is not None]
-    return carried.warnings(scenario.robot, arms, scenario.measured.get("robot"))
-
-
 def stations(scenario: ChamferScenario, carriers: Sequence[Carrier]) -> xr.Dataset:
     """Compliance station by station, all paths one after another; of a robot its postures too."""
-    arms = [one.arm for one in carriers if one.arm is not None]
+    arms = [one.carriage.arm for one in carriers if one.carriage.arm is not None]
     if arms and scenario.robot is not None:
         return postures(scenario.robot, arms, "place along the ball paths")
     ends = np.concatenate([[0.0], np.cumsum([one.at[-1] for one in carriers])])
@@ -211,5 +199,5 @@ def stations(scenario: ChamferScenario, carriers: Sequence[Carrier]) -> xr.Datas
         "compliance_normal": (off, "m/N", "compliance off the chamfer"),
         "compliance_rod": (matrix[:, 2, 2], "m/N", "compliance along the rod"),
     })  # fmt: skip
-    seen = [(one.bodies, known(one.tip)) for one in carriers if one.bodies is not None]
+    seen = [(one.carriage.bodies, known(one.tip)) for one in carriers if one.carriage.bodies is not None]
     return bodies_there(told, seen) if len(seen) == len(carriers) else told

@@ -14,7 +14,7 @@ from cutwise.physics.engagement.ball import PassFrames
 from cutwise.physics.structure.pistons import PistonRing
 from cutwise.physics.structure.terms import Linked, Pistons, Swinging
 from cutwise.physics.surface.sweep import swept_chamfer
-from cutwise.process.assemble import edge_profile, piston_ring, weight
+from cutwise.process.assemble import edge_profile
 from cutwise.process.chamfer_carrier import Carrier
 from cutwise.process.chamfer_cell import (
     SLICES,
@@ -34,6 +34,7 @@ from cutwise.process.chamfer_cell import (
 from cutwise.process.chamfer_led import preset_along, way_along
 from cutwise.process.edges import edges_alike
 from cutwise.process.following import Feeding, ramped
+from cutwise.process.spindles import piston_ring, pistons_of, weight
 from cutwise.spec.carrier import Standing
 from cutwise.spec.chamfer import ChamferScenario
 from cutwise.spec.faults import Fault, ScenarioFault
@@ -154,7 +155,7 @@ def deflected(
     terms = () if carrier is None else carrier.terms
     if scenario.compliant is not None:
         ring = ring_on(scenario, frame)
-        terms = (("pistons", Pistons(ring, scenario.compliant.tool_reach)), *terms)
+        terms = (*pistons_of(scenario.compliant, ring=ring), *terms)
     remembers = any(isinstance(term, Pistons | Swinging | Linked) for _, term in terms)
     feeding = feeding_of(scenario, path)
     if not remembers:

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 
 from cutwise.process.chamfer import ChamferRun
 from cutwise.process.chamfer_cut import FAR_ROUND, down, mounted, ring_on
-from cutwise.process.weights import weight_on
+from cutwise.process.spindles import weight_on
 from cutwise.results import Finding, Place
 from cutwise.spec.chamfer import ChamferScenario
 

@@ -15,8 +15,7 @@ from cutwise.paths.chamfer.proof import GOUGE_LIMIT
 from cutwise.paths.pipe import one_turn
 from cutwise.physics.structure.statics import characteristic
 from cutwise.physics.surface.approach import Approach
-from cutwise.process import carriers, chamfer_carrier, motor
-from cutwise.process.assemble import piston_ring
+from cutwise.process import carriers, chamfer_carrier, spindles
 from cutwise.process.chamfer import ChamferRun
 from cutwise.process.chamfer_cell import SLICES
 from cutwise.process.chamfer_cut import TIME_STEP, Deflected, ball_end, deflected, mounted, rigid
@@ -122,7 +121,7 @@ def force_measures(scenario: ChamferScenario, done: ChamferRun) -> dict[str, flo
             found["rod_clearance_deflected_min"] = min(rods)
     if done.deflected and scenario.compliant is not None:
         found["stroke_margin"] = scenario.compliant.stroke - max(one.travel for one in done.deflected)
-        ring = piston_ring(scenario.compliant)
+        ring = spindles.piston_ring(scenario.compliant)
         found["breakaway_force"] = characteristic(ring, scenario.compliant.tool_reach).loading.breakaway
     if done.carriers:
         found |= chamfer_carrier.measures(scenario, done.paths, [one.moves for one in done.deflected], done.carriers)
@@ -231,8 +230,8 @@ def warnings(scenario: ChamferScenario, done: ChamferRun, found: Mapping[str, fl
         )
         said.append(warned("gouges", words, beyond, GOUGE_LIMIT, "length", remedy=Remedy("operation.preset", "less")))
     if scenario.compliant is not None and "cutting_power_mean" in found:
-        said += motor.overload(scenario.compliant, found["cutting_power_mean"])
-    return (*said, *_yielding(found), *chamfer_carrier.warnings(scenario, done.carriers))
+        said += spindles.overload(scenario.compliant, found["cutting_power_mean"])
+    return (*said, *_yielding(found), *carriers.warnings(scenario, [one.carriage for one in done.carriers]))
 
 
 def _trimmed(done: ChamferRun) -> Iterator[Finding]:
@@ -279,7 +278,7 @@ def notes(done: ChamferRun) -> Mapping[str, str]:
         said["corners"] = "\n".join(
             f"{paths[link.first].work.name} goes on into {paths[link.second].work.name}" for link in done.links
         )
-    said |= carriers.redundancy([one.arm for one in done.carriers if one.arm is not None])
+    said |= carriers.redundancy([one.carriage.arm for one in done.carriers if one.carriage.arm is not None])
     if done.band is not None:
         said["set-up"] = str(done.band)
     return said

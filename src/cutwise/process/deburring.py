@@ -4,21 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cutwise.later import later
 from cutwise.maths.curves import FloatArray, largest_curvature
 from cutwise.physics.cutting.uneven import largest_radius
 from cutwise.physics.motion.edge import path_memory_index
 from cutwise.physics.structure.statics import Characteristic, characteristic
 from cutwise.physics.structure.terms import Compliance
 from cutwise.physics.surface.edge import machined_profile
-from cutwise.process import yielding
+from cutwise.process import carriers, yielding
 from cutwise.process.assemble import deburring_cell, surface_height, turned_by, turned_from_start
-from cutwise.process.carriage import Carriage
 from cutwise.process.loops import (
     TOOTH_RESOLVED,
     EdgeCell,
@@ -33,14 +31,6 @@ from cutwise.process.plateaus import Band, band
 from cutwise.records import EdgeHistory, Surface
 from cutwise.results import Histories, SolverFailure
 from cutwise.spec.deburring import DeburringScenario
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from cutwise.process import carried
-else:
-    carried = later("cutwise.process.carried")
-    xr = later("xarray")
 
 _SETTLED = 5e-6  # [m] band of the settling time
 _TOOTH_SAMPLES = 32
@@ -162,19 +152,9 @@ def carried_measures(scenario: DeburringScenario, run: EdgeRun) -> dict[str, flo
     terms = {name: seen_from_edge(run, of_term) for name, of_term in terms.items()}
     total = sum((of_term[:, 1] for of_term in terms.values()), np.zeros(len(tilt)))
     worst = first + int(np.argmax(np.abs(total[first:last] - run.cell.path.preset)))
-    each = [term for _, term in run.cell.behind]
-    found = yielding.term_measures(terms, slice(first, last), worst) | yielding.lowest_frequency(each)
-    if scenario.robot is None:
-        return found | yielding.normal_stiffness(each)
-    return found | carried_by(scenario, run.cell.carriage)
-
-
-def carried_by(scenario: DeburringScenario, carriage: Carriage) -> dict[str, float]:
-    """What the postures of the robot mean; nothing without one."""
-    if carriage.arm is None or scenario.robot is None:
-        return {}
-    operation = scenario.operation
-    return carried.measures(carriage.arm, scenario.robot, operation.feed, limited=operation.limit_feed)
+    of = scenario.operation
+    found = yielding.term_measures(terms, slice(first, last), worst)
+    return found | carriers.measures(scenario, run.cell.carriage, run.cell.behind, of.feed, limited=of.limit_feed)
 
 
 def on_path(run: EdgeRun) -> tuple[float, FloatArray, dict[str, FloatArray]]:

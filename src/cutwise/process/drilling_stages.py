@@ -13,12 +13,13 @@ from cutwise.physics.cutting.drill import lip_force, margin_torque
 from cutwise.physics.cutting.drill_elements import elements_force
 from cutwise.physics.engagement.lip import lip_contact
 from cutwise.physics.structure.joint_compliance import worst_skating
+from cutwise.process import carriers
 from cutwise.process.drilling import DrillCell, DrilledHole, DrillRun
 from cutwise.process.drilling_measures import hole_measures
 from cutwise.process.labels import Column, Coordinate, Group, Over, Read
 from cutwise.process.loops_drilling import HISTORY
 from cutwise.process.posture_search import scan
-from cutwise.process.postures import Candidates, posture_frames
+from cutwise.process.postures import Candidates
 from cutwise.results import judge_values
 from cutwise.spec.drilling import DrillingScenario
 
@@ -136,9 +137,7 @@ def _points(told: Told) -> FloatArray:
     """Joints and tip of the arm in its postures [m], shape (hole, point, 3)."""
     arm = told.run.cell.arm
     assert arm is not None
-    at = posture_frames(arm, _postures(told))
-    tip = at.origins[:, -1] + np.einsum("kij,j->ki", at.rotations[:, -1], arm.tool_tip)
-    return np.concatenate([at.origins, tip[:, None]], axis=1)
+    return carriers.points_of(arm, _postures(told))
 
 
 def _bodies(told: Told) -> FloatArray | None:

@@ -6,8 +6,7 @@ import numpy as np
 
 from cutwise import units
 from cutwise.physics.structure.pistons import SWEEPS
-from cutwise.process import arm_geometry, carriers, motor
-from cutwise.process.assemble import beside_part
+from cutwise.process import carriers, spindles
 from cutwise.process.deburring import (
     EdgeRun,
     after_lead_in,
@@ -20,7 +19,7 @@ from cutwise.process.deburring import (
 )
 from cutwise.process.loops import EdgeCell, programmed_heights, run_swept_edge
 from cutwise.process.passes import at_stop, drifting
-from cutwise.process.weights import weight_on
+from cutwise.process.spindles import weight_on
 from cutwise.results import Finding, Place, Remedy, Said, warned
 from cutwise.spec.deburring import DeburringScenario
 
@@ -39,11 +38,8 @@ LIMITS = (
 
 def warnings(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, float]) -> tuple[Said, ...]:
     """Everything that the engineer should know before he trusts the numbers."""
-    misled: Iterator[Finding] = iter(())
-    arm = run.cell.carriage.arm
-    if scenario.robot is not None and arm is not None:
-        misled = arm_geometry.warnings(scenario.robot, arm.wrong, scenario.measured.get("robot"))
-    return (*beside_part(scenario), *misled, *_process(scenario, run, found))
+    of_carrier = carriers.warnings(scenario, [run.cell.carriage], scenario.part.block)
+    return (*of_carrier, *_process(scenario, run, found))
 
 
 def _process(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, float]) -> Iterator[Finding]:
@@ -51,7 +47,7 @@ def _process(scenario: DeburringScenario, run: EdgeRun, found: Mapping[str, floa
     if run.cell.ring is None or scenario.spindle == "rigid":
         yield from _beyond_the_steady_part(scenario, run)
         return
-    yield from motor.overload(scenario.spindle, found["cutting_power_mean"])
+    yield from spindles.overload(scenario.spindle, found["cutting_power_mean"])
     depth = run.history.engagement.burr_depth[steady] + run.history.engagement.work_depth[steady]
     if depth.max() > 0.0 and np.abs(run.history.response.tilt[steady]).max() * run.cell.reach < 1e-6:
         yield warned(

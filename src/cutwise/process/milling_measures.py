@@ -10,7 +10,7 @@ from cutwise.physics.cutting.plunge import plunge_force
 from cutwise.physics.cutting.uneven import even_and_linear
 from cutwise.physics.cutting.wall import AVERAGED, DELAYED, FLUTES, tooth_period, wall_force
 from cutwise.physics.motion.lookahead import time_without_limits
-from cutwise.process import milling_spindle, milling_wall, part_cost
+from cutwise.process import milling_wall, part_cost, spindles
 from cutwise.process.loops_drives import NO_FORCE
 from cutwise.process.milling import MillRun, wall_left
 from cutwise.process.milling_contact import SteadyPatch
@@ -39,7 +39,7 @@ def measures(scenario: MillingScenario, done: MillRun) -> dict[str, float]:
     if done.lost is None:
         found |= _tip_measures(done)
     if done.wall is not None:
-        found |= milling_wall.measures(done.wall) | milling_spindle.measures(scenario, done.wall.state)
+        found |= milling_wall.measures(done.wall) | spindles.stroke_left(scenario.compliant, done.wall.state)
     found["path_length"] = float(done.path.curve.knots[-1])
     found["stops"] = float(done.plan.stops)
     return found | part_cost.measures(scenario, done)

@@ -16,10 +16,10 @@ from cutwise.physics.motion.driven import DriveLog, SetPoints, driven_tool
 from cutwise.physics.motion.drives import Axis
 from cutwise.physics.motion.reference import Reference
 from cutwise.physics.structure.series_compliance import translation_at
-from cutwise.process import carriers, milling_spindle, walls, yielding
+from cutwise.process import carriers, spindles, walls, yielding
 from cutwise.process.carriage import Carriage, Terms, by_machine, off_surface
 from cutwise.process.carriage import in_series as series
-from cutwise.process.chain_compliance import BodiesAlong, off_part, tool_point_at_zero
+from cutwise.process.chain_compliance import BodiesAlong, tool_point_at_zero
 from cutwise.process.edges import edges
 from cutwise.process.labels import Column, Coordinate, Group, Over
 from cutwise.process.loops_drives import STANDSTILL, DriveHistory
@@ -117,7 +117,7 @@ def wall_run(
     path = stations_of(scenario)
     carriage = carriage_of(scenario, path)
     tool = scenario.tool if scenario.modes_at_rest or scenario.tool.stiffness is not None else None
-    terms = (*milling_spindle.pistons_of(scenario), *series(tool, carriage, off_surface(scenario.part_stiffness)))
+    terms = (*spindles.pistons_of(scenario.compliant), *series(tool, carriage, off_surface(scenario.part_stiffness)))
     up, averaged = operation.milling == "up", scenario.numerics.force == "averaged"
     begins, ends = scenario.line.cut_from or 0.0, float(path.at[-1])
     engagement, given = walls.engagement_of(scenario, begins, ends, STANDSTILL), edges(scenario.material, scenario.tool)
@@ -158,7 +158,9 @@ def wall_run(
 def findings(scenario: MillingScenario, done: WallRun) -> Iterator[Finding]:
     """What leaves nothing to be judged of a spindle that yields."""
     if scenario.compliant is not None:
-        yield from milling_spindle.findings(scenario, done.time, done.state, done.moved["pistons"][:, 1], done.counted)
+        yield from spindles.findings(
+            scenario.compliant, done.time, done.state, done.moved["pistons"][:, 1], done.counted
+        )
 
 
 def _deviation(reference: Reference, order: SetPoints, log: DriveLog, side: float) -> FloatArray:
@@ -241,9 +243,3 @@ def _standing(
                 f"{units.show(torque, 'moment', 3)}, friction holds {units.show(holds, 'moment', 3)}."
             ),
         )
-
-
-def warnings(scenario: MillingScenario, done: WallRun) -> Iterator[Finding]:
-    """A tool that is not beside the part."""
-    if scenario.block is not None and done.bodies is not None:
-        yield from off_part(scenario.block, done.path.point, 0.5 * scenario.tool.diameter)

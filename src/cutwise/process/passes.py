@@ -53,6 +53,11 @@ def at_rest(
     return found
 
 
+def wrenches(total: FloatArray) -> FloatArray:
+    """Force and moment about the tip of tools whose structure turns about it [N, N m], from rows of a load; shape (n, 6)."""
+    return np.column_stack([total[:, :3], total[:, 5], -total[:, 4], np.zeros(len(total))])
+
+
 def stepped(cell: Cell, **how: Any) -> History:
     """A run from rest; ``how`` as in :func:`cutwise.loop.march`, the state of the structure left out."""
     return loop.march(cell, relaxed(cell.structure), state=width(cell.structure), **how)

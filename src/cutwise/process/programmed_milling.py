@@ -38,10 +38,9 @@ from cutwise.process import (
     carriage,
     carried,
     carriers,
-    chain_compliance,
     chatter,
-    milling_spindle,
     milling_wall,
+    spindles,
     walls,
     yielding,
 )
@@ -49,7 +48,7 @@ from cutwise.process.convergence import divided
 from cutwise.process.edges import edges
 from cutwise.process.labels import Column, Coordinate, Group, Groups, Over
 from cutwise.process.passes import at_rest, on_path, stepped, structure_of, too_soft, unsolved
-from cutwise.results import Finding, Said
+from cutwise.results import Finding
 from cutwise.spec.base import known
 from cutwise.spec.carrier import Standing
 from cutwise.spec.milling import MillingScenario
@@ -135,18 +134,13 @@ def prepare(scenario: MillingScenario) -> tuple[CarriedPath, carriage.Carriage]:
     firm = Rigid(0.0)
     poses = _poses(scenario, path.at[:1], np.zeros((1, 3)), walls.cut_of(scenario).feed)
     still = rest(_cell(scenario, firm), relaxed(firm), poses, seen=SEEN, state=0)
-    wrench = _wrench(still.total[0, :3], height)
+    wrench = yielding.wrench_at(still.total[0, :3], height)
     along = carried.arm_along(
         scenario.robot, path, wrench, height, walls.cut_of(scenario).feed, limited=scenario.operation.limit_feed
     )
     still_mode = scenario.numerics.mode == "still"
     robot = scenario.robot.model_copy(update={"dynamics": "static"}) if still_mode else scenario.robot
     return path, carriage.by_robot(robot, along, height)
-
-
-def _wrench(force: FloatArray, height: float) -> FloatArray:
-    """Force at a height over the tip, with its moment about the tip."""
-    return np.array([*force, -height * force[1], height * force[0], 0.0])
 
 
 def run(
@@ -160,7 +154,7 @@ def run(
         scenario = divided(scenario, "station", finer)
     path, carrying = prepare(scenario)
     terms = (
-        *milling_spindle.pistons_of(scenario, path.axes[0]),
+        *spindles.pistons_of(scenario.compliant, scenario.robot, path.axes[0]),
         *carriage.in_series(scenario.tool, carrying, carriage.off_surface(scenario.part_stiffness)),
     )
     bare = Milled(
@@ -305,18 +299,15 @@ def measures(scenario: MillingScenario, done: Milled) -> dict[str, float]:
     found |= yielding.term_measures(done.moved, done.counted, worst)
     each = [term for _, term in done.terms]
     if each and all(isinstance(term, Compliance) for term in each) and scenario.numerics.mode == "still":
-        wrench = np.array([_wrench(force, done.height) for force in done.force])
-        twist = done.state.reshape(len(wrench), -1, 6).sum(axis=1)
-        found["energy_balance"] = yielding.energy_balance(each, done.at, wrench, twist)
+        found |= yielding.energy_at_rest(each, done.at, yielding.wrench_at(done.force, done.height), done.state)
     if done.limits:
         least = min(limit.depth for limit in done.limits)
         found |= chatter.measures(of.axial_depth, least) if math.isfinite(least) else {}
-    found |= milling_spindle.measures(scenario, done.state)
-    arm, robot = done.carriage.arm, scenario.robot
-    if arm is None or robot is None:
-        return found | yielding.normal_stiffness(each)
-    found |= carried.measures(arm, robot, of.feed, limited=scenario.operation.limit_feed)
-    return found | yielding.lowest_frequency([carried.swings_of(robot, arm, done.height)])
+    found |= spindles.stroke_left(scenario.compliant, done.state)
+    found |= carriers.measures(scenario, done.carriage, done.terms, of.feed, limited=scenario.operation.limit_feed)
+    if done.carriage.arm is None:
+        return found
+    return found | yielding.lowest_frequency([carried.swings_of(known(scenario.robot), done.carriage.arm, done.height)])
 
 
 def findings(scenario: MillingScenario, done: Milled) -> Iterator[Finding]:
@@ -327,7 +318,7 @@ def findings(scenario: MillingScenario, done: Milled) -> Iterator[Finding]:
         yield Finding("unsolved", value=float(done.unsolved), limit=0.0)
     if scenario.compliant is not None:
         off = done.moved["pistons"][:, 1]
-        yield from milling_spindle.findings(scenario, done.time, done.state, off, done.counted)
+        yield from spindles.findings(scenario.compliant, done.time, done.state, off, done.counted)
 
 
 def _limits(done: Milled, name: str) -> FloatArray | None:
@@ -366,17 +357,6 @@ def stages(scenario: MillingScenario, done: Milled) -> Groups:
     moved = carriers.deflections(done.moved, "the wall", "s", _OVER)
     carrier = carriers.of_carrier(done.carriage, scenario.robot, done.height, done.at, done.moved)
     return {**GROUPS, "structure": moved, "surface": Group(surface, _OVER), **carrier}
-
-
-def warnings(scenario: MillingScenario, done: Milled) -> tuple[Said, ...]:
-    """What a user has to know about the run."""
-    said: list[Said] = []
-    if scenario.robot is not None:
-        arms = [done.carriage.arm] if done.carriage.arm is not None else []
-        said += carried.warnings(scenario.robot, arms, scenario.measured.get("robot"))
-    if scenario.block is not None:
-        said += chain_compliance.off_part(scenario.block, done.path.point, 0.5 * scenario.tool.diameter)
-    return tuple(said)
 
 
 def limits_of(scenario: MillingScenario) -> tuple[str, ...]:

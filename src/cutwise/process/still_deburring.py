@@ -10,20 +10,19 @@ import numpy as np
 from cutwise import units
 from cutwise.maths.curves import FloatArray
 from cutwise.paths.carried import stations
-from cutwise.process import carried, carriers, yielding
+from cutwise.process import carriers, yielding
 from cutwise.process.assemble import (
-    beside_part,
     edge_cut,
     path_of,
     surface_height,
     turned_by,
     turned_from_start,
 )
-from cutwise.process.deburring import carried_by, fractions
+from cutwise.process.deburring import fractions
 from cutwise.process.labels import Column, Coordinate, Group, Groups, Over
 from cutwise.process.loops import EdgeCut, axis_over_edge, programmed_heights, still_edge
-from cutwise.process.passes import structure_of
-from cutwise.results import Finding, Said
+from cutwise.process.passes import structure_of, wrenches
+from cutwise.results import Finding
 from cutwise.spec.deburring import DeburringScenario
 from cutwise.still import Rest
 
@@ -81,12 +80,6 @@ def run(scenario: DeburringScenario) -> StillEdge:
     )  # fmt: skip
 
 
-def wrenches(rest: Rest) -> FloatArray:
-    """Force and moment about the tip of tools whose structure turns about it [N, N m], shape (n, 6)."""
-    total = rest.total
-    return np.column_stack([total[:, :3], total[:, 5], -total[:, 4], np.zeros(len(total))])
-
-
 def measures(scenario: DeburringScenario, done: StillEdge) -> dict[str, float]:
     """Measures in SI, over the whole edge."""
     error, tolerance, cutter = done.error, scenario.operation.tolerance, done.cut.cutter
@@ -106,10 +99,9 @@ def measures(scenario: DeburringScenario, done: StillEdge) -> dict[str, float]:
     terms = [term for _, term in done.cut.behind]
     worst = int(np.argmax(np.abs(error)))
     found |= yielding.term_measures(done.moved, slice(None), worst)
-    wrench = wrenches(done.rest)
-    twist = done.rest.state.reshape(len(done.at), -1, 6).sum(axis=1)
-    found["energy_balance"] = yielding.energy_balance(terms, done.at, wrench, twist)
-    return {**found, **carried_by(scenario, done.cut.carriage), **yielding.normal_stiffness(terms)}
+    found |= yielding.energy_at_rest(terms, done.at, wrenches(done.rest.total), done.rest.state)
+    of = scenario.operation
+    return found | carriers.measures(scenario, done.cut.carriage, done.cut.behind, of.feed, limited=of.limit_feed)
 
 
 def _power(done: StillEdge) -> FloatArray:
@@ -153,15 +145,6 @@ def stages(scenario: DeburringScenario, done: StillEdge) -> Groups:
 def findings(done: StillEdge) -> tuple[Finding, ...]:
     """A mill that meets nothing."""
     return () if (done.rest.seen[:, :2] > 0.0).any() else (Finding("untouched"),)
-
-
-def warnings(scenario: DeburringScenario, done: StillEdge) -> tuple[Said, ...]:
-    """What a user has to know about the run."""
-    told: list[Said] = [*beside_part(scenario)]
-    if scenario.robot is not None:
-        arm = done.cut.carriage.arm
-        told += carried.warnings(scenario.robot, [arm] if arm is not None else [], scenario.measured.get("robot"))
-    return tuple(told)
 
 
 def notes(done: StillEdge) -> dict[str, str]:

@@ -22,9 +22,8 @@ from cutwise.process import chatter, yielding
 from cutwise.process.convergence import divided
 from cutwise.process.edges import edges_alike
 from cutwise.process.labels import Column, Coordinate, Group, Over
-from cutwise.process.passes import at_rest, too_soft
+from cutwise.process.passes import at_rest, too_soft, wrenches
 from cutwise.process.recipes import Method, Recipe, halved
-from cutwise.process.still_deburring import wrenches
 from cutwise.records import CONTACT
 from cutwise.results import Finding, Place, SolverFailure, warned
 from cutwise.spec.base import known
@@ -214,9 +213,7 @@ def measures(held: Setup, done: list[Turned]) -> dict[str, float]:
         "cycle_time": 2.0 * math.pi * float(sum(times)),
         **yielding.term_measures(last.moved(), slice(None), int(np.argmax(np.abs(last.error)))),
         **yielding.normal_stiffness(last.terms),
-        "energy_balance": yielding.energy_balance(
-            last.terms, np.abs(last.z - held.z[0]), wrenches(last.rest), last.rest.state.reshape(-1, 2, 6).sum(axis=1)
-        ),
+        **yielding.energy_at_rest(last.terms, np.abs(last.z - held.z[0]), wrenches(last.rest.total), last.rest.state),
     }  # fmt: skip
     if part.runout is not None:
         high, low = (run(held, 0.5 * side * part.runout, done)[-1].error for side in (1.0, -1.0))

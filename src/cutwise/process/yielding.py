@@ -153,6 +153,21 @@ def stiffness_of(normal: FloatArray) -> dict[str, float]:
     return {"stiffness_normal_min": float(1.0 / normal.max()), "stiffness_normal_max": float(1.0 / normal.min())}
 
 
+def wrench_at(force: FloatArray, height: float) -> FloatArray:
+    """Forces (..., 3) [N] at a height over the tip [m], each with its moment about the tip [N m], shape (..., 6)."""
+    x, y = force[..., 0], force[..., 1]
+    moment = np.stack([-height * y, height * x, np.zeros_like(x)], axis=-1)
+    return np.concatenate([force, moment], axis=-1)
+
+
+def energy_at_rest(
+    terms: Sequence[NamedTuple], at: FloatArray, wrench: FloatArray, columns: FloatArray
+) -> dict[str, float]:
+    """The measure of :func:`energy_balance` for terms that all yield at once, from the columns that they noted."""
+    twist = columns.reshape(len(wrench), -1, 6).sum(axis=1)
+    return {"energy_balance": energy_balance(terms, at, wrench, twist)}
+
+
 def energy_balance(terms: Sequence[NamedTuple], at: FloatArray, wrench: FloatArray, twist: FloatArray) -> float:
     r"""Work of a wrench less twice the elastic energy, :math:`\max|W\cdot\xi - W^T C W|` over the largest work.
 

@@ -1,6 +1,15 @@
 """Deburring: time stepping over all five stages (Berselli et al. 2016, Fig. 8), or each place of the edge at rest."""
 
-from cutwise.process import assemble, carried, deburring, deburring_part, edge_findings, edge_stages, still_deburring
+from cutwise.process import (
+    assemble,
+    carried,
+    carriers,
+    deburring,
+    deburring_part,
+    edge_findings,
+    edge_stages,
+    still_deburring,
+)
 from cutwise.process.convergence import divided
 from cutwise.process.recipes import STUDY_STEP, Method, Progress, Recipe, Wanted, coarser, halved
 from cutwise.spec.deburring import DeburringScenario
@@ -44,7 +53,7 @@ STILL = Method(
     findings=lambda _, done, __: still_deburring.findings(done),
     limits=lambda *_: still_deburring.LIMITS,
     references=lambda *_: _SOURCES,
-    warnings=lambda scenario, done, _: still_deburring.warnings(scenario, done),
+    warnings=lambda scenario, done, _: carriers.warnings(scenario, [done.cut.carriage], scenario.part.block),
     infeasible=lambda scenario, _, found: carried.too_fast(found, scenario.operation.feed),
     notes=lambda _, done, __: still_deburring.notes(done),
     change=halved(lambda scenario, *_: still_deburring.measures(
