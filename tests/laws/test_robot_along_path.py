@@ -32,7 +32,7 @@ def along(scenario, **changes):
     robot = scenario.robot.model_copy(update=changes)
     changed = scenario.model_copy(update={"robot": robot})
     cell = assemble.deburring_cell(changed)
-    return cell, assemble.robot_along(changed, cell)
+    return cell, cell.carriage.arm
 
 
 def read(cell, time_step=20e-6):

@@ -31,9 +31,8 @@ from cutwise.process.loops import (
 from cutwise.process.passes import wrenches
 from cutwise.process.spindles import piston_ring
 from cutwise.spec.base import known
-from cutwise.spec.carrier import CarryingRobot, Standing
 from cutwise.spec.deburring import DeburringScenario
-from cutwise.spec.milling_machine import bodies_of, drives_key, drives_of
+from cutwise.spec.milling_machine import drives_key, drives_of
 from cutwise.spec.operation import DeburringOperation, PathErrorSpectrum, SinePathError
 from cutwise.spec.part import RandomField
 from cutwise.spec.spindle import CompliantSpindle
@@ -110,30 +109,17 @@ def edge_cut(scenario: DeburringScenario) -> EdgeCut:
     if profile is not None:
         at, feeds = (np.array(values) for values in profile.points())
         alone = alone._replace(paced=Paced((), *carried.pace_of(at, feeds, operation.feed)))
-    if scenario.robot is None:
-        bodies = _carriage(scenario)
-        behind = carriage.in_series(scenario.tool, bodies, _part(scenario, alone))
-        return alone._replace(behind=behind, carriage=bodies)
-    along, height = robot_along(scenario, alone), surface_height(alone)
-    turn = turned_from_start(alone, along.path.at)
-    sag = np.sin(turn) * (along.sag[:, 0] + along.sag[:, 4] * height)
-    sag += np.cos(turn) * (along.sag[:, 1] - along.sag[:, 3] * height)
-    path = alone.path._replace(error_curve=added(alone.path.error_curve, along.path.at, sag))
-    arm = carriage.by_robot(answering(scenario), along, height)
-    paced = alone.paced
-    if scenario.operation.limit_feed:
-        feed = scenario.operation.feed
-        at, pace = carried.pace_of(along.path.at, carried.feeds_along(along, answering(scenario), feed), feed)
-        paced = Paced((), at, pace)
-    behind = carriage.in_series(scenario.tool, arm, _part(scenario, alone))
-    return alone._replace(path=path, behind=behind, paced=paced, carriage=arm)
-
-
-def answering(scenario: DeburringScenario) -> CarryingRobot:
-    """The robot as it answers to the cut: at rest by its stiffness alone."""
-    assert scenario.robot is not None
-    still = scenario.numerics.mode == "still"
-    return scenario.robot.model_copy(update={"dynamics": "static"}) if still else scenario.robot
+    height, told = surface_height(alone), None if scenario.path is None else path_of(scenario)
+    held = carriage.carrying(scenario, told, lambda: rigid_wrench(alone), height, operation.feed)
+    alone = alone._replace(behind=carriage.in_series(tool, held, _part(scenario, alone)), carriage=held)
+    if held.arm is None:
+        return alone
+    turn, moved = turned_from_start(alone, held.arm.path.at), carried.sag_at(held.arm, height)
+    sag = np.sin(turn) * moved[:, 0] + np.cos(turn) * moved[:, 1]
+    path = alone.path._replace(error_curve=added(alone.path.error_curve, held.arm.path.at, sag))
+    if operation.limit_feed:
+        alone = alone._replace(paced=Paced((), *carried.slowed(held.arm, known(scenario.robot), operation.feed)))
+    return alone._replace(path=path)
 
 
 def turned_from_start(cut: EdgeCut | EdgeCell, along: FloatArray) -> FloatArray:
@@ -160,14 +146,6 @@ def _part(scenario: DeburringScenario, cut: EdgeCut) -> Compliance | None:
     turn = np.linspace(0.0, sweep, math.ceil(sweep / _NORMALS) + 1)
     normal = np.column_stack([np.sin(turn), np.cos(turn), np.zeros(len(turn))])
     return carriage.off_surface(scenario.part.stiffness, turn * cut.arc.radius, normal)
-
-
-def _carriage(scenario: DeburringScenario) -> carriage.Carriage:
-    """The bodies of a machine that carries the spindle; nothing without one."""
-    bodies = bodies_of(scenario.machine)
-    if bodies is None:
-        return carriage.Carriage()
-    return carriage.by_machine(bodies, scenario.part.block, path_of(scenario))
 
 
 def added(curve: Cubic, at: FloatArray, value: FloatArray) -> Cubic:
@@ -199,20 +177,7 @@ def path_of(scenario: DeburringScenario) -> CarriedPath:
     told = scenario.path
     if told.arc is not None and not scenario.follows:
         told = told.model_copy(update={"orientation": "fixed"})
-    return carried.path_in_base(
-        told, scenario.placement or Standing(), scenario.numerics.station,
-        work_on_left=scenario.operation.milling == "up",
-    )  # fmt: skip
-
-
-def robot_along(scenario: DeburringScenario, cell: EdgeCut | EdgeCell) -> carried.ArmAlong:
-    """The robot of a pass, along the path of the scenario."""
-    assert scenario.robot is not None
-    cut = EdgeCut(cell.path, cell.layers, cell.cutter, cell.arc)
-    return carried.arm_along(
-        scenario.robot, path_of(scenario), rigid_wrench(cut), surface_height(cut), scenario.operation.feed,
-        limited=scenario.operation.limit_feed,
-    )  # fmt: skip
+    return carriage.stations_of(scenario, told)
 
 
 def edge_profile(size: float | Table | RandomField, length: float) -> Polyline:

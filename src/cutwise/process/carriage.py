@@ -1,7 +1,7 @@
 """What carries a tool along a path, a robot or the bodies of a machine, and everything that yields with it in series."""
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -11,9 +11,13 @@ from cutwise.paths.carried import CarriedPath
 from cutwise.physics.structure.terms import Compliance
 from cutwise.process import carried
 from cutwise.process.yielding import Mode, modes_at_rest, spring
-from cutwise.spec.carrier import CarryingRobot
+from cutwise.spec.base import known
+from cutwise.spec.carrier import CarriedPath as PathSpec
+from cutwise.spec.carrier import CarryingRobot, Standing
 from cutwise.spec.chained import CarryingMachine
+from cutwise.spec.drives import CncMachine
 from cutwise.spec.faults import Path
+from cutwise.spec.milling_machine import MillingMachine, bodies_of
 from cutwise.spec.part_block import PartBlock
 
 if TYPE_CHECKING:
@@ -59,6 +63,66 @@ def by_machine(
     """The bodies of a machine along a path in the part; modes of a tool lie along x and y of the machine."""
     bodies = chain_compliance.bodies_along(machine, block, np.array(machine.tip), path, key, axis)
     return Carriage((("bodies", Compliance(path.at, np.ascontiguousarray(bodies.total))),), bodies=bodies, path=path)
+
+
+class Led(Protocol):
+    """What a scenario says of a path along its part, and of what carries a tool along it."""
+
+    @property
+    def robot(self) -> CarryingRobot | None:
+        """That carries the tool."""
+
+    @property
+    def machine(self) -> CncMachine | MillingMachine | None:
+        """That carries the tool."""
+
+    @property
+    def block(self) -> PartBlock | None:
+        """Under the tool, on the machine."""
+
+    @property
+    def placement(self) -> Standing | None:
+        """Of the part, before the robot."""
+
+    @property
+    def operation(self) -> Any:
+        """With ``milling``, ``limit_feed``."""
+
+    @property
+    def numerics(self) -> Any:
+        """With ``station`` [m], ``mode``."""
+
+
+def stations_of(scenario: Led, path: PathSpec, standing: Standing | None = None) -> CarriedPath:
+    """The stations of a path in the frame of what carries the tool, where the part stands, or stands as told."""
+    return carried.path_in_base(
+        path, standing or scenario.placement or Standing(), scenario.numerics.station,
+        work_on_left=scenario.operation.milling == "up",
+    )  # fmt: skip
+
+
+def carrying(
+    scenario: Led, path: CarriedPath | None, rigid: Callable[[], FloatArray], height: float, feed: float
+) -> Carriage:
+    """What carries a tool along a path as a scenario says it: a robot, the bodies of a machine, or nothing that yields.
+
+    A robot takes the postures that suit the wrench (6,) of the rigid cut about the tip, process axes [N, N m], at a feed
+    [m/s]; the surface is read at a height over the tip [m]. At rest a robot answers by its stiffness alone.
+    """
+    robot = scenario.robot
+    if robot is not None:
+        along = carried.arm_along(
+            robot, known(path), rigid(), height, feed, limited=scenario.operation.limit_feed
+        )  # fmt: skip
+        still = scenario.numerics.mode == "still"
+        return by_robot(robot.model_copy(update={"dynamics": "static"}) if still else robot, along, height)
+    return on_machine(scenario, path)
+
+
+def on_machine(scenario: Led, path: CarriedPath | None) -> Carriage:
+    """The bodies of the machine of a scenario along a path; drives alone do not yield."""
+    machine = bodies_of(scenario.machine)
+    return Carriage() if machine is None else by_machine(machine, scenario.block, known(path))
 
 
 def in_series(tool: Bending | None, carriage: Carriage, part: Compliance | None = None) -> Terms:

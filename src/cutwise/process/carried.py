@@ -328,6 +328,17 @@ def pace_of(at: FloatArray, feeds: FloatArray, feed: float) -> Slowdown:
     return Slowdown(time, fine / feed)
 
 
+def slowed(along: ArmAlong, robot: CarryingRobot, feed: float) -> Slowdown:
+    """The pace of a motion programmed at a feed [m/s] where the joints have to follow it."""
+    return pace_of(along.path.at, feeds_along(along, robot, feed), feed)
+
+
+def sag_at(along: ArmAlong, height: float) -> FloatArray:
+    """Sag of the tool's axis at a height over the tip, process axes [m], shape (n, 3)."""
+    twist = along.sag
+    return np.column_stack([twist[:, 0] + twist[:, 4] * height, twist[:, 1] - twist[:, 3] * height, twist[:, 2]])
+
+
 def too_fast(found: Mapping[str, float], feed: float | None, said: str = "operation.feed") -> tuple[Finding, ...]:
     """That the joints cannot follow the feed [m/s], if they cannot."""
     if feed is None or found.get("joint_speed_margin", 1.0) >= -ROUNDING:

@@ -104,8 +104,7 @@ def _by_robot(
     led = np.swapaxes(axes, -1, -2) @ process_axes(path.axis)
     kept = along.path._replace(axes=along.path.axes @ led)
     seen = along._replace(path=kept, joints=in_axes(along.joints, led), base=in_axes(along.base, led))
-    ball = along.sag[:, :3] + np.cross(along.sag[:, 3:], [0.0, 0.0, height])
-    sag = np.einsum("nji,nj->ni", led, ball)
+    sag = np.einsum("nji,nj->ni", led, carried.sag_at(along, height))
     return bare._replace(
         carriage=Carriage(carried.terms_of(robot, seen, height), arm=along), whole=seen.joints + seen.base,
         sag=np.column_stack([np.interp(found.way, found.path.at, column) for column in sag.T]),

@@ -33,6 +33,7 @@ from cutwise.process.assemble_mill import (
     spindle_speed,
     tip_modes,
 )
+from cutwise.process.carriage import on_machine
 from cutwise.process.loops_drives import Cut, DriveHistory, run_drives
 from cutwise.process.milling_contact import Contact, SteadyCuts, contact, steady_cuts
 from cutwise.process.milling_stability import TipStability, tip_stability
@@ -276,7 +277,7 @@ def prepare(scenario: MillingScenario) -> None:
 def _wall(scenario: MillingScenario) -> None:
     """The bodies along the wall, if there is one."""
     if scenario.line is not None:
-        milling_wall.carriage_of(scenario, milling_wall.stations_of(scenario))
+        on_machine(scenario, milling_wall.stations_of(scenario))
 
 
 def set_points(reference: Reference, sample_time: float, axes: int, place: Reference | None = None) -> SetPoints:

@@ -17,7 +17,7 @@ from cutwise.physics.motion.drives import Axis
 from cutwise.physics.motion.reference import Reference
 from cutwise.physics.structure.series_compliance import translation_at
 from cutwise.process import carriers, spindles, walls, yielding
-from cutwise.process.carriage import Carriage, Terms, by_machine, off_surface
+from cutwise.process.carriage import Carriage, Terms, off_surface, on_machine
 from cutwise.process.carriage import in_series as series
 from cutwise.process.chain_compliance import BodiesAlong, tool_point_at_zero
 from cutwise.process.edges import edges
@@ -93,12 +93,6 @@ def stations_of(scenario: MillingScenario) -> CarriedPath:
     return line(start, end, np.array([0.0, 0.0, -1.0]), scenario.numerics.station, work_on_left=up)
 
 
-def carriage_of(scenario: MillingScenario, path: CarriedPath) -> Carriage:
-    """How the machine yields along the wall; drives alone do not."""
-    machine = scenario.machine
-    return by_machine(machine, scenario.block, path) if isinstance(machine, MillingMachine) else Carriage()
-
-
 def wall_run(
     scenario: MillingScenario, reference: Reference, order: SetPoints, axes: tuple[Axis, ...], substeps: int,
     progress: Callable[[float], None] | None = None,
@@ -115,7 +109,7 @@ def wall_run(
     assert operation.radial_depth is not None
     assert scenario.line is not None
     path = stations_of(scenario)
-    carriage = carriage_of(scenario, path)
+    carriage = on_machine(scenario, path)
     tool = scenario.tool if scenario.modes_at_rest or scenario.tool.stiffness is not None else None
     terms = (*spindles.pistons_of(scenario.compliant), *series(tool, carriage, off_surface(scenario.part_stiffness)))
     up, averaged = operation.milling == "up", scenario.numerics.force == "averaged"

@@ -32,7 +32,6 @@ from cutwise.physics.structure.terms import (
     Compliance,
     Rigid,
     Swinging,
-    relaxed,
 )
 from cutwise.process import (
     carriage,
@@ -50,9 +49,7 @@ from cutwise.process.labels import Column, Coordinate, Group, Groups, Over
 from cutwise.process.passes import at_rest, on_path, stepped, structure_of, too_soft, unsolved
 from cutwise.results import Finding
 from cutwise.spec.base import known
-from cutwise.spec.carrier import Standing
 from cutwise.spec.milling import MillingScenario
-from cutwise.still import rest
 
 _SHALLOWER = "reduce operation.axial_depth"
 HIGHEST = 800.0  # [Hz] up to which the limit of chatter is looked for
@@ -119,28 +116,19 @@ def path_of(scenario: MillingScenario) -> CarriedPath:
     """The stations of the path: in the base frame of a robot, or in the part on a machine."""
     if scenario.robot is None:
         return milling_wall.stations_of(scenario)
-    return carried.path_in_base(
-        walls.path_of(scenario), scenario.placement or Standing(), scenario.numerics.station,
-        work_on_left=scenario.operation.milling == "up",
-    )  # fmt: skip
+    return carriage.stations_of(scenario, walls.path_of(scenario))
 
 
 def prepare(scenario: MillingScenario) -> tuple[CarriedPath, carriage.Carriage]:
     """What carries the tool along the path: what a check finds out without the cut."""
-    path = path_of(scenario)
-    if scenario.robot is None:
-        return path, milling_wall.carriage_of(scenario, path)
-    height = 0.5 * walls.cut_of(scenario).axial_depth
-    firm = Rigid(0.0)
-    poses = _poses(scenario, path.at[:1], np.zeros((1, 3)), walls.cut_of(scenario).feed)
-    still = rest(_cell(scenario, firm), relaxed(firm), poses, seen=SEEN, state=0)
-    wrench = yielding.wrench_at(still.total[0, :3], height)
-    along = carried.arm_along(
-        scenario.robot, path, wrench, height, walls.cut_of(scenario).feed, limited=scenario.operation.limit_feed
-    )
-    still_mode = scenario.numerics.mode == "still"
-    robot = scenario.robot.model_copy(update={"dynamics": "static"}) if still_mode else scenario.robot
-    return path, carriage.by_robot(robot, along, height)
+    path, of = path_of(scenario), walls.cut_of(scenario)
+    height, firm = 0.5 * of.axial_depth, Rigid(0.0)
+
+    def rigid() -> FloatArray:
+        poses = _poses(scenario, path.at[:1], np.zeros((1, 3)), of.feed)
+        return yielding.wrench_at(at_rest(_cell(scenario, firm), poses, seen=SEEN).total[0, :3], height)
+
+    return path, carriage.carrying(scenario, path, rigid, height, of.feed)
 
 
 def run(
@@ -180,11 +168,9 @@ def feeds_of(scenario: MillingScenario, carrying: carriage.Carriage, at: FloatAr
 
 def sag_of(path: CarriedPath, carrying: carriage.Carriage, height: float) -> FloatArray:
     """Sag of the axis at a height over the tip, at the stations [m], shape (n, 3)."""
-    sag = np.zeros((len(path.at), 3))
-    if carrying.arm is not None:
-        twist = carrying.arm.sag
-        sag[:, 1], sag[:, 2] = twist[:, 1] - twist[:, 3] * height, twist[:, 2]
-    return sag
+    return (
+        np.zeros((len(path.at), 3)) if carrying.arm is None else carried.sag_at(carrying.arm, height) * [0.0, 1.0, 1.0]
+    )
 
 
 def _at_rest(scenario: MillingScenario, bare: Milled) -> Milled:
@@ -203,7 +189,7 @@ def _stepped(
     motion: NamedTuple = Shifted(way, bare.path.at, bare.sag)
     duration = way.duration
     if scenario.operation.limit_feed:
-        pace = carried.pace_of(bare.path.at, feeds_of(scenario, bare.carriage, bare.path.at), of.feed)
+        pace = carried.slowed(known(bare.carriage.arm), known(scenario.robot), of.feed)
         motion, duration = Paced(motion, *pace), float(pace.at[-1])
     history = stepped(
         _cell(scenario, structure_of(bare.terms), motion), duration=duration, time_step=scenario.time_step / finer,
@@ -272,10 +258,10 @@ def wall_and_floor(scenario: MillingScenario, done: Milled) -> tuple[FloatArray,
 
 def cycle_time(scenario: MillingScenario, done: Milled) -> float:
     """From the first to the last place of the path [s]."""
-    feeds = feeds_of(scenario, done.carriage, done.path.at)
+    feed = walls.cut_of(scenario).feed
     if done.carriage.arm is None or not scenario.operation.limit_feed:
-        return float(done.path.at[-1] / feeds[0])
-    return float(carried.pace_of(done.path.at, feeds, walls.cut_of(scenario).feed).at[-1])
+        return float(done.path.at[-1] / feed)
+    return float(carried.slowed(done.carriage.arm, known(scenario.robot), feed).at[-1])
 
 
 def _worst(scenario: MillingScenario, done: Milled) -> int:

@@ -20,6 +20,7 @@ from cutwise.spec.needs import Needs
 from cutwise.spec.numerics import TimeStepping
 from cutwise.spec.operation import DeburringOperation, SinePathError, uncovered
 from cutwise.spec.part import DeburringPart
+from cutwise.spec.part_block import PartBlock
 from cutwise.spec.scenario import MeasureSpec, Scenario
 from cutwise.spec.spindle import CompliantSpindle, Spindle
 from cutwise.spec.tables import Table
@@ -241,6 +242,11 @@ class DeburringScenario(Scenario):
                 "the weight across the spindle turns about it while it follows the arc, which is not modelled; write "
                 "path.orientation: fixed, or spindle.gravity: off to leave the weight out",
             )
+
+    @property
+    def block(self) -> PartBlock | None:
+        """The part, if it is a block on the table of a machine."""
+        return self.part.block
 
     def _hangs_across(self, path: PartPath) -> bool:
         """Whether the weight of the spindle leans on its pistons."""

@@ -9,7 +9,7 @@ from cutwise.io.measurements import read_measurement
 from cutwise.io.scenario import load
 from cutwise.maths.chains import frames
 from cutwise.process.arm_geometry import misplaced
-from cutwise.process.assemble import deburring_cell, robot_along
+from cutwise.process.assemble import deburring_cell
 from cutwise.process.carried import jacobians_of
 from cutwise.process.postures import arm_compliance, candidates, posture_jacobian, tool_axes
 from cutwise.process.recipes import quick_outcome
@@ -109,7 +109,7 @@ def test_bodies_carry_a_mill_along_a_path(examples):
         [*common, f"robot.body_compliance={json.dumps(springs_of(given))}"],
     )
     assert springs.robot.joint_stiffness is None
-    one, two = (robot_along(each, deburring_cell(each)) for each in (joints, springs))
+    one, two = (deburring_cell(each).carriage.arm for each in (joints, springs))
     assert two.joints == pytest.approx(one.joints, rel=1e-9, abs=1e-15)
     assert two.sag == pytest.approx(one.sag, rel=1e-9, abs=1e-12)
 
@@ -197,7 +197,7 @@ def test_an_arm_leads_a_mill_wrong_along_a_path(examples):
     along = {}
     for name, more in (("plain", ()), ("relative", (wave,)), ("absolute", (wave, "robot.sag=absolute"))):
         scenario = load(examples / "deburr_on_robot.yaml", [*common, *more])
-        along[name] = robot_along(scenario, deburring_cell(scenario))
+        along[name] = deburring_cell(scenario).carriage.arm
     q = along["relative"].postures.q
     change = along["relative"].sag - along["plain"].sag
     assert change[0] == pytest.approx(np.zeros(6), abs=1e-15)

@@ -5,8 +5,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from cutwise.app.scene.scene import FloatArray
-from cutwise.process.carried import path_in_base
-from cutwise.process.milling_wall import stations_of
+from cutwise.process import carriage, milling_wall
 from cutwise.spec.carrier import Standing
 
 if TYPE_CHECKING:
@@ -54,14 +53,12 @@ def way_of(result: "Result") -> Way | None:
     if path is None or (getattr(path, "line", None) is None and getattr(path, "arc", None) is None):
         return None
     if scenario.process == "mill" and scenario.robot is None:
-        return _own(stations_of(scenario))
+        return _own(milling_wall.stations_of(scenario))
     if getattr(path, "tool_axis", None) is None:
         return None
     if path.arc is not None and not getattr(scenario, "follows", True):
         path = path.model_copy(update={"orientation": "fixed"})
-    return _own(
-        path_in_base(path, Standing(), scenario.numerics.station, work_on_left=scenario.operation.milling == "up")
-    )
+    return _own(carriage.stations_of(scenario, path, Standing()))
 
 
 def _own(path: "CarriedPath") -> Way:
