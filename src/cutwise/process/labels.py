@@ -59,15 +59,15 @@ def tree(run: Any, stages: Groups | xr.DataTree) -> xr.DataTree:
     """
     if not isinstance(stages, Mapping) or isinstance(stages, xr.DataTree):
         return stages
-    made = {name: _made(run, one) if isinstance(one, Group) else one for name, one in stages.items()}
+    made = {
+        name: (table(run, one) if one.apply(run) else None) if isinstance(one, Group) else one
+        for name, one in stages.items()
+    }
     return xr.DataTree.from_dict({name: one for name, one in made.items() if one is not None})
 
 
-def _made(run: Any, group: Group) -> xr.Dataset | None:
-    return _group(run, group) if group.apply(run) else None
-
-
-def _group(run: Any, group: Group) -> xr.Dataset | None:
+def table(run: Any, group: Group) -> xr.Dataset | None:
+    """The columns of a group that a run has; None where it has none of them."""
     data = {}
     for name, column in group.columns.items():
         values = column.read(run)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -11,13 +12,14 @@ from cutwise.later import later
 from cutwise.maths.curves import FloatArray
 from cutwise.maths.height_map import RINGS, cell_middles, in_rows
 from cutwise.maths.map_surface import corner_heights
-from cutwise.process.labels import labelled
+from cutwise.process.labels import Column, Coordinate, Group, Over, Read, table
 from cutwise.process.stock_deviation import Deviation, Judged
 from cutwise.process.stock_earlier import Sweep, kept
 from cutwise.process.stock_milling import StockRunDone
-from cutwise.process.stock_real import Cut, Real
+from cutwise.process.stock_real import Cut
 from cutwise.process.stock_setups import Done
 from cutwise.process.stock_stations import move_time, station_moves, station_places, station_times
+from cutwise.spec.base import known
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -27,27 +29,199 @@ else:
 IntArray = npt.NDArray[np.int64]
 
 
+_AXES = "xyz"
+OFFSET = Group({
+    "along": Column("piece", lambda real: real.done.moves.along[:, 0], "m", "place on the planned path"),
+    "line": Column("piece", lambda real: np.repeat(real.done.moves.line, np.diff(real.done.moves.path.first)), "1",
+                   "line of the program"),
+    "offset": Column("piece axis", lambda real: real.off[:, 0], "m", "tool less its planned place"),
+    "offset_known": Column("piece axis", lambda real: real.known[:, 0], "m", "part of it by drives and the sag of an arm"),
+}, {"piece": Coordinate(lambda real: np.arange(len(real.done.moves.way)), "1", "piece of the path"), "axis": _AXES})  # fmt: skip
+"""Where the tool stands beside its planned path, at the start of each piece; of a :class:`Real`."""
+
+
+def _stations(name: str, unit: str, text: str) -> Column:
+    """What was noted at every station."""
+    return Column("station", lambda done: done.stations(name), unit, text)
+
+
+def _power(done: StockRunDone) -> FloatArray:
+    return done.stations("torque") * done.moves.spindle[station_moves(done)]
+
+
+STATIONS = Group({
+    "time": Column("station", station_times, "s", "time"),
+    "line": Column("station", lambda done: done.moves.line[station_moves(done)], "1", "line of the program"),
+    "tip": Column("station axis", station_places, "m", "tip of the tool"),
+    "immersion": _stations("angle", "rad", "largest sum of contact arcs at one height"),
+    "removal": _stations("removal", "m**2", "volume taken per length of feed"),
+    "force": Column("station axis", lambda done: np.column_stack([done.stations(f"force_{axis}") for axis in _AXES]), "N",
+                    "mean force on the tool along the feed, to its left, up"),
+    "force_end": _stations("end_force", "N", "part of the bottom edges in the force up"),
+    "force_xy_peak": _stations("force_xy_peak", "N", "largest force in the plane over a tooth period"),
+    "torque": _stations("torque", "N*m", "mean torque of the cut"),
+    "power": Column("station", _power, "W", "mean power of the cut"),
+    "chip_thickness": _stations("chip_thickness", "m", "thickest chip"),
+}, {
+    "station": Coordinate(lambda done: np.arange(station_moves(done).size), "1", "place along the program"), "axis": _AXES,
+})  # fmt: skip
+"""What the tool meets place by place; of a :class:`StockRunDone`."""
+
+
+class Lines(NamedTuple):
+    """The moves of one set-up, and how what they left is off the part."""
+
+    cut: Cut
+    number: int  # of the set-up, from 0
+    off: Judged | None
+
+    @property
+    def done(self) -> StockRunDone:
+        """As planned."""
+        return self.cut.ideal
+
+
+def _moves(read: Read, unit: str, text: str) -> Column:
+    return Column("move", lambda lines: read(lines.done), unit, text)
+
+
+def _most(read: Callable[[StockRunDone], FloatArray], unit: str, text: str) -> Column:
+    """Largest value of each move's stations; 0 without stations."""
+    return _moves(lambda done: _largest(read(done), done.run.station), unit, text)
+
+
+def _feed(done: StockRunDone) -> FloatArray:
+    return np.where(done.moves.rapid, np.nan, done.moves.feed)
+
+
+def _ends(end: int) -> Read:
+    """Least and largest deviation of the surface that each move made."""
+    return lambda lines: None if lines.off is None else _made(lines.cut, lines.number, lines.off.left)[end]
+
+
+LINES = Group({
+    "line": _moves(lambda done: done.moves.line, "1", "line of the program"),
+    "last_line": _moves(lambda done: done.moves.last_line, "1", "last line of short moves that go together"),
+    "tool": _moves(lambda done: np.array(done.planned.tools.numbers or (0,))[done.moves.tool], "1", "number of the tool"),
+    "rapid": _moves(lambda done: done.moves.rapid.astype(np.int64), "1", "whether it is a rapid move"),
+    "time": _moves(lambda done: move_time(done, np.arange(done.moves.number)), "s", "time at which it begins"),
+    "feed": _moves(_feed, "m/s", "feed"),
+    "removed_volume": _moves(lambda done: done.volume, "m**3", "volume taken"),
+    "removed_volume_error": _moves(lambda done: done.error and done.error.of_moves, "m**3",
+                                   "error of it, three standard deviations"),
+    "immersion_max": _most(lambda done: done.stations("angle"), "rad", "largest contact angle"),
+    "removal_rate_max": _most(lambda done: done.stations("removal") * done.moves.feed[station_moves(done)], "m**3/s",
+                              "largest removal rate"),
+    "chip_thickness_max": _most(lambda done: done.stations("chip_thickness"), "m", "thickest chip"),
+    "force_xy_peak": _most(lambda done: done.stations("force_xy_peak"), "N", "largest force in the plane"),
+    "torque_max": _most(lambda done: done.stations("torque"), "N*m", "largest mean torque"),
+    "power_max": _most(_power, "W", "largest mean power"),
+    "rapid_depth": _moves(lambda done: done.run.through[:, 1], "m", "how deep a rapid move runs into the stock"),
+    "collision_depth": _moves(lambda done: np.maximum(done.run.hit[:, 1], done.fixed[:, 1]), "m",
+                              "how deep shank, holder or fixture overlap"),
+    "deviation_min": Column("move", _ends(0), "m", "least deviation of the surface that it made"),
+    "deviation_max": Column("move", _ends(1), "m", "largest deviation of the surface that it made, positive: material left"),
+}, {"move": Coordinate(lambda lines: np.arange(lines.done.moves.number), "1", "move")})  # fmt: skip
+"""Moves with their lines: load, volume, events and the extremes of the deviation that they made; of :class:`Lines`."""
+
+
+class Heights(NamedTuple):
+    """The height map in rows along y, and the heights at the corners of its cells [m]."""
+
+    x: FloatArray
+    y: FloatArray
+    x_corner: FloatArray
+    y_corner: FloatArray
+    top: npt.NDArray[np.float32]
+    floor: npt.NDArray[np.float32]
+    line: npt.NDArray[np.int32]
+    above: npt.NDArray[np.float32]
+    below: npt.NDArray[np.float32]
+
+
+MAP = Group({
+    "height": Column("y x", lambda map: map.top, "m", "height of what is left"),
+    "bottom": Column("y x", lambda map: map.floor, "m", "underside"),
+    "line": Column("y x", lambda map: map.line, "1", "line that cut it last, 0: the stock"),
+    "height_corner": Column("y_corner x_corner", lambda map: map.above, "m", "height at the corners of cells"),
+    "bottom_corner": Column("y_corner x_corner", lambda map: map.below, "m", "underside there"),
+}, {
+    "x": Coordinate(lambda map: map.x, "m", "x"), "y": Coordinate(lambda map: map.y, "m", "y"),
+    "x_corner": Coordinate(lambda map: map.x_corner, "m", "x"), "y_corner": Coordinate(lambda map: map.y_corner, "m", "y"),
+})  # fmt: skip
+"""Of :class:`Heights`."""
+
+
+class Samples(NamedTuple):
+    """The points of the nominal part that are judged."""
+
+    off: Deviation
+    setup: IntArray  # that made the surface there, from 0; -1: the stock, or an earlier run
+    line: IntArray  # that made it, 0: the stock
+
+    @property
+    def judged(self) -> npt.NDArray[np.bool_]:
+        """Which of all points these are."""
+        return self.off.judged_samples
+
+
+_POINTS: Over = {
+    "sample": Coordinate(lambda samples: np.arange(len(samples.line)), "1", "point of the nominal part"), "axis": _AXES,
+}  # fmt: skip
+SAMPLES = Group({
+    "point": Column("sample axis", lambda samples: samples.off.samples.point[samples.judged].astype(np.float32), "m",
+                    "point of the nominal part"),
+    "deviation": Column("sample", lambda samples: samples.off.value[samples.judged].astype(np.float32), "m",
+                        "deviation, positive: material left"),
+    "line": Column("sample", lambda samples: samples.line.astype(np.int32), "1",
+                   "line that made the surface there, 0: the stock"),
+    "face": Column("sample", lambda samples: (samples.off.samples.face[samples.judged] + 1).astype(np.int32), "1",
+                   "face of the part"),
+    "setup": Column("sample", lambda samples: (
+        (samples.setup + 1).astype(np.int32) if len(samples.off.owners.runs) > 1 else None
+    ), "1", "set-up that made it, 0: the stock, or an earlier run"),
+}, _POINTS, attrs=lambda samples: {"tolerance": samples.off.tolerance or 0.0})  # fmt: skip
+"""Of :class:`Samples`."""
+
+
+def _of_faces(name: str, unit: str, text: str) -> Column:
+    return Column("face", lambda faces: np.array([getattr(face, name) for face in faces], float), unit, text)
+
+
+FACES = Group({
+    "area": _of_faces("area", "m**2", "judged area"),
+    "least": _of_faces("least", "m", "least deviation"),
+    "most": _of_faces("most", "m", "largest deviation"),
+    "mean": _of_faces("mean", "m", "mean deviation"),
+    "rms": _of_faces("rms", "m", "root mean square"),
+    "gouge": _of_faces("gouge", "m**3", "volume cut into the part"),
+    "excess": _of_faces("excess", "m**3", "volume of material left"),
+    "scallop": _of_faces("scallop", "m", "largest scallop of ball or bull-nose"),
+}, {"face": Coordinate(lambda faces: np.array([face.face + 1 for face in faces]), "1", "face of the part")})  # fmt: skip
+"""Of the faces of a :class:`Deviation`."""
+
+
 def stages(done: Done, off: Judged | None) -> xr.DataTree:
     """Stations, moves, the maps, faces and samples of the part; of the ideal surface beside the real one too.
 
     Stations and moves of several set-ups follow one another, the maps have groups of their own, each in its frame.
     """
     groups = {
-        "motion": _joined([_stations(cut.ideal) for cut in done.cuts], "station", done, timed=True),
-        "lines": _joined([_lines(done, number, off) for number in range(len(done.cuts))], "move", done, timed=True),
-    }
+        "motion": _joined([known(table(cut.ideal, STATIONS)) for cut in done.cuts], "station", done, timed=True),
+        "lines": _joined([
+            known(table(Lines(cut, number, off), LINES)) for number, cut in enumerate(done.cuts)
+        ], "move", done, timed=True),
+    }  # fmt: skip
     for number, (job, cut) in enumerate(zip(done.jobs, done.cuts, strict=True), start=1):
         ending = "" if number == 1 else f"_{number}"
-        groups[f"stock{ending}"] = _map(cut.left)
+        groups[f"stock{ending}"] = known(table(_map(cut.left), MAP))
         groups[f"stock{ending}"].attrs |= {"axes": job.frame.axes.ravel(), "zero": job.frame.zero}
         if cut.real is not None:
-            groups[f"offset{ending}"] = _offset(cut.real)
+            groups[f"offset{ending}"] = known(table(cut.real, OFFSET))
     if off is not None:
-        groups |= {"surface": _samples(off.left), "faces": _faces(off.left)}
-        groups["surface"].attrs["tolerance"] = off.left.tolerance or 0.0
+        groups |= {"surface": _samples(off.left), "faces": known(table(off.left.faces, FACES))}
         if off.ideal is not None:
             groups["surface_ideal"] = _samples(off.ideal)
-            groups["surface_ideal"].attrs["tolerance"] = off.ideal.tolerance or 0.0
     sweeps = [
         Sweep(job.frame, run.moves.path, run.planned.tools.cutting, run.moves.line)
         for job, run in zip(done.jobs, done.left(False), strict=True)
@@ -72,86 +246,7 @@ def _joined(parts: list[xr.Dataset], over: str, done: Done, *, timed: bool) -> x
     return whole
 
 
-def _offset(real: Real) -> xr.Dataset:
-    """Where the tool stands beside its planned path, at the start of each piece."""
-    moves = real.done.moves
-    row = ("piece", np.arange(len(moves.way)), "1", "piece of the path")
-    line = np.repeat(moves.line, np.diff(moves.path.first))
-    return labelled(row, {
-        "along": (moves.along[:, 0], "m", "place on the planned path"),
-        "line": (line, "1", "line of the program"),
-        "offset": (real.off[:, 0], "m", "tool less its planned place"),
-        "offset_known": (real.known[:, 0], "m", "part of it by drives and the sag of an arm"),
-    }, axis=["x", "y", "z"])  # fmt: skip
-
-
-def _stations(done: StockRunDone) -> xr.Dataset:
-    move = station_moves(done)
-    row = ("station", np.arange(move.size), "1", "place along the program")
-    force = np.column_stack([done.stations(f"force_{axis}") for axis in "xyz"])
-    power = done.stations("torque") * done.moves.spindle[move]
-    return labelled(row, {
-        "time": (station_times(done), "s", "time"),
-        "line": (done.moves.line[move], "1", "line of the program"),
-        "tip": (station_places(done), "m", "tip of the tool"),
-        "immersion": (done.stations("angle"), "rad", "largest sum of contact arcs at one height"),
-        "removal": (done.stations("removal"), "m**2", "volume taken per length of feed"),
-        "force": (force, "N", "mean force on the tool along the feed, to its left, up"),
-        "force_end": (done.stations("end_force"), "N", "part of the bottom edges in the force up"),
-        "force_xy_peak": (done.stations("force_xy_peak"), "N", "largest force in the plane over a tooth period"),
-        "torque": (done.stations("torque"), "N*m", "mean torque of the cut"),
-        "power": (power, "W", "mean power of the cut"),
-        "chip_thickness": (done.stations("chip_thickness"), "m", "thickest chip"),
-    }, axis=["x", "y", "z"])  # fmt: skip
-
-
-def _lines(all_: Done, number: int, off: Judged | None) -> xr.Dataset:
-    """Moves with their lines: load, volume, events and the extremes of the deviation that they made."""
-    done = all_.cuts[number].ideal
-    moves, count = done.moves, done.moves.number
-    station = done.run.station
-    numbers = np.array(done.planned.tools.numbers or (0,))
-    found: dict[str, Any] = {
-        "line": (moves.line, "1", "line of the program"),
-        "last_line": (moves.last_line, "1", "last line of short moves that go together"),
-        "tool": (numbers[moves.tool], "1", "number of the tool"),
-        "rapid": (moves.rapid.astype(np.int64), "1", "whether it is a rapid move"),
-        "time": (move_time(done, np.arange(count)), "s", "time at which it begins"),
-        "feed": (np.where(moves.rapid, np.nan, moves.feed), "m/s", "feed"),
-        "removed_volume": (done.volume, "m**3", "volume taken"),
-    }
-    if done.error is not None:
-        found["removed_volume_error"] = (done.error.of_moves, "m**3", "error of it, three standard deviations")
-    turning = np.repeat(moves.spindle, np.diff(station))
-    for name, values, unit, text in (
-        ("immersion_max", done.stations("angle"), "rad", "largest contact angle"),
-        (
-            "removal_rate_max",
-            done.stations("removal") * np.repeat(moves.feed, np.diff(station)),
-            "m**3/s",
-            "largest removal rate",
-        ),
-        ("chip_thickness_max", done.stations("chip_thickness"), "m", "thickest chip"),
-        ("force_xy_peak", done.stations("force_xy_peak"), "N", "largest force in the plane"),
-        ("torque_max", done.stations("torque"), "N*m", "largest mean torque"),
-        ("power_max", done.stations("torque") * turning, "W", "largest mean power"),
-    ):
-        found[name] = (_largest(values, station), unit, text)
-    found["rapid_depth"] = (done.run.through[:, 1], "m", "how deep a rapid move runs into the stock")
-    found["collision_depth"] = (
-        np.maximum(done.run.hit[:, 1], done.fixed[:, 1]),
-        "m",
-        "how deep shank, holder or fixture overlap",
-    )
-    if off is not None:
-        low, high = _made(all_.cuts[number], number, off.left)
-        found["deviation_min"] = (low, "m", "least deviation of the surface that it made")
-        found["deviation_max"] = (high, "m", "largest deviation of the surface that it made, positive: material left")
-    return labelled(("move", np.arange(count), "1", "move"), found)
-
-
 def _largest(values: FloatArray, first: IntArray) -> FloatArray:
-    """Largest value of each move's stations; 0 without stations."""
     out = np.zeros(len(first) - 1)
     there = np.flatnonzero(np.diff(first) > 0)
     if there.size:
@@ -171,8 +266,8 @@ def _made(cut: Cut, number: int, off: Deviation) -> tuple[FloatArray, FloatArray
     return low, high
 
 
-def _map(done: StockRunDone) -> xr.Dataset:
-    """The height map, what cut it last, and the heights at the corners of its cells."""
+def _map(done: StockRunDone) -> Heights:
+    """The map, what cut it last, and the heights at the corners of its cells."""
     grid = done.solid.map.layout
     x, y = (c[RINGS : RINGS + n] for c, n in zip(cell_middles(grid), (grid.across, grid.along), strict=True))
     xc, yc = grid.x + grid.dx * np.arange(grid.across + 1), grid.y + grid.dy * np.arange(grid.along + 1)
@@ -185,51 +280,17 @@ def _map(done: StockRunDone) -> xr.Dataset:
     at_x, at_y = np.meshgrid(xc, yc)
     above, below = np.empty(at_x.size), np.empty(at_x.size)
     corner_heights(done.solid, at_x.ravel(), at_y.ravel(), above, below)
-    cells, corners = ("y", "x"), ("y_corner", "x_corner")
-    return xr.Dataset(
-        {
-            "height": (cells, np.where(gone, np.nan, height), _unit("m", "height of what is left")),
-            "bottom": (cells, np.where(gone, np.nan, floor).astype(np.float32), _unit("m", "underside")),
-            "line": (cells, line.astype(np.int32), _unit("1", "line that cut it last, 0: the stock")),
-            "height_corner": (corners, above.reshape(at_x.shape).astype(np.float32), _unit("m", "height at the corners of cells")),
-            "bottom_corner": (corners, below.reshape(at_x.shape).astype(np.float32), _unit("m", "underside there")),
-        },
-        {
-            "x": ("x", x, _unit("m", "x")), "y": ("y", y, _unit("m", "y")),
-            "x_corner": ("x_corner", xc, _unit("m", "x")), "y_corner": ("y_corner", yc, _unit("m", "y")),
-        },
+    return Heights(
+        x, y, np.asarray(xc), np.asarray(yc), np.where(gone, np.nan, height),
+        np.where(gone, np.nan, floor).astype(np.float32), line.astype(np.int32),
+        above.reshape(at_x.shape).astype(np.float32), below.reshape(at_x.shape).astype(np.float32),
     )  # fmt: skip
 
 
-def _unit(unit: str, name: str) -> dict[str, str]:
-    return {"units": unit, "long_name": name}
-
-
 def _samples(off: Deviation) -> xr.Dataset:
-    judged = off.judged_samples
-    run, segment = off.owners.of(off.segment[judged])
+    run, segment = off.owners.of(off.segment[off.judged_samples])
     line = np.zeros(segment.size, np.int64)
     for number, done in enumerate(off.owners.runs):
         mine = run == number
         line[mine] = done.planned.path.source[done.moves.block[segment[mine]]]
-    row = ("sample", np.arange(int(judged.sum())), "1", "point of the nominal part")
-    return labelled(row, {
-        "point": (off.samples.point[judged].astype(np.float32), "m", "point of the nominal part"),
-        "deviation": (off.value[judged].astype(np.float32), "m", "deviation, positive: material left"),
-        "line": (line.astype(np.int32), "1", "line that made the surface there, 0: the stock"),
-        "face": ((off.samples.face[judged] + 1).astype(np.int32), "1", "face of the part"),
-    } | ({"setup": ((run + 1).astype(np.int32), "1", "set-up that made it, 0: the stock, or an earlier run")}
-         if len(off.owners.runs) > 1 else {}), axis=["x", "y", "z"])  # fmt: skip
-
-
-def _faces(off: Deviation) -> xr.Dataset:
-    table = off.faces
-    row = ("face", np.array([face.face + 1 for face in table]), "1", "face of the part")
-    columns = {
-        "area": ("m**2", "judged area"), "least": ("m", "least deviation"), "most": ("m", "largest deviation"),
-        "mean": ("m", "mean deviation"), "rms": ("m", "root mean square"), "gouge": ("m**3", "volume cut into the part"),
-        "excess": ("m**3", "volume of material left"), "scallop": ("m", "largest scallop of ball or bull-nose"),
-    }  # fmt: skip
-    return labelled(row, {
-        name: (np.array([getattr(face, name) for face in table], float), unit, text) for name, (unit, text) in columns.items()
-    })  # fmt: skip
+    return known(table(Samples(off, run, line), SAMPLES))
