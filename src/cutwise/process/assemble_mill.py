@@ -103,6 +103,11 @@ def motion_limits(machine: CncMachine) -> tuple[Limits, AxisLimits | None]:
     return Limits(math.inf, math.inf, math.inf), AxisLimits(*(np.full(3, value) for value in values))
 
 
+def divided_by(sample_time: float, substeps: int, longest: float) -> int:
+    """The least whole number by which so many steps of a servo step [s] are divided for none to be longer than a time [s]."""
+    return max(1, math.ceil(sample_time / substeps / longest - 1e-9))
+
+
 def pace_of(machine: CncMachine) -> Pace:
     """What the path may do in any direction."""
     given = machine.limits

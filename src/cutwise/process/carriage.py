@@ -1,6 +1,6 @@
 """What carries a tool along a path, a robot or the bodies of a machine, and everything that yields with it in series."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
@@ -10,7 +10,7 @@ from cutwise.maths.curves import FloatArray
 from cutwise.paths.carried import CarriedPath
 from cutwise.physics.structure.terms import Compliance
 from cutwise.process import carried
-from cutwise.process.yielding import Mode, modes_at_rest, spring
+from cutwise.process.yielding import Bending, spring, tip_of
 from cutwise.spec.base import known
 from cutwise.spec.carrier import CarriedPath as PathSpec
 from cutwise.spec.carrier import CarryingRobot, Standing
@@ -26,18 +26,6 @@ else:
     chain_compliance = later("cutwise.process.chain_compliance")
 
 Terms = tuple[tuple[str, NamedTuple], ...]
-
-
-class Bending(Protocol):
-    """A tool that may bend: by one stiffness across its axis [N/m], or by modes that count at rest."""
-
-    @property
-    def stiffness(self) -> float | None:
-        """[N/m]"""
-
-    @property
-    def modes(self) -> Sequence[Mode]:
-        """Of the tip."""
 
 
 class Carriage(NamedTuple):
@@ -127,12 +115,11 @@ def on_machine(scenario: Led, path: CarriedPath | None) -> Carriage:
 
 def in_series(tool: Bending | None, carriage: Carriage, part: Compliance | None = None) -> Terms:
     """All terms without memory from the tool to the part."""
-    tip: Terms = ()
-    if tool is not None and tool.stiffness is not None:
-        tip = (("tip", spring({0: tool.stiffness, 1: tool.stiffness})),)
-    elif tool is not None and tool.modes:
-        tip = (("tip", modes_at_rest(tool.modes, carriage.path)),)
-    return (*tip, *carriage.terms, *((("part_stiffness", part),) if part is not None else ()))
+    tip = None if tool is None else tip_of(tool, carriage.path)
+    ends: tuple[Terms, Terms] = (
+        () if tip is None else (("tip", tip),), () if part is None else (("part_stiffness", part),)
+    )  # fmt: skip
+    return (*ends[0], *carriage.terms, *ends[1])
 
 
 def off_surface(

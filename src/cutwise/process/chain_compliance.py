@@ -9,12 +9,11 @@ from cutwise import units
 from cutwise.maths import chains
 from cutwise.maths.frames import FloatArray
 from cutwise.paths.carried import CarriedPath
-from cutwise.physics.motion.setpoints import DependentAxesError, beyond, setpoints
-from cutwise.physics.motion.volumetric import Axes
+from cutwise.physics.motion.setpoints import DependentAxesError, setpoints
 from cutwise.physics.structure.series_compliance import carried_to, chain_compliance, in_axes, translation_at
 from cutwise.process.machine_assemble import axes_of, elements_of, part_block
 from cutwise.process.machine_pass import block_under, placed_elements
-from cutwise.process.machine_path import joints_of
+from cutwise.process.machine_path import beyond_travel
 from cutwise.results import Finding, warned
 from cutwise.spec.faults import Fault, Path, ScenarioFault
 from cutwise.spec.machine import Machine
@@ -74,7 +73,7 @@ def bodies_along(
         commands = setpoints(axes, tip, path.point, np.zeros((len(path.at), len(axes.errors))))
     except DependentAxesError as error:
         raise ScenarioFault([Fault(("machine", "chain"), f"cannot follow a path: {error}")]) from None
-    faults = list(_travel_faults(machine, axes, commands, key))
+    faults = [Fault(key, said) for _, said in beyond_travel(machine, axes, commands, "shift the part")]
     if faults:
         raise ScenarioFault(faults)
     at = chains.frames(axes.chain, commands * axes.sense)
@@ -112,17 +111,6 @@ def _between(at: FloatArray, matrices: FloatArray, along: float) -> FloatArray:
     after = min(max(int(np.searchsorted(at, along)), 1), len(at) - 1)
     share = (along - at[after - 1]) / (at[after] - at[after - 1])
     return np.asarray((1.0 - share) * matrices[:, after - 1] + share * matrices[:, after])
-
-
-def _travel_faults(machine: Machine, axes: Axes, commands: FloatArray, key: Path) -> Iterator[Fault]:
-    letters = {joint: letter for letter, joint in joints_of(machine).items()}
-    for joint, _, command in beyond(axes, commands):
-        there, low, high = (units.show(float(v), "length") for v in (command, axes.low[joint], axes.high[joint]))
-        yield Fault(
-            key,
-            f"leads axis {letters[joint]} to {there}, beyond its travel of {low} to {high}; shift the part, or take "
-            "another machine",
-        )
 
 
 def off_part(part: PartBlock, at: FloatArray, reach: float) -> Iterator[Finding]:

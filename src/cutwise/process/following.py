@@ -11,7 +11,7 @@ from cutwise.physics.motion.drives import Drive, axes_of
 from cutwise.physics.motion.following import Followed, deviation, followed
 from cutwise.physics.motion.lookahead import plan
 from cutwise.physics.motion.reference import sampled
-from cutwise.process.assemble_mill import feed_drives, motion_limits
+from cutwise.process.assemble_mill import divided_by, feed_drives, motion_limits
 from cutwise.spec.drives import CncMachine
 
 
@@ -40,7 +40,7 @@ class Feeding(NamedTuple):
 
     def stepped(self, motion: Any, time_step: float) -> tuple[Followed, float]:
         """The drives at rest on a programmed motion, and their time step: no longer than one that is asked for [s]."""
-        substeps = self.substeps * max(1, math.ceil(self.sample_time / self.substeps / time_step - 1e-9))
+        substeps = self.substeps * divided_by(self.sample_time, self.substeps, time_step)
         return followed(motion, self.pace, axes_of(self.drives, substeps), self.turn, substeps), (
             self.sample_time / substeps
         )  # fmt: skip

@@ -148,14 +148,11 @@ def run_cell(
         fed, time_step = of.feeding.stepped(cell.motion, time_step)
         cell, duration = cell._replace(motion=fed), of.feeding.duration
     history = stepped(
-        cell, duration=duration, time_step=time_step, seen=SEEN, layers=2, contacts=contacts, progress=progress
-    )
-    if not np.isfinite(history.table).all():
-        first = int(np.argmin(np.isfinite(history.table).all(axis=1)))
-        raise SolverFailure(
-            f"no finite state from {history.table[first - 1, 0]:.4g} s on: a structure is too soft for this cut; reduce "
-            "operation.feed or part.burr.height, or take a smaller numerics.time_step"
-        )
+        cell, lambda row: SolverFailure(
+            f"no finite state from {row[0]:.4g} s on: a structure is too soft for this cut; reduce operation.feed or "
+            "part.burr.height, or take a smaller numerics.time_step"
+        ), duration=duration, time_step=time_step, seen=SEEN, layers=2, contacts=contacts, progress=progress,
+    )  # fmt: skip
     found = edge_history(history, None if of.ring is None else len(of.ring.direction))
     return found if fed is None else found._replace(fed=following.off_path(fed, found.motion.time))
 

@@ -22,7 +22,7 @@ from cutwise.process import machine_robot
 from cutwise.process.machine_force import cut_force
 from cutwise.process.machine_pass import ElasticElement, FlexiblePart, MachineCell, SpringPart, Weight
 from cutwise.process.machine_path import ToolPath, points_tool_path, wall_normal
-from cutwise.process.yielding import modes_at_rest, spring
+from cutwise.process.yielding import tip_of
 from cutwise.spec.base import known
 from cutwise.spec.carrier import CarryingRobot, Standing
 from cutwise.spec.geometry_errors import COMPONENTS, LINEAR_AXES, SQUARENESS
@@ -174,11 +174,8 @@ def _tool_elements(tool: MachineTool, last: int, tip: FloatArray) -> list[Elasti
     """What the tool bends by, at its tip in the frame of the last body."""
     if tool.flexible:
         return [ElasticElement("tool", last, last, tip, _tool_beam(tool), None)]
-    if tool.modes:
-        return [ElasticElement("tip", last, last, tip, modes_at_rest(tool.modes).matrix[0], None)]
-    if tool.stiffness is not None:
-        return [ElasticElement("tip", last, last, tip, spring({0: tool.stiffness, 1: tool.stiffness}).matrix[0], None)]
-    return []
+    bent = tip_of(tool)
+    return [] if bent is None else [ElasticElement("tip", last, last, tip, bent.matrix[0], None)]
 
 
 def elements_of(machine: Machine) -> list[ElasticElement]:

@@ -1,13 +1,16 @@
 """The way of a pass on a machine: where the tool point is to go in the part, and what the axes are told for it."""
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from cutwise import units
 from cutwise.maths import chains
 from cutwise.maths.frames import FloatArray
 from cutwise.maths.linearc import LineArc, join, line
+from cutwise.physics.motion.setpoints import beyond
 from cutwise.physics.motion.volumetric import Axes
 from cutwise.process.stock_moves import StockMoves
 from cutwise.spec.geometry_errors import LINEAR_AXES
@@ -83,6 +86,23 @@ def places(length: FloatArray, samples: int, least: IntArray) -> Places:
 def joints_of(machine: Machine) -> dict[str, int]:
     """Place of each axis letter among the joints of the chain."""
     return {body.joint.command: i for i, body in enumerate(machine.ordered[1:]) if body.joint and body.joint.command}
+
+
+def beyond_travel(
+    machine: Machine, axes: Axes, commands: FloatArray, remedy: str
+) -> Iterator[tuple[int, str]]:  # fmt: skip
+    """Axes that are led beyond their travel, each once: at which command it is worst, and what to say of it."""
+    letters = {joint: letter for letter, joint in joints_of(machine).items()}
+    for joint, place, command in beyond(axes, commands):
+        letter = letters[joint]
+        dimension = "length" if letter in LINEAR_AXES else "angle"
+        there, low, high = (
+            units.show(float(value), dimension) for value in (command, axes.low[joint], axes.high[joint])
+        )
+        yield (
+            place,
+            f"leads axis {letter} to {there}, beyond its travel of {low} to {high}; {remedy}, or take another machine",
+        )
 
 
 def points_tool_path(

@@ -11,9 +11,17 @@ from cutwise.maths import chains
 from cutwise.maths.frames import FloatArray
 from cutwise.maths.linearc import at_blocks, carried, extremes
 from cutwise.physics.engagement.path_sweep import swept_path
-from cutwise.physics.motion.setpoints import DependentAxesError, beyond, setpoints
+from cutwise.physics.motion.setpoints import DependentAxesError, setpoints
 from cutwise.physics.motion.volumetric import Axes
-from cutwise.process.machine_path import IntArray, ToolPath, along_rates, given_speed, joints_of, places
+from cutwise.process.machine_path import (
+    IntArray,
+    ToolPath,
+    along_rates,
+    beyond_travel,
+    given_speed,
+    joints_of,
+    places,
+)
 from cutwise.process.program_path import ProgramPath, moves_path, program_speed
 from cutwise.process.stock_moves import StockMoves, moves_into_stock, stock_of
 from cutwise.programs.interpreter import Interpreted, interpret
@@ -37,7 +45,7 @@ class _Follower:
         self.linear = [joints[letter] for letter in LINEAR_AXES]
         self.rotary = {joints[letter]: k for k, letter in enumerate(ROTARY_AXES) if letter in joints}
         self.by_point = program.words == "part"
-        self.letters = {joint: letter for letter, joint in joints.items()}
+        self.machine = scenario.carrying
 
     def rotary_rates(self, block: IntArray) -> FloatArray:
         """Change of each joint's command per way, the linear ones left out, shape (m, n)."""
@@ -95,15 +103,7 @@ class _Follower:
         """Axes that are led beyond their travel, rapid moves too: each once, where it is worst."""
         block, along = self._farthest()
         commands = self.commands(block, along)
-        for joint, place, command in beyond(self.axes, commands):
-            letter = self.letters[joint]
-            dimension = "length" if letter in LINEAR_AXES else "angle"
-            low, high = self.axes.low[joint], self.axes.high[joint]
-            there, least, most = (units.show(value, dimension) for value in (command, low, high))
-            message = (
-                f"leads axis {letter} to {there}, beyond its travel of {least} to {most}; shift program.zero, or take "
-                "another machine"
-            )
+        for place, message in beyond_travel(self.machine, self.axes, commands, "shift program.zero"):
             yield Fault((), message, file=name, line=int(self.path.source[block[place]]), column=1)
 
     def _farthest(self) -> tuple[IntArray, FloatArray]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -24,6 +23,7 @@ from cutwise.physics.motion.reference import Reference, central_difference, samp
 from cutwise.physics.structure.modes import Modes
 from cutwise.process.assemble_mill import (
     cut,
+    divided_by,
     feed_drives,
     loops,
     motion_limits,
@@ -112,7 +112,7 @@ def commanded(scenario: MillingScenario, substeps: int) -> Commanded:
     path, motion = _planned(scenario, program)
     spindle = spindle_speed(scenario, program)
     sample_time = scenario.drives.control.sample_time
-    substeps *= max(1, math.ceil(sample_time / scenario.numerics.substeps / scenario.time_step - 1e-9))
+    substeps *= divided_by(sample_time, scenario.numerics.substeps, scenario.time_step)
     reference = sampled(path.curve, [motion.profile], sample_time, scenario.numerics.settling_time)
     wanted = wanted_path(scenario)
     place = reference if wanted is None else placed_on(wanted, path, reference)

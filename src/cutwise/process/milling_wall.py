@@ -24,7 +24,7 @@ from cutwise.process.edges import edges
 from cutwise.process.labels import Column, Coordinate, Group, Over
 from cutwise.process.loops_drives import STANDSTILL, DriveHistory
 from cutwise.process.passes import on_path, stepped, structure_of, too_soft, unsolved
-from cutwise.results import Finding
+from cutwise.results import Finding, SolverFailure
 from cutwise.spec.base import known
 from cutwise.spec.milling import MillingScenario
 from cutwise.spec.milling_machine import MillingMachine
@@ -121,14 +121,18 @@ def wall_run(
     motion = driven_tool(axes, order, substeps, -1.0 if up else 1.0, -operation.radial_depth)
     cell = loop.Cell(motion, engagement, (), flutes, structure_of(terms))
     step = axes[0].law.sample_time
+
+    def soft(place: float) -> SolverFailure:
+        return too_soft(on_path(place), "reduce operation.axial_depth", "the machine")
+
     history = stepped(
-        cell, duration=len(reference.time) * step, time_step=step / substeps, seen=SEEN, layers=1, contacts=1,
+        cell, lambda row: soft(float(np.interp(row[0], reference.time, reference.travelled))),
+        duration=len(reference.time) * step, time_step=step / substeps, seen=SEEN, layers=1, contacts=1,
         stride=substeps, progress=progress,
     )  # fmt: skip
     table, lost = history.table, unsolved(history, terms)
-    if lost.size or not np.isfinite(table).all():
-        place = on_path(reference.travelled[int(lost[0]) if lost.size else -1])
-        raise too_soft(place, "reduce operation.axial_depth", "the machine")
+    if lost.size:
+        raise soft(float(reference.travelled[int(lost[0])]))
     height, state = 0.5 * operation.axial_depth, history.columns
     moved, turned = yielding.by_term(terms, state, height), yielding.turned(terms, state)
     counted = (reference.travelled >= begins) & (reference.travelled < ends)

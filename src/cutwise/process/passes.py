@@ -58,9 +58,19 @@ def wrenches(total: FloatArray) -> FloatArray:
     return np.column_stack([total[:, :3], total[:, 5], -total[:, 4], np.zeros(len(total))])
 
 
-def stepped(cell: Cell, **how: Any) -> History:
-    """A run from rest; ``how`` as in :func:`cutwise.loop.march`, the state of the structure left out."""
-    return loop.march(cell, relaxed(cell.structure), state=width(cell.structure), **how)
+def stepped(cell: Cell, soft: Callable[[FloatArray], SolverFailure] | None = None, **how: Any) -> History:
+    """A run from rest; ``how`` as in :func:`cutwise.loop.march`, the state of the structure left out.
+
+    Raises
+    ------
+    SolverFailure
+        What ``soft`` makes of the last row of the table (time, place, ...) with finite numbers; without it others may be.
+    """
+    history = loop.march(cell, relaxed(cell.structure), state=width(cell.structure), **how)
+    finite = np.isfinite(history.table).all(axis=1)
+    if soft is not None and not finite.all():
+        raise soft(history.table[max(0, int(np.argmin(finite)) - 1)])
+    return history
 
 
 def unsolved(history: History, terms: Terms) -> npt.NDArray[np.int64]:

@@ -192,14 +192,10 @@ def _stepped(
         pace = carried.slowed(known(bare.carriage.arm), known(scenario.robot), of.feed)
         motion, duration = Paced(motion, *pace), float(pace.at[-1])
     history = stepped(
-        _cell(scenario, structure_of(bare.terms), motion), duration=duration, time_step=scenario.time_step / finer,
-        seen=SEEN, layers=1, contacts=1, progress=progress,
+        _cell(scenario, structure_of(bare.terms), motion), lambda row: too_soft(on_path(row[1]), _SHALLOWER),
+        duration=duration, time_step=scenario.time_step / finer, seen=SEEN, layers=1, contacts=1, progress=progress,
     )  # fmt: skip
-    table = history.table
-    finite = np.isfinite(table).all(axis=1)
-    if not finite.all():
-        raise too_soft(on_path(table[max(0, int(np.argmin(finite)) - 1), 1]), _SHALLOWER)
-    at = table[:, 1]
+    table, at = history.table, history.table[:, 1]
     force = history.force[:, 0] * np.array([1.0, 1.0, -1.0])  # as a structure feels it
     sag = np.column_stack([np.interp(at, bare.path.at, one) for one in bare.sag.T])
     counted = (at >= of.begins) & (at >= lead * of.feed * (1.0 - 1e-12))

@@ -1,6 +1,5 @@
 """What moves a tool beside its planned path in a stock in 3D: its feed drives, its own bending, a robot or a machine's bodies."""
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -19,7 +18,7 @@ from cutwise.physics.motion.reference import Reference, sampled
 from cutwise.physics.structure.series_compliance import translation_at
 from cutwise.physics.structure.terms import Rigid
 from cutwise.process import carried
-from cutwise.process.assemble_mill import feed_drives
+from cutwise.process.assemble_mill import divided_by, feed_drives
 from cutwise.process.chain_compliance import bodies_along
 from cutwise.process.loops_drives import STANDSTILL
 from cutwise.process.milling import MOST_SAMPLES, set_points, too_many_samples
@@ -27,7 +26,7 @@ from cutwise.process.program_path import ProgramPath
 from cutwise.process.stock_loop import Progress
 from cutwise.process.stock_pieces import Known
 from cutwise.process.stock_plan import cutters_of
-from cutwise.process.yielding import modes_at_rest, spring
+from cutwise.process.yielding import tip_of
 from cutwise.spec.carrier import Standing
 from cutwise.spec.milling import MillingScenario
 from cutwise.spec.milling_machine import MillingMachine, drives_of
@@ -123,10 +122,8 @@ def tips_of(scenario: MillingScenario) -> FloatArray:
     tools = cutters_of(scenario)
     found = np.zeros((len(tools), 3, 3))
     for row, tool in enumerate(tools):
-        if tool.stiffness is not None:
-            found[row] = spring({0: tool.stiffness, 1: tool.stiffness}).matrix[0, :3, :3]
-        elif tool.modes:
-            found[row] = modes_at_rest(tool.modes).matrix[0, :3, :3]
+        if (tip := tip_of(tool)) is not None:
+            found[row] = tip.matrix[0, :3, :3]
     return found
 
 
@@ -172,7 +169,7 @@ def driven(
     drives = feed_drives(machine, scenario.drives_key)
     step = machine.control.sample_time
     substeps = scenario.numerics.substeps
-    substeps *= max(1, math.ceil(step / substeps / scenario.time_step - 1e-9))
+    substeps *= divided_by(step, substeps, scenario.time_step)
     pushed = np.column_stack([np.interp(reference.travelled, along, one) for one in force.T])
     pushed[reference.speed <= STANDSTILL] = 0.0
     order = set_points(reference, step, len(drives))

@@ -61,6 +61,25 @@ def modes_at_rest(modes: Iterable[Mode], path: CarriedPath | None = None) -> Com
     return term if path is None else Compliance(path.at, in_axes(term.matrix, path.axes))
 
 
+class Bending(Protocol):
+    """A tool that may bend: by one stiffness across its axis [N/m], or by modes that count at rest."""
+
+    @property
+    def stiffness(self) -> float | None:
+        """[N/m]"""
+
+    @property
+    def modes(self) -> Sequence[Mode]:
+        """Of the tip."""
+
+
+def tip_of(tool: Bending, path: CarriedPath | None = None) -> Compliance | None:
+    """What a tool yields by at its tip, at rest; None for a rigid one. ``path`` as in :func:`modes_at_rest`."""
+    if tool.stiffness is not None:
+        return spring({0: tool.stiffness, 1: tool.stiffness})
+    return modes_at_rest(tool.modes, path) if tool.modes else None
+
+
 def mode_receptance(modes: Iterable[Mode], omega: FloatArray, axes: FloatArray | None = None) -> np.ndarray:
     r"""Displacement of a tool tip for a force there, :math:`\sum 1/[k(1 - r^2 + 2i\zeta r)]`, :math:`r = \omega/\omega_n`.
 
