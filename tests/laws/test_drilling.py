@@ -12,7 +12,7 @@ from cutwise.physics.structure.joint_compliance import (
     cartesian_compliance,
     geometric_stiffness,
     holding_force,
-    skating_ratio,
+    holding_ratio,
 )
 from cutwise.process.drill_profile import no_elements, turn_mean
 from cutwise.process.drilling_at_rest import quasi_static_hole
@@ -136,7 +136,7 @@ def test_the_arm_is_in_balance_at_rest():
 @pytest.mark.parametrize("posture", ["stiffest", "least skating"])
 def test_the_tip_sticks_up_to_its_skating_ratio(posture):
     """Friction just above the ratio holds the tip at a slow flat entry, friction just below it does not."""
-    ratio = skating_ratio(compliance(posture))
+    ratio = float(np.hypot(*holding_ratio(compliance(posture))))
     c, thrust = compliance(posture), 100.0
     assert np.linalg.norm(holding_force(c, thrust, 0.0)) / thrust == pytest.approx(ratio, rel=1e-12)
     given, profile = cycle("Al", wall=5e10)  # a wall so stiff that u = a

@@ -10,21 +10,44 @@ import sympy as sp
 from cutwise.maths.edges import lengths
 from cutwise.paths.chamfer.ball_path import Chamfer, chamfer_path, stand_off, width_slope
 from cutwise.paths.feed import chord_error, contact_feeds, points_for
-from cutwise.paths.pipe import NoEdgeError, PipeHole, edge_curvature, one_turn, pipe_edge
+from cutwise.paths.pipe import NoEdgeError, PipeHole, one_turn, pipe_edge
 from cutwise.paths.reach import (
     BallCutter,
     contact_angles,
     knife_margin,
     least_tilt,
-    planar_tilt,
     rod_wall_clearance,
-    widest_chamfer,
 )
 from cutwise.physics.surface.sweep import swept_chamfer
 
 PIPE = PipeHole(0.015, 0.002, 0.004)
 BALL = 0.002
 OFF_NODE = 2 * np.pi * (np.arange(73) + 0.37) / 73
+
+
+def edge_curvature(part, theta, *, inner):
+    """Eq. (9) written out, of a central, upright hole [1/m]."""
+    rho, r = part.surface_radius(inner=inner), part.hole_radius
+    c, s = np.cos(theta), np.sin(theta)
+    h = np.sqrt(rho**2 - (r * c) ** 2)
+    z1 = r**2 * s * c / h
+    z2 = r**2 * np.cos(2.0 * theta) / h - (r**2 * s * c) ** 2 / h**3
+    return np.sqrt((r**4 + r**2 * (z1**2 + z2**2)) / (r**2 + z1**2) ** 3)
+
+
+def neck(tool, clearance):
+    """Least angle between the contact and the rod [rad]: of the rod with its clearance, or of the knife."""
+    return max(math.asin((tool.rod_radius + clearance) / tool.ball_radius), tool.knife_limit)
+
+
+def planar_tilt(width, tool, clearance):
+    """Tilt of an inner edge on a right angle with straight sections [rad]; derived, the section of the paper is lost."""
+    return max(0.0, neck(tool, clearance) + math.asin(0.5 * width / tool.ball_radius) - 0.25 * math.pi)
+
+
+def widest_chamfer(tool, clearance):
+    """Widest symmetric chamfer there [m]."""
+    return max(0.0, 2.0 * tool.ball_radius * math.sin(0.25 * math.pi - neck(tool, clearance)))
 
 
 def path_of(inner, *, width=0.3e-3, tier=2, points=2880, part=PIPE, ball=BALL, tilt=0.0, leg=False):
@@ -108,8 +131,7 @@ def shortest(inner, tool, clearance, part, tier, points=2880):
     ],
 )  # fmt: skip
 def test_needed_tilt_closed_form_and_numeric(width, rod, beta, clearance, degrees):
-    neck = max(math.asin(rod / 2), math.radians(beta))
-    tool = BallCutter(BALL, rod * 1e-3, neck)
+    tool = BallCutter(BALL, rod * 1e-3, max(math.asin(rod / 2), math.radians(beta)))
     closed = planar_tilt(width * 1e-3, tool, clearance * 1e-3)
     cut = Chamfer(width * 1e-3, tier=1)
     wedge = pipe_edge(PIPE, one_turn(512), inner=True).wedge.max()

@@ -33,20 +33,6 @@ class Blended(NamedTuple):
     rounded: npt.NDArray[np.bool_]  # which of the inner joints are
 
 
-def blend_radius(tolerance: float, turn: float) -> float:
-    r"""Radius of the arc that leaves a corner by no more than a tolerance.
-
-    .. math:: r = \epsilon \frac{\cos(\theta/2)}{1 - \cos(\theta/2)}
-
-    ``tolerance`` :math:`\epsilon` [m], ``turn`` :math:`\theta` between the directions [rad], above 0 and below pi.
-
-    >>> round(blend_radius(math.sqrt(2.0) - 1.0, 0.5 * math.pi), 9)
-    1.0
-    """
-    half = math.cos(0.5 * turn)
-    return tolerance * half / (1.0 - half)
-
-
 @compiled
 def feed_tolerance(turn: float, length: float, speed: float, acceleration: float, jerk: float) -> float:
     r"""By how much a corner is rounded so that it is run at a speed [m]: G64 without P.

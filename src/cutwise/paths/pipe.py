@@ -152,36 +152,3 @@ def one_turn(count: int) -> FloatArray:
     [0.0, 90.0, 180.0, 270.0]
     """
     return 2.0 * np.pi * np.arange(count) / count
-
-
-def edge_curvature(part: PipeHole, theta: FloatArray, *, inner: bool) -> FloatArray:
-    r"""Curvature of the edge of a central, upright hole [1/m].
-
-    .. math:: \kappa^2 = \frac{r^4 + r^2 (z'^2 + z''^2)}{(r^2 + z'^2)^3}, \quad
-              z' = \frac{r^2 s c}{h},\ z'' = \frac{r^2 \cos 2\theta}{h} - \frac{r^4 s^2 c^2}{h^3},\
-              h = \sqrt{\rho^2 - r^2 c^2}
-
-    Raises
-    ------
-    ValueError
-        The hole is eccentric or inclined.
-
-    Examples
-    --------
-    At the side of a hole of 5 mm in a pipe of 13 mm: :math:`\sqrt{1/5^2 + 1/12^2}` = 13/60 a millimetre.
-
-    >>> edge_curvature(PipeHole(13e-3, 1e-3, 5e-3), np.array([0.0]), inner=False).round(6).tolist()
-    [216.666667]
-
-    References
-    ----------
-    Sato et al. 2016, Eq. (9), written out.
-    """
-    if part.eccentricity or part.inclination:
-        raise ValueError("the closed form of the curvature is for a central, upright hole")
-    rho, r = part.surface_radius(inner=inner), part.hole_radius
-    c, s = np.cos(theta), np.sin(theta)
-    h = np.sqrt(rho**2 - (r * c) ** 2)
-    z1 = r**2 * s * c / h
-    z2 = r**2 * np.cos(2.0 * theta) / h - (r**2 * s * c) ** 2 / h**3
-    return np.sqrt((r**4 + r**2 * (z1**2 + z2**2)) / (r**2 + z1**2) ** 3)

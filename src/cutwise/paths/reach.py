@@ -181,58 +181,6 @@ def _border_on_wall(path: ChamferPath, part: PipeHole) -> tuple[FloatArray, Floa
     return np.arctan2(arm @ e2, arm[:, 0]), arm @ part.drill_axis
 
 
-def planar_tilt(width: float, tool: BallCutter, clearance: float, wedge: float = 0.5 * math.pi) -> float:
-    r"""Tilt that an inner edge needs, closed form for a planar wedge with the rod along its second side [rad].
-
-    .. math:: \delta = \max\left(0,\ \max\left(\arcsin\frac{R_{od} + c_l}{R_B}, \beta\right)
-              + \arcsin\frac{w}{2 R_B} - \frac{\varphi}{2}\right)
-
-    Exact where the sections of both surfaces are straight: the worst place of a central, upright hole.
-
-    Raises
-    ------
-    NoPathError
-        Rod and clearance are wider than the ball.
-
-    Examples
-    --------
-    A ball of 2 mm on a rod of 1 mm, a chamfer of 2 mm on a right angle: 30 + 30 - 45 degrees.
-
-    >>> round(math.degrees(planar_tilt(2e-3, BallCutter(2e-3, 1e-3, 0.0), 0.0)), 6)
-    15.0
-
-    References
-    ----------
-    Derived here; the section of Sato et al. 2016 on interference is lost.
-    """
-    if tool.rod_radius + clearance > tool.ball_radius:
-        raise NoPathError("rod radius plus clearance exceeds the ball radius: no tilt helps")
-    neck = max(math.asin((tool.rod_radius + clearance) / tool.ball_radius), tool.knife_limit)
-    return max(0.0, neck + math.asin(0.5 * width / tool.ball_radius) - 0.5 * wedge)
-
-
-def widest_chamfer(tool: BallCutter, clearance: float, wedge: float = 0.5 * math.pi) -> float:
-    r"""Widest symmetric chamfer of an inner edge, planar wedge [m]; 0 if none is possible.
-
-    .. math:: w = 2 R_B \sin\left(\frac{\varphi}{2} - \max\left(\arcsin\frac{R_{od} + c_l}{R_B}, \beta\right)\right)
-
-    Examples
-    --------
-    The cutter of :func:`planar_tilt`: 4 mm times the sine of 15 degrees.
-
-    >>> round(1e3 * widest_chamfer(BallCutter(2e-3, 1e-3, 0.0), 0.0), 6)
-    1.035276
-
-    References
-    ----------
-    Derived here.
-    """
-    if tool.rod_radius + clearance >= tool.ball_radius:
-        return 0.0
-    neck = max(math.asin((tool.rod_radius + clearance) / tool.ball_radius), tool.knife_limit)
-    return max(0.0, 2.0 * tool.ball_radius * math.sin(0.5 * wedge - neck))
-
-
 def least_tilt(
     cut: Chamfer, shortest: Callable[[Chamfer], float], widest_wedge: float, *, step: float = math.radians(1.0),
     exact: float = 1e-14,

@@ -72,56 +72,6 @@ def _solve_from(
     return q, error
 
 
-def numeric_posture(
-    chain: Chain,
-    rotation: FloatArray,
-    position: FloatArray,
-    starts: FloatArray,
-    *,
-    length: float = 1.0,
-    tolerance: float = 1e-11,
-    iterations: int = 200,
-) -> tuple[FloatArray, float]:
-    r"""Joint positions that bring the last frame to a pose, by damped least squares (Levenberg-Marquardt).
-
-    .. math:: \Delta q = (J^T W^2 J + \lambda I)^{-1} J^T W^2 e
-
-    :math:`\lambda` falls tenfold after a step that helps and rises tenfold after one that does not.
-
-    Parameters
-    ----------
-    rotation, position : arrays (3, 3) and (3,)
-        Wanted pose in frame 0 [1, m].
-    starts : array (m, n)
-        Joint positions to begin from; the first that arrives is taken.
-    length : float
-        What one radian of rotation counts as [m].
-    tolerance : float
-        Residual at which a pose is reached [m].
-
-    Returns
-    -------
-    tuple
-        Joint positions [m or rad] and their residual [m]: larger than the tolerance means not reached, and is then the
-        smallest that was found. Limits are not looked at, angles are not wrapped.
-
-    References
-    ----------
-    Marquardt 1963, J. SIAM 11; damped least squares for arms: Wampler 1986, IEEE Trans. Syst. Man Cybern. 16.
-    """
-    best, best_error = np.array(starts[0], dtype=float), math.inf
-    for start in np.atleast_2d(np.asarray(starts, dtype=float)):
-        q, error = _solve_from(
-            *chain.arrays, np.ascontiguousarray(rotation, dtype=float), np.asarray(position, dtype=float),
-            np.ascontiguousarray(start), length, tolerance, iterations,
-        )  # fmt: skip
-        if error < best_error:
-            best, best_error = q, error
-        if error < tolerance:
-            break
-    return best, best_error
-
-
 @compiled
 def _solve_each(
     kinds: np.ndarray,
@@ -153,11 +103,32 @@ def polished(
     tolerance: float = 1e-13,
     iterations: int = 15,
 ) -> tuple[FloatArray, FloatArray]:
-    """Every start brought to the pose, as far as it goes; see :func:`numeric_posture`. Shapes (k, n) and (k,).
+    r"""Joint positions that bring the last frame to a pose, by damped least squares (Levenberg-Marquardt), from every start.
+
+    .. math:: \Delta q = (J^T W^2 J + \lambda I)^{-1} J^T W^2 e
+
+    :math:`\lambda` falls tenfold after a step that helps and rises tenfold after one that does not.
+
+    Parameters
+    ----------
+    rotation, position : arrays (3, 3) and (3,)
+        Wanted pose in frame 0 [1, m].
+    starts : array (k, n)
+        Joint positions to begin from.
+    length : float
+        What one radian of rotation counts as [m].
+    tolerance : float
+        Residual at which a pose is reached, as a share of ``length``.
+
+    Returns
+    -------
+    tuple
+        Joint positions [m or rad], shape (k, n), and their residuals [m], shape (k,): larger than the tolerance means not
+        reached. Limits are not looked at, angles are not wrapped.
 
     References
     ----------
-    Marquardt 1963, J. SIAM 11.
+    Marquardt 1963, J. SIAM 11; damped least squares for arms: Wampler 1986, IEEE Trans. Syst. Man Cybern. 16.
     """
     q, errors = np.empty_like(starts), np.empty(len(starts))
     _solve_each(

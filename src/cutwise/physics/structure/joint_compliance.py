@@ -130,16 +130,6 @@ def holding_ratio(compliance: FloatArray) -> FloatArray:
     return np.array(axial_and_holding(c[0, 0], c[0, 1], c[1, 1], c[0, 2], c[1, 2]))
 
 
-def skating_ratio(compliance: FloatArray) -> float:
-    """Skating ratio at a flat entry of a compliance (6, 6) or (3, 3) in tool axes; see :func:`worst_skating`.
-
-    References
-    ----------
-    Derived here.
-    """
-    return float(np.hypot(*holding_ratio(compliance)))
-
-
 def worst_skating(holding: FloatArray, side: FloatArray, turn: FloatArray | float = 0.0) -> FloatArray:
     r"""Skating ratio of a tip held by friction, the worst over the entry.
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from cutwise.physics.cutting.discs import disc_forces, disc_forces_plain, discs
+from cutwise.physics.cutting.discs import disc_forces, discs
 from cutwise.physics.cutting.flute import Mill
 from cutwise.physics.cutting.uneven import even_edges
 from cutwise.physics.cutting.wall import AVERAGED, DISCS, FLUTES, tooth_period, wall_force
@@ -13,6 +13,23 @@ from peers.corner import AL7075
 
 MILL = Mill(0.01, 3, math.radians(30))
 METAL = even_edges(AL7075)
+
+
+def disc_forces_plain(angle, wall, arc, feed_x, feed_y, lowest, highest, mill, k):
+    """Disc by disc, as Eqs. (3) and (4) of Berselli et al. 2016 read, in machine axes."""
+    fx, fy, fz = 0.0, 0.0, 0.0
+    for tooth in range(mill.teeth):
+        for d in range(lowest, highest):
+            theta = angle - 2.0 * math.pi * tooth / mill.teeth + (d + 0.5) * mill.step
+            h = feed_x * math.cos(theta) + feed_y * math.sin(theta)
+            if (theta - wall) % (2.0 * math.pi) >= arc or h <= 0.0:
+                continue
+            ft = (k.K_tc * h + k.K_te) * mill.thickness
+            fr = (k.K_rc * h + k.K_re) * mill.thickness
+            fx -= ft * math.sin(theta) + fr * math.cos(theta)
+            fy -= fr * math.sin(theta) - ft * math.cos(theta)
+            fz -= (k.K_ac * h + k.K_ae) * mill.thickness
+    return fx, fy, fz
 
 
 def test_summed_discs_are_the_plain_sum():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cutwise.maths.linearc import arc, block_at, join, line, sample
-from cutwise.paths.blends import blend_radius, blended
+from cutwise.paths.blends import blended
 from cutwise.paths.pocket import corner
 from cutwise.physics.engagement.corner import (
     Corner,
@@ -170,7 +170,6 @@ def _swept(fillet, offset, x, y, extend=0.0):
 
 
 def test_blend_radius_at_a_right_angle():
-    assert blend_radius(1.0, RIGHT) == pytest.approx(2.414, abs=1e-3)
     blocks = join(corner(0.03, RIGHT, 0.0))
     path, origin, _, _ = blended(blocks, np.array([0.1e-3]))
     assert origin.tolist() == [0, 0, 1]
