@@ -122,6 +122,11 @@ def warned(
     return Finding(code, where, value, limit, dimension, remedy=remedy, words=words)
 
 
+def named(found: Finding, which: str, where: Place | None = None) -> Finding:
+    """What is said of one of several (a set-up, a hole, an edge): its words begin with which one it is."""
+    return replace(found, where=where or found.where, words=f"{which}: {found.words}")
+
+
 Said = Finding | str
 """What a row says: a record; or, of the values of the scenario, a sentence."""
 

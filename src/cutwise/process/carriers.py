@@ -34,13 +34,15 @@ else:
 _STATION = "s_station"
 
 
-def deflections(moved: Mapping[str, FloatArray], read: str, along: str, over: Over) -> Group:
+def deflections(
+    moved: Mapping[str, FloatArray], read: str, along: str, over: Over,
+    text: str = "displacement by the term {name} where {read} is read",
+) -> Group:  # fmt: skip
     """The displacement by each term, (n, 3) [m], where something (an edge, a wall) is read; ``along`` a dimension."""
     columns = {
-        f"deflection_{name}": Column(f"{along} axis", partial(_same, value), "m",
-                                     f"displacement by the term {name} where {read} is read")
+        f"deflection_{name}": Column(f"{along} axis", partial(_same, value), "m", text.format(name=name, read=read))
         for name, value in moved.items()
-    }  # fmt: skip
+    }
     return Group(columns, over)
 
 

@@ -1,7 +1,6 @@
 """A chamfer run: paths planned and proved, then forces along them, a spindle that yields, and set-up errors."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from typing import NamedTuple
 
 from cutwise.paths import reach
@@ -21,7 +20,7 @@ from cutwise.process.chamfer_setup import SetupBand, setup_band
 from cutwise.process.chamfer_task import pipe_hole, task_of
 from cutwise.process.chamfer_work import Outline, cad_work, pipe_outline, pipe_work, read_part, surroundings
 from cutwise.process.pace import Pace
-from cutwise.results import Finding, Place
+from cutwise.results import Finding, Place, named
 from cutwise.spec.chamfer import ChamferScenario
 
 LIMITS = (
@@ -145,9 +144,8 @@ def _pipe(scenario: ChamferScenario, part: PipeHole, *, helped: bool) -> _Planne
     wanted = scenario.part.edges
     sides = [side for side in _SIDES if wanted in (side, "all")]
     found = [_pipe_edge(scenario, part, inner=side == "inner") for side in sides]
-    named = len(found) > 1
     infeasible = [
-        replace(why, where=Place(f"{side} edge"), words=f"{side} edge: {why.words}") if named else why
+        named(why, f"{side} edge", Place(f"{side} edge")) if len(found) > 1 else why
         for side, one in zip(sides, found, strict=True) for why in one.infeasible
     ]  # fmt: skip
     plans = [plan for one in found for plan in one.plans]

@@ -163,14 +163,20 @@ def in_pass(path: EdgePath, vector: FloatArray) -> FloatArray:
     )
 
 
+def by_term(paths: Sequence[EdgePath], moves: Sequence[Yielding]) -> dict[str, FloatArray]:
+    """Displacement of the ball by each term in the frame of the pass [m], all paths one after another, shape (n, 3)."""
+    pairs = [(path, dict(one.terms)) for path, one in zip(paths, moves, strict=False)]
+    names = dict(moves[0].terms) if moves else {}
+    return {name: np.concatenate([in_pass(path, each[name]) for path, each in pairs]) for name in names}
+
+
 def _deflections(paths: Sequence[EdgePath], moves: Sequence[Yielding]) -> dict[str, float]:
     """Displacement of the ball by each term, frame of the pass, and its part off the chamfer at the worst place."""
     pairs = [(path, dict(one.terms)) for path, one in zip(paths, moves, strict=True)]
-    names = dict(moves[0].terms)
-    moved = {name: np.concatenate([in_pass(path, each[name]) for path, each in pairs]) for name in names}
+    moved = by_term(paths, moves)
     off = {
         name: np.concatenate([np.einsum("ij,ij->i", each[name], path.path.air) for path, each in pairs])
-        for name in names
+        for name in moved
     }
     worst = int(np.argmax(np.abs(sum(off.values()))))
     time = np.concatenate([durations(path) for path in paths])

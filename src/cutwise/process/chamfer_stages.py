@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,7 +12,7 @@ from cutwise.maths.curves import FloatArray
 from cutwise.maths.edges import arc_lengths
 from cutwise.paths import reach
 from cutwise.paths.chamfer.plan import EdgePath
-from cutwise.process import chamfer_carrier
+from cutwise.process import carriers, chamfer_carrier
 from cutwise.process.chamfer import ChamferRun
 from cutwise.process.labels import Column, Coordinate, Group, Groups, Over, Read, labelled
 from cutwise.spec.chamfer import ChamferScenario
@@ -160,26 +159,19 @@ GROUPS = {
 
 def _structure(scenario: ChamferScenario, done: ChamferRun) -> Group:
     """What spindle and carrier yield by."""
-    names = [name for name, _ in done.deflected[0].moves.terms] if done.deflected else []
     columns = {
         "tip_deflection": Column("s axis2", _moves(lambda m: m.tip), "m", "deflection of the tip, feed and off the work"),
         "ball_offset": Column("s axis", _moves(lambda m: m.offset), "m", "ball centre from its nominal path"),
         "deflected_force": Column("s axis", _moves(lambda m: m.force), "N", "force while yielding"),
         "tilt": Column("s axis2", _moves(lambda m: m.tilt), "rad", "tilt of the motor across the rod, fixed directions"),
-        **{
-            f"deflection_{name}": Column("s axis", partial(_by_term, name), "m",
-                                         f"displacement of the ball by the term {name}, frame of the pass")
-            for name in names
-        },
+        **carriers.deflections(
+            chamfer_carrier.by_term(done.paths, [one.moves for one in done.deflected]), "the chamfer", "s", _OVER,
+            "displacement of the ball by the term {name}, frame of the pass",
+        ).columns,
     }  # fmt: skip
     if scenario.compliant is None:
         del columns["tilt"]
     return Group(columns, _OVER)
-
-
-def _by_term(name: str, done: ChamferRun) -> FloatArray:
-    pairs = zip(done.paths, done.deflected, strict=True)
-    return np.concatenate([chamfer_carrier.in_pass(path, dict(one.moves.terms)[name]) for path, one in pairs])
 
 
 def _part(scenario: ChamferScenario, done: ChamferRun) -> xr.Dataset:

@@ -28,7 +28,7 @@ from cutwise.process.drilling_at_rest import quasi_static_hole
 from cutwise.process.drilling_measures import nominal_shares
 from cutwise.process.loops_drilling import HoleOutcome, step_limit
 from cutwise.process.postures import Arm, Posture, arm_compliance, joint_room, posture_frames, posture_jacobian
-from cutwise.results import Finding, Place, Remedy, Said, warned
+from cutwise.results import Finding, Place, Remedy, Said, named, warned
 from cutwise.spec.drilling import DrillingScenario
 from cutwise.spec.robot import Robot
 
@@ -197,7 +197,7 @@ def _process(scenario: DrillingScenario, run: DrillRun) -> Iterator[Finding]:
                 said.setdefault(one, []).append(index)
     for one, holes in said.items():
         where = f"hole{'s' if len(holes) > 1 else ''} {', '.join(map(str, holes))}"
-        yield replace(one, where=Place(where), words=f"{where}: {one.words}" if len(run.holes) > 1 else one.words)
+        yield named(one, where, Place(where)) if len(run.holes) > 1 else replace(one, where=Place(where))
     if scenario.tool.lip_model == "oblique":
         words = (
             "oblique lips with coefficients of the simple ones underrate thrust (by 42 % in the reference case): use "

@@ -13,6 +13,7 @@ import numpy as np
 
 from cutwise.maths.compiled import compiled
 from cutwise.maths.frames import FloatArray
+from cutwise.physics.structure.terms import swinging
 from cutwise.process.drill_profile import DepthProfile
 from cutwise.process.hole_balance import (
     AtOnce,
@@ -88,9 +89,8 @@ def arm_dynamics(compliance: FloatArray, mass: float, damping_ratio: float, *, w
     with_torque : bool
         Let the drill torque, which acts about z, move the tip through :math:`C_{[xyz;\,\psi]}`.
     """
-    stiffness = np.linalg.inv(compliance[:3, :3])
-    values, vectors = np.linalg.eigh(0.5 * (stiffness + stiffness.T))
-    damping = vectors @ np.diag(2.0 * damping_ratio * np.sqrt(values * mass)) @ vectors.T
+    swings = swinging(np.zeros(1), compliance[None, :3, :3], mass, damping_ratio)
+    stiffness, damping = swings.stiffness[0], swings.damping[0]
     push = stiffness @ compliance[:3, 5] if with_torque else np.zeros(3)
     return ArmDynamics(np.ascontiguousarray(stiffness), np.ascontiguousarray(damping), mass, push, nothing_at_once())
 

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,7 +17,7 @@ from cutwise.process.stock_real import YIELDING, Cut, Real
 from cutwise.process.stock_setups import Done
 from cutwise.process.stock_stations import events, station_moves, station_places, time_beside
 from cutwise.programs.block_text import block_named, blocks_named
-from cutwise.results import Finding, Place, Remedy, Said, warned
+from cutwise.results import Finding, Place, Remedy, Said, named, warned
 from cutwise.spec.milling import MillingScenario
 from cutwise.spec.notices import notices
 
@@ -75,16 +74,11 @@ def warnings(scenario: MillingScenario, done: Done, off: Judged | None) -> Itera
     """What should make the engineer doubt or change something."""
     yield from notices(scenario)
     yield from dict.fromkeys(
-        numbered(said, job.number)
+        named(said, f"set-up {job.number}") if job.number else said
         for job, cut in zip(done.jobs, done.cuts, strict=True) for said in _of_setup(job.scenario, cut)
     )  # fmt: skip
     if off is not None:
         yield from _part_warnings(off.left)
-
-
-def numbered(said: Finding, number: int) -> Finding:
-    """A finding that says which set-up it is about; number 0: there is one only."""
-    return replace(said, words=f"set-up {number}: {said.words}") if number else said
 
 
 def _of_setup(scenario: MillingScenario, cut: Cut) -> Iterator[Finding]:
