@@ -18,7 +18,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tests"))
 
 import numpy as np
 
-from cutwise.physics.structure import pistons
+from cutwise.physics.structure import pistons, seals
 from cutwise.process.loops import TOOTH_RESOLVED, EdgeCell, run_compliant_edge, run_swept_edge
 from peers.cells import MM, r0
 
@@ -195,10 +195,10 @@ def own_rows(repeats: int) -> list[Row]:
     """The loops of cutwise, the plain averaged one first."""
     return [
         own("averaged, set-valued friction", 50e-6, 3 * repeats),
-        own("averaged, no friction", 50e-6, 3 * repeats, law=pistons.NO_FRICTION),
-        own("averaged, presliding", 50e-6, 3 * repeats, law=pistons.PRESLIDING),
-        own("averaged, presliding with Stribeck", 50e-6, 3 * repeats, law=pistons.PRESLIDING, stribeck=1e-3),
-        own("averaged, regularised", 50e-6, repeats, law=pistons.REGULARISED, stribeck=1e-3),
+        own("averaged, no friction", 50e-6, 3 * repeats, law=seals.NO_FRICTION),
+        own("averaged, presliding", 50e-6, 3 * repeats, law=seals.PRESLIDING),
+        own("averaged, presliding with Stribeck", 50e-6, 3 * repeats, law=seals.PRESLIDING, stribeck=1e-3),
+        own("averaged, regularised", 50e-6, repeats, law=seals.REGULARISED, stribeck=1e-3),
         own("averaged, 10 slices", 50e-6, 3 * repeats, slices=10),
         own("averaged, swept surface", 50e-6, repeats, run_swept_edge),
         own("tooth-resolved", 2.5e-6, repeats, force=TOOTH_RESOLVED),

@@ -17,14 +17,8 @@ from cutwise.physics.structure.series_compliance import (
 )
 from cutwise.process import machine_assemble, machine_pass
 from cutwise.process.chain_compliance import bodies_along
-from cutwise.process.postures import (
-    arm_compliance,
-    candidates,
-    posture_at,
-    posture_frames,
-    posture_jacobian,
-    tool_axes,
-)
+from cutwise.process.posture import arm_compliance, posture_at, posture_frames, posture_jacobian
+from cutwise.process.postures import candidates, tool_axes
 from cutwise.process.robot_arms import robot_arm
 
 Q = np.radians([10.0, -60.0, 80.0, 20.0, -50.0, 30.0])

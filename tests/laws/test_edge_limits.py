@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from cutwise.physics.motion.edge import programmed_motion
-from cutwise.physics.structure.pistons import NO_FRICTION, PRESLIDING, REGULARISED, SET_VALUED
+from cutwise.physics.structure.seals import NO_FRICTION, PRESLIDING, REGULARISED, SET_VALUED
 from cutwise.process.loops import TOOTH_RESOLVED, run_compliant_edge
 from peers.cells import MM, end_error, error_at_tool, r0
 

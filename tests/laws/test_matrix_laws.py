@@ -9,7 +9,8 @@ import cutwise
 from cutwise.loop import march
 from cutwise.maths.curves import no_cubic
 from cutwise.physics.motion.edge import EdgePass
-from cutwise.physics.structure.terms import displacement, natural_frequencies, relaxed
+from cutwise.physics.structure.swings import natural_frequencies
+from cutwise.physics.structure.terms import displacement, relaxed
 from cutwise.process import (
     assemble,
     carried,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from cutwise.physics.structure import pistons
+from cutwise.physics.structure import pistons, seals
 from peers.cells import MM, end_error, ring
 
 
@@ -15,15 +15,15 @@ def potential(ring_, state, q, free, dt):
     value = 0.5 * ring_.inertia / dt**2 * ((q - free) ** 2).sum()
     for s, old, speed in zip(face, state.travel, state.speed, strict=True):
         limit = 0.0
-        if p.law == pistons.SET_VALUED:
-            limit = p.friction_static if abs(speed) < pistons.STUCK_SPEED else p.friction_dynamic
+        if p.law == seals.SET_VALUED:
+            limit = p.friction_static if abs(speed) < seals.STUCK_SPEED else p.friction_dynamic
         grid = [x for x in (0.0, old, max(s, 0.0)) if max(s, 0.0) <= x <= p.stroke]
         value += min(p.pressure_force * x + limit * abs(x - old) for x in grid) if grid else 1e6 * (s - p.stroke + 1)
     return value
 
 
 @pytest.mark.parametrize("seed", range(8))
-@pytest.mark.parametrize("law", [pistons.NO_FRICTION, pistons.SET_VALUED])
+@pytest.mark.parametrize("law", [seals.NO_FRICTION, seals.SET_VALUED])
 def test_a_step_minimises_its_convex_program(seed, law):
     rng = np.random.default_rng(seed)
     dt = 5e-5
@@ -59,16 +59,16 @@ def test_nothing_moves_below_breakaway():
     assert q[1] > 1e-3
 
 
-@pytest.mark.parametrize("law", [pistons.NO_FRICTION, pistons.SET_VALUED, pistons.PRESLIDING, pistons.REGULARISED])
+@pytest.mark.parametrize("law", [seals.NO_FRICTION, seals.SET_VALUED, seals.PRESLIDING, seals.REGULARISED])
 def test_free_motion_never_gains_energy(law):
     """Kinetic energy plus pressure work falls, by friction, inelastic stops and seats."""
-    ring_ = ring(law=law, stribeck=1e-3 if law == pistons.REGULARISED else 0.0)
+    ring_ = ring(law=law, stribeck=1e-3 if law == seals.REGULARISED else 0.0)
     state = pistons.at_rest(ring_)
     q = np.array([0.0, 0.0, 0.7, 0.4])
 
     def energy():
         spring = 0.0
-        if law == pistons.PRESLIDING:
+        if law == seals.PRESLIDING:
             stiffness = ring_.piston.friction_static / ring_.piston.breakaway_travel
             spring = 0.5 * stiffness * ((state.travel - state.seal) ** 2).sum()
         return 0.5 * ring_.inertia * (q[2:] ** 2).sum() + ring_.piston.pressure_force * state.travel.sum() + spring
@@ -82,7 +82,7 @@ def test_free_motion_never_gains_energy(law):
 
 
 def test_stop_is_hard_and_inelastic():
-    ring_ = ring(law=pistons.NO_FRICTION)
+    ring_ = ring(law=seals.NO_FRICTION)
     state = pistons.at_rest(ring_)
     q = np.zeros(4)
     for _ in range(20000):
@@ -110,18 +110,18 @@ def test_a_piston_without_force_stays_back():
 
 
 def test_zero_friction_is_the_frictionless_law():
-    assert end_error(law=pistons.SET_VALUED, pressure=5.0) != pytest.approx(0.1774, abs=0.1)
-    free = ring(law=pistons.SET_VALUED)
+    assert end_error(law=seals.SET_VALUED, pressure=5.0) != pytest.approx(0.1774, abs=0.1)
+    free = ring(law=seals.SET_VALUED)
     free = free._replace(piston=free.piston._replace(friction_static=0.0, friction_dynamic=0.0))
     state, other = pistons.at_rest(free), pistons.at_rest(free)
     a = b = (0.0, 0.0, 0.3, 0.2)
     for _ in range(500):
         a = pistons.step(free, state, *a, 0.5, 1.8, 5e-5)[:4]
-        b = pistons.step(ring(law=pistons.NO_FRICTION), other, *b, 0.5, 1.8, 5e-5)[:4]
+        b = pistons.step(ring(law=seals.NO_FRICTION), other, *b, 0.5, 1.8, 5e-5)[:4]
     assert a == pytest.approx(b, rel=1e-9)
 
 
-@pytest.mark.parametrize("law", [pistons.SET_VALUED, pistons.PRESLIDING])
+@pytest.mark.parametrize("law", [seals.SET_VALUED, seals.PRESLIDING])
 def test_damping_of_a_moving_piston_is_its_viscous_force(law):
     """Pushed at constant speed, each piston answers with pressure, friction and damping times its speed."""
     speed, dt = 0.02, 5e-5

@@ -11,11 +11,12 @@ from cutwise.maths.frames import rotation_from_rpy
 from cutwise.paths.carried import line, placed
 from cutwise.physics.structure.joint_compliance import cartesian_compliance
 from cutwise.physics.structure.series_compliance import carried_to, in_axes, joint_element, translation_at
-from cutwise.physics.structure.terms import Compliance, displacement, natural_frequencies, swinging
+from cutwise.physics.structure.swings import natural_frequencies, swinging
+from cutwise.physics.structure.terms import Compliance, displacement
 from cutwise.process import assemble
 from cutwise.process.carried import arm_along, jacobians_of
 from cutwise.process.loops import run_compliant_edge
-from cutwise.process.postures import posture_jacobian
+from cutwise.process.posture import posture_jacobian
 from peers.cells import MM, r0
 
 UM = 1e-6

@@ -14,7 +14,8 @@ from cutwise.physics.cutting.regeneration import depth_limit, mean_directions, s
 from cutwise.physics.engagement.burred_edge import Round
 from cutwise.physics.engagement.shoulder import Shoulder, Slot
 from cutwise.physics.structure.series_compliance import translation_at
-from cutwise.physics.structure.terms import Compliance, displacement, natural_frequencies, relaxed, swinging
+from cutwise.physics.structure.swings import natural_frequencies, swinging
+from cutwise.physics.structure.terms import Compliance, displacement, relaxed
 from cutwise.process.carried import arm_along
 from cutwise.process.edges import edges
 from cutwise.still import rest

@@ -7,7 +7,7 @@ assumed geometry (docs/theory/deburring.md).
 import numpy as np
 import pytest
 
-from cutwise.physics.structure.pistons import NO_FRICTION, PRESLIDING, REGULARISED
+from cutwise.physics.structure.seals import NO_FRICTION, PRESLIDING, REGULARISED
 from cutwise.physics.structure.statics import characteristic
 from cutwise.process.loops import run_compliant_edge
 from cutwise.process.plateaus import band

@@ -8,7 +8,7 @@ import pytest
 
 from cutwise.io.measurements import WORDS, Channel, read_measurement
 from cutwise.io.scenario import load
-from cutwise.process.postures import posture_at
+from cutwise.process.posture import posture_at
 from cutwise.process.robot_arms import robot_arm
 
 ARM = {"robot.library": "fanuc_r2000ic", "requirements": "{}", "robot.joint_angles": "null"}

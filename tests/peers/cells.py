@@ -8,23 +8,21 @@ from cutwise.maths.curves import constant, no_cubic
 from cutwise.physics.cutting.flute import EdgeCoefficients, Mill
 from cutwise.physics.cutting.uneven import LINEAR, NO_KIENZLE, Edges
 from cutwise.physics.motion.edge import EdgePass
-from cutwise.physics.structure import pistons
+from cutwise.physics.structure import pistons, seals
 from cutwise.process import loops
 
 MM = 1e-3
 
 
 def ring(
-    pressure=5.0, law=pistons.SET_VALUED, arm=0.080, travel=50e-6, stribeck=0.0, count=7, moment=(0.0, 0.0), damping=0.0
+    pressure=5.0, law=seals.SET_VALUED, arm=0.080, travel=50e-6, stribeck=0.0, count=7, moment=(0.0, 0.0), damping=0.0
 ):
     """Piston ring of R0 at a pressure in bar."""
 
     def friction(force):
-        return pistons.friction_at(force, pressure, 5.0, 0.3)
+        return seals.friction_at(force, pressure, 5.0, 0.3)
 
-    piston = pistons.Piston(
-        5 * MM, 7.70 * pressure / 5.0, friction(3.90), friction(2.80), law, travel, stribeck, damping
-    )
+    piston = seals.Piston(5 * MM, 7.70 * pressure / 5.0, friction(3.90), friction(2.80), law, travel, stribeck, damping)
     return pistons.PistonRing(
         pistons.piston_directions(count, math.pi / 2), piston, arm, 4.1e-3, moment[0], moment[1], 1e-6
     )

@@ -7,7 +7,8 @@ import numpy as np
 from cutwise.maths.constants import GRAVITY
 from cutwise.maths.frames import FloatArray, rotation_from_rpy
 from cutwise.paths.carried import CarriedPath
-from cutwise.process.postures import Arm, posture_frames, spring_twists
+from cutwise.process.posture import posture_frames, spring_twists
+from cutwise.process.postures import Arm
 from cutwise.spec.carrier import CarryingRobot
 
 

@@ -14,20 +14,13 @@ from cutwise.paths.carried import CarriedPath, arc, line, placed
 from cutwise.physics.motion.along import Blocked, Postures, cheapest_way, followed, joint_rates
 from cutwise.physics.structure.joint_compliance import cartesian_compliance
 from cutwise.physics.structure.series_compliance import carried_to, in_axes, translation_at
-from cutwise.physics.structure.terms import Compliance, Linked, Swinging, linked, swinging
+from cutwise.physics.structure.swings import Linked, Swinging, linked, swinging
+from cutwise.physics.structure.terms import Compliance
 from cutwise.process import arm_geometry
 from cutwise.process.arm_geometry import Misplaced, misplaced
 from cutwise.process.arm_masses import mass_matrices, masses, sag_along
-from cutwise.process.postures import (
-    Arm,
-    Candidates,
-    candidates,
-    joint_room,
-    posture_frames,
-    posture_jacobian,
-    spring_twists,
-    tool_axes,
-)
+from cutwise.process.posture import joint_room, posture_frames, posture_jacobian, spring_twists
+from cutwise.process.postures import Arm, Candidates, candidates, tool_axes
 from cutwise.process.robot_arms import base_element, robot_arm
 from cutwise.process.yielding import stiffness_of
 from cutwise.results import NOWHERE, Finding, Infeasible, Place, warned

@@ -15,7 +15,8 @@ from cutwise.maths.curves import FloatArray
 from cutwise.physics.structure.series_compliance import translation_at
 from cutwise.process import carried, yielding
 from cutwise.process.labels import Column, Group, Over, labelled
-from cutwise.process.postures import Arm, posture_frames
+from cutwise.process.posture import posture_frames
+from cutwise.process.postures import Arm
 from cutwise.results import Finding
 from cutwise.spec.carrier import CarryingRobot
 from cutwise.spec.part_block import PartBlock

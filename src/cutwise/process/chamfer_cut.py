@@ -12,7 +12,8 @@ from cutwise.paths.chamfer import proof
 from cutwise.paths.chamfer.plan import EdgePath
 from cutwise.physics.engagement.ball import PassFrames
 from cutwise.physics.structure.pistons import PistonRing
-from cutwise.physics.structure.terms import Linked, Pistons, Swinging
+from cutwise.physics.structure.swings import Linked, Swinging
+from cutwise.physics.structure.terms import Pistons
 from cutwise.physics.surface.sweep import swept_chamfer
 from cutwise.process.assemble import edge_profile
 from cutwise.process.chamfer_carrier import Carrier

@@ -31,6 +31,7 @@ from cutwise.process.loops_drilling import (
     modes,
     on_part,
 )
+from cutwise.process.posture import Posture, Reach, least_missing, posture_at, reach, turned_towards
 from cutwise.process.posture_search import (
     PoseTarget,
     Score,
@@ -41,17 +42,7 @@ from cutwise.process.posture_search import (
     search,
     skating_on_slope,
 )
-from cutwise.process.postures import (
-    Arm,
-    Posture,
-    Reach,
-    candidates,
-    least_missing,
-    posture_at,
-    reach,
-    tool_axes,
-    turned_towards,
-)
+from cutwise.process.postures import Arm, candidates, tool_axes
 from cutwise.process.robot_arms import robot_arm
 from cutwise.spec.drilling import Drill, DrillingScenario, Hole, Placement
 

@@ -27,7 +27,14 @@ from cutwise.process.drilling import (
 from cutwise.process.drilling_at_rest import quasi_static_hole
 from cutwise.process.drilling_measures import nominal_shares
 from cutwise.process.loops_drilling import HoleOutcome, step_limit
-from cutwise.process.postures import Arm, Posture, arm_compliance, joint_room, posture_frames, posture_jacobian
+from cutwise.process.posture import (
+    Posture,
+    arm_compliance,
+    joint_room,
+    posture_frames,
+    posture_jacobian,
+)
+from cutwise.process.postures import Arm
 from cutwise.results import Finding, Place, Remedy, Said, named, warned
 from cutwise.spec.drilling import DrillingScenario
 from cutwise.spec.robot import Robot

@@ -10,8 +10,9 @@ from cutwise.paths.carried import CarriedPath
 from cutwise.physics.structure.joint_compliance import holding_ratio
 from cutwise.physics.structure.series_compliance import in_axes
 from cutwise.process.chain_compliance import BodiesAlong, bodies_along
+from cutwise.process.posture import Posture
 from cutwise.process.posture_search import PoseTarget
-from cutwise.process.postures import Posture, tool_axes
+from cutwise.process.postures import tool_axes
 from cutwise.spec.chained import CarryingMachine
 from cutwise.spec.part_block import PartBlock
 

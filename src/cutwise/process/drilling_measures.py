@@ -10,7 +10,8 @@ from cutwise.physics.structure.joint_compliance import axis_tilt
 from cutwise.physics.surface.hole import perpendicularity, whirl_amplitudes
 from cutwise.process.arm_geometry import misplaced
 from cutwise.process.drilling import DrillCell, DrilledHole, DrillRun, hole_ends, skating_of
-from cutwise.process.postures import Posture, base_at, joint_room, posture_frames, tool_axes
+from cutwise.process.posture import Posture, joint_room, posture_frames
+from cutwise.process.postures import base_at, tool_axes
 from cutwise.spec.drilling import DrillingScenario
 
 # How the worst hole of a pattern is told: the smallest of these, the largest magnitude of all others.

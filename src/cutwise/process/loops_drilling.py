@@ -13,7 +13,7 @@ import numpy as np
 
 from cutwise.maths.compiled import compiled
 from cutwise.maths.frames import FloatArray
-from cutwise.physics.structure.terms import swinging
+from cutwise.physics.structure.swings import swinging
 from cutwise.process.drill_profile import DepthProfile
 from cutwise.process.hole_balance import (
     AtOnce,

@@ -10,7 +10,8 @@ from cutwise.later import later
 from cutwise.maths.frames import FloatArray
 from cutwise.physics.motion.coupled import is_direct
 from cutwise.physics.structure.joint_compliance import worst_skating
-from cutwise.process.postures import Arm, Candidates, Posture, candidates, posture_at, tool_axes
+from cutwise.process.posture import Posture, posture_at
+from cutwise.process.postures import Arm, Candidates, candidates, tool_axes
 
 if TYPE_CHECKING:
     from scipy import optimize

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cutwise.maths.chains import Chain, Frames, fill_frames, fill_jacobian, frames, jacobian
+from cutwise.maths.chains import Chain, fill_frames, fill_jacobian, frames, jacobian
 from cutwise.maths.compiled import compiled
 from cutwise.maths.frames import FloatArray
 from cutwise.physics.motion.coupled import Drives, SixAxes, direct, is_direct, six_axes
@@ -21,17 +21,12 @@ from cutwise.physics.motion.wrist import (
     NotSphericalError,
     WristArm,
     fill_branches,
-    reach_margin,
     spherical_wrist,
     wrapped,
-    wrist_sine,
 )
-from cutwise.physics.structure.joint_compliance import axial_and_holding, holding_ratio
+from cutwise.physics.structure.joint_compliance import axial_and_holding
 from cutwise.physics.structure.series_compliance import (
     carried_to,
-    chain_compliance,
-    in_axes,
-    turning_elements,
 )
 
 _CHECKS = 64  # starts by numbers before a pose is called out of reach
@@ -322,7 +317,7 @@ def candidates(arm: Arm, positions: FloatArray, poses: FloatArray, *, thorough: 
         _fill_closed(arm.wrist, np.ascontiguousarray(rotation), tip, positions, poses, q, bent)
     else:
         q = _eliminated(arm, positions, poses, rotation, tip, thorough=thorough)
-        bent = _bend(arm, q)
+        bent = bend(arm, q)
     within, measures = np.zeros(q.shape[:2], dtype=np.bool_), np.full((*q.shape[:2], 3), math.nan)
     _rate(
         arm.chain, arm.drives, arm.axes.to_motors, arm.limits, arm.stiffness, arm.tool_tip, poses,
@@ -348,14 +343,14 @@ def _eliminated(
     places = positions - turned @ tip
     q = all_postures(arm.general, turned, places).q
     for m in np.flatnonzero(np.isnan(q[:, 0, 0])) if thorough else ():
-        found, _ = _by_numbers(arm, turned[m], places[m])
+        found, _ = by_numbers(arm, turned[m], places[m])
         q[m, : len(found)] = found[:MOST]
     for k in range(1, len(q)):
         q[k] = _in_the_order_of(q[k - 1], q[k])
     return q
 
 
-def _by_numbers(arm: Arm, rotation: FloatArray, place: FloatArray) -> tuple[FloatArray, float]:
+def by_numbers(arm: Arm, rotation: FloatArray, place: FloatArray) -> tuple[FloatArray, float]:
     """Axis angles (k, 6) from many starts, and the residual that stays at the best [m; 1 rad counts as the reach]."""
     assert arm.general is not None
     starts = np.random.default_rng(6).uniform(-math.pi, math.pi, (_CHECKS, 6))
@@ -383,7 +378,7 @@ def _in_the_order_of(before: FloatArray, q: FloatArray) -> FloatArray:
     return ordered
 
 
-def _bend(arm: Arm, q: FloatArray) -> FloatArray:
+def bend(arm: Arm, q: FloatArray) -> FloatArray:
     r"""How far axes 4, 5 and 6 are from one plane, :math:`|a_4\cdot(a_5\times a_6)|` over its largest value.
 
     For axes at right angles, as all offset wrists have them, this is :math:`|\sin q_5|`. Where 4 and 5, or 5 and 6, are
@@ -403,125 +398,3 @@ def _bend(arm: Arm, q: FloatArray) -> FloatArray:
     elif len(rows):
         result[known] = np.abs(np.sum(first * a6, axis=1)) / largest
     return result
-
-
-class Posture(NamedTuple):
-    """One way to stand at a hole."""
-
-    angle: float  # redundancy angle [rad]
-    q: FloatArray  # [rad] of the motors, shape (6,)
-    compliance: FloatArray  # in tool axes, shape (6, 6)
-    holding: FloatArray  # lateral force over thrust that holds the tip at a flat entry, tool axes, shape (2,)
-    wrist_sine: float  # |sin| of the wrist angle; 0 is singular
-
-    @property
-    def skating(self) -> float:
-        """Skating ratio at a flat entry."""
-        return float(np.hypot(*self.holding))
-
-
-def posture_jacobian(arm: Arm, q: FloatArray) -> FloatArray:
-    """Jacobian at the drill tip over everything that yields, in base axes, shape (6, k)."""
-    joints = jacobian(arm.chain, arm.drives.joints(q), arm.tool_tip) @ arm.drives.elastic
-    at = posture_frames(arm, q)
-    tip = at.origins[-1] + at.rotations[-1] @ arm.tool_tip
-    return np.concatenate([joints, spring_twists(arm.springs, at.rotations, at.origins, tip)], axis=-1)
-
-
-def spring_twists(springs: Springs, rotations: FloatArray, origins: FloatArray, at: FloatArray) -> FloatArray:
-    """Twist of a body at a point for a unit of each spring that carries it, in base axes.
-
-    Parameters
-    ----------
-    rotations, origins : arrays (..., n + 1, 3, 3) and (..., n + 1, 3)
-        Frames of base and joints [m].
-    at : array (..., 3)
-        The point [m].
-
-    Returns
-    -------
-    array (..., 6, k)
-        Displacement over rotation [m and 1 per rad; 1 and 0 per m].
-    """
-    own = rotations[..., springs.frame, :, :]
-    axis = np.einsum("...kij,kj->...ki", own, springs.axis)
-    place = origins[..., springs.frame, :] + np.einsum("...kij,kj->...ki", own, springs.point)
-    turned = np.cross(axis, np.asarray(at)[..., None, :] - place)
-    moved = np.where(springs.turns[:, None], turned, axis)
-    return np.concatenate([moved, np.where(springs.turns[:, None], axis, 0.0)], axis=-1).swapaxes(-1, -2)
-
-
-def posture_frames(arm: Arm, q: FloatArray) -> Frames:
-    """Frames of all joints in postures (..., 6)."""
-    return frames(arm.chain, arm.drives.joints(q))
-
-
-def arm_compliance(arm: Arm, q: FloatArray) -> FloatArray:
-    """Compliance at the drill tip of the joints and of the base, in base axes, shape (6, 6)."""
-    joints = turning_elements(posture_jacobian(arm, q), arm.stiffness)
-    levers = np.zeros((len(joints) + 1, 3))
-    at = posture_frames(arm, q)
-    levers[-1] = at.origins[-1] + at.rotations[-1] @ arm.tool_tip
-    return chain_compliance(np.concatenate([joints, arm.base[None]]), levers)
-
-
-def posture_at(arm: Arm, angle: float, q: FloatArray) -> Posture:
-    """The posture of known motor angles, with its whole compliance at the drill tip in tool axes."""
-    rotation = posture_frames(arm, q).rotations[-1] @ arm.tool_rotation
-    compliance = in_axes(arm_compliance(arm, q), rotation)
-    axis_angles: FloatArray = np.asarray(np.linalg.solve(arm.axes.to_motors, q), dtype=float)
-    if arm.wrist is not None:
-        bent = float(wrist_sine(arm.wrist, axis_angles[4]))
-    else:
-        bent = float(_bend(arm, axis_angles[None, None, :])[0, 0])
-    return Posture(float(angle), np.asarray(q), compliance, holding_ratio(compliance), bent)
-
-
-def joint_room(arm: Arm, q: FloatArray) -> FloatArray:
-    """How far the motors are from the nearer of their limits [rad], at angles (..., 6) of them, same shape."""
-    return np.minimum(q - arm.limits[:, 0], arm.limits[:, 1] - q)
-
-
-def turned_towards(arm: Arm, q: FloatArray, near: FloatArray) -> FloatArray:
-    """The same posture with every motor on the turn next to a given angle, as far as the limits allow."""
-    turns = np.round((near - q) / (2.0 * math.pi))
-    moved = q + 2.0 * math.pi * turns
-    moved = np.where((arm.limits[:, 0] <= moved) & (moved <= arm.limits[:, 1]), moved, q)
-    same = np.allclose(np.exp(1j * arm.drives.joints(moved)), np.exp(1j * arm.drives.joints(q)), atol=1e-9)
-    return np.asarray(moved if same else q)
-
-
-class Reach(NamedTuple):
-    """How a pose can be reached, or by how much it cannot; the best branch."""
-
-    reached: bool
-    motor: int  # the one with the least room, 0 to 5; -1: no posture puts the tool there, whatever the limits
-    margin: float  # room to its limit [rad], or to the reach of the arm [m]; negative is what is missing
-    between: bool = False  # the limit of an angle between coupled links is the one in the way
-
-
-def reach(arm: Arm, position: FloatArray, pose: FloatArray) -> Reach:
-    """Margin of the branch with the most room."""
-    rotation = pose @ (arm.axes.rotation @ arm.tool_rotation).T
-    place = position - rotation @ (arm.axes.origin + arm.axes.rotation @ arm.tool_tip)
-    found = candidates(arm, position[None, :], pose[None, :], thorough=True)
-    best = least_missing(arm, found)
-    if best is not None:
-        return best
-    if arm.wrist is not None:
-        return Reach(False, -1, min(reach_margin(arm.wrist, rotation, place)))
-    return Reach(False, -1, -_by_numbers(arm, rotation, place)[1])
-
-
-def least_missing(arm: Arm, found: Candidates) -> Reach | None:
-    """Margin of the branch with the most room, of all poses; None where no branch exists."""
-    exists = ~np.isnan(found.q[..., 0])
-    if not np.any(exists):
-        return None
-    q = found.q[exists]
-    room = np.minimum(q - arm.limits[:, 0], arm.limits[:, 1] - q)
-    branch = int(np.argmax(room.min(axis=1)))
-    motor = int(np.argmin(room[branch]))
-    within = bool(found.within[exists].any())
-    free = bool(room[branch, motor] >= 0.0)
-    return Reach(within, motor, float(room[branch, motor]), between=free and not within)

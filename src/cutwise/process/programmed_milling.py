@@ -28,11 +28,8 @@ from cutwise.physics.engagement.shoulder import SEEN
 from cutwise.physics.motion.edge import EdgePass
 from cutwise.physics.motion.paced import Paced
 from cutwise.physics.motion.shifted import Shifted
-from cutwise.physics.structure.terms import (
-    Compliance,
-    Rigid,
-    Swinging,
-)
+from cutwise.physics.structure.swings import Swinging
+from cutwise.physics.structure.terms import Compliance, Rigid
 from cutwise.process import (
     carriage,
     carried,

@@ -5,7 +5,8 @@ import numpy as np
 from cutwise.maths.chains import REVOLUTE, Chain, chain, frames
 from cutwise.maths.frames import FloatArray, rotation_from_rpy
 from cutwise.physics.motion.coupled import Drives, NotSixAxesError
-from cutwise.process.postures import NO_SPRINGS, Arm, Springs, arm_compliance, arm_with
+from cutwise.process.posture import arm_compliance
+from cutwise.process.postures import NO_SPRINGS, Arm, Springs, arm_with
 from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.spec.robot import Linkage, Robot
 

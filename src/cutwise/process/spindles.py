@@ -8,15 +8,14 @@ import numpy as np
 from cutwise import units
 from cutwise.maths.constants import GRAVITY
 from cutwise.maths.curves import FloatArray
-from cutwise.physics.structure.pistons import (
+from cutwise.physics.structure.pistons import PistonRing, piston_directions
+from cutwise.physics.structure.seals import (
     NO_FRICTION,
     PRESLIDING,
     REGULARISED,
     SET_VALUED,
     Piston,
-    PistonRing,
     friction_at,
-    piston_directions,
 )
 from cutwise.physics.structure.statics import characteristic
 from cutwise.physics.structure.terms import Pistons

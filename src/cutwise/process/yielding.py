@@ -8,15 +8,8 @@ import numpy as np
 from cutwise.maths.curves import FloatArray
 from cutwise.paths.carried import CarriedPath
 from cutwise.physics.structure.series_compliance import in_axes
-from cutwise.physics.structure.terms import (
-    Compliance,
-    Linked,
-    Swinging,
-    displacement,
-    natural_frequencies,
-    turning,
-    width,
-)
+from cutwise.physics.structure.swings import Linked, Swinging, natural_frequencies
+from cutwise.physics.structure.terms import Compliance, displacement, turning, width
 
 AXES = ("x", "y", "z")
 

@@ -11,7 +11,8 @@ from cutwise.maths.chains import frames
 from cutwise.process.arm_geometry import misplaced
 from cutwise.process.assemble import deburring_cell
 from cutwise.process.carried import jacobians_of
-from cutwise.process.postures import arm_compliance, candidates, posture_jacobian, tool_axes
+from cutwise.process.posture import arm_compliance, posture_jacobian
+from cutwise.process.postures import candidates, tool_axes
 from cutwise.process.recipes import quick_outcome
 from cutwise.process.robot_arms import robot_arm
 from cutwise.spec.faults import ScenarioFault

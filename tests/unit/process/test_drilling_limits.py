@@ -12,8 +12,9 @@ from cutwise.maths.chains import frames
 from cutwise.process import loops_drilling
 from cutwise.process.drill_profile import profile_at
 from cutwise.process.drilling import drill_cell, robot_arm
+from cutwise.process.posture import posture_at, posture_frames, turned_towards
 from cutwise.process.posture_search import PoseTarget, scan
-from cutwise.process.postures import arm_with, candidates, posture_at, posture_frames, tool_axes, turned_towards
+from cutwise.process.postures import arm_with, candidates, tool_axes
 from peers import robots
 
 DATA = Path(__file__).parents[2] / "data" / "urdf"

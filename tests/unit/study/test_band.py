@@ -12,7 +12,8 @@ from cutwise import Result, advise, load, simulate
 from cutwise.io import library
 from cutwise.io.scenario import read_document, revised
 from cutwise.process import recipes
-from cutwise.process.postures import posture_at, posture_frames, tool_axes
+from cutwise.process.posture import posture_at, posture_frames
+from cutwise.process.postures import tool_axes
 from cutwise.process.recipes import Outcome
 from cutwise.process.robot_arms import robot_arm
 from cutwise.results import Measure, judge

@@ -205,7 +205,7 @@ def linked_receptance(
     ----------
     spring, damper, gain, jacobian : array
         :math:`M^{-1} K` and :math:`M^{-1} D` (k, k), :math:`M^{-1} J^T` (k, 6), J (6, k): a station of
-        :class:`~cutwise.physics.structure.terms.Linked`.
+        :class:`~cutwise.physics.structure.swings.Linked`.
     height : float
         z [m].
     behind : array (6, 6)

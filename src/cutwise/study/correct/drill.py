@@ -23,7 +23,7 @@ from cutwise.process.drilling import (
     place,
     targets,
 )
-from cutwise.process.postures import posture_at
+from cutwise.process.posture import posture_at
 from cutwise.spec.correct import Correction
 from cutwise.spec.drilling import DrillingScenario
 from cutwise.spec.faults import Fault, ScenarioFault

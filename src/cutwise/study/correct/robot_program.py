@@ -7,7 +7,8 @@ import numpy as np
 
 from cutwise.maths.frames import FloatArray
 from cutwise.process.drilling import DrillCell, DrilledHole, drill_cell, led_axes, next_to
-from cutwise.process.postures import Arm, posture_frames
+from cutwise.process.posture import posture_frames
+from cutwise.process.postures import Arm
 from cutwise.programs.robot_moves import Frame, RobotMove, RobotProgram, abc_of
 from cutwise.spec.drilling import DrillingScenario
 from cutwise.spec.faults import Fault, ScenarioFault
