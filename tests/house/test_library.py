@@ -7,7 +7,8 @@ from pydantic import ValidationError
 
 from cutwise import units
 from cutwise.io import library
-from cutwise.io.scenario import load, revised, shelf_keys, shelf_sections
+from cutwise.io.assembly import shelf_keys, shelf_sections
+from cutwise.io.scenario import load, revised
 from cutwise.io.spindle_body import parametric_body, text_of
 from cutwise.io.tree import compose
 from cutwise.spec.material import Material
