@@ -21,7 +21,9 @@ from cutwise.process.chamfer_cell import SLICES
 from cutwise.process.chamfer_cut import TIME_STEP, Deflected, ball_end, deflected, mounted, rigid
 from cutwise.process.chamfer_task import task_of
 from cutwise.process.convergence import change_on_halved_step
+from cutwise.process.edges import known_axes
 from cutwise.results import Finding, Histories, Place, Remedy, Said, warned
+from cutwise.spec.base import known
 from cutwise.spec.chamfer import ChamferScenario
 
 _LED = frozenset({"width_deflected_min", "width_deflected_max"})
@@ -104,8 +106,7 @@ def force_measures(scenario: ChamferScenario, done: ChamferRun) -> dict[str, flo
     force = np.concatenate([forces.force for forces in done.forces])
     burr = np.concatenate([forces.burr_force for forces in done.forces])
     power = np.concatenate([forces.power for forces in done.forces])
-    axial = scenario.material is not None and scenario.material.K_ac is not None
-    for i, axis in enumerate("xyz" if axial else "xy"):
+    for i, axis in enumerate(known_axes(known(scenario.material))):
         found[f"force_mean_{axis}"] = float(np.average(force[:, i], weights=weight))
         if scenario.part.burr is not None:
             found[f"burr_force_mean_{axis}"] = float(np.average(burr[:, i], weights=weight))

@@ -17,6 +17,7 @@ from cutwise.physics.structure.terms import Compliance
 from cutwise.physics.surface.edge import machined_profile
 from cutwise.process import carriers, yielding
 from cutwise.process.assemble import deburring_cell, surface_height, turned_by, turned_from_start
+from cutwise.process.edges import known_axes
 from cutwise.process.loops import (
     TOOTH_RESOLVED,
     EdgeCell,
@@ -35,7 +36,6 @@ from cutwise.spec.deburring import DeburringScenario
 _SETTLED = 5e-6  # [m] band of the settling time
 _TOOTH_SAMPLES = 32
 _TOOTH_PLACES = 1000
-_AXES = ("x", "y", "z")
 PLATEAUS = ("surface_error_loaded", "surface_error_unloaded", "surface_error_frictionless")
 """Measures of the band within which friction holds the edge."""
 
@@ -199,20 +199,18 @@ def measures(scenario: DeburringScenario, run: EdgeRun) -> Mapping[str, float]:
     last = steady.stop - 1
     found: dict[str, float | None] = {}
     error = between(run, steady.start, last)
-    found["surface_error_mean"] = float(error.mean())
-    found["surface_error_min"] = float(error.min())
-    found["surface_error_max"] = float(error.max())
+    found |= yielding.extremes("surface_error", error, mean=True)
     found |= {name: None if one is None else one.error for name, one in zip(PLATEAUS, run.band, strict=True)}
     found |= fractions(after_lead_in(run), scenario.operation.tolerance)
-    axial = scenario.material.K_ac is not None or scenario.material.k_a11 is not None
-    for i, axis in enumerate(_AXES if axial else _AXES[:2]):
+    axes = known_axes(scenario.material)
+    for i, axis in enumerate(axes):
         found[f"burr_force_mean_{axis}"] = float(history.burr_force.mean[steady, i].mean())
         found[f"burr_force_rms_{axis}"] = math.sqrt(float(history.burr_force.square[steady, i].mean()))
         found[f"burr_force_peak_{axis}"] = float(history.burr_force.peak[:, i].max())
         found[f"work_force_mean_{axis}"] = float(history.work_force.mean[steady, i].mean())
     if run.teeth and run.cell.ring is not None:
         peaks = _tooth_peaks(run)
-        found |= {f"tooth_force_peak_{axis}": peaks[i] for i, axis in enumerate(_AXES if axial else _AXES[:2])}
+        found |= {f"tooth_force_peak_{axis}": peaks[i] for i, axis in enumerate(axes)}
     found["settling_time"] = settling_time(history.motion.time[: last + 1], run.error_at_tool[: last + 1])
     cutter = run.cell.cutter
     found["cutting_power_mean"] = float(history.tangential[steady].mean()) * cutter.mill.radius * cutter.spindle_speed

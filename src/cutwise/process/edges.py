@@ -10,6 +10,11 @@ from cutwise.spec.tool import HelicalMill
 _FORCE_LAW = {"linear": LINEAR, "kienzle": KIENZLE}
 
 
+def known_axes(material: Material) -> str:
+    """Along which axes the force of the cut is known: along the tool only with axial coefficients."""
+    return "xy" if material.K_ac is None and material.k_a11 is None else "xyz"
+
+
 def linear_coefficients(material: Material) -> EdgeCoefficients:
     """The straight-line law; an unknown axial pair counts as zero, and no axial force is reported then."""
     return EdgeCoefficients(*(getattr(material, key) or 0.0 for key in LINEAR_KEYS))

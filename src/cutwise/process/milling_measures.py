@@ -11,6 +11,7 @@ from cutwise.physics.cutting.uneven import even_and_linear
 from cutwise.physics.cutting.wall import AVERAGED, DELAYED, FLUTES, tooth_period, wall_force
 from cutwise.physics.motion.lookahead import time_without_limits
 from cutwise.process import milling_wall, part_cost, spindles
+from cutwise.process.edges import known_axes
 from cutwise.process.loops_drives import NO_FORCE
 from cutwise.process.milling import MillRun, wall_left
 from cutwise.process.milling_contact import SteadyPatch
@@ -177,9 +178,8 @@ def _peak_forces(scenario: MillingScenario, done: MillRun) -> dict[str, float]:
         return {}
     sampled = done.history.force_peak.max(axis=0)
     peak = sampled if done.wall is not None else largest_forces(done, scenario.drives.control.sample_time)
-    axial = scenario.material.K_ac is not None or scenario.material.k_a11 is not None
     found = {"force_xy_peak": float(peak[3])}
-    for i, axis in enumerate("xyz" if axial else "xy"):
+    for i, axis in enumerate(known_axes(scenario.material)):
         found[f"force_{axis}_peak"] = float(peak[i])
     return found
 

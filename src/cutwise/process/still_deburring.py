@@ -19,6 +19,7 @@ from cutwise.process.assemble import (
     turned_from_start,
 )
 from cutwise.process.deburring import fractions
+from cutwise.process.edges import known_axes
 from cutwise.process.labels import Column, Coordinate, Group, Groups, Over
 from cutwise.process.loops import EdgeCut, axis_over_edge, programmed_heights, still_edge
 from cutwise.process.passes import structure_of, wrenches
@@ -84,14 +85,11 @@ def measures(scenario: DeburringScenario, done: StillEdge) -> dict[str, float]:
     """Measures in SI, over the whole edge."""
     error, tolerance, cutter = done.error, scenario.operation.tolerance, done.cut.cutter
     found = {
-        "surface_error_mean": float(error.mean()),
-        "surface_error_min": float(error.min()),
-        "surface_error_max": float(error.max()),
+        **yielding.extremes("surface_error", error, mean=True),
         **fractions(error, tolerance),
         "cutting_power_mean": float(done.rest.total[:, 3].mean()) * cutter.mill.radius * cutter.spindle_speed,
     }
-    axial = scenario.material.K_ac is not None or scenario.material.k_a11 is not None
-    for k, axis in enumerate("xyz" if axial else "xy"):
+    for k, axis in enumerate(known_axes(scenario.material)):
         found[f"burr_force_mean_{axis}"] = float(done.rest.layer[:, 0, k].mean())
         found[f"work_force_mean_{axis}"] = float(done.rest.layer[:, 1, k].mean())
     if not done.cut.behind:

@@ -204,8 +204,8 @@ def measures(held: Setup, done: list[Turned]) -> dict[str, float]:
     times = ((lengths / plan.feed / held.speed(plan.goal))[plan.turned].sum() for plan in plans)
     rough = max(ridge(feed, tool.nose_radius, tool.trail_angle) for feed in last.feed)
     found = {
-        "diameter_error_mean": float(last.error.mean()), "diameter_error_min": float(last.error.min()),
-        "diameter_error_max": float(last.error.max()), "cylindricity_error": 0.5 * float(np.ptp(last.error)),
+        **yielding.extremes("diameter_error", last.error, mean=True),
+        "cylindricity_error": 0.5 * float(np.ptp(last.error)),
         "barrel": float(middle - 0.5 * (near + far)), "taper": float(far - near),
         "roughness_rt": rough, "roughness_ra": _PARABOLA * rough,
         "force_cutting_max": float(force[:, 2].max()), "force_passive_max": float(force[:, 1].max()),

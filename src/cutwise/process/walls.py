@@ -11,7 +11,7 @@ from cutwise.maths.curves import FloatArray
 from cutwise.physics.cutting.flute import Mill
 from cutwise.physics.engagement.burred_edge import Round
 from cutwise.physics.engagement.shoulder import Shoulder, Slot
-from cutwise.process import carriers
+from cutwise.process import carriers, yielding
 from cutwise.spec.base import known
 from cutwise.spec.milled_path import MilledPath
 from cutwise.spec.milling import MillingScenario
@@ -76,8 +76,7 @@ def measures(wall: FloatArray, floor: FloatArray, *, slot: bool, deeper: float =
     if slot:
         shift = float(np.abs(wall - deeper).max())
         low, high = deeper - shift, deeper + shift
-    ends = {"floor_error_min": float(floor.min()), "floor_error_max": float(floor.max())}
-    return {"wall_error_min": low, "wall_error_max": high, **ends}
+    return {"wall_error_min": low, "wall_error_max": high, **yielding.extremes("floor_error", floor)}
 
 
 def note(place: float, error: float, moved: Mapping[str, FloatArray], row: int, when: str = "") -> str:

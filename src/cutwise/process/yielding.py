@@ -106,6 +106,12 @@ def turned(terms: Sequence[tuple[str, NamedTuple]], columns: FloatArray) -> Floa
     return total
 
 
+def extremes(name: str, values: FloatArray, *, mean: bool = False) -> dict[str, float]:
+    """The least and the greatest of something as measures, before them its mean where that is one."""
+    ends = {f"{name}_min": float(values.min()), f"{name}_max": float(values.max())}
+    return {f"{name}_mean": float(values.mean()), **ends} if mean else ends
+
+
 def largest(values: FloatArray) -> float:
     """The value of largest magnitude, with its sign."""
     return float(values[int(np.argmax(np.abs(values)))])

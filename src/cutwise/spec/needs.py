@@ -164,7 +164,7 @@ CHAMFER: Needs = {
     "setup_width_*": ("setup",),
     **dict.fromkeys(("force_mean_*", "burr_force_*", "lateral_force_max", "chip_area"), ("material",)),
     "cutting_power_mean": ("material",),
-    "*force_mean_z": ("material.K_ac",),
+    "*force_mean_z": (_AXIAL,),
     "burr_force_mean_*": ("part.burr",),
     **dict.fromkeys(
         ("width_deflected_*", "tip_deflection_max", "rod_clearance_deflected_min"), (f"spindle.pressure or {_TERMS}",)
