@@ -117,6 +117,7 @@ def step(
     --------
     One piston at 80 mm holds 0.5 N m; of 1 N m it leaves 0.384 N m, which turn 0.001 kg m^2 at 384 rad/s^2.
 
+    >>> from cutwise.physics.structure.seals import NO_FRICTION
     >>> free = Piston(0.004, 7.7, 0.0, 0.0, NO_FRICTION, 0.0, 0.0, 0.0)
     >>> ring = PistonRing(piston_directions(1, 0.0), free, 0.08, 0.001, 0.0, 0.0, 1e-6)
     >>> [round(step(ring, at_rest(ring), 0.0, 0.0, 0.0, 0.0, mx, 0.0, 1e-4)[2], 9) for mx in (0.5, 1.0)]
