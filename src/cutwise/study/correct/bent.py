@@ -162,7 +162,7 @@ def told_of(scenario: MillingScenario, walls: Walls) -> Iterator[str]:
         f"; on {length[0]} a later pass takes the wall away, and nothing is moved for it" if gone.any() else ""
     )
     if _swings(scenario):
-        if (cells.walls[walls.rows, 1] > 0.0).any():
+        if (_leaves(cells) & (cells.walls > 0.0))[walls.rows, 1].any():
             yield "of a tip that swings (tool.modes) walls on its left have no record: they are left alone"
     elif scenario.tool.runout:
         yield "run-out is left out of the bend of the tool"

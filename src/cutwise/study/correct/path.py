@@ -17,6 +17,7 @@ from cutwise.spec.milling import MillingScenario
 from cutwise.study.band import simulate
 from cutwise.study.correct import chance
 from cutwise.study.correct.bent import bends, told_of, walls_of
+from cutwise.study.correct.level import stretches
 from cutwise.study.correct.outcome import Along, Change, Proposal, Task
 from cutwise.study.correct.prove import chatters
 from cutwise.study.correct.readings import other_readings
@@ -29,6 +30,7 @@ _WALLS = ("wall_error_min", "wall_error_max")  # held too where the tool bends
 _CUT = ("material.", "tool.stiffness", "tool.modes", "tool.runout")  # keys that change the force, and no path
 _PROOFS = 3  # repetitions on the written program, which is read and planned again each time
 _NOTHING = 0.1e-6  # [m] error that is not worth a shift
+_SETS_OUT = 1e-3  # [m] behind the place at which a cut begins
 
 
 class Before(NamedTuple):
@@ -156,9 +158,8 @@ def _told_alike(plants: Sequence[Plant], made: Written) -> list[Plant]:
 
 def _mean_size(plants: Sequence[Plant], made: Written, found: Learned) -> float:
     """Largest mean error of the plants that the shift is made for [m]."""
-    one = seen(_told_alike(plants, made), made.told.order)
-    error = one.error.mean(axis=0) - found.kept_at(made.told.place.travelled)
-    return largest(made.told, np.abs(error) + one.half.mean(axis=0), whole=found.whole)
+    error = seen(_told_alike(plants, made), made.told.order).error.mean(axis=0)
+    return largest(made.told, error - found.kept_at(made.told.place.travelled), whole=found.whole)
 
 
 def _proposal(
@@ -334,6 +335,8 @@ def _floor(best: Written, found: Learned, said: Correction) -> str:
             "it is what the tool leaves differently over the height of the wall, or as it swings: a shorter tool, more flutes in "
             "the cut or a second pass help, no shift of the path"
         )
+    if found.whole and _sets_out(best, worst):
+        return "it is worst where a cut sets out in the material from rest, to where the move before brings it: begin in air"
     history_clipped = _saturated(best)
     if history_clipped:
         return "a controller is at its voltage limit (machine.control.saturation)"
@@ -345,6 +348,13 @@ def _floor(best: Written, found: Learned, said: Correction) -> str:
         ms = units.show(found.rule.smoothing * best.told.drives[0].law.sample_time, "time", 3)
         return f"what is left changes faster than the smoothing of {ms} lets pass, or does not repeat (friction, teeth)"
     return "what is left does not repeat (friction, teeth)"
+
+
+def _sets_out(best: Written, worst: int) -> bool:
+    """Whether an instant is within a millimetre of the beginning of a cut."""
+    begins = np.array([low for low, _ in stretches(best.told.wanted)])
+    way = best.told.place.travelled[worst] - begins
+    return bool(((way >= 0.0) & (way < _SETS_OUT)).any())
 
 
 def _saturated(best: Written) -> bool:
