@@ -105,22 +105,26 @@ def bend_of(
 
 
 def _recorded(told: Commanded, walls: Walls, history: DriveHistory) -> Bend:
-    """What a tip that swings left of its walls on the right, the least and the greatest of a turn; the left has no record."""
+    """What a tip that swings left of its walls in the run, the least and the greatest of a turn."""
     turn = max(1, math.ceil(2.0 * math.pi / told.cut.spindle / told.drives[0].law.sample_time))
     size = 2 * (turn // 2) + 1
-    least = minimum_filter1d(np.where(np.isnan(history.left[:, 0]), math.inf, history.left[:, 0]), size)
-    most = maximum_filter1d(np.where(np.isnan(history.left[:, 1]), -math.inf, history.left[:, 1]), size)
     push = np.full((len(told.place.time), 2, 2), math.nan)
     there = np.zeros((len(told.place.time), 2), np.bool_)
-    right = walls.rows[walls.cells.walls[walls.rows, 0] > 0.0]
-    if right.size:
-        here, share, _ = _near(told, walls.cells, right)
-        there[:, 0] = here & (least <= most)
-        known = np.flatnonzero(there[:, 0])
+    for side, (low, high) in enumerate(
+        ((history.left[:, 0], history.left[:, 1]), (-history.left[:, 3], -history.left[:, 2]))
+    ):
+        rows = walls.rows[walls.cells.walls[walls.rows, side] > 0.0]
+        if not rows.size:
+            continue
+        least = minimum_filter1d(np.where(np.isnan(low), math.inf, low), size)
+        most = maximum_filter1d(np.where(np.isnan(high), -math.inf, high), size)
+        here, share, _ = _near(told, walls.cells, rows)
+        there[:, side] = here & (least <= most)
+        known = np.flatnonzero(there[:, side])
         if known.size:
             nearest = known[_nearest(told.place.travelled[known], told.place.travelled)]
             for end, value in enumerate((least, most)):
-                push[share > 0.0, 0, end] = (share * value[nearest])[share > 0.0]
+                push[share > 0.0, side, end] = (share * value[nearest])[share > 0.0]
     return Bend(push, there)
 
 
@@ -161,10 +165,7 @@ def told_of(scenario: MillingScenario, walls: Walls) -> Iterator[str]:
     yield f"walls that stay, on {length[1]} of the path, are moved against the bend of the tool" + (
         f"; on {length[0]} a later pass takes the wall away, and nothing is moved for it" if gone.any() else ""
     )
-    if _swings(scenario):
-        if (_leaves(cells) & (cells.walls > 0.0))[walls.rows, 1].any():
-            yield "of a tip that swings (tool.modes) walls on its left have no record: they are left alone"
-    elif scenario.tool.runout:
+    if not _swings(scenario) and scenario.tool.runout:
         yield "run-out is left out of the bend of the tool"
     if scenario.material.law != "linear" and not _swings(scenario):
         yield "Kienzle's law bends the tool by its slopes at half the feed per tooth"

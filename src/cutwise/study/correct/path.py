@@ -252,6 +252,7 @@ def _bent(first: Before, best: Written, found: Learned) -> Iterator[str]:
         return
     yield from told_of(first.plant.scenario, first.plant.walls)
     yield f"a shift moves the walls by {1.0 / found.rule.gain:.4g} of itself: steps are {found.rule.gain:.4g} times the error"
+    yield f"the path is off on purpose: {_MEASURE} counts the shift against the bend of the tool"
     half = largest(best.told, best.seen.half[0], whole=True)
     if half > _NOTHING:
         yield (f"what is bent differently over the height of a wall, or swings, is up to ± {units.show(half, 'small_length', 3)}: "
