@@ -17,6 +17,7 @@ from cutwise.spec.milling import MillingScenario
 from cutwise.study.band import simulate
 from cutwise.study.correct import chance
 from cutwise.study.correct.bent import bends, told_of, walls_of
+from cutwise.study.correct.corners import sharp_corners
 from cutwise.study.correct.level import stretches
 from cutwise.study.correct.outcome import Along, Change, Proposal, Task
 from cutwise.study.correct.prove import chatters
@@ -131,7 +132,8 @@ def _proved(
     best = written(scenario, told, found, said, walls)
     kept = found
     last, shift = best, found
-    for _ in range(_PROOFS):
+    tries = 2 if sharp_corners(told.wanted).size else 1  # what is led to a corner anew may at first be worse
+    for _ in range(_PROOFS * tries):
         if best.residual <= 0.0 or last.chords == 0:
             break
         here = last.told
@@ -143,9 +145,12 @@ def _proved(
         along, first = np.unique(here.place.travelled, return_index=True)
         shift = shift._replace(along=along, shift=moved[first], kept=shift.kept_at(along))
         last = written(scenario, told, shift, said, walls)
-        if _mean_size(plants, last, shift) >= 0.98 * _mean_size(plants, best, kept):
+        if _mean_size(plants, last, shift) < 0.98 * _mean_size(plants, best, kept):
+            best, kept = last, shift
+            continue
+        tries -= 1
+        if not tries:
             break
-        best, kept = last, shift
     return best, kept
 
 

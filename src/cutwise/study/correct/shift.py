@@ -16,6 +16,7 @@ from cutwise.process.milling import Commanded, contour_error, followed, timed
 from cutwise.process.program_path import ProgramPath
 from cutwise.spec.milling import MillingScenario
 from cutwise.study.correct.bent import Bend, Walls, bend_of
+from cutwise.study.correct.corners import OVER, meeting, sharp_corners
 from cutwise.study.correct.level import BEFORE_CURVE, cut_level, first_bend, first_place, stops, stretches
 
 BEFORE_END = 20e-3  # [s] before the end until which it may, and from a stop on either side
@@ -110,9 +111,24 @@ def behind_stop(told: Commanded, error: FloatArray, *, whole: bool = False) -> b
 def _near_stops(told: Commanded, before: float, behind: float) -> npt.NDArray[np.bool_]:
     """Servo instants up to so long before and behind stops [s]."""
     place, near = told.place, np.zeros(len(told.place.time), np.bool_)
-    for end in place.time[np.searchsorted(place.block, np.flatnonzero(stops(told.wanted)), side="right") - 1]:
+    sharp = np.zeros(0) if told.wanted is told.path else sharp_corners(told.wanted)
+    for joint in np.flatnonzero(stops(told.wanted)):
+        end = place.time[_stop(told, int(joint), beside=bool((sharp == joint).any()))]
         near[slice(*np.searchsorted(place.time, [end - before, end + behind], side="right"))] = True
     return near
+
+
+def _stop(told: Commanded, joint: int, *, beside: bool) -> int:
+    """Servo instant at which the tool stands at a joint: the last one before it.
+
+    A path that is led to a corner ``beside`` the wanted one stops before the nearest place of the wanted path changes.
+    """
+    place = told.place
+    last = int(np.searchsorted(place.block, joint, side="right")) - 1
+    if not beside:
+        return last
+    near = np.abs(place.travelled - told.wanted.curve.knots[joint + 1]) < OVER
+    return int(np.argmin(np.where(near, told.reference.speed, math.inf))) if near.any() else last
 
 
 def frequency_of(told: Commanded, jerk: float) -> float:
@@ -130,10 +146,22 @@ def frequency_of(told: Commanded, jerk: float) -> float:
 
 
 def shifted(told: Commanded, shift: FloatArray) -> SetPoints:
-    """Set points moved to the right of the wanted path at each servo instant [m], shape (n,)."""
-    order, step = told.order, told.drives[0].law.sample_time
-    point = order.point.copy()
-    point[:, :2] += shift[:, None] * right_normal(told.place.direction)
+    """Set points moved to the right of the wanted path at each servo instant [m], shape (n,).
+
+    In sharp corners they go to where both shifted sides meet: what a drive runs on beyond the end of one side is an error beside
+    the other, and a corner that is drawn back takes it away.
+    """
+    order, step, place = told.order, told.drives[0].law.sample_time, told.place
+    point, off = order.point.copy(), shift[:, None] * right_normal(place.direction)
+    for joint in sharp_corners(told.wanted):
+        end = int(np.searchsorted(place.block, joint, side="right"))
+        if not 0 < end < len(shift) or not (shift[end - 1] or shift[end]):
+            continue
+        corner = told.wanted.curve.knots[joint + 1]
+        begin = int(np.searchsorted(place.travelled[:end], corner - OVER, side="right"))
+        share = 1.0 - (corner - place.travelled[begin:end, None]) / OVER
+        off[begin:end] += share * (meeting(told.wanted, int(joint), shift[end - 1], shift[end]) - off[begin:end])
+    point[:, :2] += off
     return timed(np.ascontiguousarray(point), order.heading, order.along, step)
 
 
@@ -281,6 +309,13 @@ def chords(path: ProgramPath, learned_shift: Learned, spacing: float) -> tuple[F
     block[ends] = np.minimum(np.searchsorted(knots, at[ends], side="left") - 1, curve.count - 1)
     point, direction = at_blocks(curve, block, at - knots[block])
     point[:, :2] += learned_shift.at(at)[:, None] * right_normal(direction)
+    for joint in sharp_corners(path):
+        place = knots[joint + 1]
+        behind = min(int(np.searchsorted(learned_shift.along, place, side="right")), len(learned_shift.along) - 1)
+        here = np.flatnonzero(at == place)
+        corner = np.asarray(curve.start[joint + 1])[:2]
+        sides = learned_shift.shift[[max(behind - 1, 0), behind]]
+        point[here, :2] = corner + meeting(path, int(joint), float(sides[0]), float(sides[1]))
     return at, point
 
 
