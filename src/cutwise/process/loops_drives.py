@@ -49,7 +49,7 @@ class DriveHistory(NamedTuple):
     force: FloatArray  # mean over the step, on the tool [N], shape (n, 3)
     force_peak: FloatArray  # largest magnitude in the step of x, y, z and of the xy vector [N], shape (n, 4)
     tip: FloatArray  # displacement of the tip by its modes: mean x, y, and largest length in the step [m], shape (n, 3)
-    left: FloatArray  # least and greatest displacement into the wall where a tooth left it [m], NaN: none, shape (n, 2)
+    left: FloatArray  # least and greatest displacement into the wall on the right, on the left, NaN: none [m], shape (n, 4)
     known: int  # instants before the tip swung beyond its limit; everything is NaN from there on
 
 
@@ -126,7 +126,7 @@ def run_drives(
         state=0, layers=0, contacts=patches.shape[1], starts=np.array([0, n * substeps]), progress=progress,
     )  # fmt: skip
     if not isinstance(flutes, SwingingFlutes):
-        return DriveHistory(*motion.log, np.empty((0, 3)), np.empty((0, 2)), n)
+        return DriveHistory(*motion.log, np.empty((0, 3)), np.empty((0, 4)), n)
     found = DriveHistory(*motion.log._replace(force_peak=flutes.log.peak), flutes.log.swing, flutes.log.wall, n)
     lost = np.flatnonzero(~(flutes.log.swing[:, 2] <= tip_limit))
     return _known_until(found, int(lost[0])) if lost.size else found

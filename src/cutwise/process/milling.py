@@ -157,7 +157,7 @@ def run(scenario: MillingScenario, substeps: int, progress: Progress | None = No
     if milling_wall.on_loop(scenario):
         axes = axes_of(told.drives, told.substeps)
         log, wall = milling_wall.wall_run(scenario, reference, told.order, axes, told.substeps, progress)
-        history = DriveHistory(*log, np.empty((0, 3)), np.empty((0, 2)), len(reference.time))
+        history = DriveHistory(*log, np.empty((0, 3)), np.empty((0, 4)), len(reference.time))
     else:
         history = followed(scenario, told, told.order, progress)
     error = contour_error(told, history.position)
@@ -295,8 +295,8 @@ def timed(point: FloatArray, heading: FloatArray, along: FloatArray, sample_time
 
 
 def wall_left(done: MillRun) -> FloatArray:
-    """Least and greatest error of the wall left at each servo instant, positive into the wall [m]; shape (n, 2)."""
-    return done.contour_error[:, None] + done.history.left
+    """Least and greatest error of the wall left on the right at each servo instant, positive into it [m]; shape (n, 2)."""
+    return done.contour_error[:, None] + done.history.left[:, :2]
 
 
 def stability(scenario: MillingScenario, done: MillRun) -> TipStability | None:

@@ -160,6 +160,15 @@ class Usual:
     high: str | float | None = None
 
 
+@dataclass(frozen=True)
+class ByChance:
+    """Annotation of a key that is another for each part, or each time a tool is clamped: a phase, the seed of what is random.
+
+    What is the same for all parts, though nobody knows it well (a coefficient, a stiffness), has no such annotation: a program
+    is made for its mean, and for the mean of what differs by chance only as far as it stands out of its scatter.
+    """
+
+
 Count = Annotated[int, Strict()]
 Length = Annotated[float, Quantity("length")]
 SmallLength = Annotated[float, Quantity("small_length")]

@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field
 
 from cutwise import units
-from cutwise.spec.base import Angle, Count, Length, Notice, SmallLength, Spec, Stiffness, Usual
+from cutwise.spec.base import Angle, ByChance, Count, Length, Notice, SmallLength, Spec, Stiffness, Usual
 from cutwise.spec.tool import ToolMode, bends_twice
 
 Shape = Literal["flat", "ball", "bull_nose", "taper", "ball_taper", "drill", "chamfer"]
@@ -87,7 +87,7 @@ class Cutter(Spec):
         default=0.0, description="run-out ρ: offset of the tool axis from the spindle axis (left out: none)",
         examples=["5 um"], ge=0,
     )  # fmt: skip
-    runout_angle: Angle = Field(
+    runout_angle: Annotated[Angle, ByChance()] = Field(
         default=0.0, description="direction λ of the run-out, counted from flute 0 in the sense in which the tool turns",
         examples=["0 deg"],
     )  # fmt: skip

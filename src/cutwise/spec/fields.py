@@ -8,7 +8,7 @@ from typing import Annotated, Any, Union, get_args, get_origin
 from pydantic import Tag
 from pydantic.fields import FieldInfo
 
-from cutwise.spec.base import Quantity, Spec, Usual
+from cutwise.spec.base import ByChance, Quantity, Spec, Usual
 from cutwise.spec.faults import Path, split_dotted
 
 # how pydantic names the alternatives of a union that has no tags: literal['auto'], tuple[str, str, str], function-after[...]
@@ -82,6 +82,11 @@ def _element(kind: Any, number: int) -> Iterator[tuple[Any, tuple[Any, ...]]]:
 def usual(info: FieldInfo) -> Usual | None:
     """Usual range of a field."""
     return next((item for item in _metadata(info) if isinstance(item, Usual)), None)
+
+
+def by_chance(info: FieldInfo) -> bool:
+    """Whether the value of a field is another for each part."""
+    return any(isinstance(item, ByChance) for item in _metadata(info))
 
 
 def _metadata(info: FieldInfo) -> Iterator[Any]:

@@ -70,9 +70,11 @@ def yielding_faults(scenario: "MillingScenario") -> Iterator[Notice]:
         ("spindle", scenario.compliant is not None),
         ("tool.stiffness", scenario.tool.stiffness is not None),
     ):
-        if there and not wall and not (key == "tool.stiffness" and scenario.program is not None):
+        corrected = scenario.program is not None or scenario.correct is not None
+        if there and not wall and not (key == "tool.stiffness" and corrected):
+            instead = ", or write correct: {change: [path]}" if key == "tool.stiffness" else ""
             yield Notice(tuple(key.split(".")), "yields along a straight wall (path.line); along a corner or a program it is "
-                         "not modelled: leave it out")  # fmt: skip
+                         f"not modelled: leave it out{instead}")  # fmt: skip
     if scenario.compliant is None:
         return
     if scenario.numerics.mode == "still":

@@ -5,7 +5,19 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Discriminator, Field
 
-from cutwise.spec.base import AngularSpeed, Count, Frequency, Length, LibrarySpec, Notice, Spec, Speed, Time, Usual
+from cutwise.spec.base import (
+    AngularSpeed,
+    ByChance,
+    Count,
+    Frequency,
+    Length,
+    LibrarySpec,
+    Notice,
+    Spec,
+    Speed,
+    Time,
+    Usual,
+)
 from cutwise.spec.fields import tag
 from cutwise.spec.tables import Column, Table
 
@@ -58,7 +70,7 @@ class PathErrorSpectrum(LibrarySpec):
     spectrum: tuple[PathErrorComponent, ...] = Field(
         description="the components", examples=["[{amplitude: 0.1 mm, wavelength: 63 mm}]"], min_length=1
     )
-    seed: Count = Field(default=0, description="seed of the random phases", examples=[1], ge=0)
+    seed: Annotated[Count, ByChance()] = Field(default=0, description="seed of the random phases", examples=[1], ge=0)
 
 
 def _path_error_kind(value: Any) -> str:

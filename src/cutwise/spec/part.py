@@ -6,7 +6,7 @@ from typing import Annotated, Any, ClassVar
 from annotated_types import Ge, Gt
 from pydantic import Discriminator, Field
 
-from cutwise.spec.base import Count, Length, Notice, Spec, Stiffness, Usual
+from cutwise.spec.base import ByChance, Count, Length, Notice, Spec, Stiffness, Usual
 from cutwise.spec.fields import tag
 from cutwise.spec.part_block import PartBlock
 from cutwise.spec.tables import Column, Table
@@ -37,7 +37,7 @@ class RandomField(Spec):
     correlation_length: Length = Field(
         description="distance along the edge over which the size changes", examples=["10 mm"], gt=0
     )
-    seed: Count = Field(default=0, description="seed of the random numbers", examples=[1], ge=0)
+    seed: Annotated[Count, ByChance()] = Field(default=0, description="seed of the random numbers", examples=[1], ge=0)
     lever: Count | None = Field(
         default=None, description="number of the lever in a study, whose curves of this seed are taken; with case",
         examples=[0], ge=0,

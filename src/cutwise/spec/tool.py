@@ -8,6 +8,7 @@ from pydantic import Field
 
 from cutwise.spec.base import (
     Angle,
+    ByChance,
     Count,
     Frequency,
     Length,
@@ -59,7 +60,7 @@ class HelicalMill(RotatingTool):
         examples=["5 um"],
         ge=0,
     )
-    runout_angle: Angle = Field(
+    runout_angle: Annotated[Angle, ByChance()] = Field(
         default=0.0,
         description="direction λ of the run-out, counted from flute 0 in the sense in which the tool turns",
         examples=["0 deg"],

@@ -90,7 +90,9 @@ def test_what_is_not_known_is_not_compensated(corner, tmp_path):
     scenario = corner("path.corner=2 mm")
     rows = read_draws(scenario, table(tmp_path, scenario))
     told, nominal = learned(scenario, 4)
-    judging, fitted = ([path._drawn(scenario, told, row) for row in some] for some in (rows[:40], rows[40:]))
+    judging, fitted = (
+        [path._drawn(shift.Plant(scenario, told), row) for row in some] for some in (rows[:40], rows[40:])
+    )
 
     def quantiles(order):
         return np.quantile(np.abs(shift.errors(judging, order)).max(axis=1) / UM, [0.5, 0.8, 0.9, 1.0])

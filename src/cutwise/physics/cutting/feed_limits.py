@@ -184,7 +184,7 @@ def _mean(patches: FloatArray, teeth: Teeth) -> tuple[float, float, float, float
 
 @compiled
 def wall_terms(
-    patches: FloatArray, left: bool, normal: float, compliance: FloatArray, teeth: Teeth, out: FloatArray
+    law: int, patches: FloatArray, left: bool, normal: float, compliance: FloatArray, teeth: Teeth, out: FloatArray
 ) -> int:
     r"""Error of a wall while the discs of a tooth pass it, :math:`\varepsilon_e = (N_A + f N_B)/k`, one row a disc.
 
@@ -193,6 +193,8 @@ def wall_terms(
 
     Parameters
     ----------
+    law : int
+        ``DISCS``: the other discs, one by one; ``FLUTES``: the rest of the edge in closed form, smooth in the ends of the arcs.
     patches : array (p, 4)
         Arcs from the right side of the feed [rad] and heights [m].
     left : bool
@@ -227,7 +229,7 @@ def wall_terms(
     >>> edge = even_edges(EdgeCoefficients(0.0, 0.0, 0.0, 1e3, 0.0, 0.0))
     >>> teeth = Teeth(3, mill, discs(mill.radius, mill.helix, 1e-2, 1, 2), even_edges(NO_LINEAR), edge)
     >>> slot, out = np.array([[0.0, math.pi, 0.0, 1e-2]]), np.zeros((2, 2))
-    >>> wall_terms(slot, False, -0.5 * math.pi, np.eye(2) / 1e6, teeth, out), (1e6 * out[:, 0]).round(4).tolist()
+    >>> wall_terms(DISCS, slot, False, -0.5 * math.pi, np.eye(2) / 1e6, teeth, out), (1e6 * out[:, 0]).round(4).tolist()
     (2, [-3.5355, 0.0])
 
     References
@@ -250,7 +252,7 @@ def wall_terms(
             continue
         # the angle falls with time: a disc leaves the cut at the right wall, and comes into it at the left one
         angle = side - (e + 0.5) * discs.step + (_PASSING if left else -_PASSING)
-        ax, ay, bx, by = _unit_force(DISCS, angle, patches, teeth)
+        ax, ay, bx, by = _unit_force(law, angle, patches, teeth)
         out[count, 0] = px * (c * ax - s * ay) + py * (s * ax + c * ay)
         out[count, 1] = px * (c * bx - s * by) + py * (s * bx + c * by)
         count += 1
@@ -275,7 +277,7 @@ def _walls(
     for k in range(2):
         if walls[k] > 0.0:
             normal = heading + (0.5 * math.pi if k == 1 else -0.5 * math.pi)
-            count += wall_terms(patches, k == 1, normal, compliance, teeth, terms[count:])
+            count += wall_terms(DISCS, patches, k == 1, normal, compliance, teeth, terms[count:])
     return count
 
 

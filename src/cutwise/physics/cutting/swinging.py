@@ -19,7 +19,7 @@ from cutwise.physics.cutting.uneven import Edges
 from cutwise.physics.cutting.wall import disc_range, runout_offset
 from cutwise.stages import cut
 
-_AT_WALL = 1e-6  # [rad] from the wall side: an arc of contact that begins nearer leaves a wall
+_AT_WALL = 1e-6  # [rad] from either side: an arc of contact that ends nearer leaves a wall
 _SUMS = 7  # largest |x|, |y|, |z|, xy squared, tip squared; sums of the tip displacements x and y
 
 
@@ -49,7 +49,7 @@ class TipLog(NamedTuple):
     """What the tip did, over each of ``n`` servo steps."""
 
     swing: FloatArray  # displacement by its modes: mean x, y, and largest length in the step [m], shape (n, 3)
-    wall: FloatArray  # least and greatest displacement into the wall where a tooth left it [m], NaN: none, shape (n, 2)
+    wall: FloatArray  # least and greatest displacement into the wall on the right, on the left, NaN: none [m], shape (n, 4)
     peak: FloatArray  # largest magnitude in the step of x, y, z and of the xy vector [N], shape (n, 4)
 
 
@@ -77,7 +77,7 @@ def tip_at_rest(tip: Tip, point: FloatArray) -> TipMemory:
 
 def tip_log(instants: int) -> TipLog:
     """Room for what the tip does at some servo instants."""
-    return TipLog(np.empty((instants, 3)), np.empty((instants, 2)), np.empty((instants, 4)))
+    return TipLog(np.empty((instants, 3)), np.empty((instants, 4)), np.empty((instants, 4)))
 
 
 @compiled
@@ -144,6 +144,12 @@ def _swung(
             if low < _AT_WALL and _leaves_wall(now, wall, cutting.spindle * dt, lowest, highest, cutting.discs):
                 into = ux * wall_x + uy * wall_y
                 left[k, 0], left[k, 1] = min(left[k, 0], into), max(left[k, 1], into)
+            far = wall + high - low
+            if high > math.pi - _AT_WALL and _leaves_wall(
+                now, far, cutting.spindle * dt, lowest, highest, cutting.discs
+            ):
+                into = -ux * wall_x - uy * wall_y
+                left[k, 2], left[k, 3] = min(left[k, 2], into), max(left[k, 3], into)
         ahead_x, ahead_y = 1.5 * fx - 0.5 * memory.force[0], 1.5 * fy - 0.5 * memory.force[1]  # at the step's middle
         memory.force[0], memory.force[1] = fx, fy
         for m in range(tip.along.shape[0]):
@@ -172,7 +178,8 @@ def _(cutting, contact, count, time, pivot, load):
         return
     if part == 0:
         memory.sums[:] = 0.0
-        log.wall[k, 0], log.wall[k, 1] = math.inf, -math.inf
+        for side in range(2):
+            log.wall[k, 2 * side], log.wall[k, 2 * side + 1] = math.inf, -math.inf
     speed_x, speed_y = (x - memory.before[0]) / cutting.step, (y - memory.before[1]) / cutting.step
     memory.before[0], memory.before[1] = x, y
     fx, fy, fz = _swung(
@@ -185,6 +192,7 @@ def _(cutting, contact, count, time, pivot, load):
         top, swings = memory.sums, cutting.substeps * cutting.tip.micro
         log.swing[k, 0], log.swing[k, 1], log.swing[k, 2] = top[5] / swings, top[6] / swings, math.sqrt(top[4])
         log.peak[k, 0], log.peak[k, 1], log.peak[k, 2], log.peak[k, 3] = top[0], top[1], top[2], math.sqrt(top[3])
-        if log.wall[k, 0] > log.wall[k, 1]:
-            log.wall[k, 0], log.wall[k, 1] = math.nan, math.nan
+        for side in range(2):
+            if log.wall[k, 2 * side] > log.wall[k, 2 * side + 1]:
+                log.wall[k, 2 * side], log.wall[k, 2 * side + 1] = math.nan, math.nan
     memory.count[1] = number + 1

@@ -9,7 +9,7 @@ from cutwise.process.assemble_mill import feed_drives
 from cutwise.results import SolverFailure
 from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.spec.milling import MillingScenario
-from cutwise.study.correct.shift import Plant, errors
+from cutwise.study.correct.shift import Plant, seen
 from cutwise.study.correct.written import Written, largest
 
 
@@ -27,7 +27,7 @@ def other_readings(best: Written, tolerance: float) -> tuple[str, ...]:
     for other in others:
         try:
             one = _drawn_reading(best, other)
-            size = largest(best.told, errors([one], best.told.order))
+            size = largest(best.told, seen([one], best.told.order).worst, whole=best.walls is not None)
         except (ScenarioFault, SolverFailure):
             size = math.inf
         if abs(size - best.residual) > tolerance:
@@ -48,7 +48,7 @@ def other_readings(best: Written, tolerance: float) -> tuple[str, ...]:
 def _drawn_reading(best: Written, reading: str) -> Plant:
     one = revisions(best.scenario)({f"{best.scenario.drives_key}.reading": reading})
     assert isinstance(one, MillingScenario)
-    return Plant(one, best.told._replace(drives=feed_drives(one.drives, one.drives_key)))
+    return Plant(one, best.told._replace(drives=feed_drives(one.drives, one.drives_key)), best.walls)
 
 
 def _bandwidth(best: Written, reading: str) -> str:

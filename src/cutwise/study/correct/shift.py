@@ -1,6 +1,7 @@
 """A shift of a path along its normal, learned against what the drives make of it."""
 
 import math
+import warnings
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
@@ -8,20 +9,21 @@ import numpy as np
 import numpy.typing as npt
 
 from cutwise.maths.curves import FloatArray
-from cutwise.maths.linearc import at_blocks, turn_angles
+from cutwise.maths.linearc import at_blocks
 from cutwise.physics.motion.driven import SetPoints
-from cutwise.physics.motion.learning import Rule, learned, rule_for
+from cutwise.physics.motion.learning import Rule, convergence, learned, rule_for
 from cutwise.process.milling import Commanded, contour_error, followed, timed
 from cutwise.process.program_path import ProgramPath
 from cutwise.spec.milling import MillingScenario
+from cutwise.study.correct.bent import Bend, Walls, bend_of
+from cutwise.study.correct.corners import OVER, meeting, sharp_corners
+from cutwise.study.correct.level import BEFORE_CURVE, cut_level, first_bend, first_place, stops, stretches
 
-BEFORE_CURVE = 3e-3  # [m] before the first bend from which on the path may be shifted
 BEFORE_END = 20e-3  # [s] before the end until which it may, and from a stop on either side
 _AFTER_STOP = 0.1  # [s] behind a stop, in which an error comes from it
-_KINK = 1e-4  # [rad] at a joint: what is less runs through
-_LEVEL = 1e-9  # vertical part of a direction: what is less is a move in the plane
 _SHORT = 0.25  # of the spacing: no chord is shorter, its direction would be that of rounding
 GAINS = 0.02  # share by which a repetition has to lessen the error to be worth another
+_GAINS_OF_WALLS = (0.5, 2.0)  # within which a secant is believed
 
 
 class Plant(NamedTuple):
@@ -29,6 +31,21 @@ class Plant(NamedTuple):
 
     scenario: MillingScenario
     told: Commanded
+    walls: Walls | None = None  # that its tool is pushed off from
+
+
+class Seen(NamedTuple):
+    """Errors of plants at the servo instants, positive to the right of the wanted path [m]."""
+
+    error: FloatArray  # drives, and the middle of what the tool is bent by at walls that stay, shape (plants, n)
+    half: FloatArray  # by which the heights of a wall, and both walls of a slot, are off on either side, (plants, n)
+    bend: FloatArray  # the tool's part of the error, shape (plants, n)
+    into: FloatArray  # least and greatest error of walls that stay, into the part, NaN: none, shape (plants, n, 2)
+
+    @property
+    def worst(self) -> FloatArray:
+        """Largest error at any height, shape (plants, n)."""
+        return np.asarray(np.abs(self.error) + self.half)
 
 
 class Learned(NamedTuple):
@@ -38,10 +55,16 @@ class Learned(NamedTuple):
     shift: FloatArray  # [m] to the right of it, shape (n,)
     trail: tuple[float, ...]  # largest contour error before each repetition and after the last [m]
     rule: Rule
+    whole: bool = False  # shifted from the first cut on: walls are, that a tool is bent off from
+    kept: FloatArray | float = 0.0  # error that is not learned, of parts that differ by chance [m], shape (n,)
 
     def at(self, place: FloatArray) -> FloatArray:
         """Shift at places along the wanted path [m]."""
         return np.interp(place, self.along, self.shift)
+
+    def kept_at(self, place: FloatArray) -> FloatArray:
+        """Error that is left as it is, at places along the wanted path [m]."""
+        return np.interp(place, self.along, np.broadcast_to(self.kept, self.along.shape))
 
 
 def right_normal(direction: FloatArray) -> FloatArray:
@@ -54,63 +77,58 @@ def right_normal(direction: FloatArray) -> FloatArray:
     return np.column_stack([direction[:, 1], -direction[:, 0]]) / flat[:, None] + 0.0
 
 
-def cut_level(path: ProgramPath) -> npt.NDArray[np.bool_]:
-    """Blocks that cut at one height: those whose path may be shifted."""
-    curve = path.curve
-    return path.cuts & (np.abs(curve.along[:, 2]) < _LEVEL) & (np.abs(curve.climb[:, 2]) < _LEVEL)
-
-
-def first_bend(path: ProgramPath) -> float | None:
-    """Where the first cut block bends, or the first corner between two is [m]; None: nowhere."""
-    curve, cut = path.curve, cut_level(path)
-    places = curve.knots[:-1][cut & ~curve.straight]
-    corners = np.flatnonzero((turn_angles(curve) > _KINK) & cut[:-1] & cut[1:])
-    found = [*places[:1], *curve.knots[1:-1][corners[:1]]]
-    return float(min(found)) if found else None
-
-
-def window(told: Commanded) -> npt.NDArray[np.bool_]:
+def window(told: Commanded, *, whole: bool = False) -> npt.NDArray[np.bool_]:
     """Servo instants at which the path may be shifted.
 
-    From 3 mm before the first bend (without one, the first cut) to 20 ms before the end, in cuts that stay at one height;
+    From 3 mm before the first bend (without one, and where the ``whole`` path is looked at, from the first cut) to 20 ms before
+    the end, in cuts that stay at one height;
     without the 20 ms before every place where such a cut stops: what a drive runs on beyond its end lies along the path, and
     no shift beside the path takes it away.
     """
     place, cut = told.place, cut_level(told.wanted)
-    bend = first_bend(told.wanted)
+    bend = None if whole else first_bend(told.wanted)
     first = float(told.wanted.curve.knots[:-1][cut][0]) if bend is None else bend - BEFORE_CURVE
     active = cut[place.block] & (place.travelled > first) & (place.time < place.end - BEFORE_END)
     return active & ~_near_stops(told, BEFORE_END, 0.0)
 
 
-def judged(told: Commanded) -> npt.NDArray[np.bool_]:
+def judged(told: Commanded, *, whole: bool = False) -> npt.NDArray[np.bool_]:
     """Servo instants whose error a shift is judged by: those at which the path may be shifted, but for the 20 ms behind a stop.
 
     What a drive ran on beyond a corner is an error beside the path that goes on from there. A shift leads it back, but not in
-    no time.
+    no time. Where walls are looked at on the whole path, a tool in air counts for nothing.
     """
-    return window(told) & ~_near_stops(told, 0.0, BEFORE_END)
+    counts = window(told, whole=whole) & ~_near_stops(told, 0.0, BEFORE_END)
+    return counts & (told.contact.immersion > 0.0) if whole else counts
 
 
-def behind_stop(told: Commanded, error: FloatArray) -> bool:
+def behind_stop(told: Commanded, error: FloatArray, *, whole: bool = False) -> bool:
     """Whether the largest error that is judged comes from a stop a little before."""
-    worst = int(np.argmax(np.where(judged(told), np.abs(error), 0.0)))
+    worst = int(np.argmax(np.where(judged(told, whole=whole), np.abs(error), 0.0)))
     return bool(_near_stops(told, 0.0, _AFTER_STOP)[worst])
 
 
 def _near_stops(told: Commanded, before: float, behind: float) -> npt.NDArray[np.bool_]:
     """Servo instants up to so long before and behind stops [s]."""
     place, near = told.place, np.zeros(len(told.place.time), np.bool_)
-    for end in place.time[np.searchsorted(place.block, np.flatnonzero(stops(told.wanted)), side="right") - 1]:
+    sharp = np.zeros(0) if told.wanted is told.path else sharp_corners(told.wanted)
+    for joint in np.flatnonzero(stops(told.wanted)):
+        end = place.time[_stop(told, int(joint), beside=bool((sharp == joint).any()))]
         near[slice(*np.searchsorted(place.time, [end - before, end + behind], side="right"))] = True
     return near
 
 
-def stops(path: ProgramPath) -> npt.NDArray[np.bool_]:
-    """Joints at which a cut at one height begins or ends: in a corner, a stop or another move, shape (n - 1,)."""
-    cut = cut_level(path)
-    parted = (turn_angles(path.curve) > _KINK) | path.stop_at
-    return (cut[:-1] != cut[1:]) | (cut[:-1] & cut[1:] & parted)
+def _stop(told: Commanded, joint: int, *, beside: bool) -> int:
+    """Servo instant at which the tool stands at a joint: the last one before it.
+
+    A path that is led to a corner ``beside`` the wanted one stops before the nearest place of the wanted path changes.
+    """
+    place = told.place
+    last = int(np.searchsorted(place.block, joint, side="right")) - 1
+    if not beside:
+        return last
+    near = np.abs(place.travelled - told.wanted.curve.knots[joint + 1]) < OVER
+    return int(np.argmin(np.where(near, told.reference.speed, math.inf))) if near.any() else last
 
 
 def frequency_of(told: Commanded, jerk: float) -> float:
@@ -128,26 +146,66 @@ def frequency_of(told: Commanded, jerk: float) -> float:
 
 
 def shifted(told: Commanded, shift: FloatArray) -> SetPoints:
-    """Set points moved to the right of the wanted path at each servo instant [m], shape (n,)."""
-    order, step = told.order, told.drives[0].law.sample_time
-    point = order.point.copy()
-    point[:, :2] += shift[:, None] * right_normal(told.place.direction)
+    """Set points moved to the right of the wanted path at each servo instant [m], shape (n,).
+
+    In sharp corners they go to where both shifted sides meet: what a drive runs on beyond the end of one side is an error beside
+    the other, and a corner that is drawn back takes it away.
+    """
+    order, step, place = told.order, told.drives[0].law.sample_time, told.place
+    point, off = order.point.copy(), shift[:, None] * right_normal(place.direction)
+    for joint in sharp_corners(told.wanted):
+        end = int(np.searchsorted(place.block, joint, side="right"))
+        if not 0 < end < len(shift) or not (shift[end - 1] or shift[end]):
+            continue
+        corner = told.wanted.curve.knots[joint + 1]
+        begin = int(np.searchsorted(place.travelled[:end], corner - OVER, side="right"))
+        share = 1.0 - (corner - place.travelled[begin:end, None]) / OVER
+        off[begin:end] += share * (meeting(told.wanted, int(joint), shift[end - 1], shift[end]) - off[begin:end])
+    point[:, :2] += off
     return timed(np.ascontiguousarray(point), order.heading, order.along, step)
 
 
+def seen(plants: Sequence[Plant], order: SetPoints) -> Seen:
+    """What each plant makes of the path, when all are told the same set points."""
+    count = len(order.along)
+    error, half, bend = np.zeros((3, len(plants), count))
+    found = Seen(error, half, bend, np.full((len(plants), count, 2), math.nan))
+    for k, one in enumerate(plants):
+        history = followed(one.scenario, one.told, order)
+        off = contour_error(one.told, history.position)
+        found.error[k] = np.nan_to_num(off, nan=0.0)
+        if one.walls is not None:
+            _bent(found, k, bend_of(one.scenario, one.told, one.walls, history, off))
+    return found
+
+
+def _bent(found: Seen, k: int, bend: Bend) -> None:
+    """Add what the tool of a plant is bent by."""
+    off = found.error[k]
+    with warnings.catch_warnings():  # places without a wall
+        warnings.simplefilter("ignore", RuntimeWarning)
+        low, high = np.nanmin(bend.push[..., 0], axis=1), np.nanmax(bend.push[..., 1], axis=1)
+        walls = np.where(bend.there[..., None], bend.push, math.nan)
+        found.into[k, :, 0] = np.fmin(off + walls[:, 0, 0], -off - walls[:, 1, 1])
+        found.into[k, :, 1] = np.fmax(off + walls[:, 0, 1], -off - walls[:, 1, 0])
+    found.bend[k] = np.nan_to_num(0.5 * (low + high), nan=0.0)
+    found.half[k] = np.nan_to_num(np.where(bend.there.any(axis=1), 0.5 * (high - low), 0.0), nan=0.0)
+    found.error[k] = off + found.bend[k]
+
+
 def errors(plants: Sequence[Plant], order: SetPoints) -> FloatArray:
-    """Contour error of each plant that is told the same set points [m], shape (plants, n)."""
-    found = [contour_error(one.told, followed(one.scenario, one.told, order).position) for one in plants]
-    return np.nan_to_num(np.array(found), nan=0.0)
+    """Error of each plant that is told the same set points [m], shape (plants, n)."""
+    return seen(plants, order).error
 
 
 def learn(
     plants: Sequence[Plant], rule: Rule, most: int, largest: float = math.inf,
-    progress: Callable[[float], None] | None = None,
+    progress: Callable[[float], None] | None = None, kept: FloatArray | float = 0.0,
 ) -> Learned:  # fmt: skip
     """Learn a shift against the mean error of plants, on the set points, with the time law of the wanted path.
 
-    As long as a repetition lessens the largest mean error by 2 % or more; the best shift is kept.
+    As long as a repetition lessens the largest mean error by 2 % or more; the best shift is kept. Where a tool bends, the step
+    of all repetitions but the first is that of one secant: one over the gain that the first has had on the walls.
 
     Parameters
     ----------
@@ -161,24 +219,58 @@ def learn(
         Largest shift [m]; what would be more stays there.
     progress : callable, optional
         Called with the share done.
+    kept : ndarray or float
+        Part of the error that is not learned [m], shape (n,).
     """
-    told = plants[0].told
-    active, counts = window(told), judged(told)
+    told, whole = plants[0].told, plants[0].walls is not None
+    active, counts = window(told, whole=whole), judged(told, whole=whole)
     shift = np.zeros(len(told.place.time))
-    best, trail = shift, [math.inf]
+    best, trail, used = shift, [math.inf], rule
+    last: tuple[FloatArray, FloatArray] | None = None  # bend, and where the drives had the tool, one repetition ago
     for count in range(most + 1):
-        error = errors(plants, shifted(told, shift)).mean(axis=0)
-        size = float(np.abs(error[counts]).max(initial=0.0))
+        found = seen(plants, shifted(told, shift))
+        error = found.error.mean(axis=0) - kept
+        size = float(np.abs(error)[counts].max(initial=0.0))  # of walls their middle: no shift takes the rest away
         trail.append(size)
         if size <= min(trail[:-1]):
             best = shift
         if size > (1.0 - GAINS) * min(trail[:-1]) or count == most:
             break
-        shift = np.clip(learned(shift, held(error, active), rule, active), -largest, largest)
+        bend = found.bend.mean(axis=0)
+        if whole and last is not None and used is rule:
+            used = _secant(told, rule, active & (bend != 0.0), bend - last[0], error - bend - last[1])
+        last = bend, error - bend
+        shift = np.clip(step_of(told, shift, error, bend, used, active), -largest, largest)
         if progress is not None:
             progress((count + 1) / most)
     along, first = np.unique(told.place.travelled, return_index=True)
-    return Learned(along, best[first], tuple(trail[1:]), rule)
+    left = np.broadcast_to(kept, shift.shape)[first]
+    return Learned(along, best[first], tuple(trail[1:]), used, whole, left)
+
+
+def step_of(
+    told: Commanded, shift: FloatArray, error: FloatArray, bend: FloatArray, rule: Rule, active: npt.NDArray[np.bool_]
+) -> FloatArray:  # fmt: skip
+    """The next shift: learned where it is active; next to stops, where drives cannot be learned from, against the bend alone."""
+    new = learned(shift, held(error, active), rule, active)
+    if not bend.any():
+        return new
+    beside = cut_level(told.wanted)[told.place.block] & ~active & (bend != 0.0)
+    return np.where(beside, -bend, new)
+
+
+def _secant(
+    told: Commanded, rule: Rule, where: npt.NDArray[np.bool_], changed: FloatArray, moved: FloatArray
+) -> Rule:  # fmt: skip
+    """The rule with one over the gain of the walls: 1 plus how the bend has changed, over how far the tool was moved."""
+    straight = told.wanted.curve.straight[told.place.block]
+    size = np.abs(moved[where & straight]).max(initial=0.0)
+    clear = where & straight & (np.abs(moved) > 0.5 * size) if size > 0.0 else np.zeros_like(where)
+    if not clear.any():
+        return rule
+    gain = 1.0 / float(np.clip(1.0 + np.median(changed[clear] / moved[clear]), *_GAINS_OF_WALLS))
+    each = tuple(convergence(one, rule.lead, rule.smoothing, gain)[0] for one in told.drives[:2])
+    return rule._replace(gain=gain, convergence=each)
 
 
 def held(error: FloatArray, active: npt.NDArray[np.bool_]) -> FloatArray:
@@ -209,34 +301,22 @@ def chords(path: ProgramPath, learned_shift: Learned, spacing: float) -> tuple[F
     active = learned_shift.along[learned_shift.shift != 0.0]
     if not active.size:
         return np.zeros(0), np.zeros((0, 3))
-    places = [_spaced(low, high, max(low, first_place(path)), spacing) for low, high in stretches(path)]
+    begin = 0.0 if learned_shift.whole else first_place(path)
+    places = [_spaced(low, high, max(low, begin), spacing) for low, high in stretches(path)]
     at = np.concatenate(places)
     block = np.minimum(np.searchsorted(knots, at, side="right") - 1, curve.count - 1)
     ends = np.cumsum([len(some) for some in places]) - 1
     block[ends] = np.minimum(np.searchsorted(knots, at[ends], side="left") - 1, curve.count - 1)
     point, direction = at_blocks(curve, block, at - knots[block])
     point[:, :2] += learned_shift.at(at)[:, None] * right_normal(direction)
+    for joint in sharp_corners(path):
+        place = knots[joint + 1]
+        behind = min(int(np.searchsorted(learned_shift.along, place, side="right")), len(learned_shift.along) - 1)
+        here = np.flatnonzero(at == place)
+        corner = np.asarray(curve.start[joint + 1])[:2]
+        sides = learned_shift.shift[[max(behind - 1, 0), behind]]
+        point[here, :2] = corner + meeting(path, int(joint), float(sides[0]), float(sides[1]))
     return at, point
-
-
-def first_place(path: ProgramPath) -> float:
-    """Where the shift may begin [m]."""
-    bend = first_bend(path)
-    return 0.0 if bend is None else max(bend - BEFORE_CURVE, 0.0)
-
-
-def stretches(path: ProgramPath) -> list[tuple[float, float]]:
-    """From where to where cuts at one height run through [m]: not beyond a corner, a pause or a change of feed."""
-    curve, cut = path.curve, cut_level(path)
-    parted = stops(path) | (path.feed[:-1] != path.feed[1:])
-    found: list[tuple[float, float]] = []
-    for i in np.flatnonzero(cut):
-        low, high = float(curve.knots[i]), float(curve.knots[i + 1])
-        if found and i > 0 and cut[i - 1] and not parted[i - 1]:
-            found[-1] = (found[-1][0], high)
-        else:
-            found.append((low, high))
-    return found
 
 
 def _spaced(low: float, high: float, begin: float, spacing: float) -> FloatArray:

@@ -17,8 +17,10 @@ from cutwise.programs.trace import Trace, traced
 from cutwise.spec.correct import Correction
 from cutwise.spec.faults import Fault, ScenarioFault
 from cutwise.spec.milling import CornerPath, MillingScenario
+from cutwise.study.correct.bent import Walls, walls_of
 from cutwise.study.correct.chorded import Stretch, corner_program, joint_tolerance, mode_of, rewritten, writable
-from cutwise.study.correct.shift import Learned, Plant, chords, cut_level, errors, judged, stretches
+from cutwise.study.correct.level import cut_level, stretches
+from cutwise.study.correct.shift import Learned, Plant, Seen, chords, judged, seen
 
 
 class Written(NamedTuple):
@@ -26,19 +28,30 @@ class Written(NamedTuple):
 
     scenario: MillingScenario
     told: Commanded
-    error: FloatArray  # of the nominal machine at the servo instants [m]
+    seen: Seen  # what the nominal machine makes of it
     chords: int
+    walls: Walls | None = None
     left: tuple[str, ...] = ()  # lines that could not be shifted, and why
 
     @property
+    def plant(self) -> Plant:
+        """The nominal machine that runs it."""
+        return Plant(self.scenario, self.told, self.walls)
+
+    @property
+    def error(self) -> FloatArray:
+        """Error of the nominal machine at the servo instants, of walls in their middle [m]."""
+        return self.seen.error[0]
+
+    @property
     def residual(self) -> float:
-        """Largest contour error where a shift is judged [m]."""
-        return largest(self.told, self.error)
+        """Largest error where a shift is judged [m]."""
+        return largest(self.told, self.seen.worst, whole=self.walls is not None)
 
 
-def largest(told: Commanded, error: FloatArray) -> float:
+def largest(told: Commanded, error: FloatArray, *, whole: bool = False) -> float:
     """Largest error where a shift is judged: not in plunges and rapid moves, before the first bend, and next to stops [m]."""
-    return float(np.abs(np.asarray(error)[..., judged(told)]).max(initial=0.0))
+    return float(np.abs(np.asarray(error)[..., judged(told, whole=whole)]).max(initial=0.0))
 
 
 def as_program(scenario: MillingScenario) -> MillingScenario:
@@ -115,7 +128,9 @@ def program_of(scenario: MillingScenario) -> Trace:
     return trace
 
 
-def written(scenario: MillingScenario, told: Commanded, found: Learned, said: Correction) -> Written:
+def written(
+    scenario: MillingScenario, told: Commanded, found: Learned, said: Correction, walls: Walls | None = None
+) -> Written:  # fmt: skip
     """The program of a shift, read back and run on the nominal machine; stretches that cannot be written stay.
 
     Raises
@@ -138,8 +153,9 @@ def written(scenario: MillingScenario, told: Commanded, found: Learned, said: Co
     new = _read(document, scenario)
     again = commanded(new, new.numerics.substeps)
     left = tuple(fault.message for fault in faults)
-    error = errors([Plant(new, again)], again.order)[0]
-    return Written(new, again, error, sum(len(one.end) for one in pieces), left)
+    walls = walls_of(new, again, walls)
+    one = seen([Plant(new, again, walls)], again.order)
+    return Written(new, again, one, sum(len(one.end) for one in pieces), walls, left)
 
 
 def _renamed(file: str) -> str:
