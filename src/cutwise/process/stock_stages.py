@@ -17,7 +17,7 @@ from cutwise.process.stock_earlier import Sweep, kept
 from cutwise.process.stock_milling import StockRunDone
 from cutwise.process.stock_real import Cut, Real
 from cutwise.process.stock_setups import Done
-from cutwise.process.stock_stations import move_time, station_moves, station_places, station_times
+from cutwise.process.stock_stations import move_time, station_along, station_moves, station_places, station_times
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -93,9 +93,11 @@ def _stations(done: StockRunDone) -> xr.Dataset:
     return labelled(row, {
         "time": (station_times(done), "s", "time"),
         "line": (done.moves.line[move], "1", "line of the program"),
+        "travelled": (station_along(done), "m", "place on the program's path"),
         "tip": (station_places(done), "m", "tip of the tool"),
         "immersion": (done.stations("angle"), "rad", "largest sum of contact arcs at one height"),
         "removal": (done.stations("removal"), "m**2", "volume taken per length of feed"),
+        "removal_rate": (done.stations("removal") * done.moves.feed[move], "m**3/s", "volume taken per time"),
         "force": (force, "N", "mean force on the tool along the feed, to its left, up"),
         "force_end": (done.stations("end_force"), "N", "part of the bottom edges in the force up"),
         "force_xy_peak": (done.stations("force_xy_peak"), "N", "largest force in the plane over a tooth period"),

@@ -27,6 +27,7 @@ CYLINDER = -1  # element of a row of contact on the cylinder
 _LAYERS = 24  # of the cylinder at one place
 _EVEN = 16  # layers where the material is hollow
 _ROUGH = 1e-7  # [m] of heights that are float32
+_SLIVER = 1e-9  # [m] above the foot of the cylinder, which is rounding of two moves at one depth: no contact
 _MERGED = 0.01  # of the depth: heights that are one layer
 
 
@@ -111,7 +112,7 @@ def _layers(fan: Fan, deepest: float) -> int:
         count, total, members, start = 0, 0.0, 0, 0.0
         for i in range(FAN + 1):
             depth = min(order[i], deepest)
-            if depth <= 0.0:
+            if depth <= _SLIVER:
                 continue
             if members > 0 and depth - start > merged * deepest:
                 if count < FAN:
@@ -187,7 +188,7 @@ def _cylinder_rows(
         if hollow or (beside and not fan.exact[i]):
             fan.above[i] = rise_at(piece, place, edge.radius, foot, fan.angle[i], fan.found)
         highest = max(highest, min(fan.above[i], edge.end - edge.foot))
-    if highest <= under:
+    if highest <= under + _SLIVER:
         return count
     if hollow:
         return _cylinder_steps(piece, place, edge, (under, highest), fan, rows, count, refine)
