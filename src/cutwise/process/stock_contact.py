@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from cutwise.maths.compiled import compiled
+from cutwise.maths.compiled import compiled, stepping
 from cutwise.maths.map_levels import room
 from cutwise.maths.map_sweep import cut_by
 from cutwise.maths.workpiece import Workpiece
@@ -34,7 +34,7 @@ from cutwise.spec.milling import MillingScenario
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 
-_CLOSER = 64  # rows of room for the positions of teeth beyond the first
+_SAME = 1e-7  # [rad], and [m]: contact that is the same
 
 
 class Places(NamedTuple):
@@ -50,6 +50,17 @@ class Places(NamedTuple):
     sums: FloatArray  # as :class:`cutwise.physics.cutting.affine_limits.Sums`, shape (n, 10)
 
 
+@stepping
+def _alike(places: Places, n: int, rows: FloatArray, count: int, last: FloatArray) -> bool:
+    """Whether a place meets what the one before it met; what it meets is kept for the next."""
+    same = n > 0 and places.met[n - 1] == count and places.feed[n] == places.feed[n - 1]
+    for i in range(count):
+        for k in range(5):
+            same = same and abs(rows[i, k] - last[i, k]) <= _SAME
+            last[i, k] = rows[i, k]
+    return same
+
+
 @compiled
 def _look_along(
     piece: Workpiece, edge: Edge, mill: Mill, k: EdgeCoefficients, starts: FloatArray, ends: FloatArray, places: Places,
@@ -58,7 +69,7 @@ def _look_along(
     """Moves with one tool: its contact at the places on each, then the sweep."""
     solid = piece.maps[0]
     fan, rows, work = fan_room(), np.empty((PIECES, 5)), room(solid.map.layout)
-    angles = np.empty((ANGLES + _CLOSER, 4))
+    angles, last, before = np.empty((ANGLES + 1, 4)), np.zeros((PIECES, 5)), Chip(0.0, 0.0)
     for move in range(moves[0], moves[1]):
         for n in range(places.first[move], places.first[move + 1]):
             place = place_on(solid, starts, ends, move, places.segment[n], places.share[n])
@@ -74,6 +85,14 @@ def _look_along(
                 way = Chip(level, place.slope * level)
                 area = removal(rows, count, edge, place.slope) * level
             mer = edge.meridian
+            if _alike(places, n, rows, count, last) and way == before:
+                places.rows[n], places.loads[n], places.sums[n] = (
+                    places.rows[n - 1],
+                    places.loads[n - 1],
+                    places.sums[n - 1],
+                )
+                continue
+            before = way
             places.rows[n] = meridian_loads(rows, count, mer, mill, way, places.feed[n], k, angles, places.loads[n])
             sums = meridian_sums(rows, count, mer, mill, way, k, area)
             for i in range(SUMS):

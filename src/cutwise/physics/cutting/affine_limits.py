@@ -271,22 +271,19 @@ def values_of(
 
 @compiled
 def intervals_of(
-    loads: FloatArray,
-    rows: IntArray,
-    sums: FloatArray,
-    feed: FloatArray,
-    spindle: float,
-    flutes: IntArray,
+    loads: FloatArray, rows: IntArray, sums: FloatArray, place: IntArray, feed: FloatArray, spindle: float, flutes: IntArray,
     bounds: Bounds,
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+) -> tuple[FloatArray, FloatArray, FloatArray]:  # fmt: skip
     """Highest and lowest feed per tooth of every limit, place by place, and what each comes to at the feed it has.
 
     Parameters
     ----------
-    loads, rows : array (n, m, 4), array (n,)
-        A [N] and B [N/m] of every place, and how many rows of them there are.
-    sums : array (n, 10)
+    loads, rows : array (p, m, 4), array (p,)
+        A [N] and B [N/m] of every contact, and how many rows of them there are.
+    sums : array (p, 10)
         As :class:`Sums`.
+    place : array (n,)
+        Which contact it is.
     feed : array (n,)
         Feed per tooth at which values are wanted [m].
     spindle : float
@@ -312,7 +309,7 @@ def intervals_of(
 
     >>> none = Bounds(15.0, math.inf, math.inf, math.inf, 6e-5, 0.0, -math.inf, math.inf, math.inf)
     >>> loads, sums = np.array([[[10.0, 0.0, 1e5, 0.0]]]), np.array([[0.0, 0, 0, 0, 0, 0, 0.6, 0, 0, 0]])
-    >>> high, _, value = intervals_of(loads, np.ones(1, np.int64), sums, np.full(1, 5e-5), 100.0, np.full(1, 2), none)
+    >>> high, _, value = intervals_of(loads, np.ones(1, int), sums, np.zeros(1, int), np.full(1, 5e-5), 100.0, np.full(1, 2), none)
     >>> round(1e6 * float(high[0, PEAK]), 6), round(float(value[0, PEAK]), 6)
     (50.0, 15.0)
 
@@ -320,11 +317,12 @@ def intervals_of(
     ----------
     Derived here.
     """
-    n = loads.shape[0]
+    n = place.shape[0]
     high, low, value, terms = np.empty((n, 7)), np.empty((n, 2)), np.empty((n, VALUES)), np.zeros((0, 2))
     for k in range(n):
-        s = sums[k]
+        p = place[k]
+        s = sums[p]
         own = Sums(s[0], s[1], s[2], s[3], s[4], s[5], s[6], s[7], s[8], s[9])
-        limits_of(loads[k], rows[k], terms, 0, own, spindle, flutes[k], bounds, high[k], low[k])
-        values_of(loads[k], rows[k], terms, 0, own, spindle, flutes[k], feed[k], value[k])
+        limits_of(loads[p], rows[p], terms, 0, own, spindle, flutes[k], bounds, high[k], low[k])
+        values_of(loads[p], rows[p], terms, 0, own, spindle, flutes[k], feed[k], value[k])
     return high, low, value

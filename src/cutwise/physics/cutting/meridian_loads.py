@@ -9,7 +9,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from cutwise.maths.compiled import compiled, internal
+from cutwise.maths.compiled import compiled, inlined, internal
 from cutwise.maths.profiles import Meridian
 from cutwise.physics.cutting.affine_limits import Sums, flutes_of
 from cutwise.physics.cutting.flute import EdgeCoefficients, Mill
@@ -21,7 +21,7 @@ KEPT = 7
 """Most rows that are kept of a contact."""
 ANGLES = 60
 """Positions of a tooth period that are looked at first, as the peak of a run has them."""
-_FINER = 16  # parts of a step, round the largest
+_FINER, _TWICE = 4, 2  # parts of a step round the largest, and how often it is parted
 _FEEDS = (0.0, 0.5, 1.0, 2.0, 4.0)  # of the feed: where the force is largest moves with it, slowly
 _CLOSER = (1.0, 4.0)  # of the feed, at which it is looked closer
 _NOTHING = Chip(0.0, 0.0)
@@ -47,14 +47,21 @@ def _loads_at(
     return ax, ay, bx, by
 
 
-@compiled
+@inlined
+def _size(load: FloatArray, feed: float) -> float:
+    """Square of a force at a feed [N^2]."""
+    x, y = load[0] + feed * load[2], load[1] + feed * load[3]
+    return x * x + y * y
+
+
+@internal
 def _largest(loads: FloatArray, rows: int, feed: float) -> int:
     """Which row is the largest force at a feed."""
     most, at = -1.0, 0
     for i in range(rows):
-        x, y = loads[i, 0] + feed * loads[i, 2], loads[i, 1] + feed * loads[i, 3]
-        if x * x + y * y > most:
-            most, at = x * x + y * y, i
+        size = _size(loads[i], feed)
+        if size > most:
+            most, at = size, i
     return at
 
 
@@ -81,7 +88,7 @@ def meridian_loads(
         Feed per tooth round which it is looked closely [m].
     k : EdgeCoefficients
         Of material and tool.
-    work : array (91, 4)
+    work : array (61, 4)
         Room.
     out : array (7, 4)
         Filled: A [N] and B [N/m].
@@ -93,9 +100,9 @@ def meridian_loads(
 
     Notes
     -----
-    Valid as :func:`cutwise.physics.cutting.meridian.peak_force`, which the largest is at the feed that is given. At others the
-    largest of the kept positions is no more than that of all, and the more below the farther they are from that feed and four
-    times it: a thousandth at the most in tests between a quarter of the feed and eight times.
+    Valid as :func:`cutwise.physics.cutting.meridian.peak_force`, which the largest is at the feed that is given, to the distance
+    of the positions that both look at. At others the largest of the kept positions is no more than that of all: below it by a few
+    thousandths where the feed is far from the one that is given and from four times it.
 
     Examples
     --------
@@ -104,7 +111,7 @@ def meridian_loads(
     >>> from cutwise.maths.profiles import flat, meridian
     >>> slot = np.array([[CYLINDER, -0.5 * math.pi, 0.5 * math.pi, 0.0, 1e-3]])
     >>> mill, k = Mill(5e-3, 2, 0.0), EdgeCoefficients(4e9, 3e9, 0.0, 0.0, 0.0, 0.0)
-    >>> work, out = np.zeros((ANGLES + 31, 4)), np.zeros((KEPT, 4))
+    >>> work, out = np.zeros((ANGLES + 1, 4)), np.zeros((KEPT, 4))
     >>> count = meridian_loads(slot, 1, meridian(flat(5e-3), 5e-3, 1), mill, Chip(1.0, 0.0), 1e-4, k, work, out)
     >>> round(1e-4 * float(np.hypot(out[:count, 2], out[:count, 3]).max()), 6)
     500.0
@@ -115,9 +122,9 @@ def meridian_loads(
     """
     if count == 0:
         return 0
-    step = 2.0 * math.pi / (mill.flutes * ANGLES)
+    period, here = 2.0 * math.pi / (mill.flutes * ANGLES), work[ANGLES]
     for i in range(ANGLES):
-        work[i, 0], work[i, 1], work[i, 2], work[i, 3] = _loads_at(step * i, rows, count, edge, mill, way, k)
+        work[i, 0], work[i, 1], work[i, 2], work[i, 3] = _loads_at(period * i, rows, count, edge, mill, way, k)
     kept, before = 0, -1
     for share in _FEEDS:
         at = _largest(work, ANGLES, share * feed)
@@ -130,11 +137,17 @@ def meridian_loads(
         if at == before:
             continue
         before = at
-        closer = work[ANGLES:]
-        for i in range(2 * _FINER - 1):
-            angle = step * (at + (i - _FINER + 1) / _FINER)
-            closer[i, 0], closer[i, 1], closer[i, 2], closer[i, 3] = _loads_at(angle, rows, count, edge, mill, way, k)
-        out[kept] = closer[_largest(closer, 2 * _FINER - 1, share * feed)]
+        out[kept] = work[at]
+        angle, step = float(at), 1.0
+        for _ in range(_TWICE):
+            step /= _FINER
+            middle = angle
+            for i in range(1 - _FINER, _FINER):
+                if i != 0:
+                    turned = period * (middle + i * step)
+                    here[0], here[1], here[2], here[3] = _loads_at(turned, rows, count, edge, mill, way, k)
+                    if _size(here, share * feed) > _size(out[kept], share * feed):
+                        out[kept], angle = here, middle + i * step
         kept += 1
     return kept
 

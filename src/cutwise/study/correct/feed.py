@@ -17,6 +17,7 @@ from cutwise.programs.interpreter import Interpreted
 from cutwise.programs.move_table import Moves
 from cutwise.programs.rewrite import Handle, handles, rewritten
 from cutwise.programs.trace import Ran, Trace, traced
+from cutwise.results import Result
 from cutwise.spec.correct import LIMITED, Correction
 from cutwise.spec.drives import CncMachine
 from cutwise.spec.faults import Fault
@@ -66,7 +67,7 @@ def corrected(task: Task) -> Proposal:
     ready = prepared(task.scenario, task.said)
     wanted = asked(task.scenario, task.said, walls=bool(tip_compliance(ready.scenario).any()))
     first = task.before.scenario
-    static = static_before(ready if first is task.scenario else prepared(first, task.said))
+    static = as_run(ready, static_before(ready if first is task.scenario else prepared(first, task.said)), task.before)
     limits: Mapping[str, float] = limits_of(ready, wanted, static)
     aim = objective.aimed(ready, task, wanted, limits, static)
     room, wanted, limits = aim.room, aim.wanted, aim.limits
@@ -195,6 +196,14 @@ def static_before(ready: Ready) -> dict[str, float]:
     found = greatest(ready.cells, values_at(ready.cells, ready.cutting, speed))
     force = plunge_forces(ready.scenario, ready.cells, ready.cutting, speed)
     return found | ({PLUNGE: force} if force is not None else {})
+
+
+def as_run(ready: Ready, static: dict[str, float], before: Result) -> dict[str, float]:
+    """What is held to be equal: of a run in 3D, whose loads are static too, no more than that run has at its own places."""
+    if not ready.scenario.in_3d:
+        return static
+    told = {name: one.value for name, one in before.measures.items()}
+    return {name: min(value, told.get(name, value)) for name, value in static.items()}
 
 
 def with_text(scenario: MillingScenario, text: str) -> MillingScenario:

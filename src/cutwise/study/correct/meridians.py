@@ -23,14 +23,15 @@ from cutwise.study.correct.cells import Cells, FloatArray, IntArray, cut_into_ce
 OF_SPINDLE = 0.995  # of its power and torque, that a schedule takes: shorter blocks have other cells
 _CHIP = 0.5  # of the feed per tooth, where Kienzle's law is touched
 _THIN = 1e-5  # [m] where no feed says the chip
-_INSIDE = 1e-8  # [m] of a cell, its end
+_INSIDE = 1e-8  # [m] of a move, its ends: at its start a rim lies on what it has swept before
 
 
 class Turning(NamedTuple):
-    """The tools of a program in their material, cell by cell."""
+    """The tools of a program in their material: what is met at the ends of every cell of a feed move, as a run looks at moves."""
 
-    at: IntArray  # cells of feed moves: those that were looked at, shape (m,)
-    found: Places  # what they meet, ``m`` of them
+    at: IntArray  # cells of feed moves, shape (m,)
+    place: IntArray  # the place where each begins; it ends at the next one, shape (m,)
+    found: Places  # what is met there
     flutes: IntArray  # of the tool, shape (n,)
     spindle: FloatArray  # [rad/s], shape (n,)
     per_speed: (
@@ -43,22 +44,23 @@ class Turning(NamedTuple):
     @property
     def chips(self) -> FloatArray:
         """Thickest chip over the feed per tooth of all cells [-], 0 without contact, shape (n,)."""
-        return self._of_all(self.found.sums[:, 6])
+        chip = self.found.sums[:, 6]
+        return self._of_all(np.maximum(chip[self.place], chip[self.place + 1]), 0.0)
 
     def plunge_feeds(self, force: float) -> FloatArray:
         """Feed per tooth at which the force up is a force [m], shape (n,); infinite where it does not grow."""
         own, grows = self.found.sums[:, 8], self.found.sums[:, 9]
         high = np.where(grows > 0.0, (force - own) / np.where(grows > 0.0, grows, 1.0), math.inf)
-        out = np.full(self.spindle.size, math.inf)
-        out[self.at] = high
-        return out
+        return self._of_all(np.minimum(high[self.place], high[self.place + 1]), math.inf)
 
     def plunge_forces(self, speed: FloatArray) -> FloatArray:
         """Force up at speeds along the path [N], shape (n,)."""
-        return self._of_all(self.found.sums[:, 8] + (speed * self.per_speed)[self.at] * self.found.sums[:, 9])
+        fed, sums = (speed * self.per_speed)[self.at], self.found.sums
+        ends = [sums[place, 8] + fed * sums[place, 9] for place in (self.place, self.place + 1)]
+        return self._of_all(np.maximum(*ends), 0.0)
 
-    def _of_all(self, values: FloatArray) -> FloatArray:
-        out = np.zeros(self.spindle.size)
+    def _of_all(self, values: FloatArray, elsewhere: float) -> FloatArray:
+        out = np.full(self.spindle.size, elsewhere)
         out[self.at] = values
         return out
 
@@ -75,9 +77,13 @@ class Turning(NamedTuple):
                 power=min(bounds.power, OF_SPINDLE * caps.get("cutting_power_max", math.inf)),
                 torque=min(bounds.torque, OF_SPINDLE * caps.get("spindle_torque_max", math.inf)),
             )
-            high[cells], low[cells], value[cells] = intervals_of(
-                found.loads[here], found.rows[here], found.sums[here], fed[cells], one, self.flutes[cells], own
-            )
+            for place in (self.place[here], self.place[here] + 1):
+                most, least, come = intervals_of(
+                    found.loads, found.rows, found.sums, place, fed[cells], one, self.flutes[cells], own
+                )
+                high[cells] = np.minimum(high[cells], most)
+                low[cells] = np.maximum(low[cells], least)
+                value[cells] = np.fmax(value[cells], come)
         return high, low, value
 
 
@@ -90,7 +96,7 @@ class InStock(NamedTuple):
 
 
 def in_stock(scenario: MillingScenario, station: float) -> InStock:
-    """Read the program of a stock in 3D and look at the middle of all cells of its feed moves, no longer than a station [m]."""
+    """Read the program of a stock in 3D and look at both ends of all cells of its feed moves, no longer than a station [m]."""
     job = jobs_of(scenario)[0]
     raw, before = stock_of(scenario)
     ready = planned_of(job, raw)
@@ -101,18 +107,24 @@ def in_stock(scenario: MillingScenario, station: float) -> InStock:
     spindle = np.abs(path.spindle)[block]
     turns = spindle > 0.0
     per_speed = np.where(turns, 2.0 * math.pi / (np.where(turns, spindle, 1.0) * flutes), 0.0)
-    at = np.flatnonzero(np.isfinite(path.feed[block]))
+    feeds = np.isfinite(path.feed)
+    at = np.flatnonzero(feeds[block])
     fed = ready.feed[block[at]] * per_speed[at]
     laws = _laws(scenario, ready, block[at], fed, shape.length[at])
-    down = (shape.flat < FLAT) & (curve.along[block, 2] < 0.0)
-    looked = shape.way + np.where(down, 0.5 * shape.length - _INSIDE, 0.0)  # a plunge where it is deepest
-    found = contact_at(job.scenario, ready, job, before, looked[at], fed, laws)
+    begins, ends = (np.append(True, block[at][1:] != block[at][:-1]), np.append(block[at][1:] != block[at][:-1], True))
+    place = np.arange(at.size) + np.cumsum(begins) - 1  # one more than cells in every block
+    along, chip = np.empty(at.size + int(begins.sum())), np.empty(at.size + int(begins.sum()))
+    middle, half = shape.way[at], 0.5 * shape.length[at]
+    along[place + 1], along[place] = middle + half - ends * _INSIDE, middle - half + begins * _INSIDE
+    chip[place + 1], chip[place] = fed, fed
+    found = contact_at(job.scenario, ready, job, before, along, chip, laws)
     cuts = np.zeros(block.size, bool)
-    cuts[at] = (found.met > 0) & turns[at]
+    cuts[at] = ((found.met[place] > 0) | (found.met[place + 1] > 0)) & turns[at]
+    down = (shape.flat < FLAT) & (curve.along[block, 2] < 0.0)
     nothing = np.zeros((block.size, 0, 4))
     cells = Cells(*shape, nothing, np.zeros((block.size, 2)), cuts & down, cuts)
     caps = {one: spindle_limits(scenario.drives, one) for one in np.unique(spindle[cuts]).tolist()}
-    return InStock(ready, cells, Turning(at, found, flutes, spindle, per_speed, caps))
+    return InStock(ready, cells, Turning(at, place, found, flutes, spindle, per_speed, caps))
 
 
 def _laws(
