@@ -27,7 +27,9 @@ CYLINDER = -1  # element of a row of contact on the cylinder
 _LAYERS = 24  # of the cylinder at one place
 _EVEN = 16  # layers where the material is hollow
 _ROUGH = 1e-7  # [m] of heights that are float32
-_SLIVER = 1e-9  # [m] above the foot of the cylinder, or a bottom, which is rounding of two moves at one depth: no contact
+_SLIVER = (
+    1e-9  # [m] above the foot of the cylinder, or a bottom, which is rounding of two moves at one depth: no contact
+)
 _FLAT = 1e-9  # sine of an element that is level
 _MERGED = 0.01  # of the depth: heights that are one layer
 
