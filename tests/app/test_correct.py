@@ -73,10 +73,10 @@ def test_inputs_are_not_written_over(cutwise, desk):
     assert (desk / "mill_pocket.nc").read_bytes() == before
 
 
-def test_other_tools_are_refused_in_words(cutwise, desk):
+def test_a_stock_in_3d_without_a_machine_is_refused_in_words(cutwise, desk):
     done = cutwise("correct", desk / "mill_part.yaml")
     assert done.code == 2
-    assert "not covered yet" in done.err
+    assert "what it can do says how fast moves in air may be" in done.err
 
 
 def test_a_wall_that_no_feed_changes_is_named_and_written_only_by_force(cutwise, desk):

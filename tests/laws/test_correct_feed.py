@@ -7,7 +7,7 @@ import pytest
 
 import cutwise
 from cutwise.io.scenario import load
-from cutwise.physics.cutting.feed_limits import CHIP, MEAN, PEAK, POWER, WALL
+from cutwise.physics.cutting.affine_limits import CHIP, MEAN, PEAK, POWER, WALL
 from cutwise.physics.engagement.stock import removal_area
 from cutwise.process.milling import run
 from cutwise.spec.correct import Correction

@@ -37,7 +37,7 @@ Progress = Callable[[float], None]
 
 PIECES = 4096  # of contact at one place
 _UPRIGHT = 1e-12
-AHEAD = 1e-8  # [m] of the start of a segment
+AHEAD = 1e-8  # [m] inside of a segment, its ends
 
 
 def part_of(progress: Progress | None, low: float, high: float) -> Progress | None:
@@ -76,9 +76,9 @@ class Run(NamedTuple):
 
 
 @stepping
-def _place(solid: Solid, run: Run, move: int, segment: int, share: float) -> Place:
-    """Where the tool is on a segment."""
-    row, start, end = solid.path.row[segment], run.start[segment], run.end[segment]
+def place_on(solid: Solid, starts: FloatArray, ends: FloatArray, move: int, segment: int, share: float) -> Place:
+    """Where the tool is on a segment; ``starts``, ``ends``: tip at both ends of all segments [m], shape (n, 3)."""
+    row, start, end = solid.path.row[segment], starts[segment], ends[segment]
     first = solid.path.first[move]
     if row[0] != LINE:
         angle, side = row[13] + share * row[14], math.copysign(1.0, row[14])
@@ -174,10 +174,11 @@ def _stations(piece: Workpiece, teeth: Teeth, run: Run, move: int, refine: bool,
         while segment < last - 1 and at > before + run.way[segment] * (1.0 + 1e-12):
             before += run.way[segment]
             segment += 1
-        share = 1.0 if n == end - 1 else min((at - before) / run.way[segment], 1.0)
-        share = max(share, min(AHEAD / run.way[segment], 1.0))  # at its start a rim lies on what it has swept before
+        share = 1.0 if n == end - 1 else (at - before) / run.way[segment]
+        inside = min(AHEAD / run.way[segment], 0.5)  # at its ends a rim may lie on what was swept before
+        share = min(max(share, inside), 1.0 - inside)
         run.segment[n] = segment
-        place = _place(solid, run, move, segment, share)
+        place = place_on(solid, run.start, run.end, move, segment, share)
         station_at(piece, teeth, run, move, place, refine, refine, run.speed[n], fan, rows, run.found[n])
 
 

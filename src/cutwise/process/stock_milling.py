@@ -69,7 +69,7 @@ def prepare_one(scenario: MillingScenario, ready: Planned) -> None:
     ScenarioFault
         Its map needs more memory than allowed.
     """
-    _sized(scenario, ready)
+    grid_of(scenario, ready)
 
 
 def check_fixtures(scenario: MillingScenario) -> None:
@@ -83,7 +83,7 @@ def check_fixtures(scenario: MillingScenario) -> None:
     all_faults(*(partial(raw_of, given, ("fixtures", place)) for place, given in enumerate(scenario.fixtures)))
 
 
-def _sized(scenario: MillingScenario, ready: Planned, finer: float = 1.0) -> tuple[float, bool]:
+def grid_of(scenario: MillingScenario, ready: Planned, finer: float = 1.0) -> tuple[float, bool]:
     """The grid, and whether it is wider than it should be for memory."""
     numerics = scenario.numerics.stock
     samples = scenario.nominal.samples if scenario.nominal is not None else 0
@@ -110,12 +110,12 @@ def run_one(
     ``earlier``: what was left before, for a grid [m].
     """
     numerics = scenario.numerics.stock
-    grid, coarse = _sized(scenario, ready)
+    grid, coarse = grid_of(scenario, ready)
     done = _cut(scenario, ready, (frame, earlier(grid)), grid, coarse, progress)
     allowed = 0.1 * tolerance_of(scenario)
     if done.check is not None and done.check.largest > allowed and numerics.grid == "auto" and not coarse:
         try:
-            finer, _ = _sized(scenario, ready, 0.5)
+            finer, _ = grid_of(scenario, ready, 0.5)
         except ScenarioFault:  # memory does not allow it, which the check then says
             return done
         return _cut(scenario, ready, (frame, earlier(finer)), finer, coarse, progress)._replace(grids=(grid, finer))

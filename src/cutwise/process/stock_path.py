@@ -73,8 +73,7 @@ def moves_of(path: ProgramPath, tool: IntArray, feed: FloatArray, sagitta: float
     arc = level_arcs(curve)
     curved = ~curve.straight & ~arc
     pieces = np.ones(curve.count, np.int64)
-    for i in np.flatnonzero(curved):
-        pieces[i] = _chords(curve, int(i), sagitta)
+    pieces[curved] = _chords(curve, sagitta)[curved]
     block = np.repeat(np.arange(curve.count), pieces)
     number = np.arange(block.size) - np.repeat(np.cumsum(pieces) - pieces, pieces)
     share = curve.length[block] / pieces[block]
@@ -114,13 +113,12 @@ def _begins(
     return begins
 
 
-def _chords(curve: LineArc, i: int, sagitta: float) -> int:
-    """Chords of a block whose distance from it is no more than a sagitta."""
-    bend = max(float(curve.curvature[i]), float(curve.share[i] ** 2 / curve.radius[i]))
-    if bend <= 0.0:
-        return 1
-    widest = 2.0 * math.acos(max(1.0 - sagitta * bend, -0.5))
-    return max(1, math.ceil(curve.length[i] * bend / widest - 1e-9))
+def _chords(curve: LineArc, sagitta: float) -> IntArray:
+    """Chords of every block whose distance from it is no more than a sagitta."""
+    bend = np.maximum(curve.curvature, curve.share**2 / curve.radius)
+    widest = 2.0 * np.arccos(np.maximum(1.0 - sagitta * bend, -0.5))
+    count = np.ceil(curve.length * bend / np.where(bend > 0.0, widest, 1.0) - 1e-9)
+    return np.asarray(np.maximum(np.where(bend > 0.0, count, 1.0), 1.0).astype(np.int64))
 
 
 def line_rows(tool: IntArray, start: FloatArray, end: FloatArray) -> FloatArray:

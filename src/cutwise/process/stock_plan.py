@@ -42,6 +42,7 @@ class Planned(NamedTuple):
     plan: Plan | None  # of a machine
     raw: Raw
     said: tuple[str, ...]  # what was taken for granted
+    given: Program  # as it was read: with the diameters of the tools, and a start
 
 
 def cutters_of(scenario: MillingScenario) -> tuple[Cutter | EndMill, ...]:
@@ -60,7 +61,7 @@ def planned(scenario: MillingScenario, raw: Raw) -> Planned:
     tools = tool_set(cutters_of(scenario), scenario.numerics.stock.elements)
     first = _first_reading(scenario)
     _called(first, tools)
-    program, said = _read(scenario, raw, first)
+    program, said, given = _read(scenario, raw, first)
     operation, machine = scenario.operation, scenario.machine
     mode = scenario.path_mode if "path_mode" in scenario.model_fields_set else None
     drives = drives_of(machine)
@@ -83,7 +84,7 @@ def planned(scenario: MillingScenario, raw: Raw) -> Planned:
         times = np.concatenate(([0.0], np.cumsum(path.curve.length / path.feed + path.dwell_after)))
         who = "there is no machine" if scenario.robot is None and machine is None else "there are no feed drives"
         said = (*said, f"{who}: feeds are reached at once, and rapid moves take no time")
-    return Planned(program, path, tools, rows, feed, times, motion, raw, (*said, *told))
+    return Planned(program, path, tools, rows, feed, times, motion, raw, (*said, *told), given)
 
 
 def _first_reading(scenario: MillingScenario) -> Interpreted:
@@ -135,14 +136,14 @@ def _tool_rows(called: IntArray, tools: ToolSet) -> tuple[IntArray, tuple[str, .
     return rows, ()
 
 
-def _read(scenario: MillingScenario, raw: Raw, read: Interpreted) -> tuple[Interpreted, tuple[str, ...]]:
+def _read(scenario: MillingScenario, raw: Raw, read: Interpreted) -> tuple[Interpreted, tuple[str, ...], Program]:
     """The program; a start that is not said is taken above the stock, over the first place that the program names."""
     assert scenario.program is not None
     given = _with_diameters(scenario, read.tools)
     beside = any(_COMPENSATED.search(text) for text in (given.text, *(given.subroutines or {}).values()))
     first = interpret(given.text, given.file, setup_of(given)) if beside else read
     if given.start is not None:
-        return first, ()
+        return first, (), given
     table = first.moves
     ends = table.ends
     inside = np.flatnonzero((ends[:, :2] != 0.0).any(axis=1))
@@ -151,7 +152,7 @@ def _read(scenario: MillingScenario, raw: Raw, read: Interpreted) -> tuple[Inter
     there = given.model_copy(update={"start": StartPosition.model_construct(x=x, y=y, z=z)})
     program = interpret(given.text, given.file, setup_of(there))
     said = f"program.start is not given: the tool is taken to begin above the stock, at z = {units.show(z, 'length')}"
-    return program, (said,)
+    return program, (said,), there
 
 
 def planned_speed(plan_: Plan | None, along: FloatArray, feed: FloatArray) -> FloatArray:

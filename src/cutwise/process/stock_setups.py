@@ -100,7 +100,7 @@ def prepare(scenario: MillingScenario) -> None:
     all_faults(*jobs)
 
 
-def _planned(job: Job, raw: Raw) -> Planned:
+def planned_of(job: Job, raw: Raw) -> Planned:
     """The program of a set-up over the stock as that set-up has it."""
     return planned(job.scenario, raw_seen(raw, job.frame))
 
@@ -109,7 +109,7 @@ def _prepared(job: Job, raws: Sequence[Raw]) -> None:
     """What a check finds out of a set-up; without a stock it finds nothing."""
     if not raws:
         return
-    ready = _planned(job, raws[0])
+    ready = planned_of(job, raws[0])
     all_faults(lambda: prepare_one(job.scenario, ready), lambda: prepare_real(job.scenario, ready))
 
 
@@ -140,7 +140,7 @@ def run(scenario: MillingScenario, progress: Progress | None = None) -> Done:
         raw, before = stock_of(scenario)
         if scenario.nominal is not None:
             nominal_samples(scenario, 100)
-        ready = [_placed(job, partial(_planned, job, raw)) for job in jobs]
+        ready = [_placed(job, partial(planned_of, job, raw)) for job in jobs]
         for job in jobs:
             _placed(job, partial(check_fixtures, job.scenario))
     except ScenarioFault:

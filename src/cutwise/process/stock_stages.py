@@ -18,7 +18,7 @@ from cutwise.process.stock_earlier import Sweep, kept
 from cutwise.process.stock_milling import StockRunDone
 from cutwise.process.stock_real import Cut
 from cutwise.process.stock_setups import Done
-from cutwise.process.stock_stations import move_time, station_moves, station_places, station_times
+from cutwise.process.stock_stations import move_time, station_along, station_moves, station_places, station_times
 from cutwise.spec.base import known
 
 if TYPE_CHECKING:
@@ -45,6 +45,10 @@ def _stations(name: str, unit: str, text: str) -> Column:
     return Column("station", lambda done: done.stations(name), unit, text)
 
 
+def _removal_rate(done: StockRunDone) -> FloatArray:
+    return done.stations("removal") * done.moves.feed[station_moves(done)]
+
+
 def _power(done: StockRunDone) -> FloatArray:
     return done.stations("torque") * done.moves.spindle[station_moves(done)]
 
@@ -52,9 +56,11 @@ def _power(done: StockRunDone) -> FloatArray:
 STATIONS = Group({
     "time": Column("station", station_times, "s", "time"),
     "line": Column("station", lambda done: done.moves.line[station_moves(done)], "1", "line of the program"),
+    "travelled": Column("station", station_along, "m", "place on the program's path"),
     "tip": Column("station axis", station_places, "m", "tip of the tool"),
     "immersion": _stations("angle", "rad", "largest sum of contact arcs at one height"),
     "removal": _stations("removal", "m**2", "volume taken per length of feed"),
+    "removal_rate": Column("station", _removal_rate, "m**3/s", "volume taken per time"),
     "force": Column("station axis", lambda done: np.column_stack([done.stations(f"force_{axis}") for axis in _AXES]), "N",
                     "mean force on the tool along the feed, to its left, up"),
     "force_end": _stations("end_force", "N", "part of the bottom edges in the force up"),
@@ -110,8 +116,7 @@ LINES = Group({
     "removed_volume_error": _moves(lambda done: done.error and done.error.of_moves, "m**3",
                                    "error of it, three standard deviations"),
     "immersion_max": _most(lambda done: done.stations("angle"), "rad", "largest contact angle"),
-    "removal_rate_max": _most(lambda done: done.stations("removal") * done.moves.feed[station_moves(done)], "m**3/s",
-                              "largest removal rate"),
+    "removal_rate_max": _most(_removal_rate, "m**3/s", "largest removal rate"),
     "chip_thickness_max": _most(lambda done: done.stations("chip_thickness"), "m", "thickest chip"),
     "force_xy_peak": _most(lambda done: done.stations("force_xy_peak"), "N", "largest force in the plane"),
     "torque_max": _most(lambda done: done.stations("torque"), "N*m", "largest mean torque"),

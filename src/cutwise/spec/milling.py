@@ -617,7 +617,10 @@ class MillingScenario(Scenario):
             if machine is not None and getattr(machine, key) is not None
         ]
         if given and self.in_3d:
-            why = "does not count in a stock in 3D: hold cutting_power_max and spindle_torque_max by requirements"
+            why = (
+                "does not count in a run of a stock in 3D (cutwise correct holds feeds to it): hold cutting_power_max and "
+                "spindle_torque_max by requirements"
+            )
         elif given and self.numerics.force == "none":
             why = "does not count with numerics.force: none"
         else:

@@ -8,7 +8,7 @@ import pytest
 import cutwise
 from cutwise.app.correcting import front_of
 from cutwise.io.scenario import load
-from cutwise.physics.cutting.feed_limits import POWER
+from cutwise.physics.cutting.affine_limits import POWER
 from cutwise.process.recipes import RECIPES
 from cutwise.results import Infeasible
 from cutwise.spec.correct import Correction

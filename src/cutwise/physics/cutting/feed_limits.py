@@ -1,7 +1,6 @@
-r"""How fast a contact may be fed: every limit as an interval of the feed per tooth.
+r"""How fast a flat mill in exact arcs may be fed: the limits of :mod:`cutwise.physics.cutting.affine_limits`, place by place.
 
-At a fixed contact every force of a linear law is affine in the feed per tooth f, :math:`F(\theta) = A(\theta) + f B(\theta)`
-over the positions of a tooth period. A is what the edges do alone, B the shearing at unit feed; so each limit is one interval.
+A is what the edges do alone, B the shearing at unit feed, over the positions of a tooth period; walls have their error besides.
 """
 
 import math
@@ -11,20 +10,13 @@ import numpy as np
 import numpy.typing as npt
 
 from cutwise.maths.compiled import compiled
+from cutwise.physics.cutting.affine_limits import VALUES, Bounds, Sums, flutes_of, limits_of, values_of
 from cutwise.physics.cutting.discs import Discs
-from cutwise.physics.cutting.flute import Mill, arc_force, edge_in_cut, flutes_in_cut, mean_force
+from cutwise.physics.cutting.flute import Mill, mean_force
 from cutwise.physics.cutting.uneven import Edges
 from cutwise.physics.cutting.wall import DISCS, FLUTES, wall_force
 
 FloatArray = npt.NDArray[np.float64]
-
-PEAK, MEAN, POWER, TORQUE, CHIP, WALL, REMOVAL = range(7)
-"""Columns of the highest feeds: peak and mean force, power, torque, chip thickness, wall, removal rate."""
-RUBBING, WALL_FROM = range(2)
-"""Columns of the lowest feeds: chip thickness, wall."""
-VALUES = 9
-"""Columns of values: those of the highest feeds, the least wall error in the place of the wall, the greatest behind."""
-MOST_ERROR, SLOPE = 7, 8
 
 POSITIONS = 120  # of a tooth period
 _PASSING = 1e-9  # [rad] beside the wall, so that the disc that passes it is out of the cut
@@ -41,64 +33,6 @@ class Teeth(NamedTuple):
     discs: Discs  # also the heights at which the wall is read
     shear: Edges  # without edge forces
     edge: Edges  # edge forces alone
-
-
-class Bounds(NamedTuple):
-    """What is allowed; infinite where nothing is asked."""
-
-    peak: float  # force in the plane [N]
-    mean: float  # mean of it over a tooth [N]
-    power: float  # mean [W]
-    torque: float  # mean [N m]
-    chip: float  # largest thickness [m]
-    least_chip: float  # which the thickest chip has at least [m], 0: nothing is asked
-    least_error: float  # of the wall, positive into the part [m]
-    most_error: float  # [m]
-    removal: float  # volume per time [m^3/s]
-
-
-@compiled
-def highest_feed(ax: float, ay: float, bx: float, by: float, most: float) -> float:
-    r"""Highest f at which a force :math:`A + f B` is no more than F.
-
-    .. math:: f = \frac{-A \cdot B + \sqrt{(A \cdot B)^2 + |B|^2 (F^2 - |A|^2)}}{|B|^2}
-
-    Parameters
-    ----------
-    ax, ay, bx, by : float
-        A [N] and B [N/m].
-    most : float
-        F [N].
-
-    Returns
-    -------
-    float
-        f [m]; infinite where nothing grows, minus infinity where :math:`|A| > F`: no feed helps.
-
-    Notes
-    -----
-    Valid for forces that are affine in the feed.
-
-    Examples
-    --------
-    3 N across and 2 N/m along: 5 N at 2 m.
-
-    >>> highest_feed(0.0, 3.0, 2.0, 0.0, 5.0)
-    2.0
-
-    References
-    ----------
-    Derived here.
-    """
-    if math.isinf(most):
-        return math.inf
-    room = most * most - ax * ax - ay * ay
-    if room < 0.0:
-        return -math.inf
-    bb, ab = bx * bx + by * by, ax * bx + ay * by
-    if bb <= 0.0:
-        return math.inf
-    return (-ab + math.sqrt(ab * ab + bb * room)) / bb
 
 
 @compiled
@@ -127,14 +61,17 @@ def _unit_force(law: int, angle: float, patches: FloatArray, teeth: Teeth) -> tu
         if high <= low:
             continue
         if law == FLUTES:  # the same as below with one look for the flutes in cut: half of the time
-            rotation = 0.5 * math.pi - angle
-            first, last = flutes_in_cut(rotation, math.pi - high, math.pi - low, bottom, top, mill)
-            for flute in range(first, last + 1):
-                z1, z2, middle, span = edge_in_cut(rotation, flute, math.pi - high, math.pi - low, bottom, top, mill)
-                if z2 > z1:
-                    edge = arc_force(1.0, 0.0, middle, span, z2 - z1, teeth.edge.linear)
-                    shear = arc_force(1.0, 0.0, middle, span, z2 - z1, teeth.shear.linear)
-                    ax, ay, bx, by = ax + edge.x, ay + edge.y, bx + shear.x, by + shear.y
+            one = flutes_of(
+                0.5 * math.pi - angle,
+                math.pi - high,
+                math.pi - low,
+                bottom,
+                top,
+                mill,
+                teeth.edge.linear,
+                teeth.shear.linear,
+            )
+            ax, ay, bx, by = ax + one[0], ay + one[1], bx + one[2], by + one[3]
             continue
         x, y, _ = wall_force(law, angle, 0.0, low, high, bottom, top, 1.0, 0.0, mill, teeth.discs, teeth.edge)
         ax, ay = ax + x, ay + y
@@ -169,9 +106,10 @@ def _loads(patches: FloatArray, teeth: Teeth, out: FloatArray) -> int:
 
 
 @compiled
-def _mean(patches: FloatArray, teeth: Teeth) -> tuple[float, float, float, float, float, float]:
-    """Means over a tooth of A and B, and of the tangential forces of both."""
-    ax, ay, bx, by, at, bt = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+def _sums(patches: FloatArray, teeth: Teeth) -> Sums:
+    """Means over a tooth of what the edges do and of what grows with the feed, the thickest chip and the volume."""
+    ax, ay, bx, by, at, bt, sine, area = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    radius = teeth.mill.radius
     for p in range(patches.shape[0]):
         low, high, width = patches[p, 0], patches[p, 1], patches[p, 3] - patches[p, 2]
         if high > low:
@@ -179,7 +117,9 @@ def _mean(patches: FloatArray, teeth: Teeth) -> tuple[float, float, float, float
             shear = mean_force(math.pi - high, math.pi - low, 1.0, 0.0, width, teeth.mill.flutes, teeth.shear.linear)
             ax, ay, at = ax + edge.x, ay + edge.y, at + edge.tangential
             bx, by, bt = bx + shear.x, by + shear.y, bt + shear.tangential
-    return ax, ay, bx, by, at, bt
+            sine = max(sine, largest_sine(low, high))
+            area += (math.cos(low) - math.cos(high)) * width
+    return Sums(ax, ay, bx, by, radius * at, radius * bt, sine, radius * area, 0.0, 0.0)
 
 
 @compiled
@@ -282,69 +222,6 @@ def _walls(
 
 
 @compiled
-def _intervals(
-    patches: FloatArray, bounds: Bounds, teeth: Teeth, spindle: float, loads: FloatArray, rows: int, terms: FloatArray, count: int,
-    high: FloatArray, low: FloatArray,
-) -> None:  # fmt: skip
-    """Highest and lowest feeds of a contact from its loads."""
-    high[:], low[:] = math.inf, 0.0
-    for i in range(rows):
-        high[PEAK] = min(high[PEAK], highest_feed(loads[i, 0], loads[i, 1], loads[i, 2], loads[i, 3], bounds.peak))
-    ax, ay, bx, by, at, bt = _mean(patches, teeth)
-    high[MEAN] = highest_feed(ax, ay, bx, by, bounds.mean)
-    radius = teeth.mill.radius
-    if bt > 0.0:
-        high[POWER] = (bounds.power / (spindle * radius) - at) / bt
-        high[TORQUE] = (bounds.torque / radius - at) / bt
-    sine, area = 0.0, 0.0
-    for p in range(patches.shape[0]):
-        if patches[p, 1] > patches[p, 0]:
-            sine = max(sine, largest_sine(patches[p, 0], patches[p, 1]))
-            area += (math.cos(patches[p, 0]) - math.cos(patches[p, 1])) * (patches[p, 3] - patches[p, 2])
-    if sine > 0.0:
-        high[CHIP] = bounds.chip / sine
-        low[RUBBING] = bounds.least_chip / sine
-    if area > 0.0:
-        high[REMOVAL] = bounds.removal / (radius * area) * 2.0 * math.pi / (teeth.mill.flutes * spindle)
-    for e in range(count):
-        a, b = terms[e, 0], terms[e, 1]
-        if b < 0.0:
-            high[WALL] = min(high[WALL], (bounds.least_error - a) / b)
-            low[WALL_FROM] = max(low[WALL_FROM], (bounds.most_error - a) / b)
-        elif b > 0.0:
-            high[WALL] = min(high[WALL], (bounds.most_error - a) / b)
-            low[WALL_FROM] = max(low[WALL_FROM], (bounds.least_error - a) / b)
-
-
-@compiled
-def _values(
-    patches: FloatArray, feed: float, teeth: Teeth, spindle: float, loads: FloatArray, rows: int, terms: FloatArray, count: int,
-    out: FloatArray,
-) -> None:  # fmt: skip
-    """What a contact comes to at a feed per tooth."""
-    out[:] = 0.0
-    out[WALL] = out[MOST_ERROR] = math.nan
-    for i in range(rows):
-        x, y = loads[i, 0] + feed * loads[i, 2], loads[i, 1] + feed * loads[i, 3]
-        out[PEAK] = max(out[PEAK], math.hypot(x, y))
-    ax, ay, bx, by, at, bt = _mean(patches, teeth)
-    out[MEAN] = math.hypot(ax + feed * bx, ay + feed * by)
-    out[TORQUE] = teeth.mill.radius * (at + feed * bt)
-    out[POWER] = out[TORQUE] * spindle
-    for p in range(patches.shape[0]):
-        if patches[p, 1] > patches[p, 0]:
-            out[CHIP] = max(out[CHIP], feed * largest_sine(patches[p, 0], patches[p, 1]))
-            area = (math.cos(patches[p, 0]) - math.cos(patches[p, 1])) * (patches[p, 3] - patches[p, 2])
-            out[REMOVAL] += teeth.mill.radius * area * feed * teeth.mill.flutes * spindle / (2.0 * math.pi)
-    for e in range(count):
-        error = terms[e, 0] + feed * terms[e, 1]
-        out[WALL] = error if math.isnan(out[WALL]) else min(out[WALL], error)
-        out[MOST_ERROR] = error if math.isnan(out[MOST_ERROR]) else max(out[MOST_ERROR], error)
-        if abs(terms[e, 1]) > abs(out[SLOPE]):
-            out[SLOPE] = terms[e, 1]
-
-
-@compiled
 def feed_intervals(
     patches: FloatArray, walls: FloatArray, heading: FloatArray, feed: FloatArray, spindle: FloatArray, teeth: Teeth,
     compliance: FloatArray, bounds: Bounds,
@@ -386,6 +263,7 @@ def feed_intervals(
     --------
     A slot 1 mm deep by two straight flutes, tangential force alone: 1 GPa makes 100 N of 0.1 mm.
 
+    >>> from cutwise.physics.cutting.affine_limits import PEAK
     >>> from cutwise.physics.cutting.discs import discs
     >>> from cutwise.physics.cutting.flute import EdgeCoefficients
     >>> from cutwise.physics.cutting.uneven import NO_LINEAR, even_edges
@@ -405,7 +283,7 @@ def feed_intervals(
     n = patches.shape[0]
     high, low, value = np.empty((n, 7)), np.empty((n, 2)), np.empty((n, VALUES))
     loads, terms = np.empty((POSITIONS + 2 * patches.shape[1], 4)), np.empty((2 * teeth.discs.count, 2))
-    count = rows = 0
+    count, rows, flutes, sums = 0, 0, teeth.mill.flutes, _sums(patches[0:0, 0], teeth)
     for k in range(n):
         here, before = patches[k], patches[max(k - 1, 0)]
         turned = abs(heading[k] - heading[max(k - 1, 0)]) > 1e-12 and walls[k].max() > 0.0
@@ -414,11 +292,12 @@ def feed_intervals(
         if not alike:
             rows = _loads(here, teeth, loads)
             count = _walls(here, walls[k], heading[k], compliance, teeth, terms)
-            _intervals(here, bounds, teeth, spindle[k], loads, rows, terms, count, high[k], low[k])
+            sums = _sums(here, teeth)
+            limits_of(loads, rows, terms, count, sums, spindle[k], flutes, bounds, high[k], low[k])
         else:
             high[k], low[k] = high[k - 1], low[k - 1]
         if alike and feed[k] == feed[k - 1]:
             value[k] = value[k - 1]
         else:
-            _values(here, feed[k], teeth, spindle[k], loads, rows, terms, count, value[k])
+            values_of(loads, rows, terms, count, sums, spindle[k], flutes, feed[k], value[k])
     return high, low, value

@@ -27,6 +27,10 @@ CYLINDER = -1  # element of a row of contact on the cylinder
 _LAYERS = 24  # of the cylinder at one place
 _EVEN = 16  # layers where the material is hollow
 _ROUGH = 1e-7  # [m] of heights that are float32
+_SLIVER = (
+    1e-9  # [m] above the foot of the cylinder, or a bottom, which is rounding of two moves at one depth: no contact
+)
+_FLAT = 1e-9  # sine of an element that is level
 _MERGED = 0.01  # of the depth: heights that are one layer
 
 
@@ -44,7 +48,7 @@ def _range(slope: float, sine: float, cosine: float) -> float:
     """Half of the angles at which an element moves into what it looks at [rad]; pi: all round."""
     if math.isinf(slope):
         return math.pi if slope < 0.0 and cosine > 1e-9 else 0.0
-    if sine <= 1e-9:
+    if sine <= _FLAT:
         return math.pi if slope < 0.0 else 0.0
     ratio = slope * cosine / sine
     return math.acos(min(max(ratio, -1.0), 1.0))
@@ -76,6 +80,8 @@ def _element_rows(
     if half <= 2.0 * SHAVE:
         return count
     level, radius = place.z + mer.height[element], mer.radius[element]
+    if mer.sine[element] <= _FLAT:
+        level += _SLIVER
     if solid.map.bottom.size == 1 and level <= solid.map.bottom[0]:
         return count
     spread(fan, half)
@@ -111,7 +117,7 @@ def _layers(fan: Fan, deepest: float) -> int:
         count, total, members, start = 0, 0.0, 0, 0.0
         for i in range(FAN + 1):
             depth = min(order[i], deepest)
-            if depth <= 0.0:
+            if depth <= _SLIVER:
                 continue
             if members > 0 and depth - start > merged * deepest:
                 if count < FAN:
@@ -187,7 +193,7 @@ def _cylinder_rows(
         if hollow or (beside and not fan.exact[i]):
             fan.above[i] = rise_at(piece, place, edge.radius, foot, fan.angle[i], fan.found)
         highest = max(highest, min(fan.above[i], edge.end - edge.foot))
-    if highest <= under:
+    if highest <= under + _SLIVER:
         return count
     if hollow:
         return _cylinder_steps(piece, place, edge, (under, highest), fan, rows, count, refine)

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from cutwise.maths.linearc import at_blocks
+from cutwise.maths.linearc import LineArc, at_blocks
 from cutwise.physics.engagement.path_sweep import Swept, swept_path
 from cutwise.physics.engagement.stock import contact_patches, stands_in_material
 from cutwise.physics.engagement.surviving import surviving
@@ -39,16 +39,36 @@ class Cells(NamedTuple):
     patches: FloatArray  # contact as of ``contact_patches``, shape (n, p, 4)
     walls: FloatArray  # 1 where the wall on the right, on the left stays, shape (n, 2)
     plunges: BoolArray  # straight down into the stock, shape (n,)
+    cuts: BoolArray  # which meet material, shape (n,)
 
     @property
     def size(self) -> int:
         """Number of cells."""
         return self.length.size
 
-    @property
-    def cuts(self) -> BoolArray:
-        """Which meet material."""
-        return np.asarray((self.patches[..., 1] > self.patches[..., 0]).any(axis=1))
+
+class Shape(NamedTuple):
+    """The first columns of :class:`Cells`: what of them is the path alone."""
+
+    block: IntArray
+    begin: FloatArray
+    length: FloatArray
+    way: FloatArray
+    heading: FloatArray
+    flat: FloatArray
+
+
+def cut_into_cells(curve: LineArc, station: float) -> Shape:
+    """Equal parts of every block, no longer than a station [m]."""
+    count = np.maximum(1, np.ceil(curve.length / station - 1e-9)).astype(np.int64)
+    block = np.repeat(np.arange(curve.count), count)
+    number = np.arange(block.size) - np.repeat(np.cumsum(count) - count, count)
+    length = curve.length[block] / count[block]
+    begin = number * length
+    _, direction = at_blocks(curve, block, begin + 0.5 * length)
+    way = curve.knots[block] + begin + 0.5 * length
+    heading = np.arctan2(direction[:, 1], direction[:, 0])
+    return Shape(block, begin, length, way, heading, np.hypot(direction[:, 0], direction[:, 1]))
 
 
 def cells_of(scenario: MillingScenario, path: ProgramPath, station: float) -> Cells:
@@ -58,15 +78,9 @@ def cells_of(scenario: MillingScenario, path: ProgramPath, station: float) -> Ce
     radial depth.
     """
     curve = path.curve
-    count = np.maximum(1, np.ceil(curve.length / station - 1e-9)).astype(np.int64)
-    block = np.repeat(np.arange(curve.count), count)
-    number = np.arange(block.size) - np.repeat(np.cumsum(count) - count, count)
-    length = curve.length[block] / count[block]
-    begin = number * length
-    point, direction = at_blocks(curve, block, begin + 0.5 * length)
-    way = curve.knots[block] + begin + 0.5 * length
-    heading = np.arctan2(direction[:, 1], direction[:, 0])
-    flat = np.hypot(direction[:, 0], direction[:, 1])
+    shape = cut_into_cells(curve, station)
+    block, begin, length, way, heading, flat = shape
+    point, _ = at_blocks(curve, block, begin + 0.5 * length)
     idle = (flat < FLAT) | np.isinf(path.feed[block])
     radius = 0.5 * scenario.tool.diameter
     if isinstance(scenario.stock, StockBlock):
@@ -74,7 +88,8 @@ def cells_of(scenario: MillingScenario, path: ProgramPath, station: float) -> Ce
         patches = contact_patches(point, heading, way, swept, stock_of(scenario.stock))
         patches[idle] = 0.0
         walls = np.zeros((block.size, 2))
-        met = np.flatnonzero((patches[..., 1] > patches[..., 0]).any(axis=1))
+        cuts = _meets(patches)
+        met = np.flatnonzero(cuts)
         for side, turn in enumerate((-0.5 * math.pi, 0.5 * math.pi)):
             rim = point[met].copy()
             rim[:, 0] += radius * np.cos(heading[met] + turn)
@@ -82,7 +97,7 @@ def cells_of(scenario: MillingScenario, path: ProgramPath, station: float) -> Ce
             rim[:, 2] += _ABOVE
             walls[met, side] = surviving(rim, way[met], swept, _SHAVED)
         down = _plunges(scenario.stock, path, block, begin + length, flat, swept)
-        return Cells(block, begin, length, way, heading, flat, patches, walls, down)
+        return Cells(*shape, patches, walls, down, cuts)
     operation = scenario.operation
     assert operation.radial_depth is not None
     assert operation.axial_depth is not None
@@ -91,7 +106,11 @@ def cells_of(scenario: MillingScenario, path: ProgramPath, station: float) -> Ce
     patches[idle] = 0.0
     walls = np.zeros((block.size, 2))
     walls[:, 0] = 1.0  # the wall that is climbed along is what is to be left
-    return Cells(block, begin, length, way, heading, flat, patches, walls, np.zeros(block.size, bool))
+    return Cells(*shape, patches, walls, np.zeros(block.size, bool), _meets(patches))
+
+
+def _meets(patches: FloatArray) -> BoolArray:
+    return np.asarray((patches[..., 1] > patches[..., 0]).any(axis=1))
 
 
 def _plunges(

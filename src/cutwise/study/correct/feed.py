@@ -17,11 +17,12 @@ from cutwise.programs.interpreter import Interpreted
 from cutwise.programs.move_table import Moves
 from cutwise.programs.rewrite import Handle, handles, rewritten
 from cutwise.programs.trace import Ran, Trace, traced
+from cutwise.results import Result
 from cutwise.spec.correct import LIMITED, Correction
 from cutwise.spec.drives import CncMachine
 from cutwise.spec.faults import Fault
 from cutwise.spec.milling import MillingScenario
-from cutwise.spec.program import Program, StockBlock
+from cutwise.spec.program import Program
 from cutwise.spec.scenario import Scenario
 from cutwise.study.correct import front, objective, prove, told
 from cutwise.study.correct.cells import BoolArray, Cells, FloatArray, cells_of
@@ -35,13 +36,15 @@ from cutwise.study.correct.loads import (
     cutting_of,
     greatest,
     plunge_forces,
+    quickest,
     tip_compliance,
     values_at,
 )
+from cutwise.study.correct.meridians import OF_SPINDLE, Turning, in_stock
 from cutwise.study.correct.outcome import Along, Change, Proposal, Task
+from cutwise.study.correct.refused_in_3d import refusals_in_3d
 from cutwise.study.correct.schedule import Bed, Schedule, bed_of, scheduled
 
-_OF_SPINDLE = 0.995  # of its power and torque, that a schedule takes: shorter blocks have other cells
 _ROUNDED = 0.01  # of a feed, by which rounding down may miss what a least chip takes
 _LISTED = 4  # lines that are named one by one
 
@@ -54,7 +57,7 @@ class Ready(NamedTuple):
     trace: Trace
     path: ProgramPath
     cells: Cells
-    cutting: Cutting
+    cutting: Cutting | Turning
     bed: Bed
     known: Mapping[int, Handle]
 
@@ -64,7 +67,7 @@ def corrected(task: Task) -> Proposal:
     ready = prepared(task.scenario, task.said)
     wanted = asked(task.scenario, task.said, walls=bool(tip_compliance(ready.scenario).any()))
     first = task.before.scenario
-    static = static_before(ready if first is task.scenario else prepared(first, task.said))
+    static = as_run(ready, static_before(ready if first is task.scenario else prepared(first, task.said)), task.before)
     limits: Mapping[str, float] = limits_of(ready, wanted, static)
     aim = objective.aimed(ready, task, wanted, limits, static)
     room, wanted, limits = aim.room, aim.wanted, aim.limits
@@ -91,37 +94,45 @@ def corrected(task: Task) -> Proposal:
 def prepared(scenario: Scenario, said: Correction) -> Ready:
     """Read the program once as moves and once as text, and look at all of its cells."""
     assert isinstance(scenario, MillingScenario)
-    given = scenario.program
+    given: Program | None = scenario.program
     assert given is not None
+    cutting: Cutting | Turning
+    if scenario.in_3d:
+        planned, cells, cutting = in_stock(scenario, said.station)
+        given, path = planned.given, planned.path  # with the diameters of the tools
     trace = traced(given.text, given.file, setup_of(given))
     assert trace is not None  # APT is G-code by now
     program = Interpreted(Moves(step.move for step in trace.steps if isinstance(step, Ran)), (), (), given.text)
-    path = program_path(scenario, program)
-    cells = cells_of(scenario, path, said.station)
-    cutting = cutting_of(scenario, path, cells, spindle_speed(scenario, program))
+    if not scenario.in_3d:
+        path = program_path(scenario, program)
+        cells = cells_of(scenario, path, said.station)
+        cutting = cutting_of(scenario, path, cells, spindle_speed(scenario, program))
     known = handles(trace)
     keep, _ = kept_moves(program.moves)
-    bed = bed_of(path, cells, keep, known, _keeps(scenario, path, cells, said))
+    bed = bed_of(path, cells, keep, known, _keeps(scenario, path, cells, said) | ~(cutting.spindle > 0.0))
     return Ready(scenario, program, trace, path, cells, cutting, bed, known)
 
 
 def limits_of(ready: Ready, wanted: Asked, static: Mapping[str, float]) -> dict[str, float]:
     """All limits of a schedule [SI]: what is asked for, and what the spindle has at its speed."""
     limits = resolved(wanted, static)
+    if isinstance(ready.cutting, Turning):
+        return limits  # every tool has its own speed, at which the spindle is asked
     for name, most in spindle_limits(ready.scenario.drives, float(ready.cutting.spindle[0])).items():
-        limits[name] = min(limits.get(name, math.inf), _OF_SPINDLE * most)
+        limits[name] = min(limits.get(name, math.inf), OF_SPINDLE * most)
     return limits
 
 
 def refusals(scenario: Scenario, said: Correction, unroll: bool) -> Iterator[Fault]:  # noqa: ARG001
     """What feeds and speeds of a program cannot be corrected for."""
     assert isinstance(scenario, MillingScenario)
-    if scenario.program is None:
+    if scenario.program is None and not scenario.setups:
         yield Fault(("program",), "missing: feeds are corrected in the text of a program (or give the corner as one)")
     if scenario.in_3d:
-        yield Fault(("stock",), "feeds are corrected for one flat end mill (tool) in a block, whose contact is exact; tools of "
-                    "other shapes, a nominal part and fixtures (a stock in 3D) are not covered yet")  # fmt: skip
-    elif not isinstance(scenario.machine, CncMachine):
+        yield from refusals_in_3d(scenario, said)
+        yield from front.refusals(said)
+        return
+    if not isinstance(scenario.machine, CncMachine):
         yield Fault(("machine",), "feeds are corrected for a machine with feed drives: machine: {library: fadal2216}")
     if PLUNGE in said.limits and (scenario.tool is None or scenario.tool.end_core is None or scenario.stock is None):
         yield Fault(("correct", "limits", PLUNGE), "the end of the mill has no force here: write tool.end_core (0 mm: it cuts over "
@@ -148,7 +159,7 @@ def _keeps(scenario: MillingScenario, path: ProgramPath, cells: Cells, said: Cor
     held = in_air | upright
     if PLUNGE in said.limits or PLUNGE in scenario.requirements:  # its own limit says how fast a plunge may be
         held &= ~cells.plunges
-    if said.air_clearance is None or not isinstance(scenario.stock, StockBlock):
+    if said.air_clearance is None or scenario.stock is None:
         return np.asarray(held)
     return np.asarray(held & (_near(path, cells, said.air_clearance) | (upright & ~(cells.flat < FLAT))))
 
@@ -169,9 +180,14 @@ def _near(path: ProgramPath, cells: Cells, clearance: float) -> BoolArray:
 
 def speeds_of(ready: Ready) -> FloatArray:
     """Speed along the path that every cell is programmed for, as far as the machine can run it [m/s]."""
+    return np.where(ready.bed.rapid, 0.0, driven(ready, ready.path.feed[ready.cells.block]))
+
+
+def driven(ready: Ready, feed: FloatArray) -> FloatArray:
+    """Feeds as far as the machine can run them, 0 for rapid moves [m/s]."""
     most = ready.scenario.drives.limits.velocity
-    feed = ready.path.feed[ready.cells.block]
-    return np.asarray(np.where(ready.bed.rapid, 0.0, np.minimum(feed, most)))
+    able = quickest(ready.scenario, ready.path)[ready.cells.block] if ready.scenario.in_3d else np.full(feed.size, most)
+    return np.where(np.isfinite(feed), np.minimum(feed, able), 0.0)
 
 
 def static_before(ready: Ready) -> dict[str, float]:
@@ -180,6 +196,14 @@ def static_before(ready: Ready) -> dict[str, float]:
     found = greatest(ready.cells, values_at(ready.cells, ready.cutting, speed))
     force = plunge_forces(ready.scenario, ready.cells, ready.cutting, speed)
     return found | ({PLUNGE: force} if force is not None else {})
+
+
+def as_run(ready: Ready, static: dict[str, float], before: Result) -> dict[str, float]:
+    """What is held to be equal: of a run in 3D, whose loads are static too, no more than that run has at its own places."""
+    if not ready.scenario.in_3d:
+        return static
+    told = {name: one.value for name, one in before.measures.items()}
+    return {name: min(value, told.get(name, value)) for name, value in static.items()}
 
 
 def with_text(scenario: MillingScenario, text: str) -> MillingScenario:
@@ -210,9 +234,7 @@ def schedule_of(ready: Ready, room: Allowed, ceiling: FloatArray, said: Correcti
         close = _near(ready.path, ready.cells, clearance) & ~(ready.cells.cuts | plunging) & np.isnan(ready.bed.fixed)
         own = np.where(close, np.minimum(own, speeds_of(ready)), own)
         own = np.maximum(own, 1e-6)
-    elif clearance is None and isinstance(
-        ready.scenario.stock, StockBlock
-    ):  # what a cutting block runs in air keeps its feed
+    elif clearance is None and ready.scenario.stock is not None:  # what a cutting block runs in air keeps its feed
         own = np.where(ready.cells.cuts | plunging, own, np.minimum(own, np.maximum(speeds_of(ready), 1e-6)))
     inch = ready.trace.first.inch if not ready.trace.looked_at else ready.trace.states[ready.trace.looked_at[-1]].inch
     return scheduled(ready.path, ready.cells, ready.bed, own, ready.scenario.drives, said, inch)

@@ -8,8 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cutwise.physics.cutting.discs import discs
-from cutwise.physics.cutting.feed_limits import (
+from cutwise.physics.cutting.affine_limits import (
     CHIP,
     MEAN,
     MOST_ERROR,
@@ -19,9 +18,9 @@ from cutwise.physics.cutting.feed_limits import (
     TORQUE,
     WALL,
     Bounds,
-    Teeth,
-    feed_intervals,
 )
+from cutwise.physics.cutting.discs import discs
+from cutwise.physics.cutting.feed_limits import Teeth, feed_intervals
 from cutwise.physics.cutting.flute import EdgeCoefficients, Mill
 from cutwise.physics.cutting.plunge import plunge_feed, plunge_force
 from cutwise.physics.cutting.uneven import LINEAR, even_edges, tangent_coefficients
@@ -32,6 +31,7 @@ from cutwise.process.edges import edges_alike
 from cutwise.process.program_path import ProgramPath
 from cutwise.spec.milling import MillingScenario
 from cutwise.study.correct.cells import Cells, FloatArray
+from cutwise.study.correct.meridians import Turning
 
 _DISCS = 20  # heights at which a wall is read, where the scenario names no number of discs
 _ON_ARCS = 0.8  # of the acceleration that turning may take: what is left makes the changes of speed
@@ -69,8 +69,10 @@ class Allowed(NamedTuple):
 
 
 def tip_compliance(scenario: MillingScenario) -> FloatArray:
-    """Static compliance of the tip in x and y [m/N]: of its stiffness, or the sum of its modes."""
+    """Static compliance of the tip in x and y [m/N]: of its stiffness, or the sum of its modes; in 3D no wall has an error."""
     tool = scenario.tool
+    if scenario.in_3d:
+        return np.zeros((2, 2))
     if tool.stiffness is not None:
         return np.eye(2) / tool.stiffness
     out = np.zeros((2, 2))
@@ -101,7 +103,7 @@ def cutting_of(scenario: MillingScenario, path: ProgramPath, cells: Cells, spind
     return Cutting(teeth, tip_compliance(scenario), turning, per_speed)
 
 
-def values_at(cells: Cells, cutting: Cutting, speed: FloatArray) -> FloatArray:
+def values_at(cells: Cells, cutting: Cutting | Turning, speed: FloatArray) -> FloatArray:
     """What every cell comes to at a speed along the path [m/s], columns of :mod:`feed_limits`, shape (n, 9)."""
     return _intervals(cells, cutting, speed, {})[2]
 
@@ -119,7 +121,7 @@ def greatest(cells: Cells, values: FloatArray) -> dict[str, float]:
 
 
 def allowed(
-    scenario: MillingScenario, path: ProgramPath, cells: Cells, cutting: Cutting, limits: Mapping[str, float],
+    scenario: MillingScenario, path: ProgramPath, cells: Cells, cutting: Cutting | Turning, limits: Mapping[str, float],
     cheapest: float = math.inf,
 ) -> Allowed:  # fmt: skip
     """Highest and lowest speeds of all cells under limits [SI]; ``cheapest``: feed per tooth above which a part is dearer [m]."""
@@ -130,16 +132,13 @@ def allowed(
     each = np.full((cells.size, len(NAMES)), math.inf)
     for place, (_, column) in enumerate(BINDS):
         each[:, place] = np.where(level, high[:, column] / per[:, 0], math.inf)
-    core, most = scenario.tool.end_core, limits.get(PLUNGE)
-    if core is not None and most is not None:
-        teeth = cutting.spindle * cutting.teeth.mill.flutes / (2.0 * math.pi)
-        fed = plunge_feed(most, core, cutting.teeth.mill, _bottom(cutting.teeth))
-        each[:, NAMES.index(PLUNGE)] = np.where(cells.plunges, fed * teeth, math.inf)
+    most = limits.get(PLUNGE)
+    if most is not None:
+        fed = _plunge_feeds(scenario, cutting, most) / per[:, 0]
+        each[:, NAMES.index(PLUNGE)] = np.where(cells.plunges, fed, math.inf)
     each[:, NAMES.index("cost")] = np.where(level & cells.cuts, cheapest / per[:, 0], math.inf)
     each[:, -2] = _arcs(scenario, path)[cells.block]
-    limits_of, axes = motion_limits(scenario.drives)
-    quickest = highest_feeds(path.curve, np.full(path.curve.count, 1e9), limits_of, axes)
-    each[:, -1] = quickest[cells.block]
+    each[:, -1] = quickest(scenario, path)[cells.block]
     held = each[:, : len(BINDS) + 1]
     helpless = np.where((held <= 0.0).any(axis=1), np.argmin(held > 0.0, axis=1), -1)
     least = np.where(level, low.max(axis=1) / per[:, 0], 0.0)
@@ -147,10 +146,33 @@ def allowed(
     return Allowed(each, each.min(axis=1), least, helpless)
 
 
-def plunge_forces(scenario: MillingScenario, cells: Cells, cutting: Cutting, speed: FloatArray) -> float | None:
-    """Largest force of plunges at speeds along the path [N]; None without any, or where the bottom has none."""
+def quickest(scenario: MillingScenario, path: ProgramPath) -> FloatArray:
+    """How fast the machine can run each block [m/s], shape (blocks,)."""
+    limits, axes = motion_limits(scenario.drives)
+    return highest_feeds(path.curve, np.full(path.curve.count, 1e9), limits, axes)
+
+
+def _plunge_feeds(scenario: MillingScenario, cutting: Cutting | Turning, force: float) -> FloatArray:
+    """Feed down per tooth at which plunges come to a force, over what :attr:`Cutting.per_speed` has of a speed [m], shape (n,)."""
+    if isinstance(cutting, Turning):
+        return cutting.plunge_feeds(force)
     core = scenario.tool.end_core
-    if core is None or not cells.plunges.any():
+    assert core is not None  # or it is refused
+    fed = plunge_feed(force, core, cutting.teeth.mill, _bottom(cutting.teeth))
+    down = 2.0 * math.pi / (cutting.spindle * cutting.teeth.mill.flutes)  # of the speed: the plane has nothing of it
+    return np.asarray(fed / down * np.where(cutting.per_speed > 0.0, cutting.per_speed, 1.0))
+
+
+def plunge_forces(
+    scenario: MillingScenario, cells: Cells, cutting: Cutting | Turning, speed: FloatArray
+) -> float | None:
+    """Largest force of plunges at speeds along the path [N]; None without any, or where the bottom has none."""
+    if not cells.plunges.any():
+        return None
+    if isinstance(cutting, Turning):
+        return float(cutting.plunge_forces(speed)[cells.plunges].max())
+    core = scenario.tool.end_core
+    if core is None:
         return None
     fed = (speed * 2.0 * math.pi / (cutting.spindle * cutting.teeth.mill.flutes))[cells.plunges]
     return float(plunge_force(float(fed.max()), core, cutting.teeth.mill, _bottom(cutting.teeth)))
@@ -160,6 +182,11 @@ def _bottom(teeth: Teeth) -> EdgeCoefficients:
     """The coefficients of shearing and edges as one."""
     shear, edge = teeth.shear.linear, teeth.edge.linear
     return EdgeCoefficients(shear.K_tc, shear.K_rc, shear.K_ac, edge.K_te, edge.K_re, edge.K_ae)
+
+
+def chips_of(cells: Cells, cutting: Cutting | Turning) -> FloatArray:
+    """Thickest chip of every cell over its feed per tooth [1], shape (n,): 0 without contact."""
+    return cutting.chips if isinstance(cutting, Turning) else largest_sines(cells.patches)
 
 
 def largest_sines(patches: FloatArray) -> FloatArray:
@@ -195,7 +222,7 @@ def bend_of_origin(path: ProgramPath) -> FloatArray:
 
 
 def _intervals(
-    cells: Cells, cutting: Cutting, speed: FloatArray, limits: Mapping[str, float]
+    cells: Cells, cutting: Cutting | Turning, speed: FloatArray, limits: Mapping[str, float]
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     def most(name: str) -> float:
         return limits.get(name, math.inf)
@@ -205,6 +232,10 @@ def _intervals(
         most("chip_thickness_max"), limits.get("chip_thickness_min", 0.0), limits.get("wall_error_min", -math.inf),
         most("wall_error_max"), most("removal_rate_max"),
     )  # fmt: skip
+    if isinstance(cutting, Turning):
+        high, low, value = cutting.intervals(speed, bounds)
+        value[:, [WALL, MOST_ERROR]] = math.nan
+        return high, low, value
     walls = cells.walls if cutting.compliance.any() else np.zeros_like(cells.walls)
     return feed_intervals(
         cells.patches, walls, cells.heading, speed * cutting.per_speed, cutting.spindle, cutting.teeth, cutting.compliance,

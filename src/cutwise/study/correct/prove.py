@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from cutwise import units
-from cutwise.physics.cutting.feed_limits import PEAK
+from cutwise.physics.cutting.affine_limits import PEAK
 from cutwise.process.recipes import quick_outcome
 from cutwise.programs.block_text import block_named
 from cutwise.results import Result
@@ -44,6 +44,15 @@ HISTORIES: Mapping[str, tuple[str, str]] = {
 }
 """Measures whose course along the path a run keeps: stage and array."""
 
+STATIONS: Mapping[str, tuple[str, str]] = {
+    "force_xy_peak": ("motion", "force_xy_peak"),
+    "cutting_power_max": ("motion", "power"),
+    "spindle_torque_max": ("motion", "torque"),
+    "chip_thickness_max": ("motion", "chip_thickness"),
+    "removal_rate_max": ("motion", "removal_rate"),
+}
+"""The same of a run in a stock in 3D, at its stations."""
+
 
 class Proof(NamedTuple):
     """A program that was simulated."""
@@ -68,7 +77,7 @@ class Pair(NamedTuple):
 
 def proved(ready: Ready, task: Task, aim: Aim) -> Proof:
     """Schedule, write, read, simulate; lower what is exceeded, three times at most."""
-    from cutwise.study.correct.feed import proposed
+    from cutwise.study.correct.feed import driven, proposed
 
     wanted, room = aim.wanted, aim.room
     ceiling = aim.ceiling
@@ -93,7 +102,7 @@ def proved(ready: Ready, task: Task, aim: Aim) -> Proof:
         if np.array_equal(lowered, ceiling):
             break
         ceiling = lowered
-    moving = np.where(np.isfinite(done.feed), np.minimum(done.feed, ready.scenario.drives.limits.velocity), 0.0)
+    moving = driven(ready, done.feed)
     values = values_at(ready.cells, ready.cutting, moving)
     before, now = (run.measures["cycle_time"].value for run in (task.before, after))
     kept = {name: pair for name, pair in over.items() if name not in aim.targets}
@@ -121,6 +130,11 @@ def _hopeless(name: str, room: Allowed, wanted: Asked) -> bool:
     """Whether no feed at all keeps a limit: then no further run is made for it."""
     places = {k for k in np.unique(room.helpless).tolist() if k >= 0}
     return name in wanted.limits and any(name.startswith(NAMES[k]) for k in places)
+
+
+def swings(scenario: MillingScenario) -> bool:
+    """Whether the tip of a run vibrates; in 3D modes count by their stiffness."""
+    return not scenario.in_3d and bool(scenario.tool.modes)
 
 
 def chatters(run: Result) -> bool:
@@ -176,7 +190,7 @@ def course_of(ready: Ready, run: Result, name: str, greatest_of_all: float | Non
     """Largest of a measure in every cell of a run, with the sign of its side; minus infinity where the run does not tell it."""
     ends = ready.cells.way + 0.5 * ready.cells.length
     most = np.full(ends.size, -np.inf)
-    stage, array = HISTORIES.get(name, ("", ""))
+    stage, array = (STATIONS if ready.scenario.in_3d else HISTORIES).get(name, ("", ""))
     if stage not in run.stages.children or array not in run[stage]:
         return most
     cell = np.minimum(np.searchsorted(ends, np.asarray(run["motion"]["travelled"].values)), ends.size - 1)
@@ -222,9 +236,11 @@ def _lowered(
 
 def _powers(ready: Ready, name: str, feed: FloatArray) -> FloatArray | None:
     """How a measure grows with the feed of each cell, the tip at rest; None where it does not tell."""
-    if name not in COLUMN or ready.scenario.tool.modes:
+    from cutwise.study.correct.feed import driven
+
+    if name not in COLUMN or swings(ready.scenario):
         return None
-    moving = np.where(np.isfinite(feed), np.minimum(feed, ready.scenario.drives.limits.velocity), 0.0)
+    moving = driven(ready, feed)
     now, less = (np.abs(values_at(ready.cells, ready.cutting, moving * k)[:, COLUMN[name]]) for k in (1.0, _LESS))
     known = np.isfinite(now) & np.isfinite(less) & (less > 0.0) & (now > less)
     found = np.log(np.where(known, now / np.where(known, less, 1.0), 1.0)) / -math.log(_LESS)
@@ -253,7 +269,7 @@ def _missed(over: Mapping[str, tuple[float, float]], after: Result) -> Iterator[
 def _beyond(ready: Ready, values: FloatArray, limits: Mapping[str, float]) -> Iterator[str]:
     """Lines that are beyond a limit with the tip at rest, because they keep their feed or no feed helps them."""
     for name, limit in limits.items():
-        if name not in COLUMN or (name.startswith("wall") and ready.scenario.tool.modes):
+        if name not in COLUMN or (name.startswith("wall") and swings(ready.scenario)):
             continue  # walls of a tool that swings are those of the simulation
         value = _side(name) * values[:, COLUMN[name]]
         over = np.flatnonzero(ready.cells.cuts & (value > _side(name) * limit + _SLACK * abs(limit) + 1e-12))
@@ -302,7 +318,9 @@ def _told(task: Task, after: Result, pair: Pair, at_rest: bool, ceiling: FloatAr
 
 def _overshot(ready: Ready, after: Result, values: FloatArray) -> Iterator[str]:
     """Where a peak is that of the drives: after a start they run quicker than they are told, and chips are thicker."""
-    if ready.scenario.tool.modes or ready.scenario.tool.runout or not ready.cells.cuts.any():
+    if ready.scenario.in_3d or not ready.cells.cuts.any():
+        return  # in 3D loads are those of the planned path
+    if ready.scenario.tool.modes or ready.scenario.tool.runout:
         return
     static, found = float(values[ready.cells.cuts, PEAK].max()), after.measures["force_xy_peak"].value
     row = int(np.nanargmax(after["cutting"]["force_xy_peak"].values))

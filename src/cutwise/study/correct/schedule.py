@@ -88,29 +88,26 @@ def _shares(path: ProgramPath, cells: Cells) -> FloatArray:
 
 def _beside_blend(path: ProgramPath, cells: Cells) -> BoolArray:
     """Cells that belong to the one before them, because a blend begins or ends too near."""
-    out = np.zeros(cells.size, bool)
     if not path.blended:
-        return out
+        return np.zeros(cells.size, bool)
     told = path.programmed
     origin = path.origin[cells.block]
+    straight, plain = path.curve.straight[cells.block], told.straight[origin]
     begins = np.append(True, origin[1:] != origin[:-1])
-    first = np.flatnonzero(begins)
-    last = np.append(first[1:], cells.size)
-    for a, b in zip(first.tolist(), last.tolist(), strict=True):
-        o = int(origin[a])
-        whole = told.length[o]
-        own = np.flatnonzero(path.curve.straight[cells.block[a:b]]) + a
-        if not told.straight[o] or own.size == 0:
-            out[a + 1 : b] = True
-            continue
-        offset = float(np.linalg.norm(path.curve.start[cells.block[own[0]]] - told.start[o]))
-        end = float(cells.begin[own[-1]] + cells.length[own[-1]]) + offset
-        places = offset + cells.begin[a:b]
-        near = (places < _BLEND * offset) | (places > whole - _BLEND * (whole - end) - 1e-12)
-        near |= ~path.curve.straight[cells.block[a:b]]
-        out[a:b] = near
-        out[own[0]] = own[0] > a
-    return out
+    first, group = np.flatnonzero(begins), np.cumsum(begins) - 1
+    number = np.arange(cells.size)
+    low = np.minimum.reduceat(np.where(straight, number, cells.size), first)
+    high = np.maximum.reduceat(np.where(straight, number, -1), first)
+    whole = plain[first] & (high >= 0)  # lines of which something is left between their blends
+    low, high = np.where(whole, low, first), np.where(whole, high, first)
+    offset = np.linalg.norm(path.curve.start[cells.block[low]] - told.start[origin[first]], axis=1)
+    length = told.length[origin[first]]
+    behind = length - (cells.begin[high] + cells.length[high] + offset)
+    places = offset[group] + cells.begin
+    near = (places < _BLEND * offset[group]) | (places > (length - _BLEND * behind)[group] - 1e-12) | ~straight
+    out = np.where(whole[group], near, ~begins)
+    out[low[whole]] = (low > first)[whole]
+    return np.asarray(out)
 
 
 class Schedule(NamedTuple):

@@ -153,6 +153,10 @@ def refusals(scenario: Scenario, said: Correction, unroll: bool) -> Iterator[Fau
     """What the speed of a program cannot be chosen for."""
     assert isinstance(scenario, MillingScenario)
     yield from feed.refusals(scenario, said, unroll)
+    if scenario.in_3d:
+        yield Fault(("correct", "change"), "speed: chatter is not looked at in a stock in 3D, and every tool has its own speed, "
+                    "so that none is better than another; change: feed, and write S in the program")  # fmt: skip
+        return
     if scenario.program is not None and scenario.stock is None:
         yield Fault(("stock",), "missing: without it the heaviest contact is not known, and the speed stays")
     modes = scenario.tool is None or scenario.tool.modes

@@ -9,11 +9,13 @@ import numpy as np
 
 from cutwise import units
 from cutwise.process.assemble_mill import spindle_limits
+from cutwise.process.stock_plan import cutters_of
 from cutwise.programs.block_text import block_named
 from cutwise.spec.correct import LIMITED
 from cutwise.study.correct.cells import BoolArray, FloatArray
 from cutwise.study.correct.limits import CHIP_GUARD, Asked
-from cutwise.study.correct.loads import NAMES, Allowed, binding, largest_sines
+from cutwise.study.correct.loads import NAMES, Allowed, binding, chips_of
+from cutwise.study.correct.meridians import OF_SPINDLE, Turning
 
 if TYPE_CHECKING:
     from cutwise.study.correct.feed import Ready
@@ -34,10 +36,7 @@ def said(ready: Ready, wanted: Asked, limits: Mapping[str, float], static: Mappi
     if same:
         shown = ", ".join(f"{name} {units.show(static[name], LIMITED[name], 5)}" for name in same)
         yield f"held to what the run before has, the tip at rest: {shown}"
-    for name, most in spindle_limits(ready.scenario.drives, float(ready.cutting.spindle[0])).items():
-        if name not in wanted.limits or wanted.limits[name] > limits[name]:
-            held, has = (units.show(one, LIMITED[name], 4) for one in (limits[name], most))
-            yield f"{name} is held to {held}: the spindle has {has} at its speed"
+    yield from _of_spindle(ready, wanted, limits)
     if ready.scenario.stock is None:
         yield "without stock the contact is only what operation.radial_depth says: feeds may fall and not rise"
     for line, why in list(ready.bed.repeated.items())[:_LISTED]:
@@ -51,10 +50,24 @@ def said(ready: Ready, wanted: Asked, limits: Mapping[str, float], static: Mappi
         yield "operation.feed is left out of the new scenario: the feeds are those of the new program"
     if ready.scenario.material.law != "linear":
         yield "Kienzle's law is taken by its slopes at the chip of the program before the new one is simulated with the law itself"
-    if ready.scenario.tool.runout:
+    if any(tool.runout for tool in cutters_of(ready.scenario)):
         yield "run-out is left out of the schedule; the simulation of the new program has it"
     if ready.scenario.drives.control.block_time is None:
         yield f"{ready.scenario.drives_key}.control.block_time is not given: blocks may be as short as gains"
+
+
+def _of_spindle(ready: Ready, wanted: Asked, limits: Mapping[str, float]) -> Iterator[str]:
+    """What is held to the curves of the spindle; in 3D at the speed of every tool."""
+    if isinstance(ready.cutting, Turning):
+        for speed, caps in ready.cutting.caps.items():
+            for name, most in caps.items():
+                held, has = (units.show(one, LIMITED[name], 4) for one in (OF_SPINDLE * most, most))
+                yield f"{name} is held to {held} at {units.show(speed, 'angular_speed', 5)}: the spindle has {has} there"
+        return
+    for name, most in spindle_limits(ready.scenario.drives, float(ready.cutting.spindle[0])).items():
+        if name not in wanted.limits or wanted.limits[name] > limits[name]:
+            held, has = (units.show(one, LIMITED[name], 4) for one in (limits[name], most))
+            yield f"{name} is held to {held}: the spindle has {has} at its speed"
 
 
 def _guard(limits: Mapping[str, float], static: Mapping[str, float]) -> str:
@@ -110,7 +123,7 @@ def _too_thin(ready: Ready, room: Allowed, feed: FloatArray) -> BoolArray:
 
 def _steady(ready: Ready) -> BoolArray:
     """Cells whose thickest chip is that of both neighbours: no entry, no exit."""
-    sine = largest_sines(ready.cells.patches)
+    sine = chips_of(ready.cells, ready.cutting)
     alike = np.abs(np.diff(sine)) <= _STEADY * sine[1:]
     return np.asarray(ready.cells.cuts & np.append(False, alike) & np.append(alike, False))
 

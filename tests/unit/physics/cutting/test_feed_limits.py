@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from cutwise.physics.cutting.discs import discs
-from cutwise.physics.cutting.feed_limits import (
+from cutwise.physics.cutting.affine_limits import (
     CHIP,
     MEAN,
     MOST_ERROR,
@@ -18,9 +17,9 @@ from cutwise.physics.cutting.feed_limits import (
     WALL,
     WALL_FROM,
     Bounds,
-    Teeth,
-    feed_intervals,
 )
+from cutwise.physics.cutting.discs import discs
+from cutwise.physics.cutting.feed_limits import Teeth, feed_intervals
 from cutwise.physics.cutting.flute import EdgeCoefficients, Mill
 from cutwise.physics.cutting.uneven import even_edges
 from cutwise.physics.cutting.wall import DISCS, FLUTES, tooth_period

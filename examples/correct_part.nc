@@ -1,0 +1,28 @@
+(slot, plunge and ramp with a flat mill, then a slope with a ball)
+G21 G17 G90 G94 G40
+T1 M6
+S8000 M3
+G0 X-8 Y8 Z5
+G0 Z-4
+G1 X24 F1200
+G1 Y22
+G1 X-8
+G0 Z5
+G0 X10 Y15
+G1 Z-5 F300
+G1 X30 Z-7 F600
+G1 X10 F1200
+G0 Z5
+T2 M6
+S12000 M3
+G0 X32 Y-5
+G1 Z-3 F600
+G1 Y35 F1500
+G1 X34 Z-4
+G1 Y-5
+G1 X36 Z-5
+G1 Y35
+G1 X38 Z-6
+G1 Y-5
+G0 Z20
+M2
