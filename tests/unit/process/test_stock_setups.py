@@ -22,13 +22,14 @@ SLOT = "G21 G90 T1 M6 S8000 M3\nG0 X-10 Y10 Z5\nG1 Z-10 F600\nG1 X30\nG0 Z20\n"
 BELOW = "G21 G90 T1 M6 S8000 M3\nG0 X-10 Y8 Z5\nG1 Z-12 F600\nG1 X30\nG0 Z20\n"
 TOOL = "{number: 1, shape: flat, diameter: 6 mm, flutes: 2, helix: 30 deg}"
 NUMERICS = "{grid: 0.2 mm, check: 300, station: 0.5 mm}"
+COARSE = "{grid: 0.5 mm, check: 300, station: 5 mm, elements: 4}"  # for volumes, which a grid has exactly where walls lie on it
 BLOCK = "{x: [0 mm, 20 mm], y: [0 mm, 20 mm], z: [-20 mm, 0 mm]}"
 
 
-def two(second, where, stock=BLOCK, first=SLOT, more=""):
+def two(second, where, stock=BLOCK, first=SLOT, more="", numerics=NUMERICS):
     """The slot from above, then another program along an axis."""
     return parse(
-        f"process: mill\nstock: {stock}\ntools: [{TOOL}]\nnumerics: {{stock: {NUMERICS}}}\nsetups:\n"
+        f"process: mill\nstock: {stock}\ntools: [{TOOL}]\nnumerics: {{stock: {numerics}}}\nsetups:\n"
         f"  - {{program: {{file: a.nc, text: {json.dumps(first)}}}}}\n"
         f"  - {{program: {{file: b.nc, text: {json.dumps(second)}}}, {where}}}\n{more}"
     )
@@ -134,7 +135,7 @@ def test_frames():
 
 def one(stock, program, more=""):
     return parse(
-        f"process: mill\nstock: {stock}\ntools: [{TOOL}]\nnumerics: {{stock: {NUMERICS}}}\n"
+        f"process: mill\nstock: {stock}\ntools: [{TOOL}]\nnumerics: {{stock: {COARSE}}}\n"
         f"program: {{file: a.nc, text: {json.dumps(program)}}}\n{more}"
     )
 
@@ -150,7 +151,13 @@ def test_a_run_goes_on_from_what_an_earlier_one_has_left(tmp_path):
     assert again.measures["removed_volume"].value == 0.0
     found.save(tmp_path / "second.nc")
     third = simulate(
-        two(BELOW, "axis: [0, 1, 0], zero: [0 mm, 20 mm, 0 mm]", f"{{run: {tmp_path / 'second.nc'}}}", across)
+        two(
+            BELOW,
+            "axis: [0, 1, 0], zero: [0 mm, 20 mm, 0 mm]",
+            f"{{run: {tmp_path / 'second.nc'}}}",
+            across,
+            numerics=COARSE,
+        )
     )
     assert 1e9 * third.measures["removed_volume"].value == pytest.approx(1440 - 500 - 432 + 150, rel=1e-5)
 
