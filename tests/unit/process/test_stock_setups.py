@@ -52,7 +52,7 @@ def left_of_points(done, point):
 
 def test_worked_example_g():
     """A slot along x, then one along x from the side: 1200 and 940 mm^3."""
-    done = stock_setups.run(two(BELOW, "axis: [0, 1, 0], zero: [0 mm, 20 mm, 0 mm]"))
+    done = stock_setups.run(two(BELOW, "axis: [0, 1, 0], zero: [0 mm, 20 mm, 0 mm]", numerics=COARSE))
     assert [1e9 * cut.ideal.volume.sum() for cut in done.cuts] == pytest.approx([1200, 940], rel=1e-6)
     found = stock_measures.measures(done, None)
     assert 1e9 * found["removed_volume"] == pytest.approx(2140, rel=1e-6)
@@ -110,9 +110,9 @@ def test_volumes_contact_and_surface_are_those_of_plain_points(where, second, to
 
 
 def test_the_order_of_set_ups_changes_no_surface():
-    one = stock_setups.run(two(BELOW, "axis: [0, 1, 0], zero: [0 mm, 20 mm, 0 mm]"))
+    one = stock_setups.run(two(BELOW, "axis: [0, 1, 0], zero: [0 mm, 20 mm, 0 mm]", numerics=COARSE))
     text = (
-        f"process: mill\nstock: {BLOCK}\ntools: [{TOOL}]\nnumerics: {{stock: {NUMERICS}}}\nsetups:\n"
+        f"process: mill\nstock: {BLOCK}\ntools: [{TOOL}]\nnumerics: {{stock: {COARSE}}}\nsetups:\n"
         f"  - {{program: {{file: b.nc, text: {json.dumps(BELOW)}}}, axis: [0, 1, 0], zero: [0 mm, 20 mm, 0 mm]}}\n"
         f"  - {{program: {{file: a.nc, text: {json.dumps(SLOT)}}}}}\n"
     )
@@ -163,7 +163,7 @@ def test_a_run_goes_on_from_what_an_earlier_one_has_left(tmp_path):
 
 
 def test_stages_of_set_ups_follow_one_another():
-    given = two(BELOW, "axis: [0, 1, 0], zero: [0 mm, 20 mm, 0 mm]")
+    given = two(BELOW, "axis: [0, 1, 0], zero: [0 mm, 20 mm, 0 mm]", numerics=COARSE)
     done = stock_setups.run(given)
     tree = stock_stages.stages(done, stock_deviation.judged(given, done))
     assert {"stock", "stock_2", "sweep_1", "sweep_2"} <= set(tree.children)
