@@ -37,6 +37,15 @@ def run_of(examples, tmp_path_factory):
     return Runs(examples, folder)
 
 
+def pytest_collection_modifyitems(items):
+    """Tests of a stock in 3D come first and one after the other, which is in one process of xdist.
+
+    Their loops take a minute to compile for each number of maps: two processes that come to them at the same time
+    compile all of them twice.
+    """
+    items.sort(key=lambda item: not item.path.stem.startswith("test_stock"))  # the order is kept otherwise
+
+
 def pytest_sessionfinish(session):
     """pytest keeps the folders of three runs; results are too large for that."""
     factory = getattr(session.config, "_tmp_path_factory", None)

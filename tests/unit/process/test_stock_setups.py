@@ -22,13 +22,14 @@ SLOT = "G21 G90 T1 M6 S8000 M3\nG0 X-10 Y10 Z5\nG1 Z-10 F600\nG1 X30\nG0 Z20\n"
 BELOW = "G21 G90 T1 M6 S8000 M3\nG0 X-10 Y8 Z5\nG1 Z-12 F600\nG1 X30\nG0 Z20\n"
 TOOL = "{number: 1, shape: flat, diameter: 6 mm, flutes: 2, helix: 30 deg}"
 NUMERICS = "{grid: 0.2 mm, check: 300, station: 0.5 mm}"
+COARSE = "{grid: 0.5 mm, check: 300, station: 5 mm, elements: 4}"  # for volumes, which a grid has exactly where walls lie on it
 BLOCK = "{x: [0 mm, 20 mm], y: [0 mm, 20 mm], z: [-20 mm, 0 mm]}"
 
 
-def two(second, where, stock=BLOCK, first=SLOT, more=""):
+def two(second, where, stock=BLOCK, first=SLOT, more="", numerics=NUMERICS):
     """The slot from above, then another program along an axis."""
     return parse(
-        f"process: mill\nstock: {stock}\ntools: [{TOOL}]\nnumerics: {{stock: {NUMERICS}}}\nsetups:\n"
+        f"process: mill\nstock: {stock}\ntools: [{TOOL}]\nnumerics: {{stock: {numerics}}}\nsetups:\n"
         f"  - {{program: {{file: a.nc, text: {json.dumps(first)}}}}}\n"
         f"  - {{program: {{file: b.nc, text: {json.dumps(second)}}}, {where}}}\n{more}"
     )
@@ -51,7 +52,7 @@ def left_of_points(done, point):
 
 def test_worked_example_g():
     """A slot along x, then one along x from the side: 1200 and 940 mm^3."""
-    done = stock_setups.run(two(BELOW, "axis: [0, 1, 0], zero: [0 mm, 20 mm, 0 mm]"))
+    done = stock_setups.run(two(BELOW, "axis: [0, 1, 0], zero: [0 mm, 20 mm, 0 mm]", numerics=COARSE))
     assert [1e9 * cut.ideal.volume.sum() for cut in done.cuts] == pytest.approx([1200, 940], rel=1e-6)
     found = stock_measures.measures(done, None)
     assert 1e9 * found["removed_volume"] == pytest.approx(2140, rel=1e-6)
@@ -109,9 +110,9 @@ def test_volumes_contact_and_surface_are_those_of_plain_points(where, second, to
 
 
 def test_the_order_of_set_ups_changes_no_surface():
-    one = stock_setups.run(two(BELOW, "axis: [0, 1, 0], zero: [0 mm, 20 mm, 0 mm]"))
+    one = stock_setups.run(two(BELOW, "axis: [0, 1, 0], zero: [0 mm, 20 mm, 0 mm]", numerics=COARSE))
     text = (
-        f"process: mill\nstock: {BLOCK}\ntools: [{TOOL}]\nnumerics: {{stock: {NUMERICS}}}\nsetups:\n"
+        f"process: mill\nstock: {BLOCK}\ntools: [{TOOL}]\nnumerics: {{stock: {COARSE}}}\nsetups:\n"
         f"  - {{program: {{file: b.nc, text: {json.dumps(BELOW)}}}, axis: [0, 1, 0], zero: [0 mm, 20 mm, 0 mm]}}\n"
         f"  - {{program: {{file: a.nc, text: {json.dumps(SLOT)}}}}}\n"
     )
@@ -134,7 +135,7 @@ def test_frames():
 
 def one(stock, program, more=""):
     return parse(
-        f"process: mill\nstock: {stock}\ntools: [{TOOL}]\nnumerics: {{stock: {NUMERICS}}}\n"
+        f"process: mill\nstock: {stock}\ntools: [{TOOL}]\nnumerics: {{stock: {COARSE}}}\n"
         f"program: {{file: a.nc, text: {json.dumps(program)}}}\n{more}"
     )
 
@@ -150,13 +151,19 @@ def test_a_run_goes_on_from_what_an_earlier_one_has_left(tmp_path):
     assert again.measures["removed_volume"].value == 0.0
     found.save(tmp_path / "second.nc")
     third = simulate(
-        two(BELOW, "axis: [0, 1, 0], zero: [0 mm, 20 mm, 0 mm]", f"{{run: {tmp_path / 'second.nc'}}}", across)
+        two(
+            BELOW,
+            "axis: [0, 1, 0], zero: [0 mm, 20 mm, 0 mm]",
+            f"{{run: {tmp_path / 'second.nc'}}}",
+            across,
+            numerics=COARSE,
+        )
     )
     assert 1e9 * third.measures["removed_volume"].value == pytest.approx(1440 - 500 - 432 + 150, rel=1e-5)
 
 
 def test_stages_of_set_ups_follow_one_another():
-    given = two(BELOW, "axis: [0, 1, 0], zero: [0 mm, 20 mm, 0 mm]")
+    given = two(BELOW, "axis: [0, 1, 0], zero: [0 mm, 20 mm, 0 mm]", numerics=COARSE)
     done = stock_setups.run(given)
     tree = stock_stages.stages(done, stock_deviation.judged(given, done))
     assert {"stock", "stock_2", "sweep_1", "sweep_2"} <= set(tree.children)

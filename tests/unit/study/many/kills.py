@@ -55,10 +55,10 @@ def trials(count: int, seed: int = 1) -> tuple[Outcome, bool]:
                 for file in sorted(before)[4:]:
                     file.unlink()
                 before = set(folder.glob("parts/part-*.nc"))
-            words = [str(script)] if number % 5 == 4 else ["-c", _WORKS.format(str(folder))]
+            words = [str(script)] if number % 3 == 2 else ["-c", _WORKS.format(str(folder))]
             process = subprocess.Popen([sys.executable, *words], stdout=subprocess.PIPE)
             process.stdout.readline()
-            if number % 5 == 4:  # it has to start its workers first
+            if number % 3 == 2:  # it has to start its workers first
                 time.sleep(4.0)
             _until_a_part(folder, before)
             time.sleep(rng.uniform(0.0, 0.25))
