@@ -61,7 +61,9 @@ def test_a_turn_gives_what_the_material_gives_a_little_further_on(shape, turn):
     followed, asked = turned(SHAPES[shape], (*first, (x, y, -3.5)))  # the second move rises
     assert asked[0] > 0.3 or abs(turn) == 140
     assert followed[0] == pytest.approx(asked[0], abs=0.01)  # mm^2; 1 um further on the flank has begun to cut
-    assert followed[1] == pytest.approx(asked[1], abs=0.15)  # of a flank that begins to cut: sqrt(2 LITTLE / R) and more
+    assert followed[1] == pytest.approx(
+        asked[1], abs=0.15
+    )  # of a flank that begins to cut: sqrt(2 LITTLE / R) and more
 
 
 def test_where_the_tool_went_along_its_own_side_nothing_follows():
