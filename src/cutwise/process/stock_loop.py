@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from cutwise.maths.compiled import compiled, inlined_stepping, stepping
+from cutwise.maths.compiled import compiled, stepping
 from cutwise.maths.envelopes import LINE
 from cutwise.maths.height_map import HeightMap
 from cutwise.maths.map_levels import Room, room
@@ -118,7 +118,7 @@ def station_at(
     return count
 
 
-@inlined_stepping
+@stepping
 def _station_of(
     piece: Workpiece, teeth: Teeth, run: Run, move: int, place: Place, peak: bool, planned: float, fan: Fan,
     rows: FloatArray, count: int, out: FloatArray,
@@ -162,7 +162,7 @@ def _station_of(
     out[12], out[13], out[14] = force.x, force.y, force.z
 
 
-@inlined_stepping
+@stepping
 def _stations(
     piece: Workpiece, teeth: Teeth, run: Run, move: int, refine: bool, fan: Fan, rows: FloatArray, other: FloatArray,
     met: int,
