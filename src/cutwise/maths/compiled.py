@@ -109,7 +109,22 @@ def compiled_sums(function: Function) -> Function:
 def _compiled(function: Function, **options: Any) -> Function:
     dispatcher = numba.njit(error_model="numpy", **options)(function)
     dispatcher._cache = _KernelCache(function, options)
+    dispatcher.get_call_template = _of_any_number(dispatcher.get_call_template)
     return cast(Function, dispatcher)
+
+
+def _of_any_number(template: Callable[..., Any]) -> Callable[..., Any]:
+    """Typing of a call in which a whole number or a truth that is written down is like any other.
+
+    Left alone, the compiler makes a kernel anew for each of them, ``count=0`` or ``refine=True``: twice the time, the same code.
+    """
+
+    plain: Callable[[Any], Any] = numba.types.unliteral
+
+    def called(args: Any, kws: Any) -> Any:
+        return template(tuple(map(plain, args)), {name: plain(kind) for name, kind in kws.items()})
+
+    return called
 
 
 class _KernelCache(FunctionCache):

@@ -10,7 +10,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from cutwise.maths.compiled import compiled, inlined_stepping, stepping
+from cutwise.maths.compiled import compiled, inlined_stepping
 from cutwise.maths.envelopes import move_height
 from cutwise.maths.height_map import NOTHING, RINGS, SIDE, STOCK
 from cutwise.maths.solid import Solid, bottom_at, nearest, top_at, within
@@ -145,7 +145,7 @@ def surface_within(solid: Solid, done: int, x: float, y: float, found: IntArray)
     return _down_to(solid, done, x, y, -math.inf, (top_at(solid, x, y), STOCK), found)
 
 
-@stepping
+@inlined_stepping
 def surface_above(solid: Solid, done: int, x: float, y: float, level: float, found: IntArray) -> float:
     """As the height of :func:`surface`, as far down as a level: one that is not above it may be told too high.
 

@@ -24,6 +24,7 @@ from cutwise.physics.engagement.contact_sums import angle_of_contact, removal
 from cutwise.physics.engagement.map_contact import Edge, contact_rows
 from cutwise.physics.engagement.map_fan import Fan, fan_room
 from cutwise.physics.engagement.map_rim import Place
+from cutwise.physics.engagement.map_turn import goes_on, turned_rows
 from cutwise.process.loops_drives import STANDSTILL
 
 FloatArray = npt.NDArray[np.float64]
@@ -105,23 +106,27 @@ def _mean(rows: FloatArray, count: int, teeth: Teeth, chip: Chip) -> MeridianFor
 
 @stepping
 def station_at(
-    piece: Workpiece,
-    teeth: Teeth,
-    run: Run,
-    move: int,
-    place: Place,
-    refine: bool,
-    peak: bool,
-    planned: float,
-    fan: Fan,
-    rows: FloatArray,
-    out: FloatArray,
-) -> None:
-    """Contact and force at one place into a row of stations; ``planned``: the speed there by the machine [m/s]."""
+    piece: Workpiece, teeth: Teeth, run: Run, move: int, place: Place, refine: bool, peak: bool, planned: float, fan: Fan,
+    rows: FloatArray, out: FloatArray,
+) -> int:  # fmt: skip
+    """Contact and force at one place into a row of stations; ``planned``: the speed there by the machine [m/s].
+
+    Returns the number of rows of contact.
+    """
+    count = contact_rows(piece, place, teeth.edge, fan, rows, refine)
+    _station_of(piece, teeth, run, move, place, peak, planned, fan, rows, count, out)
+    return count
+
+
+@stepping
+def _station_of(
+    piece: Workpiece, teeth: Teeth, run: Run, move: int, place: Place, peak: bool, planned: float, fan: Fan,
+    rows: FloatArray, count: int, out: FloatArray,
+) -> None:  # fmt: skip
+    """What rows of contact at a place come to, into a row of stations."""
     solid = piece.maps[0]
     out[:] = 0.0
     out[0] = place.share
-    count = contact_rows(piece, place, teeth.edge, fan, rows, refine)
     level, climb = 1.0, 0.0
     if math.isinf(place.slope):
         level, climb = 0.0, math.copysign(1.0, place.slope)
@@ -158,13 +163,19 @@ def station_at(
 
 
 @stepping
-def _stations(piece: Workpiece, teeth: Teeth, run: Run, move: int, refine: bool, fan: Fan, rows: FloatArray) -> None:
-    """All stations of a move, evenly along it."""
+def _stations(
+    piece: Workpiece, teeth: Teeth, run: Run, move: int, refine: bool, fan: Fan, rows: FloatArray, other: FloatArray,
+    met: int,
+) -> int:  # fmt: skip
+    """All stations of a move, evenly along it; how many rows of contact there are at its end.
+
+    ``met``: how many rows there were at the end of the move before, -1 where nothing is known of it.
+    """
     solid = piece.maps[0]
     first, last = solid.path.first[move], solid.path.first[move + 1]
     begin, end = run.station[move], run.station[move + 1]
     if end == begin:
-        return
+        return -1
     length = 0.0
     for segment in range(first, last):
         length += run.way[segment]
@@ -179,7 +190,15 @@ def _stations(piece: Workpiece, teeth: Teeth, run: Run, move: int, refine: bool,
         share = min(max(share, inside), 1.0 - inside)
         run.segment[n] = segment
         place = place_on(solid, run.start, run.end, move, segment, share)
-        station_at(piece, teeth, run, move, place, refine, refine, run.speed[n], fan, rows, run.found[n])
+        if n == begin and end - begin > 1 and met >= 0:
+            ended = place_on(solid, run.start, run.end, move - 1, first - 1, 1.0)
+            near = math.hypot(place.x - ended.x, place.y - ended.y) + abs(place.z - ended.z) < 2.0 * AHEAD
+            if near and goes_on(teeth.edge, ended, place):
+                met = turned_rows(rows, met, teeth.edge, ended, place, other)
+                _station_of(piece, teeth, run, move, place, refine, run.speed[n], fan, other, met, run.found[n])
+                continue
+        met = station_at(piece, teeth, run, move, place, refine, refine, run.speed[n], fan, rows, run.found[n])
+    return met
 
 
 @stepping
@@ -211,11 +230,14 @@ def run_moves(
         Whether stations are looked at, and how closely.
     """
     solid = piece.maps[0]
-    fan, rows, work = fan_room(), np.empty((PIECES, 5)), room(solid.map.layout)
+    fan, rows, other, work = fan_room(), np.empty((PIECES, 5)), np.empty((PIECES, 5)), room(solid.map.layout)
+    met = -1
     for move in range(moves[0], moves[1]):
         tool = int(solid.path.row[solid.path.first[move], 1])
         if look and not run.rapid[move]:
-            _stations(piece, teeth, run, move, refine, fan, rows)
+            met = _stations(piece, teeth, run, move, refine, fan, rows, other, met)
+        else:
+            met = -1
         if run.rapid[move]:
             overlap_along(solid.map, solid, solid.tools, move, run.through[move], work)
         run.taken[move] = cut_by(solid.map, solid.path, solid.tools, move, work)

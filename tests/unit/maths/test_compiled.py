@@ -97,3 +97,18 @@ def test_kernels_can_be_cleared(monkeypatch, tmp_path):
     (tmp_path / "kernels" / "older" / "a.nbc").write_bytes(b"123")
     assert compiled.clear_kernels() == 3
     assert compiled.cached_kernels() == []
+
+
+@compiled.compiled
+def _counted(count, twice):
+    return 2 * count if twice else count
+
+
+@compiled.compiled
+def _counts(n):
+    return _counted(3, True) + _counted(n, n > 2)
+
+
+def test_a_number_that_is_written_down_makes_no_kernel_of_its_own():
+    assert _counts(4) == 14
+    assert len(_counted.signatures) == 1

@@ -12,7 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from cutwise.maths.compiled import compiled
-from cutwise.physics.cutting.flute import EdgeCoefficients, Mill, arc_force, edge_in_cut, flutes_in_cut
+from cutwise.physics.cutting.flute import EdgeCoefficients, arc_force
+from cutwise.physics.cutting.helix import edge_in_cut, flutes_in_cut
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -105,7 +106,8 @@ def highest_feed(ax: float, ay: float, bx: float, by: float, most: float) -> flo
 
 @compiled
 def flutes_of(
-    rotation: float, lo: float, hi: float, bottom: float, top: float, mill: Mill, edge: EdgeCoefficients, shear: EdgeCoefficients
+    rotation: float, lo: float, hi: float, bottom: float, top: float, flutes: int, lag: float, edge: EdgeCoefficients,
+    shear: EdgeCoefficients,
 ) -> tuple[float, float, float, float]:  # fmt: skip
     """Forces in the plane of all flutes in a patch of the cylinder, taken apart: A [N] of the edges, B [N/m] of the shearing.
 
@@ -115,8 +117,8 @@ def flutes_of(
         Angle of flute 0 at the tip [rad].
     lo, hi, bottom, top : float
         Arc [rad] and heights [m] of the patch, as for :func:`cutwise.physics.cutting.flute.tooth_force`.
-    mill : Mill
-        Radius, teeth and helix.
+    flutes, lag : int, float
+        How many, and how far they lag, from :func:`cutwise.physics.cutting.helix.helix_lag` [rad/m].
     edge, shear : EdgeCoefficients
         Of the edges alone, and without edge forces.
 
@@ -131,10 +133,11 @@ def flutes_of(
 
     Examples
     --------
-    >>> from cutwise.physics.cutting.flute import tooth_force
+    >>> from cutwise.physics.cutting.flute import Mill, tooth_force
+    >>> from cutwise.physics.cutting.helix import helix_lag
     >>> mill, k = Mill(5e-3, 3, 0.5), EdgeCoefficients(7e8, 2e8, 0.0, 2e4, 1e4, 0.0)
     >>> edge, shear = k._replace(K_tc=0.0, K_rc=0.0), k._replace(K_te=0.0, K_re=0.0)
-    >>> a, _, b, _ = flutes_of(1.9, 0.4, 2.0, 0.0, 4e-3, mill, edge, shear)
+    >>> a, _, b, _ = flutes_of(1.9, 0.4, 2.0, 0.0, 4e-3, 3, helix_lag(0.5, 5e-3), edge, shear)
     >>> abs(a + 1e-4 * b - tooth_force(1.9, 0.4, 2.0, 1e-4, 0.0, 0.0, 4e-3, mill, k).x) < 1e-9 < abs(a)
     True
 
@@ -143,9 +146,9 @@ def flutes_of(
     As :func:`cutwise.physics.cutting.flute.tooth_force`.
     """
     ax, ay, bx, by = 0.0, 0.0, 0.0, 0.0
-    first, last = flutes_in_cut(rotation, lo, hi, bottom, top, mill)
+    first, last = flutes_in_cut(rotation, lo, hi, bottom, top, flutes, lag)
     for flute in range(first, last + 1):
-        z1, z2, middle, span = edge_in_cut(rotation, flute, lo, hi, bottom, top, mill)
+        z1, z2, middle, span = edge_in_cut(rotation, flute, lo, hi, bottom, top, flutes, lag)
         if z2 > z1:
             own = arc_force(1.0, 0.0, middle, span, z2 - z1, edge)
             grows = arc_force(1.0, 0.0, middle, span, z2 - z1, shear)

@@ -13,6 +13,7 @@ from cutwise.maths.compiled import compiled
 from cutwise.physics.cutting.affine_limits import VALUES, Bounds, Sums, flutes_of, limits_of, values_of
 from cutwise.physics.cutting.discs import Discs
 from cutwise.physics.cutting.flute import Mill, mean_force
+from cutwise.physics.cutting.helix import helix_lag
 from cutwise.physics.cutting.uneven import Edges
 from cutwise.physics.cutting.wall import DISCS, FLUTES, wall_force
 
@@ -55,7 +56,8 @@ def largest_sine(low: float, high: float) -> float:
 def _unit_force(law: int, angle: float, patches: FloatArray, teeth: Teeth) -> tuple[float, float, float, float]:
     """A [N] and B [N/m] of all patches at an angle of flute 0, x along the feed, y to its left."""
     ax, ay, bx, by = 0.0, 0.0, 0.0, 0.0
-    mill = teeth.mill
+    mill, flutes = teeth.mill, teeth.mill.flutes
+    lag = helix_lag(mill.helix, mill.radius)
     for p in range(patches.shape[0]):
         low, high, bottom, top = patches[p, 0], patches[p, 1], patches[p, 2], patches[p, 3]
         if high <= low:
@@ -67,7 +69,8 @@ def _unit_force(law: int, angle: float, patches: FloatArray, teeth: Teeth) -> tu
                 math.pi - low,
                 bottom,
                 top,
-                mill,
+                flutes,
+                lag,
                 teeth.edge.linear,
                 teeth.shear.linear,
             )

@@ -12,6 +12,7 @@ import math
 from typing import NamedTuple
 
 from cutwise.maths.compiled import compiled, inlined
+from cutwise.physics.cutting.helix import edge_in_cut, flutes_in_cut, helix_lag
 
 
 class EdgeCoefficients(NamedTuple):
@@ -188,98 +189,6 @@ def mean_force(
 
 
 @compiled
-def flutes_in_cut(rotation: float, lo: float, hi: float, z_lo: float, z_hi: float, mill: Mill) -> tuple[int, int]:
-    r"""First and last flute j that may stand in an arc, counted on through all turns.
-
-    :math:`j_0 = \lfloor (lo + k_\beta z - \phi) / \phi_p \rfloor + 1` at the lowest lag,
-    :math:`j_1 = \lfloor (hi + k_\beta z - \phi) / \phi_p \rfloor` at the highest: of an arc :math:`lo < \phi \le hi`, so that
-    a straight flute that stands where two arcs meet is in one of them alone.
-
-    Parameters
-    ----------
-    rotation : float
-        Rotation :math:`\phi` of the mill [rad], flute 0 at the tip.
-    lo, hi : float
-        Immersion arc [rad].
-    z_lo, z_hi : float
-        Axial limits above the tip [m].
-    mill : Mill
-        The mill; a left-hand helix is negative.
-
-    Returns
-    -------
-    tuple
-        First and last flute; the last is the lower number where none is in the arc.
-
-    Examples
-    --------
-    Of two straight flutes, now at 0 and 180 degrees, the second is between 0.5 and 4 rad:
-
-    >>> flutes_in_cut(0.0, 0.5, 4.0, 0.0, 1e-3, Mill(5e-3, 2, 0.0))
-    (1, 1)
-
-    References
-    ----------
-    Derived here; takes the place of the list of cases after Berselli et al. 2016, Eq. (6).
-    """
-    pitch = 2.0 * math.pi / mill.flutes
-    lag = math.tan(mill.helix) / mill.radius
-    first = math.floor((lo + min(lag * z_lo, lag * z_hi) - rotation) / pitch) + 1
-    last = math.floor((hi + max(lag * z_lo, lag * z_hi) - rotation) / pitch)
-    return first, last
-
-
-@compiled
-def edge_in_cut(
-    rotation: float, flute: int, lo: float, hi: float, z_lo: float, z_hi: float, mill: Mill
-) -> tuple[float, float, float, float]:
-    r"""Part of one flute that stands in an arc: its axial limits [m], and middle and width of its angles [rad].
-
-    .. math:: z_{1,2} = \frac{\phi + j\phi_p - (hi, lo)}{k_\beta} \;\text{within}\; [z_{lo}, z_{hi}], \qquad
-              \phi_m = \phi + j\phi_p - k_\beta \frac{z_1 + z_2}{2}, \qquad \Delta = k_\beta (z_2 - z_1)
-
-    Parameters
-    ----------
-    rotation : float
-        Rotation :math:`\phi` of the mill [rad], flute 0 at the tip.
-    flute : int
-        j, one of :func:`flutes_in_cut`.
-    lo, hi : float
-        Immersion arc [rad].
-    z_lo, z_hi : float
-        Axial limits of the layer above the tip [m].
-    mill : Mill
-        The mill.
-
-    Returns
-    -------
-    tuple
-        :math:`z_1, z_2, \phi_m, \Delta`; nothing is in cut if :math:`z_2 \le z_1`. A straight flute counts whole: valid if
-        it is one of :func:`flutes_in_cut`. The width is negative on a left-hand helix.
-
-    Examples
-    --------
-    A helix that lags by 250 rad/m enters the arc from 0.5 rad at a height of (1 - 0.5)/250 m:
-
-    >>> [round(v, 9) for v in edge_in_cut(1.0, 0, 0.5, 2.0, 0.0, 1e-2, Mill(4e-3, 2, 0.25 * math.pi))]
-    [0.0, 0.002, 0.75, 0.5]
-
-    References
-    ----------
-    Berselli et al. 2016, Eq. (2) and the limits after Eq. (6), of which line 3 is a misprint.
-    """
-    start = rotation + flute * 2.0 * math.pi / mill.flutes
-    lag = math.tan(mill.helix) / mill.radius
-    z1, z2 = z_lo, z_hi
-    if lag != 0.0:
-        end_a = (start - hi) / lag
-        end_b = (start - lo) / lag
-        z1 = max(z_lo, min(end_a, end_b))
-        z2 = min(z_hi, max(end_a, end_b))
-    return z1, z2, start - lag * 0.5 * (z1 + z2), lag * (z2 - z1)
-
-
-@compiled
 def tooth_force(
     rotation: float,
     lo: float,
@@ -334,12 +243,60 @@ def tooth_force(
     ----------
     Berselli et al. 2016, Eqs. (2)-(7) and (10), corrected; Altintas 2012, sec. 2.6.
     """
+    return lagging_force(
+        rotation, lo, hi, chip, theta, z_lo, z_hi, mill.flutes, helix_lag(mill.helix, mill.radius), coefficients
+    )
+
+
+@inlined
+def lagging_force(
+    rotation: float,
+    lo: float,
+    hi: float,
+    chip: float,
+    theta: float,
+    z_lo: float,
+    z_hi: float,
+    flutes: int,
+    lag: float,
+    coefficients: EdgeCoefficients,
+) -> FluteForce:
+    """:func:`tooth_force` of a mill whose lag is known, for loops over many rotations.
+
+    Parameters
+    ----------
+    rotation, lo, hi, chip, theta, z_lo, z_hi, coefficients
+        As there.
+    flutes : int
+        How many flutes.
+    lag : float
+        Of the mill, from :func:`cutwise.physics.cutting.helix.helix_lag` [rad/m].
+
+    Returns
+    -------
+    FluteForce
+        Force on the tool [N].
+
+    Notes
+    -----
+    Valid as :func:`tooth_force`.
+
+    Examples
+    --------
+    >>> k = EdgeCoefficients(1e9, 0.0, 0.0, 0.0, 0.0, 0.0)
+    >>> round(lagging_force(math.pi, 0.0, math.pi, 1e-4, 0.0, 0.0, 0.03, 1, 200.0, k).y, 4)
+    785.3982
+
+    References
+    ----------
+    As :func:`tooth_force`.
+    """
     x = y = z = tangential = 0.0
     if hi <= lo or z_hi <= z_lo:
         return FluteForce(x, y, z, tangential)
-    first, last = flutes_in_cut(rotation, lo, hi, z_lo, z_hi, mill)
+    first, last = flutes_in_cut(rotation, lo, hi, z_lo, z_hi, flutes, lag)
     for flute in range(first, last + 1):
-        z1, z2, middle, span = edge_in_cut(rotation, flute, lo, hi, z_lo, z_hi, mill)
+        z1, z2, middle, span = edge_in_cut(rotation, flute, lo, hi, z_lo, z_hi, flutes, lag)
         if z2 <= z1:
             continue
         f = arc_force(chip, theta, middle, span, z2 - z1, coefficients)

@@ -14,7 +14,8 @@ import numpy.typing as npt
 from cutwise.maths.compiled import compiled, inlined, internal
 from cutwise.maths.profiles import Meridian
 from cutwise.physics.cutting.ball import disc_coefficients
-from cutwise.physics.cutting.flute import EdgeCoefficients, Mill, mean_force, tooth_force
+from cutwise.physics.cutting.flute import EdgeCoefficients, Mill, lagging_force, mean_force
+from cutwise.physics.cutting.helix import helix_lag
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -131,8 +132,9 @@ def meridian_force(
 
 @inlined
 def disc_loads(
-    rotation: float, low: float, high: float, element: int, edge: Meridian, mill: Mill, chip: Chip, k: EdgeCoefficients
-) -> tuple[float, float, float, float]:
+    rotation: float, low: float, high: float, element: int, edge: Meridian, turning: tuple[int, float], chip: Chip,
+    k: EdgeCoefficients,
+) -> tuple[float, float, float, float]:  # fmt: skip
     r"""Forces in the plane of the teeth of an element below the cylinder, taken apart into edges and shearing [N].
 
     Parameters
@@ -143,7 +145,9 @@ def disc_loads(
         Arc of contact, :math:`\phi = \pi/2 - \psi` [rad].
     element, edge : int, Meridian
         Which element.
-    mill, chip, k
+    turning : tuple
+        Flutes, and their lag [rad/m].
+    chip, k
         As for :func:`peak_force`.
 
     Returns
@@ -163,7 +167,7 @@ def disc_loads(
     >>> one = np.ones(1)
     >>> ball = Meridian(0.0 * one, 5e-3 * one, one, 0.0 * one, 1e-3 * one)
     >>> k = EdgeCoefficients(0.0, 0.0, 0.0, 1e5, 5e4, 0.0)
-    >>> found = disc_loads(0.5 * math.pi, 0.0, math.pi, 0, ball, Mill(5e-3, 1, 0.0), Chip(0.0, 0.0), k)
+    >>> found = disc_loads(0.5 * math.pi, 0.0, math.pi, 0, ball, (1, 0.0), Chip(0.0, 0.0), k)
     >>> [round(f, 9) + 0.0 for f in found]
     [-50.0, 100.0, 0.0, 0.0]
 
@@ -173,7 +177,7 @@ def disc_loads(
     """
     ax, ay, bx, by = 0.0, 0.0, 0.0, 0.0
     sine, cosine, ds = edge.sine[element], edge.cosine[element], edge.length[element]
-    start, pitch = rotation - math.tan(mill.helix) * edge.height[element] / mill.radius, 2.0 * math.pi / mill.flutes
+    start, pitch = rotation - turning[1] * edge.height[element], 2.0 * math.pi / turning[0]
     for tooth in range(math.floor((low - start) / pitch) + 1, math.floor((high - start) / pitch) + 1):
         phi = start + tooth * pitch
         s, c = math.sin(phi), math.cos(phi)
@@ -186,18 +190,21 @@ def disc_loads(
 
 @internal
 def _force_at(
-    rotation: float, rows: FloatArray, count: int, edge: Meridian, mill: Mill, chip: Chip, k: EdgeCoefficients
-) -> float:
-    """Force in the plane with the teeth at an angle [N]."""
+    rotation: float, rows: FloatArray, count: int, edge: Meridian, turning: tuple[int, float], chip: Chip,
+    k: EdgeCoefficients,
+) -> float:  # fmt: skip
+    """Force in the plane with the teeth at an angle [N]; ``turning``: flutes, and their lag [rad/m]."""
     x = y = 0.0
+    flutes, lag = turning
+    side = _pulling(k, 0.0)
     for n in range(count):
         element = int(rows[n, 0])
         low, high = 0.5 * math.pi - rows[n, 2], 0.5 * math.pi - rows[n, 1]
         if element == CYLINDER:
-            f = tooth_force(rotation, low, high, chip.across, 0.0, rows[n, 3], rows[n, 4], mill, _pulling(k, 0.0))
+            f = lagging_force(rotation, low, high, chip.across, 0.0, rows[n, 3], rows[n, 4], flutes, lag, side)
             x, y = x + f.x, y + f.y
             continue
-        ax, ay, bx, by = disc_loads(rotation, low, high, element, edge, mill, chip, k)
+        ax, ay, bx, by = disc_loads(rotation, low, high, element, edge, turning, chip, k)
         x, y = x + ax + bx, y + ay + by
     return math.hypot(x, y)
 
@@ -246,13 +253,13 @@ def peak_force(rows: FloatArray, count: int, edge: Meridian, mill: Mill, chip: C
     if count == 0:
         return 0.0
     step = 2.0 * math.pi / (mill.flutes * _ANGLES)
-    best, at = 0.0, 0
+    best, at, turning = 0.0, 0, (mill.flutes, helix_lag(mill.helix, mill.radius))
     for i in range(_ANGLES):
-        force = _force_at(step * i, rows, count, edge, mill, chip, k)
+        force = _force_at(step * i, rows, count, edge, turning, chip, k)
         if force > best:
             best, at = force, i
     for i in range(-_FINER + 1, _FINER):
-        best = max(best, _force_at(step * (at + i / _FINER), rows, count, edge, mill, chip, k))
+        best = max(best, _force_at(step * (at + i / _FINER), rows, count, edge, turning, chip, k))
     return best
 
 

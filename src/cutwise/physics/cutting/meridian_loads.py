@@ -13,6 +13,7 @@ from cutwise.maths.compiled import compiled, inlined, internal
 from cutwise.maths.profiles import Meridian
 from cutwise.physics.cutting.affine_limits import Sums, flutes_of
 from cutwise.physics.cutting.flute import EdgeCoefficients, Mill
+from cutwise.physics.cutting.helix import helix_lag
 from cutwise.physics.cutting.meridian import CYLINDER, Chip, disc_loads, meridian_force, thickest_chip
 
 FloatArray = npt.NDArray[np.float64]
@@ -29,9 +30,10 @@ _NOTHING = Chip(0.0, 0.0)
 
 @internal
 def _loads_at(
-    rotation: float, rows: FloatArray, count: int, edge: Meridian, mill: Mill, way: Chip, k: EdgeCoefficients
-) -> tuple[float, float, float, float]:
-    """A [N] and B [N/m] with the teeth at an angle."""
+    rotation: float, rows: FloatArray, count: int, edge: Meridian, turning: tuple[int, float], way: Chip,
+    k: EdgeCoefficients,
+) -> tuple[float, float, float, float]:  # fmt: skip
+    """A [N] and B [N/m] with the teeth at an angle; ``turning``: flutes, and their lag [rad/m]."""
     ax, ay, bx, by = 0.0, 0.0, 0.0, 0.0
     own = EdgeCoefficients(0.0, 0.0, 0.0, k.K_te, k.K_re, 0.0)
     grows = EdgeCoefficients(k.K_tc, k.K_rc, 0.0, 0.0, 0.0, 0.0)
@@ -39,10 +41,10 @@ def _loads_at(
         element = int(rows[n, 0])
         low, high = 0.5 * math.pi - rows[n, 2], 0.5 * math.pi - rows[n, 1]
         if element == CYLINDER:
-            a, b, c, d = flutes_of(rotation, low, high, rows[n, 3], rows[n, 4], mill, own, grows)
+            a, b, c, d = flutes_of(rotation, low, high, rows[n, 3], rows[n, 4], turning[0], turning[1], own, grows)
             c, d = way.across * c, way.across * d
         else:
-            a, b, c, d = disc_loads(rotation, low, high, element, edge, mill, way, k)
+            a, b, c, d = disc_loads(rotation, low, high, element, edge, turning, way, k)
         ax, ay, bx, by = ax + a, ay + b, bx + c, by + d
     return ax, ay, bx, by
 
@@ -123,8 +125,9 @@ def meridian_loads(
     if count == 0:
         return 0
     period, here = 2.0 * math.pi / (mill.flutes * ANGLES), work[ANGLES]
+    turning = (mill.flutes, helix_lag(mill.helix, mill.radius))
     for i in range(ANGLES):
-        work[i, 0], work[i, 1], work[i, 2], work[i, 3] = _loads_at(period * i, rows, count, edge, mill, way, k)
+        work[i, 0], work[i, 1], work[i, 2], work[i, 3] = _loads_at(period * i, rows, count, edge, turning, way, k)
     kept, before = 0, -1
     for share in _FEEDS:
         at = _largest(work, ANGLES, share * feed)
@@ -145,7 +148,7 @@ def meridian_loads(
             for i in range(1 - _FINER, _FINER):
                 if i != 0:
                     turned = period * (middle + i * step)
-                    here[0], here[1], here[2], here[3] = _loads_at(turned, rows, count, edge, mill, way, k)
+                    here[0], here[1], here[2], here[3] = _loads_at(turned, rows, count, edge, turning, way, k)
                     if _size(here, share * feed) > _size(out[kept], share * feed):
                         out[kept], angle = here, middle + i * step
         kept += 1

@@ -15,7 +15,8 @@ import math
 from typing import NamedTuple
 
 from cutwise.maths.compiled import compiled, inlined
-from cutwise.physics.cutting.flute import EdgeCoefficients, FluteForce, Mill, edge_in_cut, flutes_in_cut
+from cutwise.physics.cutting.flute import EdgeCoefficients, FluteForce, Mill
+from cutwise.physics.cutting.helix import edge_in_cut, flutes_in_cut, helix_lag
 from cutwise.physics.cutting.kienzle import specific_cutting_force
 
 LINEAR = 0
@@ -363,9 +364,10 @@ def uneven_tooth_force(
     x = y = z = tangential = 0.0
     if hi <= lo or z_hi <= z_lo:
         return FluteForce(x, y, z, tangential)
-    first, last = flutes_in_cut(rotation, lo, hi, z_lo, z_hi, mill)
+    lag = helix_lag(mill.helix, mill.radius)
+    first, last = flutes_in_cut(rotation, lo, hi, z_lo, z_hi, mill.flutes, lag)
     for flute in range(first, last + 1):
-        z1, z2, middle, span = edge_in_cut(rotation, flute, lo, hi, z_lo, z_hi, mill)
+        z1, z2, middle, span = edge_in_cut(rotation, flute, lo, hi, z_lo, z_hi, mill.flutes, lag)
         if z2 <= z1:
             continue
         f = uneven_arc_force(chip, theta, middle, span, z2 - z1, rotation, mill.flutes, edges)

@@ -17,8 +17,9 @@ from cutwise.maths.envelopes import ARC
 from cutwise.maths.height_map import RINGS, SIDE, HeightMap
 from cutwise.maths.profiles import Meridian
 from cutwise.maths.workpiece import Workpiece
-from cutwise.physics.engagement.map_fan import BITS, FAN, SHAVE, Fan, arcs, by_cells, cell_of, settled, spread
-from cutwise.physics.engagement.map_rim import FAR, Place, over_rim, rise_at
+from cutwise.physics.engagement.map_arcs import arcs, settled
+from cutwise.physics.engagement.map_fan import BITS, FAN, SHAVE, Fan, by_cells, cell_of, exactly, spread
+from cutwise.physics.engagement.map_rim import FAR, Place
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -27,10 +28,8 @@ CYLINDER = -1  # element of a row of contact on the cylinder
 _LAYERS = 24  # of the cylinder at one place
 _EVEN = 16  # layers where the material is hollow
 _ROUGH = 1e-7  # [m] of heights that are float32
-_SLIVER = (
-    1e-9  # [m] above the foot of the cylinder, or a bottom, which is rounding of two moves at one depth: no contact
-)
-_FLAT = 1e-9  # sine of an element that is level
+_SLIVER = 1e-9  # [m] over the foot of the cylinder, or a bottom: rounding of two moves at one depth is no contact
+FLAT = 1e-9  # sine of an element that is level
 _MERGED = 0.01  # of the depth: heights that are one layer
 
 
@@ -44,11 +43,41 @@ class Edge(NamedTuple):
 
 
 @inlined_stepping
-def _range(slope: float, sine: float, cosine: float) -> float:
-    """Half of the angles at which an element moves into what it looks at [rad]; pi: all round."""
+def half_range(slope: float, sine: float, cosine: float) -> float:
+    r"""Half of the angles at which an element moves into what it looks at [rad]; pi: all round.
+
+    .. math:: \cos\psi > k \cot\kappa
+
+    Parameters
+    ----------
+    slope : float
+        Rise per horizontal length k [-]; infinite straight up or down.
+    sine, cosine : float
+        Of the angle kappa of its outward normal from down [-].
+
+    Returns
+    -------
+    float
+        Angle [rad].
+
+    Notes
+    -----
+    Valid for any element of a tool that is not undercut.
+
+    Examples
+    --------
+    The flank at 45 degrees of a ball that climbs by 1 in 2, and the bottom of a mill that goes down.
+
+    >>> round(math.degrees(half_range(0.5, math.sqrt(0.5), math.sqrt(0.5))), 9), half_range(-0.1, 0.0, 1.0)
+    (60.0, 3.141592653589793)
+
+    References
+    ----------
+    Derived here.
+    """
     if math.isinf(slope):
-        return math.pi if slope < 0.0 and cosine > 1e-9 else 0.0
-    if sine <= _FLAT:
+        return math.pi if slope < 0.0 and cosine > FLAT else 0.0
+    if sine <= FLAT:
         return math.pi if slope < 0.0 else 0.0
     ratio = slope * cosine / sine
     return math.acos(min(max(ratio, -1.0), 1.0))
@@ -69,18 +98,18 @@ def _highest_near(stock: HeightMap, x: float, y: float, radius: float) -> float:
     return top
 
 
-@stepping
+@inlined_stepping
 def _element_rows(
     piece: Workpiece, place: Place, edge: Edge, element: int, fan: Fan, rows: FloatArray, count: int, refine: bool
 ) -> int:
     """Arcs of one element of the meridian."""
     solid = piece.maps[0]
     mer = edge.meridian
-    half = _range(place.slope, mer.sine[element], mer.cosine[element])
+    half = half_range(place.slope, mer.sine[element], mer.cosine[element])
     if half <= 2.0 * SHAVE:
         return count
     level, radius = place.z + mer.height[element], mer.radius[element]
-    if mer.sine[element] <= _FLAT:
+    if mer.sine[element] <= FLAT:
         level += _SLIVER
     if solid.map.bottom.size == 1 and level <= solid.map.bottom[0]:
         return count
@@ -90,9 +119,8 @@ def _element_rows(
     if refine or curved:
         if curved and refine:
             for i in range(FAN + 1):  # cells do not know what of the arc has been run
-                if fan.above[i] > 0.0 and not fan.exact[i]:
-                    fan.above[i] = over_rim(piece, place, radius, level, fan.angle[i], fan.found)
-                    fan.exact[i] = True
+                fan.asked[i] = fan.above[i] > 0.0 and not fan.exact[i]
+            exactly(piece, place, radius, level, fan, False)
         settled(piece, place, radius, level, fan)
     first = count
     count = arcs(piece, place, radius, level, half, fan, rows, count, refine)
@@ -168,7 +196,7 @@ def _any_above(stock: HeightMap, place: Place, radius: float, level: float, fan:
     return False
 
 
-@stepping
+@inlined_stepping
 def _cylinder_rows(
     piece: Workpiece, place: Place, edge: Edge, fan: Fan, rows: FloatArray, count: int, refine: bool
 ) -> int:
@@ -188,10 +216,16 @@ def _cylinder_rows(
             fan.above[i], fan.exact[i] = -FAR, False
     else:
         by_cells(piece, place, edge.radius, foot, fan, True)
-    for i in range(FAN + 1):  # exactly where it stands above the foot, and beside
-        beside = fan.above[max(i - 1, 0)] > 0.0 or fan.above[i] > 0.0 or fan.above[min(i + 1, FAN)] > 0.0
-        if hollow or (beside and not fan.exact[i]):
-            fan.above[i] = rise_at(piece, place, edge.radius, foot, fan.angle[i], fan.found)
+    asks = True
+    while asks:  # exactly where it stands above the foot, and beside
+        asks = False
+        for i in range(FAN + 1):
+            beside = fan.above[max(i - 1, 0)] > 0.0 or fan.above[i] > 0.0 or fan.above[min(i + 1, FAN)] > 0.0
+            fan.asked[i] = (hollow or beside) and not fan.exact[i]
+            asks = asks or fan.asked[i]
+        if asks:
+            exactly(piece, place, edge.radius, foot, fan, True)
+    for i in range(FAN + 1):
         highest = max(highest, min(fan.above[i], edge.end - edge.foot))
     if highest <= under + _SLIVER:
         return count
@@ -233,8 +267,8 @@ def _cylinder_steps(
     width = (high - low) / _EVEN
     for n in range(_EVEN):
         level = place.z + edge.foot + low + (n + 0.5) * width
-        for i in range(FAN + 1):
-            fan.above[i] = over_rim(piece, place, edge.radius, level, fan.angle[i], fan.found)
+        fan.asked[:] = True
+        exactly(piece, place, edge.radius, level, fan, False)
         first = count
         count = arcs(piece, place, edge.radius, level, 0.5 * math.pi, fan, rows, count, refine)
         for k in range(first, count):

@@ -16,7 +16,7 @@ IntArray = npt.NDArray[np.int64]
 
 FAR = 1.0  # [m] that stands for an infinite height
 _ANGLE = 1e-7  # [rad] to which ends of arcs are found
-_STEPS = 60
+_STEPS = 90
 _FLAT = 1e-5  # of the larger height: the smaller one is no slope to go by
 _HALVINGS = 3  # of a bracket after a false position that came no closer
 _OWN = 1e-8  # [m] of a tool's own way, short of where it is
@@ -127,9 +127,9 @@ def on_rim(place: Place, radius: float, angle: float) -> tuple[float, float]:
     return place.x + radius * (place.ux * c - place.uy * s), place.y + radius * (place.uy * c + place.ux * s)
 
 
-@stepping
-def rise_at(piece: Workpiece, place: Place, radius: float, level: float, angle: float, found: IntArray) -> float:
-    """Height of the upper side of the material over a level at a point of the rim [m], hollow below or not.
+@inlined_stepping
+def over_at(piece: Workpiece, place: Place, x: float, y: float, level: float, upper: bool, found: IntArray) -> float:
+    """Height of the material over a level at a point in plan [m]; where others cut across, no more than the depth there.
 
     Parameters
     ----------
@@ -137,10 +137,12 @@ def rise_at(piece: Workpiece, place: Place, radius: float, level: float, angle: 
         The material before the move on which the place is.
     place : Place
         Where the tool is.
-    radius, level : float
-        Radius of the rim, and its height [m].
-    angle : float
-        Angle from the feed, to the left [rad].
+    x, y : float
+        The point [m].
+    level : float
+        Height of the rim [m].
+    upper : bool
+        Height of the upper side alone, hollow below or not.
     found : array (16,)
         Room for ids, integers.
 
@@ -151,11 +153,12 @@ def rise_at(piece: Workpiece, place: Place, radius: float, level: float, angle: 
 
     Notes
     -----
-    Valid as :func:`cutwise.maths.map_surface.surface_above`: what does not stand above the level may be told too high.
+    Valid as :func:`cutwise.maths.map_surface.surface_above`: what does not stand above the level may be told too high. Not positive
+    below the underside of a stock from a file.
 
     Examples
     --------
-    A rim of 5 mm, 3 mm outside of a block and 2 mm deep: at 30 degrees beside the block, at 60 degrees in it.
+    A rim of 5 mm, 3 mm outside of a block and 2 mm deep: 1 mm into the block, and 1 mm beside it.
 
     >>> from cutwise.maths.envelopes import line_row, segments
     >>> from cutwise.maths.height_map import height_map, layout
@@ -166,51 +169,11 @@ def rise_at(piece: Workpiece, place: Place, radius: float, level: float, angle: 
     >>> path = segments([line_row(0, np.array([0.0, -3e-3, -2e-3]), np.array([40e-3, -3e-3, -2e-3]))], [1])
     >>> block = alone(Solid(stock, Outline(RECTANGLE, 0.0, 0.0, 0.0), path, cutters([flat(5e-3)])))
     >>> place = Place(20e-3, -3e-3, -2e-3, 1.0, 0.0, 0.0, 0, 0, 0.5, 0)
-    >>> [rise_at(block, place, 5e-3, -2e-3, math.radians(a), np.empty(16, np.int64)) for a in (30, 60)]
-    [-1.0, 0.002]
-    """
-    x, y = on_rim(place, radius, angle)
-    return bounded(_stands(piece, place, x, y, level, found) - level)
-
-
-@inlined_stepping
-def over_at(piece: Workpiece, place: Place, x: float, y: float, level: float, found: IntArray) -> float:
-    """Height of the material over a level at a point in plan [m]; where others cut across, no more than the depth there.
-
-    Parameters
-    ----------
-    piece, place, level, found
-        As for :func:`rise_at`.
-    x, y : float
-        The point [m].
-
-    Returns
-    -------
-    float
-        Height, no more than 1 m either way [m].
-
-    Notes
-    -----
-    Valid as :func:`rise_at`; not positive below the underside of a stock from a file.
-
-    Examples
-    --------
-    In the block of :func:`rise_at`.
-
-    >>> from cutwise.maths.envelopes import line_row, segments
-    >>> from cutwise.maths.height_map import height_map, layout
-    >>> from cutwise.maths.profiles import cutters, flat
-    >>> from cutwise.maths.workpiece import alone
-    >>> from cutwise.maths.solid import RECTANGLE, Outline
-    >>> stock = height_map(layout((0.0, 40e-3), (0.0, 20e-3), 1e-3), np.ones((20, 40)), -9e-3, 0.0)
-    >>> path = segments([line_row(0, np.array([0.0, -3e-3, -2e-3]), np.array([40e-3, -3e-3, -2e-3]))], [1])
-    >>> block = alone(Solid(stock, Outline(RECTANGLE, 0.0, 0.0, 0.0), path, cutters([flat(5e-3)])))
-    >>> place = Place(20e-3, -3e-3, -2e-3, 1.0, 0.0, 0.0, 0, 0, 0.5, 0)
-    >>> over_at(block, place, 20e-3, 1e-3, -2e-3, np.empty(16, np.int64))
-    0.002
+    >>> [over_at(block, place, 20e-3, y, -2e-3, False, np.empty(16, np.int64)) for y in (1e-3, -1e-3)]
+    [0.002, -1.0]
     """
     over = bounded(_stands(piece, place, x, y, level, found) - level)
-    if over > 0.0:
+    if over > 0.0 and not upper:
         if piece.maps[0].map.bottom.size > 1:
             over = min(over, bounded(level - bottom_at(piece.maps[0], x, y)))
         if piece.crossing:
@@ -218,14 +181,18 @@ def over_at(piece: Workpiece, place: Place, x: float, y: float, level: float, fo
     return over
 
 
-@stepping
+@inlined_stepping
 def over_rim(piece: Workpiece, place: Place, radius: float, level: float, angle: float, found: IntArray) -> float:
     """:func:`over_at` at a point of the rim [m].
 
     Parameters
     ----------
-    piece, place, radius, level, angle, found
-        As for :func:`rise_at`.
+    piece, place, level, found
+        As for :func:`over_at`.
+    radius : float
+        Radius of the rim [m].
+    angle : float
+        Angle from the feed, to the left [rad].
 
     Returns
     -------
@@ -238,7 +205,7 @@ def over_rim(piece: Workpiece, place: Place, radius: float, level: float, angle:
 
     Examples
     --------
-    The rim of :func:`rise_at`, at 30 and at 60 degrees.
+    The rim of :func:`over_at`, at 30 degrees beside the block, at 60 in it.
 
     >>> from cutwise.maths.envelopes import line_row, segments
     >>> from cutwise.maths.height_map import height_map, layout
@@ -253,10 +220,10 @@ def over_rim(piece: Workpiece, place: Place, radius: float, level: float, angle:
     [-1.0, 0.002]
     """
     x, y = on_rim(place, radius, angle)
-    return over_at(piece, place, x, y, level, found)
+    return over_at(piece, place, x, y, level, False, found)
 
 
-@stepping
+@inlined_stepping
 def change_on_rim(
     piece: Workpiece, place: Place, radius: float, level: float, between: tuple[float, float], over: tuple[float, float],
     found: IntArray,
@@ -268,7 +235,7 @@ def change_on_rim(
     Parameters
     ----------
     piece, place, radius, level, found
-        As for :func:`rise_at`.
+        As for :func:`over_rim`.
     between, over : tuple of float
         Two angles [rad], and the heights of the material over the rim there [m], one positive and one not.
 
@@ -283,7 +250,7 @@ def change_on_rim(
 
     Examples
     --------
-    The block of :func:`rise_at` begins at :math:`\\sin\\psi = 3/5`.
+    The block of :func:`over_at` begins at :math:`\\sin\\psi = 3/5`.
 
     >>> from cutwise.maths.envelopes import line_row, segments
     >>> from cutwise.maths.height_map import height_map, layout
@@ -299,15 +266,23 @@ def change_on_rim(
     """
     (a, b), (ga, gb) = between, over
     wa, wb, side, halve = ga, gb, 0, 0  # heights, those of an end that stays halved (Illinois)
+    beside, looks_beside = 0.0, False
     for _ in range(_STEPS):
         if b - a <= _ANGLE:
             break
-        middle = 0.5 * (a + b)
-        straight = halve == 0 and min(abs(ga), abs(gb)) > _FLAT * max(abs(ga), abs(gb))
+        middle = beside if looks_beside else 0.5 * (a + b)
+        straight = not looks_beside and halve == 0 and min(abs(ga), abs(gb)) > _FLAT * max(abs(ga), abs(gb))
         if straight:
             middle = min(max(a - wa * (b - a) / (wb - wa), a + 0.01 * (b - a)), b - 0.01 * (b - a))
-        g = over_rim(piece, place, radius, level, middle, found)
+        g = over_rim(piece, place, radius, level, middle, found)  # asked in one place, into which it is compiled
         low = (g > 0.0) == (ga > 0.0)
+        if looks_beside:
+            if low:
+                a, ga, wa = middle, g, g
+            else:
+                b, gb, wb = middle, g, g
+            halve, looks_beside = _HALVINGS, False
+            continue
         halve = max(halve - 1, 0)
         if straight and abs(g) > 0.5 * abs(ga if low else gb):
             halve = _HALVINGS
@@ -319,11 +294,5 @@ def change_on_rim(
             b, gb, wb, wa = middle, g, g, 0.5 * wa if side == -1 else ga
             side = -1
         if straight and abs(g) <= 0.5 * _ANGLE * abs(slope) and b - a > _ANGLE:  # likely there: look on its other side
-            beside = middle + _ANGLE if low else middle - _ANGLE
-            g = over_rim(piece, place, radius, level, beside, found)
-            if (g > 0.0) == (ga > 0.0):
-                a, ga, wa = beside, g, g
-            else:
-                b, gb, wb = beside, g, g
-            halve = _HALVINGS
+            beside, looks_beside = middle + _ANGLE if low else middle - _ANGLE, True
     return 0.5 * (a + b)
