@@ -7,9 +7,11 @@ import re
 from datetime import UTC, datetime
 from html.parser import HTMLParser
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from ruamel.yaml import YAML
 
 from cutwise.app import inputs, pages
 from cutwise.app.plots import PLOTS
@@ -259,3 +261,9 @@ def test_a_doubted_pass_is_said_as_one(html, reference):
     headline = re.search(r'<section id="verdict".*?<h2>(.*?)</h2>', html, re.DOTALL)[1]
     assert headline.startswith("But not by every history: friction leaves")
     assert doctest.testmod(pages).failed == 0
+
+
+def test_a_whole_program_stands_in_the_scenario_as_it_is():
+    text = 'G1 X1 (a "quoted" \\ word)\r\n\tG1 <X2>: #3\n' * 800
+    document = {"program": {"file": "a.nc", "text": text}, "note": "µ" * 12_000, "flow": [text, 1.0]}
+    assert YAML(typ="safe").load(inputs.as_yaml(SimpleNamespace(document=lambda: document))) == document

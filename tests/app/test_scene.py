@@ -24,6 +24,7 @@ from cutwise.app.holes import off_place
 from cutwise.app.numbers import at_a_place
 from cutwise.app.report import render
 from cutwise.app.scene import colours, rows
+from cutwise.app.scene.mill_map import _owners
 from cutwise.app.scene.milled import block_map
 from cutwise.app.scene.packed import Array, as_text, delta_bytes, pack, quantised
 from cutwise.app.scene.scene import History, Map, Scene
@@ -397,3 +398,14 @@ def _led(result, thick):
     return sum(
         (np.array(one.shift) + np.array(one.tilt) * thick for one in result.scenario.hole.corrections), np.zeros(2)
     )
+
+
+def test_a_cell_belongs_to_the_nearest_place_of_its_line():
+    draw = np.random.default_rng(3)
+    cut_by, line = draw.integers(-1, 9, (7, 11)), draw.integers(1, 8, 60)
+    middle, place = draw.random((7, 11, 2)), draw.random((60, 3))
+    found = _owners(cut_by, middle, place, line)
+    for at in np.ndindex(cut_by.shape):
+        own = np.flatnonzero(line == cut_by[at]) if cut_by[at] > 0 else np.zeros(0, int)
+        nearest = own[np.argmin(np.hypot(*(place[own, :2] - middle[at]).T))] if own.size else -1
+        assert found[at] == nearest

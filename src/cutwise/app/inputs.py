@@ -2,6 +2,7 @@
 
 import io
 import json
+import zlib
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
@@ -13,6 +14,7 @@ from cutwise.spec.base import Spec
 from cutwise.spec.faults import Path, dotted
 from cutwise.spec.scenario import Scenario
 
+_LONG = 10_000  # characters of a text that is a whole program
 _NO_INPUTS = ("name", "process", "requirements", "band", "covariances", "measured")
 _STATUS = {
     "measured": "measured", "catalogue": "catalogue", "paper": "paper", "assumed": "assumed", "derived": "derived",
@@ -82,24 +84,35 @@ def as_yaml(scenario: Scenario) -> str:
     yaml.width = 4096
     yaml.indent(mapping=2, sequence=4, offset=2)
     stream = io.StringIO()
-    yaml.dump(_laid_out(scenario.document()), stream)
-    return stream.getvalue()
+    texts: dict[str, str] = {}
+    yaml.dump(_laid_out(scenario.document(), texts), stream)
+    written = stream.getvalue()
+    for mark, text in texts.items():
+        written = written.replace(mark, json.dumps(text))
+    return written
 
 
-def _laid_out(value: Any) -> Any:
-    """Mappings and lists with values that stand in one line written in one line."""
+def _laid_out(value: Any, texts: dict[str, str]) -> Any:
+    """Mappings and lists with values that stand in one line written in one line.
+
+    A whole program goes past the writer, which takes seconds for it: a mark for it here, what it stands for into ``texts``.
+    """
     from ruamel.yaml.comments import CommentedMap, CommentedSeq
 
     if isinstance(value, Mapping):
-        block = CommentedMap({key: _laid_out(item) for key, item in value.items()})
+        block = CommentedMap({key: _laid_out(item, texts) for key, item in value.items()})
         if block and not any(isinstance(item, CommentedMap) for item in block.values()):
             sourced = "value" in block and "status" in block
             if sourced or set(block) <= {"min", "max", "whole_band", "probability"}:
                 block.fa.set_flow_style()
         return block
     if isinstance(value, list | tuple):
-        row = CommentedSeq(_laid_out(item) for item in value)
+        row = CommentedSeq(_laid_out(item, texts) for item in value)
         if not any(isinstance(item, CommentedMap) for item in row):
             row.fa.set_flow_style()
         return row
+    if isinstance(value, str) and len(value) > _LONG and value.isascii() and "\x7f" not in value:
+        mark = f"cutwise-text-{len(texts)}-of-{zlib.crc32(value.encode()):08x}-"
+        texts[mark] = value  # JSON of ASCII is YAML
+        return mark
     return value

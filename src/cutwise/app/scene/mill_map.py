@@ -133,10 +133,12 @@ def _owners(cut_by: IntArray, middle: FloatArray, place: FloatArray, line: IntAr
     """Of each cell the place on the line that cut it last which is nearest to it; -1: the stock."""
     from scipy.spatial import cKDTree
 
-    found = np.full(cut_by.shape, -1, np.int64)
-    for number in np.unique(cut_by[cut_by > 0]).tolist():
-        samples = np.flatnonzero(line == number)
-        if samples.size:
-            here = cut_by == number
-            found[here] = samples[cKDTree(place[samples, :2]).query(middle[here])[1]]
-    return found
+    found, cells = np.full(cut_by.size, -1, np.int64), cut_by.ravel()
+    by_line, by_cell = np.argsort(line, kind="stable"), np.argsort(cells, kind="stable")
+    middles, lines, numbers = middle.reshape(-1, 2), line[by_line], np.unique(cells[cells > 0])
+    ends = [np.searchsorted(of, [numbers, numbers + 1]) for of in (lines, cells[by_cell])]
+    for (first, last), (low, high) in zip(ends[0].T, ends[1].T, strict=True):
+        if last > first:
+            samples, here = by_line[first:last], by_cell[low:high]
+            found[here] = samples[cKDTree(place[samples, :2]).query(middles[here])[1]]
+    return found.reshape(cut_by.shape)

@@ -34,12 +34,13 @@ def settled(piece: Workpiece, place: Place, radius: float, level: float, fan: Fa
     --------
     A change that was said two directions too far on is found between the right two.
 
+    >>> import math
     >>> from cutwise.maths.envelopes import line_row, segments
     >>> from cutwise.maths.height_map import height_map, layout
     >>> from cutwise.maths.profiles import cutters, flat
     >>> from cutwise.physics.engagement.map_fan import by_cells, fan_room, spread
     >>> from cutwise.maths.workpiece import alone
-    >>> from cutwise.maths.solid import RECTANGLE, Outline
+    >>> from cutwise.maths.solid import RECTANGLE, Outline, Solid
     >>> stock = height_map(layout((0.0, 40e-3), (0.0, 20e-3), 1e-3), np.ones((20, 40)), -9e-3, 0.0)
     >>> path = segments([line_row(0, np.array([0.0, -3e-3, -2e-3]), np.array([40e-3, -3e-3, -2e-3]))], [1])
     >>> block = alone(Solid(stock, Outline(RECTANGLE, 0.0, 0.0, 0.0), path, cutters([flat(5e-3)])))
@@ -119,12 +120,13 @@ def arcs(
     --------
     The block begins at 36.87 degrees.
 
+    >>> import math
     >>> from cutwise.maths.envelopes import line_row, segments
     >>> from cutwise.maths.height_map import height_map, layout
     >>> from cutwise.maths.profiles import cutters, flat
     >>> from cutwise.physics.engagement.map_fan import by_cells, fan_room, spread
     >>> from cutwise.maths.workpiece import alone
-    >>> from cutwise.maths.solid import RECTANGLE, Outline
+    >>> from cutwise.maths.solid import RECTANGLE, Outline, Solid
     >>> stock = height_map(layout((0.0, 40e-3), (0.0, 20e-3), 1e-3), np.ones((20, 40)), -9e-3, 0.0)
     >>> path = segments([line_row(0, np.array([0.0, -3e-3, -2e-3]), np.array([40e-3, -3e-3, -2e-3]))], [1])
     >>> block = alone(Solid(stock, Outline(RECTANGLE, 0.0, 0.0, 0.0), path, cutters([flat(5e-3)])))
