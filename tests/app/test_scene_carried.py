@@ -10,9 +10,9 @@ import xarray as xr
 
 from app.view_file import read
 from cutwise.app.scene import rows
+from cutwise.app.scene.toolpath import toolpath_of
 from cutwise.app.scene.turn import _insert
 from cutwise.app.scene.view import view_file
-from cutwise.app.scene.way import way_of
 from cutwise.io.scenario import load
 
 ARMS = ("mill_on_robot", "deburr_on_robot", "chamfer_on_robot")
@@ -100,7 +100,7 @@ def test_off_an_edge_is_off_it_all_round(examples, turning):
         f" orientation: {turning}}}"
     )
     edits = [arc, *(["spindle=rigid"] if turning == "fixed" else [])]
-    way = way_of(SimpleNamespace(scenario=load(examples / "deburr_on_robot.yaml", edits)))
+    way = toolpath_of(SimpleNamespace(scenario=load(examples / "deburr_on_robot.yaml", edits)))
     along = np.linspace(0.0, way.at[-1], 41)
     out = np.linalg.norm(way.on(along, 0.004, 0.001) - [1.9, 0.0, 0.801], axis=1)
     assert out == pytest.approx(0.054, abs=1e-4)  # chords of stations: less by s²/8r

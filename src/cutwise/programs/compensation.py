@@ -112,9 +112,9 @@ def arc(c: Controller, block: Block, end: list[float], circle: Circle) -> None:
     if min(first, last) < least and (inside or on.last is None):
         raise block.fault(f"arc of radius {min(first, last):.6g}, not larger than the tool radius {on.radius:.6g}",
                           *block.axes(), *"rijk")  # fmt: skip
-    entering, leaving = tangent(start, centre, circle.turns), tangent(point, centre, circle.turns)
+    entering, end_tangent = tangent(start, centre, circle.turns), tangent(point, centre, circle.turns)
     finish = along(centre, point, (last + reach) / last)
-    curve = Curve(along(centre, start, (first + reach) / first), finish, leaving, centre, last + reach, circle.turns,
+    curve = Curve(along(centre, start, (first + reach) / first), finish, end_tangent, centre, last + reach, circle.turns,
                   finish)  # fmt: skip
     if on.last is None:
         curve = _entry_arc(c, block, (c.at[on.u], c.at[on.v]), curve)
@@ -126,7 +126,7 @@ def arc(c: Controller, block: Block, end: list[float], circle: Circle) -> None:
 
 def _entry_arc(c: Controller, block: Block, start: Point, curve: Curve) -> Curve:
     """An arc from where the tool stands that ends as the contour does, beside it."""
-    normal = (-curve.leaving[1], curve.leaving[0])
+    normal = (-curve.end_tangent[1], curve.end_tangent[0])
     to = (start[0] - curve.end[0], start[1] - curve.end[1])
     across = normal[0] * to[0] + normal[1] * to[1]
     if abs(across) < 1e-12:
@@ -143,7 +143,7 @@ def _joined(c: Controller, block: Block, curve: Curve, heading: Point, corner: P
     on = c.compensation
     assert on is not None
     assert on.last is not None
-    a, b = on.last.leaving, heading
+    a, b = on.last.end_tangent, heading
     turn = on.side * math.atan2(a[0] * b[1] - a[1] * b[0], a[0] * b[0] + a[1] * b[1])  # positive: toward the tool
     bent = curve if curve.turns else on.last
     back_along_arc = math.pi - abs(turn) < _STRAIGHT_ON and bent.turns != 0 and on.left != (bent.turns > 0)

@@ -21,7 +21,7 @@ class Curve(NamedTuple):
 
     start: Point
     end: Point
-    leaving: Point  # unit, direction of the programmed contour at its end
+    end_tangent: Point  # unit, direction of the programmed contour at its end
     centre: Point = (0.0, 0.0)
     radius: float = 0.0
     turns: int = 0
@@ -37,15 +37,15 @@ def meetings(a: Curve, b: Curve) -> list[Point]:
     if a.turns and b.turns:
         return _circles(a, b)
     if a.turns:
-        return _line_and_circle(b.start, b.leaving, a)
-    return _line_and_circle(a.end, a.leaving, b)
+        return _line_and_circle(b.start, b.end_tangent, a)
+    return _line_and_circle(a.end, a.end_tangent, b)
 
 
 def _lines(a: Curve, b: Curve) -> list[Point]:
-    cross = a.leaving[0] * b.leaving[1] - a.leaving[1] * b.leaving[0]
+    cross = a.end_tangent[0] * b.end_tangent[1] - a.end_tangent[1] * b.end_tangent[0]
     to = (b.start[0] - a.end[0], b.start[1] - a.end[1])
-    s = (to[0] * b.leaving[1] - to[1] * b.leaving[0]) / cross
-    return [(a.end[0] + s * a.leaving[0], a.end[1] + s * a.leaving[1])]
+    s = (to[0] * b.end_tangent[1] - to[1] * b.end_tangent[0]) / cross
+    return [(a.end[0] + s * a.end_tangent[0], a.end[1] + s * a.end_tangent[1])]
 
 
 def _line_and_circle(point: Point, direction: Point, circle: Curve) -> list[Point]:
@@ -114,4 +114,4 @@ def backwards(curve: Curve) -> bool:
     if curve.turns:
         return curve.missed or not within(curve._replace(end=curve.full_end), curve.end)
     du, dv = curve.end[0] - curve.start[0], curve.end[1] - curve.start[1]
-    return du * curve.leaving[0] + dv * curve.leaving[1] < 0.0
+    return du * curve.end_tangent[0] + dv * curve.end_tangent[1] < 0.0

@@ -9,7 +9,7 @@ from cutwise.app.scene.scene import CUT, FEED, UP, FloatArray, History, Scene, S
 from cutwise.app.scene.shapes import band, cylinder, strip
 from cutwise.app.scene.spindle import in_spindle
 from cutwise.app.scene.thinned import kept
-from cutwise.app.scene.way import Way, way_of
+from cutwise.app.scene.toolpath import Toolpath, toolpath_of
 from cutwise.app.scene.worst import magnification
 from cutwise.spec.tables import Table
 
@@ -29,9 +29,9 @@ def scene(result: "Result") -> Scene:
     timed = "time" in motion
     along = motion["feed_position"].values if timed else motion["w"].values
     off = radius + motion["programmed_height"].values
-    way = way_of(result)
-    on = _placed(result, way)
-    deflection = _deflection(result, along, way)
+    toolpath = toolpath_of(result)
+    on = _placed(result, toolpath)
+    deflection = _deflection(result, along, toolpath)
     error = surface["error_at_tool"].values if timed else surface["error"].values
     work, burr = (result["cutting"][f"{name}_force"].values for name in ("work", "burr"))
     histories = {
@@ -49,8 +49,8 @@ def scene(result: "Result") -> Scene:
         clock=motion["time"].values if timed else along,
         clock_is="time" if timed else "way",
         place=on(along, off, np.zeros(along.size)),
-        axis=UP[None] if way is None else way.up(along),
-        front=None if way is None else way.front,
+        axis=UP[None] if toolpath is None else toolpath.up(along),
+        front=None if toolpath is None else toolpath.front,
         histories=histories,
         kind=np.where(met, CUT, FEED).astype(np.uint8),
         deflection=deflection,
@@ -71,10 +71,10 @@ def _steady(result: "Result", time: FloatArray) -> "np.ndarray":
     )
 
 
-def _placed(result: "Result", way: Way | None) -> Callable[..., FloatArray]:
+def _placed(result: "Result", toolpath: Toolpath | None) -> Callable[..., FloatArray]:
     """Where a place along, off and above the edge is: on its path in the part, else along x, or round an arc."""
-    if way is not None:
-        return way.on
+    if toolpath is not None:
+        return toolpath.on
     ring = _ring(result)
 
     def on(along: FloatArray, off: FloatArray, up: FloatArray) -> FloatArray:
@@ -92,7 +92,7 @@ def _ring(result: "Result") -> float:
     return float(arc.radius) if arc is not None else 0.0
 
 
-def _deflection(result: "Result", along: FloatArray, way: Way | None) -> FloatArray | None:
+def _deflection(result: "Result", along: FloatArray, toolpath: Toolpath | None) -> FloatArray | None:
     """Displacement of the tip in the axes of the scene; on an arc those of the process turn with the edge."""
     structure, ring = result["structure"].dataset, _ring(result)
     if "tip_deflection" in structure:
@@ -102,8 +102,8 @@ def _deflection(result: "Result", along: FloatArray, way: Way | None) -> FloatAr
         if not terms:
             return None
         found = np.sum(terms, axis=0)
-    if way is not None:
-        return way.turned(along, found)
+    if toolpath is not None:
+        return toolpath.turned(along, found)
     if ring == 0.0:
         return found
     c, s = np.cos(along / ring), np.sin(along / ring)

@@ -10,8 +10,8 @@ from cutwise.app.scene.milled import block_map
 from cutwise.app.scene.part import block_of
 from cutwise.app.scene.scene import CUT, FEED, RAPID, FloatArray, History, Map, Scene, Surface, limits, mirrored
 from cutwise.app.scene.shapes import cylinder
+from cutwise.app.scene.toolpath import Toolpath, toolpath_of
 from cutwise.app.scene.wall import ENDS, milled_wall
-from cutwise.app.scene.way import Way, way_of
 
 if TYPE_CHECKING:
     from cutwise.results import Result
@@ -35,9 +35,9 @@ def _driven(result: "Result") -> Scene:
     seen = result["scene"].dataset if "scene" in result.stages.children else None
     said = [] if seen is not None else ["heights and lines of the program are not in this run file: run it again"]
     height = seen["height"].values if seen is not None else np.zeros(time.size)
-    way = way_of(result)
-    if way is not None and actual.shape[1] < 3:  # the wall lies at one height
-        height = height + way.point[0, 2]
+    toolpath = toolpath_of(result)
+    if toolpath is not None and actual.shape[1] < 3:  # the wall lies at one height
+        height = height + toolpath.point[0, 2]
     place = np.column_stack([actual[:, :2], actual[:, 2] if actual.shape[1] > 2 else height])
     line = seen["line"].values.astype(np.int64) if seen is not None else None
     kind = np.full(time.size, FEED, np.uint8)
@@ -50,16 +50,18 @@ def _driven(result: "Result") -> Scene:
     deflection = None
     if structure is not None and "tip" in structure:
         deflection = np.pad(structure["tip"].values, ((0, 0), (0, 1)))
-    elif structure is not None and way is not None and "deviation_drives" in structure:  # the drives are in the places
+    elif (
+        structure is not None and toolpath is not None and "deviation_drives" in structure
+    ):  # the drives are in the places
         terms = [a.values for name, a in structure.data_vars.items() if str(name).startswith("deflection_")]
-        deflection = way.turned(motion["travelled"].values, np.sum(terms, axis=0)) if terms else None
+        deflection = toolpath.turned(motion["travelled"].values, np.sum(terms, axis=0)) if terms else None
     shown: Map | None = None
     surfaces: tuple[Surface, ...] = ()
     if scenario.stock is not None:  # type: ignore[attr-defined]
         coloured = "wall_period" if "wall_period" in histories else judged
         shown = block_map(scenario.stock, place, radius, histories[judged].values, coloured)  # type: ignore[attr-defined]
-    elif way is not None and "wall" in histories:
-        surfaces, larger = _wall_left(result, way, histories["wall"].values)
+    elif toolpath is not None and "wall" in histories:
+        surfaces, larger = _wall_left(result, toolpath, histories["wall"].values)
         said += larger
     else:
         said.append("no stock: the scenario has none")
@@ -67,17 +69,17 @@ def _driven(result: "Result") -> Scene:
     return Scene(
         clock=time, clock_is="time", place=place, histories=histories, line=line, kind=kind, deflection=deflection,
         tools=(cylinder(radius, tool.flute_length or 2.0 * _FLUTES * radius),), map=shown, judged=judged, said=tuple(said),
-        surfaces=surfaces, front=None if way is None else way.front,
+        surfaces=surfaces, front=None if toolpath is None else toolpath.front,
     )  # fmt: skip
 
 
-def _wall_left(result: "Result", way: Way, error: FloatArray) -> tuple[tuple[Surface, ...], tuple[str, ...]]:
-    """The straight wall along the way that was commanded, where the tool has moved on."""
+def _wall_left(result: "Result", toolpath: Toolpath, error: FloatArray) -> tuple[tuple[Surface, ...], tuple[str, ...]]:
+    """The straight wall along the toolpath that was commanded, where the tool has moved on."""
     scenario, along = result.scenario, result["motion"]["travelled"].values
     on = np.flatnonzero(np.diff(along, prepend=-1.0) > 0.0)
     radius, depth = 0.5 * scenario.tool.diameter, scenario.operation.axial_depth  # type: ignore[attr-defined]
     inside = block_of(result) is not None
-    return milled_wall(way, along[on], error[on], depth, radius, "wall", within=inside)
+    return milled_wall(toolpath, along[on], error[on], depth, radius, "wall", within=inside)
 
 
 def _histories(result: "Result", time: FloatArray) -> dict[str, History]:

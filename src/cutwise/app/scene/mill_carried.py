@@ -8,8 +8,8 @@ from cutwise.app.scene.part import block_of
 from cutwise.app.scene.scene import CUT, History, Scene, limits
 from cutwise.app.scene.shapes import cylinder
 from cutwise.app.scene.spindle import in_spindle
+from cutwise.app.scene.toolpath import toolpath_of
 from cutwise.app.scene.wall import ENDS, milled_wall
-from cutwise.app.scene.way import way_of
 from cutwise.spec.base import known
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ def scene(result: "Result") -> Scene:
     """Over the way along the path, in the part."""
     scenario, surface = result.scenario, result["surface"].dataset
     at, wall = surface["s"].values, surface["wall_error"].values
-    way = known(way_of(result))
+    toolpath = known(toolpath_of(result))
     radius = 0.5 * scenario.tool.diameter  # type: ignore[attr-defined]
     low, high = limits(result, "wall_error_min")[0], limits(result, "wall_error_max")[1]
     histories = {
@@ -41,11 +41,11 @@ def scene(result: "Result") -> Scene:
         histories["deflection"] = History("tip displacement", np.linalg.norm(deflection, axis=1), "small_length")
     depth = scenario.operation.axial_depth  # type: ignore[attr-defined]
     tool = scenario.tool  # type: ignore[attr-defined]
-    surfaces, said = milled_wall(way, at, wall, depth, radius, "wall", within=block_of(result) is not None)
+    surfaces, said = milled_wall(toolpath, at, wall, depth, radius, "wall", within=block_of(result) is not None)
     cutter = cylinder(radius, max(tool.flute_length or 0.0, 2.0 * _FLUTES * radius, 1.5 * depth))
     return Scene(
-        clock=at, clock_is="way", place=way.on(at, 0.0, 0.0), axis=way.up(at), histories=histories,
-        kind=np.full(at.size, CUT, np.uint8), deflection=None if deflection is None else way.turned(at, deflection),
+        clock=at, clock_is="way", place=toolpath.on(at, 0.0, 0.0), axis=toolpath.up(at), histories=histories,
+        kind=np.full(at.size, CUT, np.uint8), deflection=None if deflection is None else toolpath.turned(at, deflection),
         tools=(in_spindle(cutter, scenario.compliant),),  # type: ignore[attr-defined]
-        surfaces=surfaces, judged="wall", path=False, front=way.front, said=said,
+        surfaces=surfaces, judged="wall", path=False, front=toolpath.front, said=said,
     )  # fmt: skip

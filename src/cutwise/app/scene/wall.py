@@ -5,7 +5,7 @@ import numpy as np
 from cutwise.app.scene.scene import FloatArray, Surface
 from cutwise.app.scene.shapes import band, strip
 from cutwise.app.scene.thinned import kept
-from cutwise.app.scene.way import Way
+from cutwise.app.scene.toolpath import Toolpath
 from cutwise.app.scene.worst import magnification
 
 ENDS = ("wall left standing", "cut into the wall")
@@ -13,13 +13,20 @@ _STRIPS = 400  # buckets of a wall that is drawn
 
 
 def milled_wall(
-    way: Way, along: FloatArray, error: FloatArray, depth: float, radius: float, coloured: str, *, within: bool = False
+    toolpath: Toolpath,
+    along: FloatArray,
+    error: FloatArray,
+    depth: float,
+    radius: float,
+    coloured: str,
+    *,
+    within: bool = False,
 ) -> tuple[tuple[Surface, ...], tuple[str, ...]]:
     """Surfaces, and what is drawn larger than it is.
 
     Parameters
     ----------
-    way : Way
+    toolpath : Toolpath
         Of the centre of the tool.
     along, error : array, shape (n,)
         Places along it, rising, and the error of the wall there, positive into the work [m]; NaN where none is left.
@@ -36,7 +43,7 @@ def milled_wall(
     face = -radius - times * np.nan_to_num(left)
 
     def at(off: FloatArray | float, up: float) -> FloatArray:
-        return way.on(s, off, up)
+        return toolpath.on(s, off, up)
 
     wall, corners = band([at(face, 0.0), at(face, depth)])
     back = -3.0 * radius

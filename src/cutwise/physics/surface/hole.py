@@ -7,7 +7,7 @@ import numpy as np
 from cutwise.maths.frames import FloatArray
 
 
-def perpendicularity(entry: FloatArray, leaving: FloatArray, thickness: float) -> float:
+def perpendicularity(entry: FloatArray, exit_point: FloatArray, thickness: float) -> float:
     r"""Tilt of the hole from its lateral positions at both surfaces [rad].
 
     .. math:: \tau = |a_\text{exit} - a_\text{entry}| / t
@@ -15,7 +15,7 @@ def perpendicularity(entry: FloatArray, leaving: FloatArray, thickness: float) -
     The wall at depth :math:`d` is cut by the lip corner, when the tip is at :math:`d + h_t`: both positions are taken
     there, not where the tip passes.
 
-    ``entry``, ``leaving``: positions across the drill axis [m], shape (2,); ``thickness`` t [m]. Valid for small tilts.
+    ``entry``, ``exit_point``: positions across the drill axis [m], shape (2,); ``thickness`` t [m]. Valid for small tilts.
 
     Examples
     --------
@@ -26,7 +26,7 @@ def perpendicularity(entry: FloatArray, leaving: FloatArray, thickness: float) -
     ----------
     Derived here; Garnier et al. 2017, sec. 1, name the error.
     """
-    return float(np.linalg.norm(np.asarray(leaving) - np.asarray(entry)) / thickness)
+    return float(np.linalg.norm(np.asarray(exit_point) - np.asarray(entry)) / thickness)
 
 
 def whirl_amplitudes(

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from cutwise.results import Result
 
 
-class Way(NamedTuple):
+class Toolpath(NamedTuple):
     """Stations of a path with its own axes, and the axes in which the process counts; in the frame of the part."""
 
     at: FloatArray  # [m] of the path, shape (n,)
@@ -46,7 +46,7 @@ class Way(NamedTuple):
         return (0.0, -1.0, 0.0) if size < 0.1 else (float(off[0] / size), float(off[1] / size), 0.0)
 
 
-def way_of(result: "Result") -> Way | None:
+def toolpath_of(result: "Result") -> Toolpath | None:
     """The path of a scenario that says where it leads; None where it is only long."""
     scenario: Any = result.scenario
     path = getattr(scenario, "path", None)
@@ -61,13 +61,13 @@ def way_of(result: "Result") -> Way | None:
     return _own(carriage.stations_of(scenario, path, Standing()))
 
 
-def _own(path: "CarriedPath") -> Way:
+def _own(path: "CarriedPath") -> Toolpath:
     """Its own axes from its points, on the same side of the work as those of the process."""
     along = np.gradient(path.point, path.at, axis=0)
     along /= np.linalg.norm(along, axis=1, keepdims=True)
     up = path.axes[:, :, 2]
     off = np.sign(np.linalg.det(path.axes))[:, None] * np.cross(up, along)
-    return Way(path.at, path.point, np.stack([along, off, up], axis=2), path.axes)
+    return Toolpath(path.at, path.point, np.stack([along, off, up], axis=2), path.axes)
 
 
 def _between(at: FloatArray, axes: FloatArray, along: FloatArray) -> FloatArray:
