@@ -114,6 +114,12 @@ ILLEGAL = {
     ),
     "deburr x two carriers": ((*ON_ARM, BODIES), "the tool has one carrier: write robot or machine"),
     "mill x two carriers": ((*MILL, ARM), "the tool has one carrier: write robot or machine"),
+    "mill x drives under a robot": (
+        (*MILL_ARM, "machine.drives={library: fadal2216}"), "the tool has one carrier: write robot or machine",
+    ),
+    "a part of two kinds": (
+        ("machine_pocket", "part.stiffness=20 N/um"), "part.height: does not go together with stiffness of part",
+    ),
     "chamfer x two carriers": ((*PIPE_ARM, DRIVES), "the tool has one carrier: write robot or machine"),
     "drill x two carriers": (("drill_robot", BODIES), "the tool has one carrier: write robot or machine"),
     "machine x two carriers": ((*PASS, ARM), "the tool has one carrier: write robot or machine"),
@@ -127,7 +133,7 @@ ILLEGAL = {
     ),
     "robot without a path": ((*ON_ARM, "path=null"), "a robot needs to know where the edge is"),
     "arm without stiffness": (
-        (*ON_ARM, "robot.library=irb6640_185_280"), "robot.joint_stiffness: missing",
+        (*ON_ARM, "robot.library=irb6640_185_280"), "in its place; fanuc_r2000ic, kr240_2, kr270_2f, kr270_r2700",
     ),
     "arm without masses": ((*ON_ARM, "robot.dynamics=links"), "kr270_r2700_masses has them"),
     "choice of drilling": ((*ON_ARM, "robot.redundancy_angle=least_skating"), "is not one of best_constant, along_path"),
@@ -159,3 +165,15 @@ def test_an_illegal_pair_is_refused_with_its_reason(pair, examples):
         load(examples / f"{name}.yaml", overrides)
     assert why in str(caught.value)
     assert caught.value.faults
+
+
+@pytest.mark.parametrize("pair", ["mill x pistons", "mill x pistons, drives"])
+def test_a_mill_on_pistons_is_held_against_the_rating_of_its_motor(pair, examples):
+    (name, *overrides), _ = LEGAL[pair]
+
+    def told(rating):
+        said = quick_outcome(load(examples / f"{name}.yaml", [*overrides, f"spindle.power_rating={rating}"])).warnings
+        return [words for words in said if words.startswith("cutting takes")]
+
+    assert not told("5 kW")
+    assert "more than the motor's 10 W" in told("10 W")[0]

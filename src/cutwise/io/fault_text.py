@@ -12,6 +12,7 @@ from cutwise.io import library
 from cutwise.io.tree import LONGEST, Node
 from cutwise.spec import fields
 from cutwise.spec.base import LibrarySpec, Notice, Spec
+from cutwise.spec.cell import ONE_CARRIER
 from cutwise.spec.faults import Fault, Path, dotted
 from cutwise.spec.scenario import Scenario
 
@@ -21,6 +22,7 @@ _BOUNDS = {
     "less_than": ("lt", "below"),
     "less_than_equal": ("le", "at most"),
 }
+_CARRIERS = ("robot", "machine")
 _LONG_TEXT = 80  # letters of a value that a message repeats
 
 
@@ -93,6 +95,8 @@ def faults_among_sound_sections(
             kind = Annotated[field.annotation, field]  # type: ignore[name-defined]
             given = plain[name] if name in plain else field.get_default(call_default_factory=True)
             sections[name] = TypeAdapter(kind).validate_python(given)
+    if failed & set(_CARRIERS) and all(plain.get(name) is not None for name in _CARRIERS):
+        yield _between(root, (_CARRIERS[0],), ONE_CARRIER, False)  # whatever else is wrong with one of them
     for notice in model.contradictions_among(sections):
         path, message, at_key = _contradiction(notice, (), model)
         yield _between(root, path, message, at_key)
@@ -102,7 +106,12 @@ def _contradiction(notice: Notice, before: Path, model: type[Spec]) -> tuple[Pat
     path = (*before, *notice.path)
     if notice.message == "missing":
         return path, _missing(model, path), True
-    return path, notice.message, notice.message.startswith(("missing", "unknown"))
+    message = notice.message
+    if message.startswith("missing;"):
+        there = _entries_with(model, path)
+        if there and not any(name in message for name in there):
+            message += f"; {', '.join(there)} {'has' if len(there) == 1 else 'have'} it"
+    return path, message, message.startswith(("missing", "unknown"))
 
 
 def unknown_key(model: type[Spec], path: Path) -> tuple[str, Path]:
@@ -113,7 +122,7 @@ def unknown_key(model: type[Spec], path: Path) -> tuple[str, Path]:
         return reason, ()
     siblings = list(_known(model, before))
     if name in siblings:
-        return f"does not go together with the other keys of {dotted(before)}", ()
+        return _of_another_kind(model, path), ()
     near = _closest(name, siblings)
     if near:
         return f"unknown key; did you mean {dotted((*before, near))}?", (*before, near)
@@ -123,6 +132,27 @@ def unknown_key(model: type[Spec], path: Path) -> tuple[str, Path]:
         if meant is not None:
             return f"unknown key; did you mean {dotted(meant)}?", meant
     return f"unknown key; known here: {', '.join(siblings)}", ()
+
+
+def _of_another_kind(model: type[Spec], path: Path) -> str:
+    """What to say where a section can be written in several ways, and a key is of another one than what it stands beside."""
+    before, name = path[:-1], str(path[-1])
+    ways = [list(section.model_fields) for section in _holders(model, before)]
+    own = [key for way in ways if name in way for key in way]
+    others = dict.fromkeys(key for way in ways if name not in way for key in way if key not in own)
+    if not others:
+        return f"does not go together with the other keys of {dotted(before)}"
+    return f"does not go together with {', '.join(others)} of {dotted(before)}: write one or the other"
+
+
+def _entries_with(model: type[Spec], path: Path) -> list[str]:
+    """Entries of the library that have a key which a section of theirs lacks."""
+    owner = fields.field_at(model, path[:-1]) if len(path) > 1 else None
+    section = next(fields.inner(owner), None) if owner is not None else None
+    if section is None or not issubclass(section, LibrarySpec):
+        return []
+    shelf = library.shelf(section.library_shelf)
+    return [name for name, entry in shelf.items() if str(path[-1]) in entry.values.value]
 
 
 def _closest(name: str, names: list[str]) -> str | None:
@@ -154,20 +184,13 @@ def _missing(model: type[Spec], path: Path) -> str:
         message = f"missing; write the section {path[-1]} with {', '.join(required) or 'its keys'}"
     else:
         message = f"missing; write it, for example {path[-1]}: {example(info)}"
-    section = sections[0] if sections else None
-    key = path
-    if section is None and len(path) > 1:
-        key = path[:-1]
-        owner = fields.field_at(model, key)
-        section = next(fields.inner(owner), None) if owner is not None else None
-    if section is not None and issubclass(section, LibrarySpec):
-        there = [
-            name
-            for name, entry in library.shelf(section.library_shelf).items()
-            if sections or str(path[-1]) in entry.values.value
-        ]
-        if there:
-            message += f"; or name a library entry with {dotted((*key, 'library'))}: {', '.join(there)}"
+    if not sections:
+        there = _entries_with(model, path)
+    else:
+        there = list(library.shelf(sections[0].library_shelf)) if issubclass(sections[0], LibrarySpec) else []
+    if there:
+        key = path if sections else path[:-1]
+        message += f"; or name a library entry with {dotted((*key, 'library'))}: {', '.join(there)}"
     return message
 
 
