@@ -140,6 +140,11 @@ class History(NamedTuple):
         return self.table[:, first : first + 3 * self.layers].reshape(len(self.table), self.layers, 3)
 
     @property
+    def tangential(self) -> FloatArray:
+        """Mean tangential force [N], shape (rows,): times radius and spindle speed, the power of the cut."""
+        return self.table[:, -2]
+
+    @property
     def effort(self) -> FloatArray:
         """Largest effort of the solvers in the steps of each row, shape (rows,)."""
         return self.table[:, -1]

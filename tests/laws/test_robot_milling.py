@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import cutwise
+from cutwise.io.scenario import load
 from cutwise.loop import Cell
 from cutwise.paths.carried import line
 from cutwise.physics.cutting.flute import EdgeCoefficients, Mill
@@ -16,6 +17,7 @@ from cutwise.physics.engagement.shoulder import Shoulder, Slot
 from cutwise.physics.structure.series_compliance import translation_at
 from cutwise.physics.structure.swings import natural_frequencies, swinging
 from cutwise.physics.structure.terms import Compliance, displacement, relaxed
+from cutwise.process import programmed_milling
 from cutwise.process.carried import arm_along
 from cutwise.process.edges import edges
 from cutwise.still import rest
@@ -157,3 +159,14 @@ def test_directions_are_the_slope_of_the_mean_force(law):
     expected = 3 / (2 * math.pi) * np.einsum("im,jm,m->ij", rows, np.array([sine, cosine]), weight)
     assert mean_directions(lo, hi, 3, k) == pytest.approx(expected, rel=1e-7)
     assert law[0].flutes == 3
+
+
+def test_power_is_that_of_the_chips_and_of_what_the_edges_rub(examples):
+    short = ["path.line.from=[1900 mm, -5 mm, 800 mm]", "path.line.to=[1900 mm, 5 mm, 800 mm]", "requirements={}"]
+    scenario = load(examples / "mill_on_robot.yaml", short)
+    done, k = programmed_milling.run(scenario, limits=False), scenario.material
+    speed = 0.5 * scenario.tool.diameter * scenario.operation.spindle_speed
+    radial, axial, arc = done.seen.T
+    chips = k.K_tc * axial * radial * scenario.operation.feed
+    rubbed = k.K_te * axial * arc * scenario.tool.flutes / (2.0 * np.pi) * speed
+    assert done.tangential * speed == pytest.approx(chips + rubbed, rel=1e-12)

@@ -230,7 +230,7 @@ def warnings(scenario: ChamferScenario, done: ChamferRun, found: Mapping[str, fl
             "rigid tool does not give way (operation.preset, operation.part_error)"
         )
         said.append(warned("gouges", words, beyond, GOUGE_LIMIT, "length", remedy=Remedy("operation.preset", "less")))
-    if scenario.compliant is not None and "cutting_power_mean" in found:
+    if "cutting_power_mean" in found:
         said += spindles.overload(scenario.compliant, found["cutting_power_mean"])
     return (*said, *_yielding(found), *carriers.warnings(scenario, [one.carriage for one in done.carriers]))
 

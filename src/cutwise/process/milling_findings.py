@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from cutwise import units
-from cutwise.process import carriers, milling_wall, part_cost, stock_moves
+from cutwise.process import carriers, milling_wall, part_cost, stock_moves, walls
 from cutwise.process.assemble_mill import read_program
 from cutwise.process.loops_drives import NO_FORCE
 from cutwise.process.milling import MillRun, tip_limit
@@ -72,6 +72,7 @@ def warnings(scenario: MillingScenario, done: MillRun, found: Mapping[str, float
     yield from _stock(scenario, done)
     if done.wall is not None:
         yield from carriers.warnings(scenario, [done.wall.carriage], scenario.block)
+        yield from walls.overload(scenario, done.wall.tangential[done.wall.counted])
     if "settling_overshoot" in found and "settling_time" not in found:
         yield warned(
             "not_settled", f"the tool does not stay within {units.show(SETTLED, 'small_length')} of the end point within "

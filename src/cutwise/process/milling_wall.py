@@ -48,6 +48,7 @@ class WallRun(NamedTuple):
     state: FloatArray  # columns of the terms, shape (n, k)
     moved: dict[str, FloatArray]  # displacement of the tool by each term where the wall is read [m], shape (n, 3)
     drives: FloatArray  # deviation by the drives [m], shape (n, 3)
+    tangential: FloatArray  # mean tangential force [N], shape (n,)
     turned: FloatArray  # tilt of the tool about the feed [rad], shape (n,)
     counted: npt.NDArray[np.bool_]  # where the tool is in the cut, shape (n,)
     slot: bool  # both sides are walls
@@ -145,6 +146,7 @@ def wall_run(
         state,
         moved,
         drives,
+        history.tangential,
         turned,
         counted,
         walls.is_slot(scenario),

@@ -44,7 +44,7 @@ from cutwise.process.convergence import divided
 from cutwise.process.edges import edges
 from cutwise.process.labels import Column, Coordinate, Group, Groups, Over
 from cutwise.process.passes import at_rest, on_path, stepped, structure_of, too_soft, unsolved
-from cutwise.results import Finding
+from cutwise.results import Finding, Said
 from cutwise.spec.base import known
 from cutwise.spec.milling import MillingScenario
 
@@ -71,6 +71,7 @@ class Milled(NamedTuple):
     seen: FloatArray  # radial depth, axial depth [m], immersion [rad], shape (n, 3)
     state: FloatArray  # columns of the terms, shape (n, k)
     force: FloatArray  # mean force on the tool [N], shape (n, 3)
+    tangential: FloatArray  # mean tangential force [N], shape (n,)
     sag: FloatArray  # of the axis where the wall is read [m], shape (n, 3)
     counted: np.ndarray  # in the cut, after the lead-in, shape (n,)
     height: float  # [m] over the tip, where the wall is read
@@ -144,7 +145,7 @@ def run(
     )
     bare = Milled(
         path, carrying, terms, path.at, path.at / walls.cut_of(scenario).feed, np.zeros((0, 3)), np.zeros((0, 0)),
-        np.zeros((0, 3)), sag_of(path, carrying, 0.5 * walls.cut_of(scenario).axial_depth),
+        np.zeros((0, 3)), np.zeros(0), sag_of(path, carrying, 0.5 * walls.cut_of(scenario).axial_depth),
         path.at >= (walls.cut_of(scenario).begins), 0.5 * walls.cut_of(scenario).axial_depth, (), np.zeros(0), 0,
     )  # fmt: skip
     done = _at_rest(scenario, bare) if scenario.numerics.mode == "still" else _stepped(scenario, bare, finer, progress)
@@ -174,7 +175,7 @@ def _at_rest(scenario: MillingScenario, bare: Milled) -> Milled:
     poses = _poses(scenario, bare.at, bare.sag, feeds_of(scenario, bare.carriage, bare.at))
     cell = _cell(scenario, structure_of(bare.terms))
     found = at_rest(cell, poses, lambda k: too_soft(on_path(bare.at[k]), _SHALLOWER), seen=SEEN)
-    return bare._replace(seen=found.seen, state=found.state, force=found.total[:, :3])
+    return bare._replace(seen=found.seen, state=found.state, force=found.total[:, :3], tangential=found.total[:, 3])
 
 
 def _stepped(
@@ -197,7 +198,8 @@ def _stepped(
     sag = np.column_stack([np.interp(at, bare.path.at, one) for one in bare.sag.T])
     counted = (at >= of.begins) & (at >= lead * of.feed * (1.0 - 1e-12))
     return bare._replace(
-        at=at, time=table[:, 0], seen=history.shown, state=history.columns, force=force, sag=sag,
+        at=at, time=table[:, 0], seen=history.shown, state=history.columns, force=force, tangential=history.tangential,
+        sag=sag,
         counted=counted if counted.any() else np.arange(len(at)) == len(at) - 1,
         unsolved=len(unsolved(history, bare.terms)),
     )  # fmt: skip
@@ -287,6 +289,12 @@ def measures(scenario: MillingScenario, done: Milled) -> dict[str, float]:
     if done.carriage.arm is None:
         return found
     return found | yielding.lowest_frequency([carried.swings_of(known(scenario.robot), done.carriage.arm, done.height)])
+
+
+def warnings(scenario: MillingScenario, done: Milled) -> Iterator[Said]:
+    """What is known of the carrier, and a cut that is more than the motor of a spindle on pistons has."""
+    yield from carriers.warnings(scenario, [done.carriage], scenario.block)
+    yield from walls.overload(scenario, done.tangential[done.counted])
 
 
 def findings(scenario: MillingScenario, done: Milled) -> Iterator[Finding]:

@@ -109,13 +109,13 @@ def weight_on(ring: PistonRing, reach: float, where: Place) -> Iterator[Finding]
         yield Finding("weight_leans", where, force, out, "force")
 
 
-def overload(spindle: CompliantSpindle, power: float) -> Iterator[Finding]:
-    """A mean cutting power [W] above the rating of the motor, if that is known."""
-    rating = spindle.power_rating
+def overload(spindle: CompliantSpindle | None, power: float) -> Iterator[Finding]:
+    """A mean cutting power [W] above the rating of the motor, if there is one and that is known."""
+    rating = None if spindle is None else spindle.power_rating
     if rating is not None and power > rating:
         yield warned(
             "motor_overloaded", f"cutting takes {units.show(power, 'power')}, more than the motor's {units.show(rating, 'power')}: "
-            "it will slow down or stall; reduce feed or burr height", power, rating, "power",
+            "it will slow down or stall; reduce feed or depth of cut", power, rating, "power",
         )  # fmt: skip
 
 

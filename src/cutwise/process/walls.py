@@ -1,7 +1,7 @@
 """A straight wall that is milled: its engagement, its measures, and where it is off most; however the tool is carried."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -11,7 +11,8 @@ from cutwise.maths.curves import FloatArray
 from cutwise.physics.cutting.flute import Mill
 from cutwise.physics.engagement.burred_edge import Round
 from cutwise.physics.engagement.shoulder import Shoulder, Slot
-from cutwise.process import carriers, yielding
+from cutwise.process import carriers, spindles, yielding
+from cutwise.results import Finding
 from cutwise.spec.base import known
 from cutwise.spec.milled_path import MilledPath
 from cutwise.spec.milling import MillingScenario
@@ -77,6 +78,13 @@ def measures(wall: FloatArray, floor: FloatArray, *, slot: bool, deeper: float =
         shift = float(np.abs(wall - deeper).max())
         low, high = deeper - shift, deeper + shift
     return {"wall_error_min": low, "wall_error_max": high, **yielding.extremes("floor_error", floor)}
+
+
+def overload(scenario: MillingScenario, tangential: FloatArray) -> Iterator[Finding]:
+    r"""A motor on pistons that is too weak for the cut: mean tangential force F [N] in the cut, :math:`P = F R \Omega`."""
+    mill = round_of(scenario)
+    power = float(tangential.mean()) * mill.radius * mill.spindle_speed if tangential.size else 0.0
+    yield from spindles.overload(scenario.compliant, power)
 
 
 def note(place: float, error: float, moved: Mapping[str, FloatArray], row: int, when: str = "") -> str:

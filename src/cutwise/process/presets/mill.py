@@ -11,7 +11,6 @@ from cutwise.process.recipes import Method, Progress, Recipe, Wanted, halved
 if TYPE_CHECKING:
     from cutwise.process import (
         carried,
-        carriers,
         chatter,
         milling,
         milling_compare,
@@ -35,7 +34,6 @@ if TYPE_CHECKING:
     from cutwise.spec.milling import MillingScenario
 else:  # a run imports its own kind of milling, not the others
     carried = later("cutwise.process.carried")
-    carriers = later("cutwise.process.carriers")
     chatter = later("cutwise.process.chatter")
     milling = later("cutwise.process.milling")
     milling_compare = later("cutwise.process.milling_compare")
@@ -125,7 +123,7 @@ PROGRAMMED: Method[MillingScenario, Milled] = Method(
     ),
     limits=lambda scenario, _: programmed_milling.limits_of(scenario),
     references=lambda *_: ("altintas2012", "altintas1995"),
-    warnings=lambda scenario, done, _: carriers.warnings(scenario, [done.carriage], scenario.block),
+    warnings=lambda scenario, done, _: programmed_milling.warnings(scenario, done),
     infeasible=lambda scenario, _, found: carried.too_fast(found, scenario.operation.feed),
     notes=lambda scenario, done, _: programmed_milling.notes(scenario, done),
     change=halved(lambda scenario, _, progress: programmed_milling.measures(
