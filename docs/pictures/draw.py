@@ -1,5 +1,6 @@
 """The pictures of the documentation, drawn from runs of the program: ``python docs/pictures/draw.py [FOLDER]``."""
 
+import ast
 import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -18,6 +19,12 @@ EXAMPLE = HERE.parent.parent / "examples" / "deburr_compliant_spindle.yaml"
 AMPLITUDE = 0.2  # [mm] of the path error
 FREQUENCIES = (0.5, 2.0, 5.0, 10.0, 20.0)  # [Hz]
 LAWS = {"set_valued": "seals stick and slip", "presliding": "elastic seals, 50 µm", "none": "no seal friction"}
+ROOMS = {  # of the code, and where they stand in its picture
+    "app": (1.6, 7.2), "study": (1.6, 6.3), "process": (1.6, 5.4), "results": (0.0, 4.5), "io": (1.0, 4.5), "still": (3.0, 4.9),
+    "loop": (3.0, 4.1), "paths": (4.3, 4.1), "run_file": (0.0, 3.5), "physics": (4.3, 3.2), "balance": (3.0, 3.2),
+    "programs": (-0.2, 1.5), "spec": (1.0, 1.5), "stages": (3.6, 2.3), "records": (4.3, 1.5), "units": (1.0, 0.3),
+    "maths": (3.0, 0.3),
+}  # fmt: skip
 COLOURS = {"set_valued": "#c0392b", "presliding": "#2c6fbb", "none": "#3a8f4d"}
 STYLE = {
     "svg.fonttype": "none", "svg.hashsalt": "cutwise", "font.size": 9, "axes.spines.top": False,
@@ -94,7 +101,63 @@ def reference() -> Figure:
     return figure
 
 
-PICTURES: Mapping[str, Callable[[], Figure]] = {"path_error.svg": path_error, "reference.svg": reference}
+def imports(source: Path = Path(cutwise.__file__).parent) -> set[tuple[str, str]]:
+    """Which room of the code imports which: folders and modules of `src/cutwise`, as its import statements say."""
+    found = set()
+    for file in source.rglob("*.py"):
+        room = file.relative_to(source).with_suffix("").parts[0]
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if not isinstance(node, ast.ImportFrom) or (node.module or "").split(".")[0] != "cutwise":
+                continue
+            inner = (node.module or "").split(".")[1:2]
+            found |= {(room, other) for other in inner or [name.name for name in node.names]}
+    return {(a, b) for a, b in found if a != b and {a, b} <= set(ROOMS)}
+
+
+def needed(arrows: set[tuple[str, str]]) -> set[tuple[str, str]]:
+    """The arrows without those that others lead to as well."""
+    left = set(arrows)
+
+    def leads(a: str, b: str, seen: frozenset[str] = frozenset()) -> bool:
+        return any(y == b or (y not in seen and leads(y, b, seen | {y})) for x, y in left if x == a)
+
+    for arrow in sorted(arrows):
+        left.discard(arrow)
+        if not leads(*arrow):
+            left.add(arrow)
+    return left
+
+
+def architecture() -> Figure:
+    """The rooms of the code and who imports whom; every arrow bears its name in the file."""
+    figure, plot = plt.subplots(figsize=(8.2, 6.4), layout="constrained")
+    boxes = {}
+    for name, place in ROOMS.items():
+        kernel = name in ("physics", "loop", "still", "balance", "stages", "records", "paths", "maths")
+        box = {"boxstyle": "round,pad=0.5", "facecolor": "#dfeaf6" if kernel else "#f4ead9", "edgecolor": "0.4"}
+        boxes[name] = plot.text(*place, name, ha="center", va="center", fontsize=10, bbox=box).get_bbox_patch()
+    for a, b in sorted(needed(imports())):
+        style = {
+            "arrowstyle": "-|>",
+            "color": "0.45",
+            "patchA": boxes[a],
+            "patchB": boxes[b],
+            "shrinkA": 0,
+            "shrinkB": 1,
+        }
+        patch = plot.annotate("", ROOMS[b], ROOMS[a], arrowprops=style).arrow_patch
+        assert patch is not None
+        patch.set_gid(f"import-{a}-{b}")
+    plot.set(xlim=(-0.6, 4.6), ylim=(-0.5, 7.5))
+    plot.axis("off")
+    return figure
+
+
+PICTURES: Mapping[str, Callable[[], Figure]] = {
+    "path_error.svg": path_error,
+    "reference.svg": reference,
+    "imports.svg": architecture,
+}
 
 
 def main(folder: Path) -> None:

@@ -162,6 +162,15 @@ def test_every_process_has_its_reference(kind):
     assert f"<!-- table: measures.{kind} -->" in measures.read_text(encoding="utf-8")
 
 
+def test_the_picture_of_the_architecture_is_that_of_the_imports():
+    draw = load_script(ROOT / "docs" / "pictures" / "draw.py")
+    text = (ROOT / "docs" / "pictures" / "imports.svg").read_text(encoding="utf-8")
+    drawn = {tuple(name.split("-")) for name in re.findall(r'id="import-([a-z_]+-[a-z_]+)"', text)}
+    assert drawn == draw.needed(draw.imports()), "python docs/pictures/draw.py"
+    folders = {path.name for path in (ROOT / "src" / "cutwise").iterdir() if (path / "__init__.py").exists()}
+    assert folders - {"library"} <= set(draw.ROOMS)
+
+
 @pytest.mark.slow
 def test_pictures_are_drawn_by_the_program():
     """Every picture has a function that draws it, and what it shows is what the theory page says."""
