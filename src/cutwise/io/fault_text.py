@@ -142,7 +142,8 @@ def _of_another_kind(model: type[Spec], path: Path) -> str:
     others = dict.fromkeys(key for way in ways if name not in way for key in way if key not in own)
     if not others:
         return f"does not go together with the other keys of {dotted(before)}"
-    return f"does not go together with {', '.join(others)} of {dotted(before)}: write one or the other"
+    named = [*list(others)[:4], *(["..."] if len(others) > 4 else [])]
+    return f"does not go together with {', '.join(named)} of {dotted(before)}: write one or the other"
 
 
 def _entries_with(model: type[Spec], path: Path) -> list[str]:

@@ -49,8 +49,8 @@ def _bodies_faults(scenario: "MillingScenario", machine: MillingMachine) -> Iter
         yield Notice(("path",), "bodies of a machine yield along a straight wall (path.line); a corner is run with "
                      "drives alone: machine: {library: fadal2216}")  # fmt: skip
     if scenario.program is not None:
-        yield Notice(("program",), "bodies of a machine yield along a straight wall (path.line); a program is run with "
-                     "drives alone (machine: {library: fadal2216}), or at rest (process: machine)")  # fmt: skip
+        yield Notice(("program",), "bodies of a machine yield along a straight wall (path.line) and in a stock in 3D: write the "
+                     "mill under tools; or drives alone (machine: {library: fadal2216}), or process: machine")  # fmt: skip
     if scenario.numerics.force == "tooth_resolved" and scenario.tool.modes and not scenario.programmed:
         yield Notice(("numerics", "force"), "tooth_resolved steps the modes of the tool with drives alone; beside "
                      "bodies of a machine write averaged: the modes then yield by F/k")  # fmt: skip
@@ -109,7 +109,9 @@ def programmed_faults(scenario: "MillingScenario") -> Iterator[Notice]:
         yield Notice(("path",), "missing; without drives a mill goes along a straight wall, for example path: {line: {from: "
                      "[-100 mm, -40 mm], angle: 30 deg, length: 100 mm}}")  # fmt: skip
     if robot and scenario.program is not None:
-        yield Notice(("program",), "a robot follows path.line; programs are for machines with drives")
+        yield Notice(
+            ("program",), "a robot follows path.line; to mill by a program write the mill under tools (a stock in 3D)"
+        )
     if scenario.stock is not None:
         yield Notice(("stock",), f"belongs to a program; {who} has its depths (operation.radial_depth, .axial_depth)")
     if scenario.numerics.mode == "step" and scenario.numerics.force != "averaged":

@@ -29,7 +29,8 @@ def _carrier_faults(scenario: MillingScenario) -> Iterator[Notice]:
     if scenario.compliant is not None:
         yield Notice(
             ("spindle",),
-            "a compliant spindle yields along a straight wall (path.line); in a stock in 3D nothing yields",
+            "a compliant spindle yields along a straight wall (path.line); in a stock in 3D yield tools (stiffness or modes), "
+            "a robot or the bodies of a machine",
         )
     if scenario.placement is not None and scenario.robot is None and not isinstance(scenario.machine, MillingMachine):
         yield Notice(("placement",), "places a program before a robot, or on a machine with bodies; the nominal part has "
@@ -78,16 +79,17 @@ def _cut_faults(scenario: MillingScenario) -> Iterator[Notice]:
         if getattr(scenario.operation, key) is not None:
             yield Notice(("operation", key), "the stock says what the program meets; leave it out")
     if scenario.operation.limit_feed:
-        yield Notice(
-            ("operation", "limit_feed"), "lowers the feed where the joints of a robot cannot follow; there is none"
-        )
+        yield Notice(("operation", "limit_feed"), "lowers the feed of a robot along a path (path.line); a program in a stock "
+                     "in 3D keeps its feeds: write lower ones there")  # fmt: skip
     if scenario.operation.milling == "up":
         yield Notice(("operation", "milling"), "is for a line; which side the work is on follows from the stock")
 
 
 def _numerics_faults(scenario: MillingScenario) -> Iterator[Notice]:
     if scenario.numerics.mode == "still":
-        yield Notice(("numerics", "mode"), "still is for a robot; a stock in 3D is cut move by move")
+        yield Notice(
+            ("numerics", "mode"), "still is for a wall (path.line); a stock in 3D is cut move by move: write step"
+        )
 
 
 def _tool_faults(scenario: MillingScenario) -> Iterator[Notice]:
@@ -120,7 +122,7 @@ def stock_unused(scenario: MillingScenario) -> Iterator[Notice]:
     yield from _ideal_unused(scenario)
     yield Notice(("stability",), "chatter is not looked at in a stock in 3D")
     yield Notice(("lobes",), "chatter is not looked at in a stock in 3D")
-    yield Notice(("load",), "nothing yields in a stock in 3D")
+    yield Notice(("load",), "a program in a stock in 3D is set against the machine as it stands under its weights")
     yield Notice(("program", "top"), "the stock has its own top")
     yield Notice(("material", "group"), "deburring alone holds its cutting speed against that of the group")
     if scenario.numerics.stock.engagement == "none":

@@ -205,6 +205,7 @@ def test_a_path_out_of_reach_or_beyond_travel_is_told():
         (ROBOT.replace("0 deg, joint", "along_path, joint"), "along_path turns the tool"),
         (ROBOT + "machine: {library: fadal2216, reading: kp_ki_swapped}\n", "one carrier"),
         ("placement: {origin: [1 mm, 0 mm, 0 mm]}\n", "places a program before a robot"),
+        ("spindle: {library: berselli2016}\n", r"in a stock in 3D yield tools \(stiffness or modes\)"),
     ],
 )
 def test_carriers_that_cannot_be(more, words):
