@@ -73,12 +73,20 @@ def first_disc(angle: float, step: float, lowest: int, highest: int) -> int:
     int
         Number of the disc.
 
+    Notes
+    -----
+    Valid for any angle; one within rounding of a disc may fall to either side of it.
+
     Examples
     --------
     Discs lag by 0.1, 0.3, 0.5 ...
 
     >>> first_disc(0.35, 0.2, 0, 10)
     2
+
+    References
+    ----------
+    Derived here.
     """
     if step <= 0.0:
         return lowest if angle <= 0.0 else highest

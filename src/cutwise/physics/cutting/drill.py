@@ -224,12 +224,20 @@ def cone_height(point: DrillPoint) -> float:
     point : DrillPoint
         Radius R [m] and half point angle :math:`\kappa` [rad], :math:`0 < \kappa < \pi/2`.
 
+    Notes
+    -----
+    Valid for a straight cone: the chisel edge, which flattens it, is left out.
+
     Examples
     --------
     10 mm, 118 degrees:
 
     >>> round(1e3 * cone_height(DrillPoint(5e-3, 1e-3, 0.0, math.radians(59), 0.0, 0.0, 0.0)), 6)
     3.004303
+
+    References
+    ----------
+    Derived here; geometry as in Garnier et al. 2017, Eq. (1).
     """
     return point.radius / math.tan(point.half_point_angle)
 

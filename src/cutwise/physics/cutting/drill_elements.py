@@ -221,6 +221,10 @@ def elements_force(elements: LipElements, feed: float, inner: float, outer: floa
     LipForce
         Thrust, tangential and inward force [N], torque [N m].
 
+    Notes
+    -----
+    Valid for :math:`0 \le inner \le outer`; exact for stresses that are constant within an element.
+
     Examples
     --------
     Half of a first element of 1 mm and half of a second one of 2 mm:

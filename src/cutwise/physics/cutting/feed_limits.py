@@ -46,6 +46,10 @@ def largest_sine(low: float, high: float) -> float:
     --------
     >>> [round(largest_sine(*ends), 9) for ends in ((0.0, math.pi / 6), (1.0, 2.0), (2.5, math.pi))]
     [0.5, 1.0, 0.598472144]
+
+    References
+    ----------
+    Derived here.
     """
     if low <= 0.5 * math.pi <= high:
         return 1.0

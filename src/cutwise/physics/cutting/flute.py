@@ -56,6 +56,10 @@ def sinc(x: float) -> float:
     --------
     >>> round(sinc(0.5 * math.pi), 9), sinc(0.0)  # 2/pi, 1
     (0.636619772, 1.0)
+
+    References
+    ----------
+    Derived here: its Taylor series.
     """
     if abs(x) < 1e-4:
         return 1.0 - x * x / 6.0
@@ -317,6 +321,10 @@ def mirrored(force: FluteForce) -> FluteForce:
     ----------
     force : FluteForce
         In down milling [N].
+
+    Notes
+    -----
+    Valid for work on one side of the feed, to which the tool is mirrored.
 
     Examples
     --------

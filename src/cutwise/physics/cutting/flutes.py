@@ -103,6 +103,10 @@ def put(load, layer: int, force: FluteForce, arm: float) -> None:  # type: ignor
     arm : float
         Distance of the force below the pivot [m].
 
+    Notes
+    -----
+    Valid for a right-hand tool that turns clockwise seen from the motor (M3).
+
     Examples
     --------
     >>> import numpy as np
@@ -111,6 +115,10 @@ def put(load, layer: int, force: FluteForce, arm: float) -> None:  # type: ignor
     >>> put(load, 0, FluteForce(1.0, 2.0, 3.0, 4.0), 0.1)
     >>> load.total.round(9).tolist()
     [1.0, 2.0, -3.0, 4.0, 0.1, 0.2]
+
+    References
+    ----------
+    Derived here; the sign of the paper is that of Berselli et al. 2016, Eq. (2).
     """
     by_layer, total = load
     by_layer[layer, 0] += force.x

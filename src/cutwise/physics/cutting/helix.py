@@ -67,6 +67,10 @@ def flutes_in_cut(
     tuple
         First and last flute; the last is the lower number where none is in the arc.
 
+    Notes
+    -----
+    Valid for arcs of less than a turn and any helix that is not negative.
+
     Examples
     --------
     Of two straight flutes, now at 0 and 180 degrees, the second is between 0.5 and 4 rad:

@@ -65,7 +65,7 @@ def even_edges(coefficients: EdgeCoefficients) -> Edges:
 
 @inlined
 def even_and_linear(edges: Edges) -> bool:
-    """Whether the closed forms of :mod:`cutwise.physics.cutting.flute` hold: no run-out, force linear in the chip.
+    """Whether the closed forms of :mod:`cutwise.physics.cutting.flute` hold: no run-out, linear force. Exact; derived here.
 
     Parameters
     ----------

@@ -246,6 +246,10 @@ def disc_range(z_lo: float, z_hi: float, discs: Discs) -> tuple[int, int]:
     >>> from cutwise.physics.cutting.discs import discs
     >>> disc_range(2e-3, 5e-3, discs(5e-3, 0.0, 1e-2, 2, 10))  # middles at 2.5, 3.5 and 4.5 mm
     (2, 5)
+
+    References
+    ----------
+    Derived here.
     """
     lowest = math.ceil(z_lo / discs.thickness - 0.5 - 1e-9)
     highest = math.ceil(z_hi / discs.thickness - 0.5 - 1e-9)
@@ -274,6 +278,10 @@ def tooth_period(
         The mill, its discs, and the force law of its edges.
     positions : int
         In a tooth period.
+
+    Notes
+    -----
+    Valid for a feed per tooth that is small beside the radius: chips are feed times sine.
 
     Examples
     --------
@@ -326,6 +334,10 @@ def steady_step(teeth: int, angle: float, chip: float, flutes: int, edges: Edges
         Number of flutes N.
     edges : Edges
         Run-out :math:`\rho`, see :func:`runout_offset`.
+
+    Notes
+    -----
+    Valid for a steady feed and spindle speed; exact then.
 
     Examples
     --------

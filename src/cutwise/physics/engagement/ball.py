@@ -174,6 +174,8 @@ def leans(sides: FloatArray) -> FloatArray:
     ``sides``: planes, outward unit normal and distance from the ball centre [m], shape (m, 4). The first is the sine of the
     angle between the normal and the rod, the second the immersion angle [rad] at which it points off.
 
+    Valid for any unit normal; a plane across the rod leans nowhere, and its angle is 0.
+
     Examples
     --------
     >>> leans(np.array([[0.6, 0.8, 0.0, 0.0]])).round(6).tolist()  # arctan(3/4)
@@ -193,10 +195,16 @@ def leans(sides: FloatArray) -> FloatArray:
 def arc_room(planes: int) -> int:
     """Rows that the arcs of a disc inside of planes may take, of which half is scratch: each plane adds one arc at most.
 
+    Valid for planes: a curved face could part an arc more than once.
+
     Examples
     --------
     >>> arc_room(3)
     10
+
+    References
+    ----------
+    Derived here.
     """
     return 2 * (planes + 2)
 

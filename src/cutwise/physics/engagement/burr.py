@@ -65,6 +65,10 @@ def entry_position(x: float, height: float, radius: float, profile: Polyline) ->
         Position w_e [m]; x itself where the mill touches nothing ahead. A crossing narrower than 1/64 of the radius
         can be missed.
 
+    Notes
+    -----
+    Valid for burrs that are wider than that, on a straight edge.
+
     Examples
     --------
     A burr of 1 mm before a mill of 5 mm radius that touches the edge, at 10 mm: :math:`\sqrt{1 \cdot 9}` mm ahead.

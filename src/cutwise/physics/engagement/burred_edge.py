@@ -126,6 +126,8 @@ def show(here: Immersion, seen: FloatArray) -> None:
 
     ``here``: what the mill meets; ``seen``: filled, shape (6,).
 
+    Valid for arcs as :func:`immersion_at` has them; angles are zero where nothing is met.
+
     Examples
     --------
     >>> import numpy as np
@@ -133,6 +135,10 @@ def show(here: Immersion, seen: FloatArray) -> None:
     >>> show(Immersion(3e-3, 1e-3, 0.1, 5e-5, LayerArcs(2.0, 2.5, 3.9, 3.2, 2.5, 3.3)), seen)
     >>> seen.round(9).tolist()
     [0.002, 0.001, 0.1, 5e-05, 2.0, 3.3]
+
+    References
+    ----------
+    Derived here.
     """
     seen[0] = max(0.0, here.depth - here.work_depth)
     seen[1] = here.work_depth

@@ -39,7 +39,7 @@ def ridge(feed: float, nose: float, trail: float) -> float:
     .. math:: r - \sqrt{r^2 - f^2/4} \approx \frac{f^2}{8r} \quad (f \le 2r\sin\kappa'), \qquad
               r(1 - \cos\kappa') + f \sin\kappa'\cos\kappa' - \sqrt{2rf\sin^3\kappa' - f^2\sin^4\kappa'}
 
-    Valid for :math:`f \le r`. Boothroyd and Knight, Fundamentals of Machining and Machine Tools.
+    Valid for :math:`f \le r`. Boothroyd and Knight 1989, Fundamentals of Machining and Machine Tools.
 
     >>> round(1e6 * ridge(0.2e-3, 0.8e-3, math.radians(30.0)), 3)
     6.275
@@ -55,9 +55,15 @@ def thickness(x: float, y: float, beta: float, feed: float, depth: float, insert
     r"""Chip thickness h [m] at a point of the edge: along :math:`-n` to where the edge passed one revolution before, or
     to the uncut surface at y = depth. On the straight major edge :math:`f \sin\kappa`.
 
+    Valid for feeds up to the nose radius.
+
     >>> insert = Insert(0.8e-3, math.radians(90.0), None)
     >>> round(1e6 * thickness(0.8e-3, 1.5e-3, insert.lead, 0.2e-3, 2e-3, insert), 6)
     200.0
+
+    References
+    ----------
+    Derived here.
     """
     s, c = math.sin(beta), math.cos(beta)
     qx, qy = x + feed, y - insert.nose
@@ -94,11 +100,17 @@ def edge_rows(rows: FloatArray, insert: Insert, feed: float, depth: float) -> in
 
     By the midpoint rule over stretches that end where the chip has a kink: its section comes out within 1e-3.
 
+    Valid for feeds up to the nose radius.
+
     >>> import numpy as np
     >>> rows = np.zeros((ELEMENTS, 12))
     >>> count = edge_rows(rows, Insert(0.8e-3, math.radians(95.0), np.zeros(1)), 0.2e-3, 2e-3)
     >>> round(1e6 * float((rows[:, 2] * rows[:, 5]).sum()), 3)  # mm^2, less what the ridges keep
     0.4
+
+    References
+    ----------
+    Derived here.
     """
     r, lead = insert.nose, insert.lead
     top = r * (1.0 - math.cos(lead))

@@ -40,6 +40,7 @@ def lip_contact(
 
     Notes
     -----
+    Valid for plane, parallel surfaces.
     Full chip thickness everywhere in contact: no first-turn effects, no bending of the remaining plate.
 
     Examples

@@ -207,6 +207,10 @@ def may_lower(tree: FloatArray, node: int, left: FloatArray, sectors: int) -> bo
     bool
         False only where it cannot; also True for a box that only comes near.
 
+    Notes
+    -----
+    Valid for flat mills of one radius.
+
     Examples
     --------
     A circle of 10 mm at the origin, a box that begins 8 mm beside it, and one at 12 mm:
@@ -249,6 +253,10 @@ def lowers(
     -------
     bool
         False only where it cannot.
+
+    Notes
+    -----
+    Valid for a box within the circle of the mill; sharp where it is small beside the radius.
 
     Examples
     --------

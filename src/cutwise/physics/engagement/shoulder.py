@@ -51,11 +51,19 @@ def cuts(engagement: Shoulder, along: float, vx: float, vy: float) -> bool:
     vx, vy : float
         Velocity of the tool [m/s].
 
+    Notes
+    -----
+    Valid for a wall that begins and ends across the feed.
+
     Examples
     --------
     >>> wall = Shoulder(Round(5e-3, 2, 100.0), 1e-3, 0.0, 0.1, 1e-6)
     >>> cuts(wall, 0.05, 0.01, 0.0), cuts(wall, 0.1, 0.01, 0.0), cuts(wall, 0.05, 0.0, 0.0)
     (True, False, False)
+
+    References
+    ----------
+    Derived here.
     """
     return engagement.begins <= along < engagement.ends and math.hypot(vx, vy) >= engagement.standstill
 

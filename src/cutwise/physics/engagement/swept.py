@@ -90,6 +90,10 @@ def columns_in_reach(
     count : int
         Number of columns; those beyond are not there.
 
+    Notes
+    -----
+    Valid for columns that stand evenly.
+
     Examples
     --------
     1 mm deep, a mill of 5 mm reaches 3 mm to either side: columns at -2, 0 and 2 mm.

@@ -129,6 +129,10 @@ def response_integrals(rate: float, time: float) -> tuple[float, float]:
     tuple
         :math:`\varphi_1` [s] and :math:`\varphi_2` [s^2], to 1e-12 of their size.
 
+    Notes
+    -----
+    Valid for rates and times that are not negative.
+
     Examples
     --------
     :math:`(1 - 1/e)/10` and :math:`1/(100 e)`; without damping :math:`t` and :math:`t^2/2`.

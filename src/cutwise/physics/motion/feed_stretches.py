@@ -183,6 +183,7 @@ def merged_feeds(pieces: Pieces, gain: float, ramps: Ramps, ends: FloatArray) ->
 
     Notes
     -----
+    Valid for feeds within the limits of their own stretches.
     Local: three stretches on either side of a pair are planned again, from and to the feeds beyond them.
 
     Examples

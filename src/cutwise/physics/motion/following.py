@@ -59,6 +59,8 @@ def deviation(motion: Followed) -> FloatArray:
 def instant(clock: int, substeps: int, last: int) -> tuple[int, int, float]:
     """Servo steps of now and after it, and the part of the first that is over; the last one goes on.
 
+    Valid for any step from 0 on.
+
     Examples
     --------
     Three of ten substeps after the second servo instant; and beyond the last:
@@ -67,6 +69,10 @@ def instant(clock: int, substeps: int, last: int) -> tuple[int, int, float]:
     (2, 3, 0.3)
     >>> instant(57, 10, 5)
     (5, 5, 0.0)
+
+    References
+    ----------
+    Derived here.
     """
     step, part = clock // substeps, clock % substeps
     if step >= last:

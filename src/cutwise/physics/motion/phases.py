@@ -43,6 +43,10 @@ def put_phase(rows: Rows, duration: float, s: float, v: float, a: float, j: floa
     >>> rows = put_phase(Rows(np.zeros((5, 4)), 0, 0.0), 0.5, 0.0, 0.0, 0.0, 2.0)
     >>> rows.count, rows.time, rows.table[:, 0].tolist()
     (1, 0.5, [0.0, 0.0, 0.0, 0.0, 2.0])
+
+    References
+    ----------
+    Derived here.
     """
     if duration <= 0.0:
         return rows

@@ -237,6 +237,7 @@ def scheduled_feeds(runs: Runs, levels: FloatArray, rules: Rules) -> FloatArray:
 
     Notes
     -----
+    Valid for limits that are above the lowest level.
     The cost is linear in the cells.
 
     Examples
