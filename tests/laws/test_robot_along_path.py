@@ -64,12 +64,18 @@ def test_posture_and_compliance_at_start_and_middle(scenario):
 STATIC = ([-9.5285, -9.2002, -8.8863, -8.7385], [5.9096, 6.2380, 6.5518, 6.6996], 1984.562)
 TURNED = ([-9.6187, -9.3509, -9.0637, -8.9160], [8.0803, 8.3481, 8.6353, 8.7831], 1982.301)
 MODAL = ([-12.6751, -12.1699, -11.8415, -11.6880], [5.8739, 6.3791, 6.7075, 6.8611], 1981.451)
+BOTH = ([-7.9968, -7.5455, -7.2651, -7.1207], [7.7915, 8.2428, 8.5232, 8.6676], 1984.212)
 
 
 @pytest.mark.parametrize(
     ("changes", "expected", "tolerance"),
-    [({}, STATIC, 1e-3), ({"redundancy_angle": -0.5 * math.pi}, TURNED, 1e-3), ({"dynamics": "modal"}, MODAL, 5e-3)],
-    ids=["static", "turned", "modal"],
+    [
+        ({}, STATIC, 1e-3),
+        ({"redundancy_angle": -0.5 * math.pi}, TURNED, 1e-3),
+        ({"dynamics": "modal"}, MODAL, 5e-3),
+        ({"redundancy_angle": -0.5 * math.pi, "dynamics": "modal"}, BOTH, 5e-3),
+    ],
+    ids=["static", "turned", "modal", "turned, modal"],
 )
 def test_edge_left_and_share_of_the_arm(scenario, changes, expected, tolerance):
     cell, _ = along(scenario, **changes)

@@ -23,6 +23,7 @@ from cutwise.process.edges import edges
 from cutwise.still import rest
 
 MM, UM = 1e-3, 1e-6
+UNIT = np.ones(6)
 SPEED = 8000 * 2 * math.pi / 60
 CASES = {  # engagement, radial and axial depth [mm], up milling
     "slot": (Slot, 20.0, 2.0, False),
@@ -56,14 +57,14 @@ def law(examples):
     return Mill(10 * MM, 3, scenario.tool.helix), edges(scenario.material, scenario.tool)
 
 
-def along(robot, *, up=False):
-    path = line([1.9, -0.15, 0.8], [1.9, 0.15, 0.8], [0, 0, -1], 5 * MM, work_on_left=up)
-    return arm_along(robot, path, np.ones(6), 0.0, 0.04)
+def along(robot, *, up=False, wrench=UNIT, height=0.0, station=5 * MM):
+    path = line([1.9, -0.15, 0.8], [1.9, 0.15, 0.8], [0, 0, -1], station, work_on_left=up)
+    return arm_along(robot, path, wrench, height, 0.04)
 
 
-def milled(robot, law, name, scale=1.0):
+def milled(robot, law, name, scale=1.0, arm=None):
     engagement, radial, depth, up = CASES[name]
-    arm = along(robot, up=up)
+    arm = along(robot, up=up) if arm is None else arm
     mill, edge = law
     cell = Cell(
         (), engagement(Round(mill.radius, 3, SPEED), depth * MM), (), MeanFlutes(mill, edge, SPEED, up),
@@ -93,6 +94,23 @@ def test_the_whole_twist_of_a_slot_and_its_closed_form(robot, law):
     assert at_rest.state[:, 2] == pytest.approx(closed, rel=1e-5)
     assert np.all(rigid.state == 0.0)
     assert cell.structure.at.size == 61
+
+
+@pytest.mark.parametrize(
+    ("name", "angle", "worst"), [("slot", 125, 49.847), ("down", -125, 40.217), ("up", -30, 8.203)]
+)
+def test_best_angle_for_the_wall(robot, law, name, angle, worst):
+    """On a grid of 5 degrees, all branches, chosen under the force of the rigid cut; largest yielding at seven stations."""
+    _, _, depth, up = CASES[name]
+    _, _, rigid = milled(robot, law, name, scale=0.0)
+    force, z = rigid.total[0, :3], 0.5 * depth * MM
+    free = robot.model_copy(update={"joint_angles": None, "redundancy_angle": "best_constant"})
+    wrench = np.array([*force, -z * force[1], z * force[0], 0.0])
+    arm = along(free, up=up, wrench=wrench, height=z, station=50 * MM)
+    assert math.degrees(arm.postures.angle[0]) == pytest.approx(angle)
+    _, _, at_rest = milled(robot, law, name, arm=arm)
+    off = displacement(Compliance(arm.path.at, arm.joints), at_rest.state, z)[:, 1]
+    assert np.abs(off).max() / UM == pytest.approx(worst, abs=1e-3)
 
 
 def test_energy_at_rest(robot, law):

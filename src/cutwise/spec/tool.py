@@ -111,10 +111,10 @@ class Bur(BendingMill):
     """A mill or bur along an edge, which may bend."""
 
     def notices(self) -> Iterator[Notice]:
-        """What of a mode does not count beside pistons."""
+        """What of a mode does not count."""
         if self.modes:
             yield Notice(
-                ("modes",), "count by their stiffness alone: modes are given for a rigid spindle, and do not swing here"
+                ("modes",), "count by their stiffness alone: along an edge they do not swing, whatever holds the tool"
             )
 
 
