@@ -12,6 +12,7 @@ from cutwise.programs.arcs import arc_length, sweep
 from cutwise.programs.canon import Arc, Feed
 from cutwise.programs.controller import INCH, MILLIMETRE, PLANES
 from cutwise.programs.groups import CYCLES, PROBES
+from cutwise.programs.in_force import InForce, rate_of, same
 from cutwise.programs.line_words import LineWords, line_words, with_words
 from cutwise.programs.plane_curves import Circle
 from cutwise.programs.trace import Ran, State, Trace, Word
@@ -240,36 +241,31 @@ def _explicit(trace: Trace, feeds: Mapping[int, list[str]]) -> dict[int, str]:
 
 
 def _needed(trace: Trace, feeds: Mapping[int, list[str]], written: Mapping[int, str]) -> Iterator[tuple[int, str]]:
-    """Lines that would run at another feed than they should, with the feed that they need."""
-    old: float | None = None  # in force in the program as it was
-    new: float | None = None  # in the new one; None: not known
-    deleted = {
-        n for n, raw in enumerate(trace.lines, start=1) if raw[:1] == "/" and line_words(raw).get("f") is not None
-    }
+    """Lines that would run at another feed than they should, with the feed that they need.
+
+    Blocks with ``/`` ran; a line behind them has to have its feed also where the operator leaves all of them out.
+    """
+    old, new = InForce(), InForce()  # in the program as it was, and in the new one
+    deleted = {n for n, raw in enumerate(trace.lines, start=1) if "/" in raw and line_words(raw).deleted}
     for step in trace.steps:
-        if isinstance(step, Word) and step.factor:
-            old = None if old is None else old * step.factor
-            new = None if new is None else new * step.factor
-            continue
         if isinstance(step, Word):
-            old = step.rate
-            new = None if step.rate is None or step.line in deleted else step.rate
-            if step.line in written:
-                new = float(written[step.line])
+            old, new = old.told(step, step.rate, deleted), new.told(step, rate_of(step, written), deleted)
             continue
         line = step.move.line
         if step.move.kind not in ("feed", "arc", "probe") or trace.state(line).feed_mode == 93:
             continue
         texts = feeds.get(line)
-        wanted = old if texts is None else float(texts[0])
-        if line not in written and wanted is not None and not _same(new, wanted) and _may_be_written(trace, line):
-            yield line, texts[0] if texts is not None else f"{wanted:.10g}"
-        new = wanted if texts is None else float(texts[-1])
-
-
-def _same(new: float | None, wanted: float) -> bool:
-    """Whether a feed in force is the one that is wanted; units that change on the way round."""
-    return new is not None and abs(new - wanted) <= 1e-9 * wanted
+        wanted = old if texts is None else InForce(float(texts[0]), float(texts[0]))
+        said = written.get(line)
+        if said is None and wanted.run is not None and _may_be_written(trace, line):
+            left_out = line in deleted or wanted.without is None or same(new.without, wanted.without)
+            if not (same(new.run, wanted.run) and left_out):
+                said = texts[0] if texts is not None else f"{wanted.run:.10g}"
+                yield line, said
+        if texts is not None:
+            said = texts[-1]
+        last = None if said is None else float(said)
+        new = InForce(wanted.run if last is None else last, new.without if last is None or line in deleted else last)
 
 
 def _may_be_written(trace: Trace, line: int) -> bool:

@@ -158,6 +158,22 @@ def test_a_modal_feed_stays_what_it_is_behind_a_change_of_units():
     assert [m.feed for m in moves(new) if m.kind == "feed"] == pytest.approx([0.01, 0.02, 0.02], rel=1e-9)
 
 
+@pytest.mark.parametrize("mark", ["/", " /"])
+@pytest.mark.parametrize("left", ["{}G1 X11", "{}G1 X11 F300", "{0}G1 X11 F300\n{0}X12"])
+def test_the_feed_behind_blocks_that_may_be_left_out_is_the_one_it_was_either_way(mark, left):
+    text = HEAD + f"F300\nG1 X10\n{left.format(mark)}\nG1 Z-3\nG1 X20 F900\nX30\nM30\n"
+    new = corrected(text, {line_of(text, "X10"): (Part(1.0, 0.1),)})
+    for one in (new, "\n".join(line for line in new.split("\n") if not line.strip().startswith("/"))):
+        down = next(n for n, line in enumerate(one.split("\n"), start=1) if "Z-3" in line)
+        assert [m.feed for m in moves(one) if m.line == down] == pytest.approx([0.005], rel=1e-9)
+
+
+def test_a_feed_of_a_block_that_may_be_left_out_changes_no_line_behind_it():
+    text = HEAD + "F300\nG1 X10\n/G1 X11 F200\nX12\nG1 X20 F900\nX30\nM30\n"
+    new = corrected(text, {line_of(text, "X30"): (Part(1.0, 0.1),)})
+    assert new == text.replace("X30", "X30 F6000")
+
+
 LOOPS = {
     "repeat": "F1200\nO1 repeat [3]\nG91 G1 X1\nY0.5\nO1 endrepeat\nG90 G1 X30\nM30\n",
     "sub": "O1 sub\nG91 G1 X1\nY0.5\nG90\nO1 endsub\nF1200\nO1 call\nF600\nO1 call\nG1 X30\nM30\n",

@@ -128,3 +128,14 @@ def test_coordinates_that_are_not_those_of_the_tool_are_named(before, why):
 def test_lines_of_a_subroutine_are_named():
     text = HEAD + "O1 sub\n" + PLAIN + "O1 endsub\nO1 call\n" + TAIL
     assert "stands in a subroutine" in chorded(text, (6, 6, 6, 7, 7, 8))[0].message
+
+
+def test_a_line_that_runs_several_times_is_named_once():
+    text = HEAD + "o1 sub\nG1 X40 F1200\nG0 X10\no1 endsub\no1 call\no1 call\n" + TAIL
+    line = text.split("\n").index("G1 X40 F1200") + 1
+    stretch = Stretch(np.array([line]), np.array([[20.0, 0.0], [40.0, 0.0]]) * MM, 5e-7)
+    kept, faults = writable(
+        traced(text, "p.nc", Setup()), SimpleNamespace(source=np.array([line, line])), [stretch, stretch]
+    )
+    assert not kept
+    assert ["runs 2 times" in fault.message for fault in faults] == [True]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import cutwise
-from cutwise.io.scenario import load
+from cutwise.io.scenario import load, read_document
 from cutwise.physics.cutting.affine_limits import CHIP, MEAN, PEAK, POWER, Bounds, intervals_of
 from cutwise.physics.cutting.feed_limits import feed_intervals
 from cutwise.process.edges import edges_alike
@@ -15,6 +15,7 @@ from cutwise.process.stock_contact import contact_at
 from cutwise.process.stock_setups import jobs_of, planned_of, stock_of
 from cutwise.spec.correct import Correction
 from cutwise.spec.faults import ScenarioFault
+from cutwise.study.correct.ends import missed, told
 from cutwise.study.correct.feed import limits_of, prepared, schedule_of, static_before
 from cutwise.study.correct.limits import asked
 from cutwise.study.correct.loads import NAMES, allowed
@@ -203,3 +204,65 @@ def test_a_flute_at_the_depth_of_an_earlier_move_is_no_contact(tmp_path):
     measures = quick_outcome(load(tmp_path / "twice.yaml")).measures
     assert measures["chip_thickness_max"] == pytest.approx(5e-5, rel=1e-9)
     assert "plunge_force_max" not in measures
+
+
+def _one_tool(text, tool, limits):
+    """Cells, rooms and feeds of a small program with one tool."""
+    document = load(EXAMPLE).document()
+    program = {"file": "ends.nc", "text": text, "start": {"x": "0 mm", "y": "0 mm", "z": "50 mm"}}
+    tools = [
+        {
+            "number": 1,
+            "shape": "flat",
+            "diameter": "10 mm",
+            "flutes": 3,
+            "helix": "30 deg",
+            "flute_length": "20 mm",
+            **tool,
+        }
+    ]
+    tools.append(
+        {"number": 2, "shape": "ball", "diameter": "6 mm", "flutes": 2, "helix": "30 deg", "flute_length": "12 mm"}
+    )
+    correct = {"air_clearance": "0.5 mm", "limits": limits}
+    one = read_document({**document, "program": program, "tools": tools, "correct": correct}, "ends")
+    ready = prepared(one, one.correct)
+    static = static_before(ready)
+    held = limits_of(ready, asked(one, one.correct, walls=False), static)
+    room = allowed(one, ready.path, ready.cells, ready.cutting, held)
+    return ready, held, schedule_of(ready, room, np.full(ready.cells.size, math.inf), one.correct)
+
+
+DOWN = "G21 G17 G90 G94\nT1 M6\nS8000 M3\nG0 X10 Y10 Z5\nG1 Z-4 F300\nG0 Z5\nG0 X20\nG1 X21 Z-4 F300\nG1 X30 F1200\nG0 Z5\nM2\n"
+
+
+@pytest.mark.parametrize("limits", [{}, {"plunge_force_max": {"max": "900 N"}}])
+def test_an_end_without_a_force_goes_down_in_the_stock_no_quicker_than_programmed(limits):
+    text = DOWN.replace("M2", "T2 M6\nS9000 M3\nG0 X5 Y5\nG1 Z-1 F200\nG0 Z5\nM2") if limits else DOWN
+    ready, _, done = _one_tool(text, {}, limits)
+    line = ready.path.source[ready.cells.block]
+    height = ready.path.curve.start[ready.cells.block, 2] + ready.path.curve.along[ready.cells.block, 2] * (
+        ready.cells.begin + ready.cells.length
+    )
+    for number in (5, 8):
+        inside = (line == number) & (height < -1e-9)
+        assert inside.sum() >= 16
+        assert (done.feed[inside] <= 0.005 * (1 + 1e-9)).all()
+    assert done.feed[line == 5].max() > 0.1  # above the stock it is quick
+
+
+def test_a_ramp_pushes_no_harder_than_a_plunge_may():
+    limits = {"plunge_force_max": {"max": "440 N"}, "force_xy_peak": {"max": "900 N"}}
+    ready, held, done = _one_tool(DOWN, {"end_core": "0 mm"}, limits)
+    force = ready.cutting.plunge_forces(np.where(np.isfinite(done.feed), done.feed, 0.0))
+    ramp = ready.cutting.sinks & (ready.path.source[ready.cells.block] == 8)
+    assert 425.0 < force[ramp].max() <= 440.0 * (1 + 1e-9)
+    assert not list(missed(ready, done.feed, held))
+    assert "line 8" in next(missed(ready, np.where(ramp, 4.0, 1.0) * done.feed, held))
+
+
+def test_a_force_up_that_nothing_holds_is_told():
+    ready, held, _ = _one_tool(DOWN, {"end_core": "0 mm"}, {})
+    slow = np.where(np.isfinite(ready.path.feed[ready.cells.block]), 0.005, 0.0)
+    assert "rises from 430.6 N to 588.9 N" in next(told(ready, slow, 6.0 * slow, held))  # 3 (K_rc f + K_re) R
+    assert not list(told(ready, slow, slow, held))

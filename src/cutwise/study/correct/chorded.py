@@ -144,7 +144,7 @@ def writable(
         faults += found
         if not found:
             kept.append(stretch)
-    return kept, faults
+    return kept, list(dict.fromkeys(faults))  # a line that runs several times has one reason
 
 
 def _made(trace: Trace) -> list[Ran]:

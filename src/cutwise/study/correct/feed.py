@@ -24,7 +24,7 @@ from cutwise.spec.faults import Fault
 from cutwise.spec.milling import MillingScenario
 from cutwise.spec.program import Program
 from cutwise.spec.scenario import Scenario
-from cutwise.study.correct import front, objective, prove, told
+from cutwise.study.correct import ends, front, objective, prove, told
 from cutwise.study.correct.cells import BoolArray, Cells, FloatArray, cells_of
 from cutwise.study.correct.limits import Asked, asked, resolved
 from cutwise.study.correct.loads import (
@@ -75,6 +75,7 @@ def corrected(task: Task) -> Proposal:
     done = proof.schedule
     feed = speeds_of(ready) if proof.unchanged else done.feed
     said = [*told.said(ready, wanted, limits, static), *proof.told, *told.passing_thin(ready, room, feed, limits)]
+    said += ends.told(ready, speeds_of(ready), driven(ready, feed), limits)
     kept = [*told.helpless(ready, wanted, room, limits), *told.thin(ready, room, feed, limits), *proof.missed]
     most = task.said.blocks_max
     if most is not None and done.blocks > most and not proof.unchanged:
@@ -109,7 +110,7 @@ def prepared(scenario: Scenario, said: Correction) -> Ready:
         cutting = cutting_of(scenario, path, cells, spindle_speed(scenario, program))
     known = handles(trace)
     keep, _ = kept_moves(program.moves)
-    bed = bed_of(path, cells, keep, known, _keeps(scenario, path, cells, said) | ~(cutting.spindle > 0.0))
+    bed = bed_of(path, cells, keep, known, _keeps(scenario, path, cells, said, cutting) | ~(cutting.spindle > 0.0))
     return Ready(scenario, program, trace, path, cells, cutting, bed, known)
 
 
@@ -151,14 +152,16 @@ def refusals(scenario: Scenario, said: Correction, unroll: bool) -> Iterator[Fau
         yield Fault(("correct", "air_clearance"), "without a stock nothing is known to be air")
 
 
-def _keeps(scenario: MillingScenario, path: ProgramPath, cells: Cells, said: Correction) -> BoolArray:
+def _keeps(
+    scenario: MillingScenario, path: ProgramPath, cells: Cells, said: Correction, cutting: Cutting | Turning
+) -> BoolArray:
     """Cells that keep their feed: moves in air, or what of them is near the stock, and plunges in contact."""
     block = cells.block
     upright = _upright(path)[path.origin[block]]  # a plunge, and what of a blend belongs to it
     in_air = ~np.bincount(path.origin[block], cells.cuts, path.programmed.count).astype(bool)[path.origin[block]]
     held = in_air | upright
     if PLUNGE in said.limits or PLUNGE in scenario.requirements:  # its own limit says how fast a plunge may be
-        held &= ~cells.plunges
+        held &= ~(cells.plunges & ~cutting.endless if isinstance(cutting, Turning) else cells.plunges)
     if said.air_clearance is None or scenario.stock is None:
         return np.asarray(held)
     return np.asarray(held & (_near(path, cells, said.air_clearance) | (upright & ~(cells.flat < FLAT))))
@@ -226,6 +229,7 @@ def schedule_of(ready: Ready, room: Allowed, ceiling: FloatArray, said: Correcti
     own = np.minimum(room.own, ceiling)
     own = np.where(own > 0.0, own, np.minimum(speeds_of(ready), room.each[:, -1]))  # what no feed helps keeps its own
     own = np.maximum(own, 1e-6)
+    own = np.where(ends.not_quicker(ready), np.minimum(own, speeds_of(ready)), own)
     if ready.scenario.stock is None:
         own = np.minimum(own, ready.path.feed[ready.cells.block])
     plunging = np.isfinite(room.each[:, NAMES.index(PLUNGE)])

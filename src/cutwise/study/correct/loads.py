@@ -135,7 +135,8 @@ def allowed(
     most = limits.get(PLUNGE)
     if most is not None:
         fed = _plunge_feeds(scenario, cutting, most) / per[:, 0]
-        each[:, NAMES.index(PLUNGE)] = np.where(cells.plunges, fed, math.inf)
+        down = cutting.sinks if isinstance(cutting, Turning) else cells.plunges
+        each[:, NAMES.index(PLUNGE)] = np.where(down, fed, math.inf)
     each[:, NAMES.index("cost")] = np.where(level & cells.cuts, cheapest / per[:, 0], math.inf)
     each[:, -2] = _arcs(scenario, path)[cells.block]
     each[:, -1] = quickest(scenario, path)[cells.block]

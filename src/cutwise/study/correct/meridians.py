@@ -8,17 +8,21 @@ from typing import NamedTuple
 
 import numpy as np
 
+from cutwise.maths.linearc import at_blocks
 from cutwise.physics.cutting.affine_limits import VALUES, Bounds, intervals_of
 from cutwise.physics.cutting.flute import EdgeCoefficients
 from cutwise.physics.cutting.uneven import LINEAR, tangent_coefficients
 from cutwise.process.assemble_mill import spindle_limits
 from cutwise.process.edges import edges_alike
 from cutwise.process.stock_contact import Places, contact_at
+from cutwise.process.stock_material import Box
 from cutwise.process.stock_moves import FLAT
-from cutwise.process.stock_plan import Planned
+from cutwise.process.stock_plan import Planned, cutters_of
 from cutwise.process.stock_setups import jobs_of, planned_of, stock_of
+from cutwise.spec.cutter import Cutter
 from cutwise.spec.milling import MillingScenario
-from cutwise.study.correct.cells import Cells, FloatArray, IntArray, cut_into_cells
+from cutwise.spec.tool import EndMill
+from cutwise.study.correct.cells import BoolArray, Cells, FloatArray, IntArray, cut_into_cells
 
 OF_SPINDLE = 0.995  # of its power and torque, that a schedule takes: shorter blocks have other cells
 _CHIP = 0.5  # of the feed per tooth, where Kienzle's law is touched
@@ -34,6 +38,8 @@ class Turning(NamedTuple):
     found: Places  # what is met there
     flutes: IntArray  # of the tool, shape (n,)
     spindle: FloatArray  # [rad/s], shape (n,)
+    sinks: BoolArray  # it goes down in the cut, straight or on a ramp, shape (n,)
+    endless: BoolArray  # its flat end has no force: it is said nowhere where it cuts (end_core), shape (n,)
     per_speed: (
         FloatArray  # feed per tooth over the speed along the path [s], 0 where the spindle is at rest, shape (n,)
     )
@@ -120,11 +126,30 @@ def in_stock(scenario: MillingScenario, station: float) -> InStock:
     found = contact_at(job.scenario, ready, job, before, along, chip, laws)
     cuts = np.zeros(block.size, bool)
     cuts[at] = ((found.met[place] > 0) | (found.met[place + 1] > 0)) & turns[at]
-    down = (shape.flat < FLAT) & (curve.along[block, 2] < 0.0)
+    end, direction = at_blocks(curve, block, shape.begin + shape.length)
+    down = (shape.flat < FLAT) & (direction[:, 2] < 0.0)
+    endless = np.array([not has_end(one) for one in cutters_of(scenario)])[ready.tool[block]]
+    radius = ready.tools.cutting.radius[ready.tool[block]]
+    unseen = down & feeds[block] & endless & _beside(end, radius, raw.box)
+    sinks = cuts & (at_blocks(curve, block, shape.begin + 0.5 * shape.length)[1][:, 2] < -_INSIDE)
     nothing = np.zeros((block.size, 0, 4))
-    cells = Cells(*shape, nothing, np.zeros((block.size, 2)), cuts & down, cuts)
+    cells = Cells(*shape, nothing, np.zeros((block.size, 2)), (cuts & down) | unseen, cuts)
     caps = {one: spindle_limits(scenario.drives, one) for one in np.unique(spindle[cuts]).tolist()}
-    return InStock(ready, cells, Turning(at, place, found, flutes, spindle, per_speed, caps))
+    return InStock(ready, cells, Turning(at, place, found, flutes, spindle, sinks, endless, per_speed, caps))
+
+
+def _beside(point: FloatArray, radius: FloatArray, box: Box) -> BoolArray:
+    """Whether tips of tools of some radii are below the top of a stock and over its outline, shape (n,)."""
+    (left, right), (front, back), (_, top) = box
+    x, y, z = point.T
+    over = (x > left - radius) & (x < right + radius) & (y > front - radius) & (y < back + radius)
+    return np.asarray(over & (z < top - _INSIDE))
+
+
+def has_end(tool: Cutter | EndMill) -> bool:
+    """Whether the end of a tool has a force: any but a flat one without end_core."""
+    pointed = isinstance(tool, Cutter) and not tool.flat_radius > 0.0
+    return pointed or tool.end_core is not None
 
 
 def _laws(

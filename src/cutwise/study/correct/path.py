@@ -18,7 +18,7 @@ from cutwise.study.band import simulate
 from cutwise.study.correct import chance
 from cutwise.study.correct.bent import bends, told_of, walls_of
 from cutwise.study.correct.corners import sharp_corners
-from cutwise.study.correct.level import stretches
+from cutwise.study.correct.level import cut_level, stretches
 from cutwise.study.correct.outcome import Along, Change, Proposal, Task
 from cutwise.study.correct.prove import chatters
 from cutwise.study.correct.readings import other_readings
@@ -341,7 +341,11 @@ def _floor(best: Written, found: Learned, said: Correction) -> str:
             "it is what the tool leaves differently over the height of the wall, or as it swings: a shorter tool, more flutes in "
             "the cut or a second pass help, no shift of the path"
         )
-    if found.whole and _sets_out(best, worst):
+    begin = _set_out(best, worst) if found.whole else None
+    if begin is not None:
+        cut = cut_level(best.told.wanted)
+        if begin > 0 and cut[begin - 1] and cut[begin]:
+            return "it is worst where a cut is parted (a corner, a stop, another F): give it one feed there, or blend the corner"
         return "it is worst where a cut sets out in the material from rest, to where the move before brings it: begin in air"
     history_clipped = _saturated(best)
     if history_clipped:
@@ -356,11 +360,14 @@ def _floor(best: Written, found: Learned, said: Correction) -> str:
     return "what is left does not repeat (friction, teeth)"
 
 
-def _sets_out(best: Written, worst: int) -> bool:
-    """Whether an instant is within a millimetre of the beginning of a cut."""
+def _set_out(best: Written, worst: int) -> int | None:
+    """The block with which a cut began, no more than a millimetre before an instant; None: none did."""
     begins = np.array([low for low, _ in stretches(best.told.wanted)])
     way = best.told.place.travelled[worst] - begins
-    return bool(((way >= 0.0) & (way < _SETS_OUT)).any())
+    near = np.flatnonzero((way >= 0.0) & (way < _SETS_OUT))
+    if not near.size:
+        return None
+    return int(np.searchsorted(best.told.wanted.curve.knots, begins[near[-1]] + 1e-12, side="right")) - 1
 
 
 def _saturated(best: Written) -> bool:

@@ -16,6 +16,7 @@ from cutwise.results import Result
 from cutwise.spec.correct import LIMITED
 from cutwise.spec.milling import MillingScenario
 from cutwise.study.band import simulate
+from cutwise.study.correct import ends
 from cutwise.study.correct.cells import FloatArray
 from cutwise.study.correct.limits import EQUAL, SAME, Asked, exceeded, is_least
 from cutwise.study.correct.loads import COLUMN, NAMES, Allowed, greatest, values_at
@@ -109,6 +110,7 @@ def proved(ready: Ready, task: Task, aim: Aim) -> Proof:
     missed = (
         *_missed(kept, after),
         *_beyond(ready, values, {name: limit for name, limit in aim.limits.items() if name not in aim.targets}),
+        *ends.missed(ready, moving, aim.limits),
         *late(aim, now, _GAINS),
     )
     lowered = np.where(ceiling < aim.ceiling, ceiling, np.inf)

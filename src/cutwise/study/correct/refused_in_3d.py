@@ -4,12 +4,11 @@ from collections.abc import Iterator
 
 from cutwise.process.stock_plan import cutters_of
 from cutwise.spec.correct import Correction
-from cutwise.spec.cutter import Cutter
 from cutwise.spec.faults import Fault
 from cutwise.spec.milling import MillingScenario
 from cutwise.spec.milling_machine import drives_of
-from cutwise.spec.tool import EndMill
 from cutwise.study.correct.loads import PLUNGE
+from cutwise.study.correct.meridians import has_end
 
 _NONE = "no run in a stock in 3D has such a measure"
 _ELSE = {
@@ -47,7 +46,7 @@ def refusals_in_3d(scenario: MillingScenario, said: Correction) -> Iterator[Faul
     for name in said.limits:
         if name in _ELSE:
             yield Fault(("correct", "limits", name), f"{_NONE}: {_ELSE[name]}")
-    if PLUNGE in said.limits and not any(_has_end(tool) for tool in cutters_of(scenario)):
+    if PLUNGE in said.limits and not any(has_end(tool) for tool in cutters_of(scenario)):
         yield Fault(("correct", "limits", PLUNGE), "the end of no tool has a force here: write its end_core (0 mm: it cuts over "
                     "its centre); plunges keep their feed otherwise")  # fmt: skip
     if said.objective != "time":
@@ -56,9 +55,3 @@ def refusals_in_3d(scenario: MillingScenario, said: Correction) -> Iterator[Faul
             "cost": "shop and wear are not told of a stock in 3D",
         }[said.objective]
         yield Fault(("correct", "objective"), f"{said.objective} is not there in a stock in 3D: {why}")
-
-
-def _has_end(tool: Cutter | EndMill) -> bool:
-    """Whether the end of a tool has a force: any but a flat one without end_core."""
-    pointed = isinstance(tool, Cutter) and not tool.flat_radius > 0.0
-    return pointed or tool.end_core is not None
