@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from difflib import get_close_matches
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field, field_serializer, field_validator
+from pydantic import Field, WithJsonSchema, field_serializer, field_validator
 
 from cutwise import units
 from cutwise.spec.base import Count, Length, Notice, Spec, Time, Usual, contradiction
@@ -55,11 +55,14 @@ BUDGETS: Mapping[str, str] = {**LIMITED, "cycle_time": "time"}
 _EXAMPLE = "{force_xy_peak: {max: 600 N}, wall_error_min: equal}"
 
 
+_Written = Annotated[float, WithJsonSchema({"type": ["number", "string"]})]  # with the unit of its measure
+
+
 class Bound(Spec):
     """Between which values a measure has to stay."""
 
-    min: float | None = Field(default=None, description="least value", examples=["-10 um"])
-    max: float | None = Field(default=None, description="greatest value", examples=["600 N"])
+    min: _Written | None = Field(default=None, description="least value", examples=["-10 um"])
+    max: _Written | None = Field(default=None, description="greatest value", examples=["600 N"])
 
 
 class Correction(Spec):
@@ -80,7 +83,7 @@ class Correction(Spec):
         description="limits on measures beside the requirements: min, max or both, or equal: what the run before has",
         examples=[_EXAMPLE],
     )
-    front: dict[str, tuple[float, ...]] = Field(
+    front: dict[str, tuple[_Written, ...]] = Field(
         default_factory=dict, description="budgets of one limit (or of cycle_time, with objective error), for each of which a "
         "program is made and simulated: what more of it buys", examples=["{force_xy_peak: [450 N, 500 N, 600 N]}"],
     )  # fmt: skip
