@@ -2,7 +2,7 @@
 
 import math
 
-from cutwise.maths.compiled import inlined_stepping
+from cutwise.maths.compiled import inlined_stepping, merged
 from cutwise.stages import cut, held, met, pivot, probed, settled, spatial, yielded
 
 CLOSE = 1e-14  # [m] of a displacement that is solved for with the force
@@ -11,7 +11,7 @@ HARMLESS = 1e-9  # [m] by which it may be missed where rounding does not let it 
 TRIALS = 60  # looks at the force in one step; a step that takes them all has not found its displacement
 
 
-@inlined_stepping
+@merged
 def look(cell, flexed, pose, contact, load):
     """The force of the cut with the tool displaced as its structure stands; returns the number of rows of contact."""
     _, engagement, stock, cutting, structure = cell
@@ -22,7 +22,7 @@ def look(cell, flexed, pose, contact, load):
     return count
 
 
-@inlined_stepping
+@merged
 def balance(cell, flexed, pose, contact, load, guess):
     r"""Solve for the displacement u of the terms without inertia that the force at that displacement gives.
 
@@ -47,7 +47,7 @@ def balance(cell, flexed, pose, contact, load, guess):
     return balance_of_one(cell, flexed, pose, contact, load, guess, height)
 
 
-@inlined_stepping
+@merged
 def balance_of_one(cell, flexed, pose, contact, load, guess, height):
     """Along y, by the secant rule inside a bracket.
 
@@ -123,7 +123,7 @@ def learn(slopes, x, y, z, dx, dy, dz):
         slopes[at + 2] += miss * z
 
 
-@inlined_stepping
+@merged
 def balance_of_three(cell, flexed, pose, contact, load, guess, height):
     """Along x, y and z, by Broyden's rule from the slopes of the last step; a step that makes g larger is halved."""
     structure = cell.structure

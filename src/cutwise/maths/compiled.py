@@ -87,6 +87,15 @@ def inlined_stepping(function: Function) -> Function:
     return _compiled(function, forceinline=True, _nrt=False)
 
 
+def merged(function: Function) -> Function:
+    """A part of such a loop that stands in the text of the loop itself: it is not compiled on its own.
+
+    A part that is large and that holds the laws of a run is compiled anew for every combination of them, and the compiler
+    goes through it at each level of calls again. Results are the same to the last bit.
+    """
+    return _compiled(function, inline="always", _nrt=False)
+
+
 def internal(function: Function) -> Function:
     """As :func:`compiled`, for a kernel that only other kernels call: no wrapper for Python, which takes as long to
     compile as the kernel where arguments are tuples of tuples."""

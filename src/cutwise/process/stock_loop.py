@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from cutwise.maths.compiled import compiled, stepping
+from cutwise.maths.compiled import compiled, merged, stepping
 from cutwise.maths.envelopes import LINE
 from cutwise.maths.height_map import HeightMap
 from cutwise.maths.map_levels import Room, room
@@ -104,7 +104,7 @@ def _mean(rows: FloatArray, count: int, teeth: Teeth, chip: Chip) -> MeridianFor
     return uneven_meridian_force(rows, count, mer, teeth.mill, chip, teeth.edges)
 
 
-@stepping
+@merged
 def station_at(
     piece: Workpiece, teeth: Teeth, run: Run, move: int, place: Place, refine: bool, peak: bool, planned: float, fan: Fan,
     rows: FloatArray, out: FloatArray,
@@ -162,7 +162,7 @@ def _station_of(
     out[12], out[13], out[14] = force.x, force.y, force.z
 
 
-@stepping
+@merged
 def _stations(
     piece: Workpiece, teeth: Teeth, run: Run, move: int, refine: bool, fan: Fan, rows: FloatArray, other: FloatArray,
     met: int,

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from cutwise.maths.compiled import inlined_stepping, stepping
+from cutwise.maths.compiled import inlined_stepping, merged, stepping
 from cutwise.maths.envelopes import ARC
 from cutwise.maths.height_map import RINGS, SIDE, HeightMap
 from cutwise.maths.profiles import Meridian
@@ -98,7 +98,7 @@ def _highest_near(stock: HeightMap, x: float, y: float, radius: float) -> float:
     return top
 
 
-@inlined_stepping
+@merged
 def _element_rows(
     piece: Workpiece, place: Place, edge: Edge, element: int, fan: Fan, rows: FloatArray, count: int, refine: bool
 ) -> int:
@@ -196,7 +196,7 @@ def _any_above(stock: HeightMap, place: Place, radius: float, level: float, fan:
     return False
 
 
-@inlined_stepping
+@merged
 def _cylinder_rows(
     piece: Workpiece, place: Place, edge: Edge, fan: Fan, rows: FloatArray, count: int, refine: bool
 ) -> int:
