@@ -56,12 +56,9 @@ def test_kernels_show_a_number_and_it_is_right(name):
 
 
 # Kernels of maps in 3D that do not yet say both: a module leaves this list when it does.
-_SILENT = {f"cutwise.physics.engagement.map_{name}" for name in ("arcs", "fan", "rim")}
 
 
-@pytest.mark.parametrize(
-    "name", [name for name in MODULES if name.startswith("cutwise.physics.") and name not in _SILENT]
-)
+@pytest.mark.parametrize("name", [name for name in MODULES if name.startswith("cutwise.physics.")])
 def test_kernels_of_physics_say_where_they_hold_and_whence_they_are(name):
     """A range of validity (exact is one, too) and a source, or that it is derived here."""
     silent = [

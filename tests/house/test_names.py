@@ -6,7 +6,7 @@ from pathlib import Path
 
 import cutwise
 
-VAGUE = {"looking", "leaving", "skins", "wording", "way_of", "Way", "Course", "Mover"}
+VAGUE = {"looking", "leaving", "remarks", "skins", "wording", "way_of", "Way", "Course", "Mover"}
 SOURCE = Path(cutwise.__file__).parent
 
 

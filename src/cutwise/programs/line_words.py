@@ -103,7 +103,7 @@ def _value_end(raw: str, at: int) -> tuple[int, bool]:
 
 
 def with_words(
-    raw: str, values: Mapping[str, str | None], remarks: Iterable[str] = (), known: LineWords | None = None
+    raw: str, values: Mapping[str, str | None], comments: Iterable[str] = (), known: LineWords | None = None
 ) -> str:
     """A line with some words replaced or added behind the others; None takes a word away.
 
@@ -113,7 +113,7 @@ def with_words(
         The line.
     values : mapping
         Letter: number as text.
-    remarks : iterable of str
+    comments : iterable of str
         Comments behind the words.
     known : LineWords, optional
         The line taken apart, where it was already.
@@ -141,7 +141,7 @@ def with_words(
             added.append(letter.upper() + value)
     spaced = any(raw[word.end : word.end + 1] in (" ", "\t") for word in words.words[:-1]) or len(words.words) < 2
     tail = "".join((" " if spaced else "") + word for word in added)
-    tail += "".join(f" ({remark})" for remark in remarks)
+    tail += "".join(f" ({comment})" for comment in comments)
     edits.append((words.end, words.end, tail))
     out = raw
     for start, end, text in sorted(edits, reverse=True):

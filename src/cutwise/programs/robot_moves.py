@@ -42,7 +42,7 @@ class RobotProgram(NamedTuple):
     work: Frame  # seen from the base of the robot
     moves: Sequence[RobotMove]
     blend: float  # [m] within which corners that are not exact may be cut
-    remarks: Sequence[str] = ()
+    comments: Sequence[str] = ()
 
 
 def abc_of(rotation: FloatArray) -> tuple[float, float, float]:
@@ -109,7 +109,7 @@ def krl(program: RobotProgram, *, decimals: int = 4) -> str:
     The approach of every hole is a move of the axes (PTP), since LIN carries no branch; exact places are not approximated.
     """
     name = identifier(program.name, 24)
-    lines = [f"DEF {name} ( )", *(f"; {plain(text)}" for text in program.remarks),
+    lines = [f"DEF {name} ( )", *(f"; {plain(text)}" for text in program.comments),
              f"$BASE = {_krl_frame(program.work, decimals)}", f"$TOOL = {_krl_frame(program.tool, decimals)}",
              f"$APO.CDIS = {program.blend * _MM:.{decimals}f}"]  # fmt: skip
     speed = ""
@@ -136,7 +136,7 @@ def _krl_frame(frame: Frame, decimals: int) -> str:
 def rapid(program: RobotProgram, *, decimals: int = 4) -> str:
     """A module in the ABB language RAPID, with tool and work object."""
     name = identifier(program.name, 32)
-    lines = [f"MODULE {name}", *(f"  ! {plain(text)}" for text in program.remarks),
+    lines = [f"MODULE {name}", *(f"  ! {plain(text)}" for text in program.comments),
              f"  PERS tooldata tCut := [TRUE,{_rapid_frame(program.tool, decimals)},[1,[0,0,1],[1,0,0,0],0,0,0]];",
              f'  PERS wobjdata wPart := [FALSE,TRUE,"",{_rapid_frame(program.work, decimals)},[[0,0,0],[1,0,0,0]]];',
              "  PROC main()"]  # fmt: skip

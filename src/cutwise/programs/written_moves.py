@@ -33,7 +33,7 @@ def plain(text: str, *, upper: bool = False) -> str:
 
 
 def fanuc(
-    name: str, moves: Sequence[Move], *, number: int = 1, decimals: int = 6, remarks: Sequence[str] = ()
+    name: str, moves: Sequence[Move], *, number: int = 1, decimals: int = 6, comments: Sequence[str] = ()
 ) -> str:  # fmt: skip
     """A program for Fanuc-compatible controls: O number, decimal points everywhere, incremental centres.
 
@@ -49,7 +49,7 @@ def fanuc(
         Of the program, 1 to 9999.
     decimals : int
         Of the millimetre.
-    remarks : sequence of str
+    comments : sequence of str
         Comments behind the first.
 
     Raises
@@ -57,13 +57,13 @@ def fanuc(
     Unwritten
         A probing move, a rotary axis, or an arc about a tilted axis.
     """
-    told = [f"({plain(text, upper=True)})" for text in remarks]
+    told = [f"({plain(text, upper=True)})" for text in comments]
     lines = ["%", f"O{number:04d} ({plain(name, upper=True)[:40]})", *told, "G21 G17 G90 G94 G40 G49 G80"]
     lines += _Fanuc(decimals).lines(moves)
     return "\n".join([*lines, "M30", "%", ""])
 
 
-def rs274(name: str, moves: Sequence[Move], *, decimals: int = 6, remarks: Sequence[str] = ()) -> str:
+def rs274(name: str, moves: Sequence[Move], *, decimals: int = 6, comments: Sequence[str] = ()) -> str:
     """A program in the dialect that is read here: path modes by G61, G61.1 and G64 P, dwells in seconds.
 
     Parameters and errors are those of :func:`fanuc`.
@@ -76,7 +76,7 @@ def rs274(name: str, moves: Sequence[Move], *, decimals: int = 6, remarks: Seque
     M2
     <BLANKLINE>
     """
-    told = [f"({plain(text)})" for text in (name, *remarks)]
+    told = [f"({plain(text)})" for text in (name, *comments)]
     return "\n".join([*told, "G21 G17 G90 G94 G40 G49 G80", *_Plain(decimals).lines(moves), "M2", ""])
 
 
@@ -195,7 +195,7 @@ class _Plain(_Fanuc):
 
 
 def apt(
-    name: str, moves: Sequence[Move], *, diameter: float | None = None, decimals: int = 6, remarks: Sequence[str] = ()
+    name: str, moves: Sequence[Move], *, diameter: float | None = None, decimals: int = 6, comments: Sequence[str] = ()
 ) -> str:  # fmt: skip
     """APT (CL data) of moves: GOTO of the tool tip, CIRCLE before the end of an arc.
 
@@ -209,7 +209,7 @@ def apt(
         Of the cutter [m].
     decimals : int
         Of the millimetre.
-    remarks : sequence of str
+    comments : sequence of str
         Comments.
 
     Raises
@@ -217,7 +217,7 @@ def apt(
     Unwritten
         A probing move or a rotary axis.
     """
-    lines = [f"PARTNO/{plain(name)}", *(f"$$ {plain(text)}" for text in remarks), "UNITS/MM"]
+    lines = [f"PARTNO/{plain(name)}", *(f"$$ {plain(text)}" for text in comments), "UNITS/MM"]
     lines += [] if diameter is None else [f"CUTTER/{diameter * _MM:.4f}"]
     lines += _apt_lines(moves, decimals)
     return "\n".join([*lines, "SPINDL/OFF", "FINI", ""])

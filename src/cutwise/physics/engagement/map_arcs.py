@@ -52,6 +52,10 @@ def settled(piece: Workpiece, place: Place, radius: float, level: float, fan: Fa
     >>> settled(block, place, 5e-3, -2e-3, fan)
     >>> int(np.argmax(fan.above > 0.0))
     46
+
+    References
+    ----------
+    Derived here.
     """
     changed = True
     while changed:
@@ -136,6 +140,10 @@ def arcs(
     >>> by_cells(block, place, 5e-3, -2e-3, fan, True)
     >>> arcs(block, place, 5e-3, -2e-3, 0.5 * math.pi, fan, rows, 0, True), np.degrees(rows[0, 1:3]).round(4).tolist()
     (1, [36.8699, 90.0])
+
+    References
+    ----------
+    Derived here.
     """
     first, low, inside = count, 0.0, False
     for i in range(FAN + 1):

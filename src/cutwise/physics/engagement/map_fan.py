@@ -58,6 +58,10 @@ def fan_room() -> Fan:
     >>> fan = fan_room()
     >>> fan.angle.size, fan.found.size
     (65, 16)
+
+    References
+    ----------
+    Derived here.
     """
     n = FAN + 1
     return Fan(
@@ -87,6 +91,10 @@ def spread(fan: Fan, half: float) -> None:
     >>> spread(fan, 0.5 * math.pi)
     >>> [round(float(v), 6) for v in (fan.angle[48], fan.cosine[48], fan.sine[0])]
     [0.785398, 0.707107, -1.0]
+
+    References
+    ----------
+    Derived here.
     """
     width = 2.0 * (half if half >= math.pi else half - SHAVE)
     if fan.angle[0] == -0.5 * width and fan.angle[0] < 0.0:
@@ -127,6 +135,10 @@ def cell_of(i: int, j: int, columns: int) -> int:
     --------
     >>> cell_of(0, 0, 3), cell_of(20, 0, 3)
     (34, 294)
+
+    References
+    ----------
+    Derived here.
     """
     a, b = i + RINGS, j + RINGS
     return ((((b >> BITS) * columns + (a >> BITS)) * SIDE + (b & (SIDE - 1))) << BITS) + (a & (SIDE - 1))
@@ -215,6 +227,10 @@ def by_cells(piece: Workpiece, place: Place, radius: float, level: float, fan: F
     >>> by_cells(block, place, 5e-3, -2e-3, fan, True)
     >>> int(np.argmax(fan.above > 0.0)), float(fan.above[64])
     (46, 0.002)
+
+    References
+    ----------
+    Derived here.
     """
     solid = piece.maps[0]
     grid, height = solid.map.layout, solid.map.height

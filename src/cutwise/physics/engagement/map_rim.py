@@ -59,6 +59,10 @@ def bounded(value: float) -> float:
     --------
     >>> bounded(-math.inf), bounded(2e-3)
     (-1.0, 0.002)
+
+    References
+    ----------
+    Derived here.
     """
     return min(max(value, -FAR), FAR)
 
@@ -122,6 +126,10 @@ def on_rim(place: Place, radius: float, angle: float) -> tuple[float, float]:
     >>> place = Place(20e-3, 0.0, 0.0, 0.0, 1.0, 0.0, 0, 0, 0.5, 0)
     >>> [round(1e3 * v, 9) for v in on_rim(place, 5e-3, 0.5 * math.pi)]
     [15.0, 0.0]
+
+    References
+    ----------
+    Derived here.
     """
     c, s = math.cos(angle), math.sin(angle)
     return place.x + radius * (place.ux * c - place.uy * s), place.y + radius * (place.uy * c + place.ux * s)
@@ -171,6 +179,10 @@ def over_at(piece: Workpiece, place: Place, x: float, y: float, level: float, up
     >>> place = Place(20e-3, -3e-3, -2e-3, 1.0, 0.0, 0.0, 0, 0, 0.5, 0)
     >>> [over_at(block, place, 20e-3, y, -2e-3, False, np.empty(16, np.int64)) for y in (1e-3, -1e-3)]
     [0.002, -1.0]
+
+    References
+    ----------
+    Derived here.
     """
     over = bounded(_stands(piece, place, x, y, level, found) - level)
     if over > 0.0 and not upper:
@@ -218,6 +230,10 @@ def over_rim(piece: Workpiece, place: Place, radius: float, level: float, angle:
     >>> place = Place(20e-3, -3e-3, -2e-3, 1.0, 0.0, 0.0, 0, 0, 0.5, 0)
     >>> [over_rim(block, place, 5e-3, -2e-3, math.radians(a), np.empty(16, np.int64)) for a in (30, 60)]
     [-1.0, 0.002]
+
+    References
+    ----------
+    Derived here.
     """
     x, y = on_rim(place, radius, angle)
     return over_at(piece, place, x, y, level, False, found)
@@ -263,6 +279,10 @@ def change_on_rim(
     >>> place = Place(20e-3, -3e-3, -2e-3, 1.0, 0.0, 0.0, 0, 0, 0.5, 0)
     >>> round(change_on_rim(block, place, 5e-3, -2e-3, (0.5, 1.0), (-1.0, 2e-3), np.empty(16, np.int64)), 6)
     0.643501
+
+    References
+    ----------
+    Derived here.
     """
     (a, b), (ga, gb) = between, over
     wa, wb, side, halve = ga, gb, 0, 0  # heights, those of an end that stays halved (Illinois)

@@ -87,10 +87,10 @@ def holes_of(scenario: DrillingScenario) -> list[DrilledHole]:
 def _errors(cell: DrillCell, hole: DrilledHole) -> tuple[float, float, float]:
     """Errors at entry and exit [m], and the tilt of the hole [rad]; infinite where the drill does not come."""
     assert hole.outcome is not None
-    entry, leaving = hole_ends(cell, hole)
+    entry, out = hole_ends(cell, hole)
     first = float(np.hypot(*entry)) if hole.outcome.entered else math.inf
-    last = float(np.hypot(*leaving)) if hole.outcome.through else math.inf
-    tilt = float(np.hypot(*(leaving - entry))) / cell.cycle.thickness if hole.outcome.through else math.inf
+    last = float(np.hypot(*out)) if hole.outcome.through else math.inf
+    tilt = float(np.hypot(*(out - entry))) / cell.cycle.thickness if hole.outcome.through else math.inf
     return first, last, tilt
 
 
@@ -102,8 +102,8 @@ def _compensated(scenario: DrillingScenario, cell: DrillCell, hole: DrilledHole,
     nominal = _nominal_posture(scenario, cell, hole)
     for _ in range(said.iterations):
         assert here.outcome is not None
-        entry, leaving = hole_ends(cell, here)
-        if not here.outcome.through or max(np.hypot(*entry), np.hypot(*leaving)) < _ENOUGH:
+        entry, out = hole_ends(cell, here)
+        if not here.outcome.through or max(np.hypot(*entry), np.hypot(*out)) < _ENOUGH:
             break
         new = _step(scenario, cell, here)
         size = math.hypot(*new.shift)
@@ -122,10 +122,10 @@ def _compensated(scenario: DrillingScenario, cell: DrillCell, hole: DrilledHole,
 
 def _step(scenario: DrillingScenario, cell: DrillCell, hole: DrilledHole) -> Led:
     """Where the tool is led next: what a hole is off, taken from where it was led."""
-    entry, leaving = hole_ends(cell, hole)
+    entry, out = hole_ends(cell, hole)
     upright = scenario.machine is not None
-    slope = np.zeros(2) if upright else (leaving - entry) / cell.cycle.thickness
-    shift = np.array(hole.led.shift) - (0.5 * (entry + leaving) if upright else entry)
+    slope = np.zeros(2) if upright else (out - entry) / cell.cycle.thickness
+    shift = np.array(hole.led.shift) - (0.5 * (entry + out) if upright else entry)
     tilt = np.array(hole.led.tilt) - slope
     return Led((float(shift[0]), float(shift[1])), (float(tilt[0]), float(tilt[1])))
 

@@ -30,7 +30,7 @@ def rs274(found: Corrected) -> str:
 def fanuc(found: Corrected) -> str:
     """The new program for Fanuc-compatible controls."""
     scenario = _milled(found, "fanuc")
-    return _written(lambda moves: written_moves.fanuc(scenario.name, moves, remarks=_misses(found)), scenario, "fanuc")
+    return _written(lambda moves: written_moves.fanuc(scenario.name, moves, comments=_misses(found)), scenario, "fanuc")
 
 
 def apt(found: Corrected) -> str:
@@ -41,7 +41,7 @@ def apt(found: Corrected) -> str:
     scenario = _milled(found, "apt")
     diameter = None if scenario.tool is None else scenario.tool.diameter
     return _written(
-        lambda moves: written_moves.apt(scenario.name, moves, diameter=diameter, remarks=_misses(found)),
+        lambda moves: written_moves.apt(scenario.name, moves, diameter=diameter, comments=_misses(found)),
         scenario,
         "apt",
     )

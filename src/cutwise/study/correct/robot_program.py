@@ -21,7 +21,7 @@ BLEND = 1e-3  # [m] where a corner may be cut
 _MM = 1e3
 
 
-def drilling(scenario: DrillingScenario, remarks: Sequence[str] = ()) -> RobotProgram:
+def drilling(scenario: DrillingScenario, comments: Sequence[str] = ()) -> RobotProgram:
     """Every hole in the order of the scenario: approached by the joints, fed through, drawn back along its axis.
 
     Raises
@@ -46,7 +46,7 @@ def drilling(scenario: DrillingScenario, remarks: Sequence[str] = ()) -> RobotPr
     rpm = scenario.operation.spindle_speed * 30.0 / math.pi
     told = (
         f"cutwise: {scenario.name}",
-        *remarks,
+        *comments,
         "poses of the tool tip in the base frame of the robot model, mm and degrees",
         "tool: seen from the flange as the model has it (axes of the last link, parallel to the base at zero); hold it "
         "against that of the control, whose flange may be turned",
@@ -99,7 +99,7 @@ def posture_number(arm: Arm, q: FloatArray) -> int:
 
 def poses(program: RobotProgram) -> str:
     """Poses of a program as CSV, a row a move."""
-    lines = [*(f"# {text}" for text in program.remarks), "# A B C: R = Rz(A) Ry(B) Rx(C); speed 0: a move of the joints",
+    lines = [*(f"# {text}" for text in program.comments), "# A B C: R = Rz(A) Ry(B) Rx(C); speed 0: a move of the joints",
              "x [mm], y [mm], z [mm], A [deg], B [deg], C [deg], q1 [deg], q2 [deg], q3 [deg], q4 [deg], q5 [deg], q6 [deg], "
              "speed [mm/s]"]  # fmt: skip
     for move in program.moves:
