@@ -16,8 +16,8 @@ _ELSE = {
     "wall_error_max": "write requirements deviation_min and deviation_max (with a nominal part), which the run proves",
     "contour_error_max": "write requirements deviation_min and deviation_max (with a nominal part), which the run proves",
     "tip_deflection_max": "write a requirement tool_offset_max, which the run proves",
-    "chatter_growth_corner": "chatter is not looked at in 3D",
-    "chatter_growth_straight": "chatter is not looked at in 3D",
+    "chatter_growth_corner": "chatter is not looked at in 3D; path.corner with this tool has it",
+    "chatter_growth_straight": "chatter is not looked at in 3D; path.corner with this tool has it",
 }
 """Limits that stand with exact arcs alone, and what to write instead."""
 
@@ -52,6 +52,6 @@ def refusals_in_3d(scenario: MillingScenario, said: Correction) -> Iterator[Faul
     if said.objective != "time":
         why = {
             "error": "no wall or contour has an error of its own in 3D; hold the part by requirements on its deviation",
-            "cost": "shop and wear are not told of a stock in 3D",
+            "cost": "shop and wear are not told of a stock in 3D; objective: time",
         }[said.objective]
         yield Fault(("correct", "objective"), f"{said.objective} is not there in a stock in 3D: {why}")
