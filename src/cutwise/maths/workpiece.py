@@ -5,7 +5,8 @@ of each of them. Maps along the same axis give one height together; maps across 
 """
 
 import math
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import NamedTuple, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +14,7 @@ import numpy.typing as npt
 from cutwise.maths.compiled import compiled, inlined_stepping, stepping
 from cutwise.maths.height_map import RINGS, SIDE, HeightMap, Held
 from cutwise.maths.map_surface import surface, surface_above
+from cutwise.maths.other_maps import OtherMaps, end_to_end, other_map
 from cutwise.maths.solid import Solid, nearest
 
 FloatArray = npt.NDArray[np.float64]
@@ -26,27 +28,20 @@ _HALVINGS = 40
 
 
 class Workpiece(NamedTuple):
-    """Material under several maps; the first is the one that is cut, in whose frame points are told.
+    """Material under several maps; the first is the one that is cut, in whose frame points are told."""
 
-    Loops are compiled for each number of maps; the tuple is filled up to a power of two, so that there are few of them.
-    """
-
-    maps: tuple[Solid, ...]
-    count: int  # type: ignore[assignment]  # of maps that count
+    solid: Solid  # the map that is cut
+    others: OtherMaps
+    count: int  # type: ignore[assignment]  # of all maps
     turn: FloatArray  # T of each map, shape (m, 3, 3)
     shift: FloatArray  # t of each map [m], shape (m, 3)
     parallel: BoolArray  # whether a map is seen along the same axis, shape (m,)
     crossing: bool  # whether one is not
 
-    @property
-    def solid(self) -> Solid:
-        """The map that is cut."""
-        return self.maps[0]
-
 
 def alone(solid: Solid) -> Workpiece:
     """A stock of one set-up."""
-    return Workpiece((solid,), 1, np.eye(3)[None].copy(), np.zeros((1, 3)), np.ones(1, bool), False)
+    return Workpiece(solid, end_to_end(()), 1, np.eye(3)[None].copy(), np.zeros((1, 3)), np.ones(1, bool), False)
 
 
 class Frame(NamedTuple):
@@ -81,9 +76,52 @@ def under(solids: list[Solid], frames: list[Frame], seen: Frame) -> Workpiece:
     turn = np.where(np.abs(turn) < 1e-15, 0.0, turn)  # rounding of quarter turns
     shift = np.array([frame.axes.T @ (seen.zero - frame.zero) for frame in frames])
     parallel = np.abs(turn[:, 2, 2] - 1.0) <= _ALONG
-    size = 1 << (len(solids) - 1).bit_length()
-    filled = (*solids, *([solids[0]] * (size - len(solids))))
-    return Workpiece(filled, len(solids), turn, shift, parallel, bool((~parallel).any()))
+    return Workpiece(solids[0], end_to_end(solids[1:]), len(solids), turn, shift, parallel, bool((~parallel).any()))
+
+
+@stepping
+def map_of(piece: Workpiece, j: int) -> Solid:
+    """One of all maps.
+
+    Parameters
+    ----------
+    piece : Workpiece
+        The material.
+    j : int
+        Which; 0 is the one that is cut.
+
+    Returns
+    -------
+    Solid
+        The map, or a view of it.
+
+    Notes
+    -----
+    Valid for 0 <= j < ``count``, where :func:`cutwise.maths.other_maps.other_map` is; Python takes :func:`maps_of`.
+
+    Examples
+    --------
+    >>> from cutwise.maths.envelopes import segments
+    >>> from cutwise.maths.height_map import height_map, layout
+    >>> from cutwise.maths.solid import Outline, RECTANGLE
+    >>> from cutwise.maths.profiles import cutters, flat
+    >>> stock = height_map(layout((0.0, 8e-3), (0.0, 4e-3), 1e-3), np.ones((4, 8)), -5e-3, 0.0)
+    >>> solid = Solid(stock, Outline(RECTANGLE, 0.0, 0.0, 0.0), segments([], []), cutters([flat(1e-3)]))
+    >>> both = under([solid, solid], [Frame(np.eye(3), np.zeros(3))] * 2, Frame(np.eye(3), np.zeros(3)))
+    >>> map_of(both, 0).map.layout == map_of(both, 1).map.layout
+    True
+
+    References
+    ----------
+    Derived here.
+    """
+    return piece.solid if j == 0 else other_map(piece.others, j - 1)
+
+
+def maps_of(piece: Workpiece) -> list[Solid]:
+    """All maps, views of them."""
+    read = cast(Callable[[OtherMaps, int], Solid], other_map.py_func)  # type: ignore[attr-defined]
+    return [piece.solid, *(read(piece.others, j) for j in range(piece.count - 1))]
 
 
 @stepping
@@ -172,11 +210,11 @@ def height_under(piece: Workpiece, done: int, x: float, y: float, level: float, 
     ----------
     Derived here.
     """
-    height = surface_above(piece.maps[0], done, x, y, level, found)
+    height = surface_above(piece.solid, done, x, y, level, found)
     for j in range(1, piece.count):
         if piece.parallel[j]:
             u, v, w = in_frame(piece, j, x, y, 0.0)
-            other = piece.maps[j]
+            other = other_map(piece.others, j - 1)
             height = min(height, surface(other, other.path.first.size - 1, u, v, found)[0] - w)
     return height
 
@@ -224,7 +262,7 @@ def depth_under(piece: Workpiece, x: float, y: float, z: float, found: IntArray)
     for j in range(1, piece.count):
         if not piece.parallel[j]:
             u, v, w = in_frame(piece, j, x, y, z)
-            other = piece.maps[j]
+            other = other_map(piece.others, j - 1)
             depth = min(depth, max(surface(other, other.path.first.size - 1, u, v, found)[0] - w, -_FAR))
     return depth
 
@@ -234,22 +272,26 @@ def _inside(piece: Workpiece, x: float, y: float, z: float, found: IntArray) -> 
     """Whether a point is inside all maps but the first."""
     for j in range(1, piece.count):
         u, v, w = in_frame(piece, j, x, y, z)
-        other = piece.maps[j]
+        other = other_map(piece.others, j - 1)
         if not surface(other, other.path.first.size - 1, u, v, found)[0] > w:
             return False
     return True
 
 
 @stepping
-def _probably(piece: Workpiece, x: float, y: float, z: float) -> bool:
-    """The same by the cells in which the point is."""
+def _probably(
+    piece: Workpiece, x: float, y: float, bottom: float, width: float, steps: int, inside: BoolArray
+) -> None:  # fmt: skip
+    """The same by the cells in which they are, of the middles of all steps of a column: a map at a time."""
+    for i in range(steps):
+        inside[i] = True
     for j in range(1, piece.count):
-        u, v, w = in_frame(piece, j, x, y, z)
-        other = piece.maps[j]
-        at = nearest(other, u, v)
-        if at < 0 or not other.map.height[at] > w:
-            return False
-    return True
+        other = other_map(piece.others, j - 1)
+        for i in range(steps):
+            if inside[i]:
+                u, v, w = in_frame(piece, j, x, y, bottom + width * (i + 0.5))
+                at = nearest(other, u, v)
+                inside[i] = at >= 0 and other.map.height[at] > w
 
 
 @stepping
@@ -272,46 +314,47 @@ def _crossing(piece: Workpiece, x: float, y: float, low: float, high: float, ste
 
 @compiled
 def _columns(
-    piece: Workpiece, x: FloatArray, y: FloatArray, bottom: FloatArray, top: FloatArray, step: float, first: IntArray,
-    low: FloatArray, high: FloatArray, fill: bool,
-) -> None:  # fmt: skip
-    """Intervals of material in columns: counted into ``first``, or filled in from there."""
-    found = np.empty(16, np.int64)
+    piece: Workpiece, x: FloatArray, y: FloatArray, bottom: FloatArray, top: FloatArray, step: float, first: IntArray
+) -> tuple[FloatArray, FloatArray]:  # fmt: skip
+    """Intervals of material in columns one behind the other; where those of each begin goes into ``first``."""
+    found, most = np.empty(16, np.int64), 1
     for k in range(x.size):
-        count = 0
+        most = max(most, math.ceil((top[k] - bottom[k]) / step))
+    inside, count = np.empty(most, np.bool_), 0
+    low, high = np.empty(2 * x.size + most), np.empty(2 * x.size + most)
+    for k in range(x.size):
+        if count + most > low.size:  # a column has fewer intervals than steps
+            low, high = np.concatenate((low, np.empty_like(low))), np.concatenate((high, np.empty_like(high)))
         if top[k] > bottom[k]:
             steps = max(1, math.ceil((top[k] - bottom[k]) / step))
             width = (top[k] - bottom[k]) / steps
             before, begin = False, bottom[k]
+            _probably(piece, x[k], y[k], bottom[k], width, steps, inside)
             for i in range(steps + 1):
-                z = bottom[k] + width * (i + 0.5)
-                now = i < steps and _probably(piece, x[k], y[k], z)
-                if now != before:
-                    at = bottom[k] if i == 0 else top[k]
-                    if 0 < i < steps:
-                        at = _crossing(piece, x[k], y[k], z - width, z, width, found)
-                        at = min(max(at, bottom[k]), top[k])
-                    if now:
-                        begin = at
-                    elif at > begin:
-                        if fill:
-                            low[first[k] + count], high[first[k] + count] = begin, at
-                        count += 1
+                now = i < steps and inside[i]
+                if now == before:
+                    continue
+                at = bottom[k] if i == 0 else top[k]
+                if 0 < i < steps:
+                    z = bottom[k] + width * (i + 0.5)
+                    at = _crossing(piece, x[k], y[k], z - width, z, width, found)
+                    at = min(max(at, bottom[k]), top[k])
+                if now:
+                    begin = at
+                elif at > begin:
+                    low[count], high[count] = begin, at
+                    count += 1
                 before = now
-        if not fill:
-            first[k + 1] = count
+        first[k + 1] = count
+    return low[:count].copy(), high[:count].copy()
 
 
 def held_columns(
     piece: Workpiece, x: FloatArray, y: FloatArray, bottom: FloatArray, top: FloatArray, step: float
 ) -> Held:
     """Intervals of material under all maps but the first in columns (n,) of its frame, by steps of ``step`` [m]."""
-    first, none = np.zeros(x.size + 1, np.int64), np.zeros(0)
-    given = (piece, x, y, bottom, top, step)
-    _columns(*given, first, none, none, False)
-    first = np.cumsum(first)
-    low, high = np.zeros(int(first[-1])), np.zeros(int(first[-1]))
-    _columns(*given, first, low, high, True)
+    first = np.zeros(x.size + 1, np.int64)
+    low, high = _columns(piece, x, y, bottom, top, step, first)
     return Held(first, low, high)
 
 

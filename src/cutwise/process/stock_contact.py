@@ -67,7 +67,7 @@ def _look_along(
     moves: tuple[int, int],
 ) -> None:  # fmt: skip
     """Moves with one tool: its contact at the places on each, then the sweep."""
-    solid = piece.maps[0]
+    solid = piece.solid
     fan, rows, work = fan_room(), np.empty((PIECES, 5)), room(solid.map.layout)
     angles, last, before = np.empty((ANGLES + 1, 4)), np.zeros((PIECES, 5)), Chip(0.0, 0.0)
     for move in range(moves[0], moves[1]):

@@ -124,7 +124,7 @@ def _station_of(
     rows: FloatArray, count: int, out: FloatArray,
 ) -> None:  # fmt: skip
     """What rows of contact at a place come to, into a row of stations."""
-    solid = piece.maps[0]
+    solid = piece.solid
     out[:] = 0.0
     out[0] = place.share
     level, climb = 1.0, 0.0
@@ -171,7 +171,7 @@ def _stations(
 
     ``met``: how many rows there were at the end of the move before, -1 where nothing is known of it.
     """
-    solid = piece.maps[0]
+    solid = piece.solid
     first, last = solid.path.first[move], solid.path.first[move + 1]
     begin, end = run.station[move], run.station[move + 1]
     if end == begin:
@@ -229,7 +229,7 @@ def run_moves(
     look, refine : bool
         Whether stations are looked at, and how closely.
     """
-    solid = piece.maps[0]
+    solid = piece.solid
     fan, rows, other, work = fan_room(), np.empty((PIECES, 5)), np.empty((PIECES, 5)), room(solid.map.layout)
     met = -1
     for move in range(moves[0], moves[1]):

@@ -73,7 +73,7 @@ def _pushed(
     ``at``: move, segment, the end of it (0 or 1), and the station. ``out``: displacement, which is taken to begin with, and
     room for another.
     """
-    solid = piece.maps[0]
+    solid = piece.solid
     move, segment, end, n = at
     pushed, new = out
     row, first = solid.path.row[segment], solid.path.first[move]
@@ -128,7 +128,7 @@ def run_yielding(
     pushed : array (3,)
         Displacement by the force at the start [m]; changed.
     """
-    solid = piece.maps[0]
+    solid = piece.solid
     fan, rows, work = fan_room(), np.empty((PIECES, 5)), room(solid.map.layout)
     look, refine = looks
     out = (pushed, np.empty(3))

@@ -103,7 +103,7 @@ def _element_rows(
     piece: Workpiece, place: Place, edge: Edge, element: int, fan: Fan, rows: FloatArray, count: int, refine: bool
 ) -> int:
     """Arcs of one element of the meridian."""
-    solid = piece.maps[0]
+    solid = piece.solid
     mer = edge.meridian
     half = half_range(place.slope, mer.sine[element], mer.cosine[element])
     if half <= 2.0 * SHAVE:
@@ -201,7 +201,7 @@ def _cylinder_rows(
     piece: Workpiece, place: Place, edge: Edge, fan: Fan, rows: FloatArray, count: int, refine: bool
 ) -> int:
     """Arcs of the cylinder in layers of what stands along its rim."""
-    solid = piece.maps[0]
+    solid = piece.solid
     if math.isinf(place.slope) or edge.end <= edge.foot:
         return count
     foot = place.z + edge.foot
@@ -333,7 +333,7 @@ def contact_rows(piece: Workpiece, place: Place, edge: Edge, fan: Fan, rows: Flo
     Derived here.
     """
     count = 0
-    top = _highest_near(piece.maps[0].map, place.x, place.y, edge.radius) + _ROUGH
+    top = _highest_near(piece.solid.map, place.x, place.y, edge.radius) + _ROUGH
     if place.z >= top:
         return 0
     for element in range(edge.meridian.height.shape[0]):

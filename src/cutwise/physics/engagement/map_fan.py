@@ -232,7 +232,7 @@ def by_cells(piece: Workpiece, place: Place, radius: float, level: float, fan: F
     ----------
     Derived here.
     """
-    solid = piece.maps[0]
+    solid = piece.solid
     grid, height = solid.map.layout, solid.map.height
     _cells(solid, place, radius, fan)
     odd = solid.outline.kind != RECTANGLE

@@ -75,7 +75,7 @@ def _stands(piece: Workpiece, place: Place, x: float, y: float, level: float, fo
 
     On a line a tool's own sweep never comes where it cuts.
     """
-    solid = piece.maps[0]
+    solid = piece.solid
     height = height_under(piece, place.move, x, y, level, found)
     if height > level:
         for segment in range(place.first, place.segment - 1):
@@ -186,8 +186,8 @@ def over_at(piece: Workpiece, place: Place, x: float, y: float, level: float, up
     """
     over = bounded(_stands(piece, place, x, y, level, found) - level)
     if over > 0.0 and not upper:
-        if piece.maps[0].map.bottom.size > 1:
-            over = min(over, bounded(level - bottom_at(piece.maps[0], x, y)))
+        if piece.solid.map.bottom.size > 1:
+            over = min(over, bounded(level - bottom_at(piece.solid, x, y)))
         if piece.crossing:
             over = min(over, depth_under(piece, x, y, level, found))
     return over

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from cutwise.maths.compiled import compiled, stepping
 from cutwise.maths.height_map import STOCK
 from cutwise.maths.map_index import Index, shaped, shaping_index
-from cutwise.maths.workpiece import Workpiece, in_frame
+from cutwise.maths.workpiece import Workpiece, in_frame, map_of, maps_of
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -33,22 +33,48 @@ class _Crossing(NamedTuple):
     owner: int  # the segment that made the surface there
 
 
+class Indexes(NamedTuple):
+    """Which segments may reach into a square, of all maps; their arrays end to end."""
+
+    real: FloatArray  # x, y and size of each :class:`cutwise.maths.map_index.Index` [m], shape (m, 3)
+    whole: IntArray  # squares across and along, shape (m, 2)
+    end: IntArray  # ends of both arrays, shape (m + 1, 2)
+    first: IntArray
+    segment: IntArray
+
+
 class Shaped(NamedTuple):
     """What is left under all maps of a part, with the segments that shaped each."""
 
     piece: Workpiece
-    index: tuple[Index, ...]  # type: ignore[assignment]
+    index: Indexes  # type: ignore[assignment]
     first: IntArray  # number of the first segment of each map among those of all, shape (m,)
     cell: float  # [m] width of the cells
 
 
 def shaped_by(piece: Workpiece) -> Shaped:
     """Find the segments that shaped each map."""
-    count = [len(one.path.row) for one in piece.maps[: piece.count]]
-    first = np.concatenate(([0], np.cumsum(count)[:-1])).astype(np.int64)
-    cell = max(max(one.map.layout.dx, one.map.layout.dy) for one in piece.maps[: piece.count])
-    index = [shaping_index(one) for one in piece.maps[: piece.count]]
-    return Shaped(piece, (*index, *([index[0]] * (len(piece.maps) - len(index)))), first, cell)
+    solids = maps_of(piece)
+    first = np.concatenate(([0], np.cumsum([len(one.path.row) for one in solids])[:-1])).astype(np.int64)
+    cell = max(max(one.map.layout.dx, one.map.layout.dy) for one in solids)
+    found = [shaping_index(one) for one in solids]
+    sizes = np.array([(one.first.size, one.segment.size) for one in found])
+    index = Indexes(
+        np.array([one[:3] for one in found], float),
+        np.array([one[3:5] for one in found], np.int64),
+        np.concatenate(([[0, 0]], np.cumsum(sizes, axis=0))).astype(np.int64),
+        np.concatenate([one.first for one in found]),
+        np.concatenate([one.segment for one in found]),
+    )
+    return Shaped(piece, index, first, cell)
+
+
+@stepping
+def _index_of(left: Shaped, j: int) -> Index:
+    """That of map j, a view."""
+    index = left.index
+    r, n, a, b = index.real[j], index.whole[j], index.end[j], index.end[j + 1]
+    return Index(r[0], r[1], r[2], n[0], n[1], index.first[a[0] : b[0]], index.segment[a[1] : b[1]])
 
 
 @stepping
@@ -57,7 +83,7 @@ def _gap(left: Shaped, x: float, y: float, z: float) -> tuple[float, int]:
     least, owner = math.inf, STOCK
     for j in range(left.piece.count):
         u, v, w = in_frame(left.piece, j, x, y, z)
-        height, made = shaped(left.piece.maps[j], left.index[j], u, v)
+        height, made = shaped(map_of(left.piece, j), _index_of(left, j), u, v)
         if height - w < least:
             least = height - w
             owner = made + left.first[j] if made != STOCK else STOCK
