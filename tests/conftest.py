@@ -40,8 +40,8 @@ def run_of(examples, tmp_path_factory):
 def pytest_collection_modifyitems(items):
     """Tests of a stock in 3D come first and one after the other, which is in one process of xdist.
 
-    Their loops take a minute to compile for each number of maps: two processes that come to them at the same time
-    compile all of them twice.
+    Their loops take more than a minute to compile: two processes that come to them at the same time compile all of
+    them twice.
     """
     items.sort(key=lambda item: not item.path.stem.startswith("test_stock"))  # the order is kept otherwise
 

@@ -79,6 +79,30 @@ def test_worked_example_g_contact():
     assert arcs[7 * MM] == pytest.approx([180.0], abs=1e-4)
 
 
+def test_three_set_ups_leave_what_plain_points_say():
+    """From above, from the side and from below, askew by no map: two earlier maps are asked."""
+    heads = ("", ", axis: [1, 0, 0], zero: [20 mm, 10 mm, -10 mm]", ", axis: [0, 0, -1], zero: [0 mm, 20 mm, -20 mm]")
+    texts = (SLOT, *(f"G21 G90 T1 M6 S8000 M3\n{text}\nG0 Z40\n" for text in (
+        "G0 X-20 Y0 Z25\nG1 Z-4 F600\nG1 X20 Y3", "G0 X-5 Y5 Z5\nG1 Z-12 F600\nG1 X30 Y12",
+    )))  # fmt: skip
+    setups = "".join(
+        f"  - {{program: {{file: a.nc, text: {json.dumps(text)}}}{where}}}\n"
+        for text, where in zip(texts, heads, strict=True)
+    )
+    given = f"process: mill\nstock: {BLOCK}\ntools: [{TOOL}]\nnumerics: {{stock: {{grid: 0.5 mm}}}}\nsetups:\n{setups}"
+    done = stock_setups.run(parse(given))
+    point = MM * (np.array([0, 0, -20]) + 20 * np.random.default_rng(1).random((200_000, 3)))
+    left = np.array([np.ones(len(point), bool), *left_of_points(done, point)])
+    told = [1e9 * cut.ideal.volume.sum() for cut in done.cuts]
+    assert told == pytest.approx(8000 * (left[:-1] & ~left[1:]).mean(axis=1), rel=0.02)
+    solids = done.solids(0.5 * MM, True)
+    shaped = shaped_by(under([s.solid for s in solids], [s.frame for s in solids], Frame(np.eye(3), np.zeros(3))))
+    value, owner = np.empty(2000), np.empty(2000, np.int64)
+    some = np.ascontiguousarray(point[:2000])
+    deviations(shaped, some, np.tile([0.0, 0.0, 1.0], (2000, 1)), 1e-5, value, owner)
+    assert not (((value > 0) != left[-1][:2000]) & (np.abs(value) > 0.3 * MM)).any()
+
+
 @pytest.mark.parametrize(
     ("where", "second", "tolerance"),
     [
